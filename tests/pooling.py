@@ -20,7 +20,7 @@ class _Kept(ForkServer):
 @pytest.fixture(scope="session")
 def fork_server() -> Iterator[ForkServer]:
     """What every pool starts for itself, for all of them."""
-    server = _Kept.fresh("pftrack.sweep.pool_process")
+    server = _Kept(pool.PRELOAD)
     yield server
     ForkServer.close(server)
 

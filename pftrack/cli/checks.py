@@ -2,8 +2,6 @@
 
 import json as json_format
 import os
-import subprocess
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +9,7 @@ import typer
 
 from pftrack.cli.listing import Json
 from pftrack.cli.output import FAILED, CommandError, emit, note, progress, table, whole, wrong_use
+from pftrack.process import run
 
 __all__ = ["register"]
 
@@ -101,11 +100,10 @@ def doctor(
 
 
 def _measure(script: Path, *, json: bool) -> object:
-    command = [sys.executable, str(script), *(["--json"] if json else [])]
-    done = subprocess.run(command, stdout=subprocess.PIPE if json else None, text=True, check=False)  # noqa: S603 - our own script
-    if done.returncode:
-        raise CommandError(f"the benchmark {script.stem} failed with exit status {done.returncode}")
-    return json_format.loads(done.stdout) if json else None
+    status, told = run(str(script), "--json", output="read") if json else run(str(script))
+    if status:
+        raise CommandError(f"the benchmark {script.stem} failed with exit status {status}")
+    return json_format.loads(told) if json else None
 
 
 def _cell(value: object) -> str:

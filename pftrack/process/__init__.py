@@ -1,26 +1,59 @@
 """Processes: the one way in which pftrack starts child processes, confines them, and says how they ended.
 
-A child is a fresh interpreter or a fork of a warm one that has no threads (`fork_server`), never a copy of the caller,
-whose threads may hold locks. The parent side (`child`) gives a child its command, environment and process group, and
-turns its exit status into an `Ending`. The child side (`limits`) gives up what it does not need before it touches
-anything that came from elsewhere: memory, processor time, files, the network, and what a fork has brought along.
+A child is a fork of a warm process that has no threads (`fork_server`), never a copy of its parent, whose threads may
+hold locks. The parent talks with it through a pipe (`pipe`, `child`). Most children answer calls (`calls`), with JSON
+where they read what came from elsewhere (`answers`): alone for one task (`worker`), or kept in a pool (`pool`). Before
+that they give up what they do not need (`limits`): memory, processor time, files, the network, and what a fork has
+brought along.
 """
 
-from pftrack.process.child import ONE_THREAD, Ending, command, describe, end_group, ending, environment, follow_parent
+from pftrack.process.calls import Fault, Outcome, Refusal, Reply, Step, answer_calls, report
+from pftrack.process.child import ONE_THREAD, Child, Ending, command, describe, ending, environment, run
 from pftrack.process.fork_server import ForkServer
-from pftrack.process.limits import confine, leave_interrupts_to_parent, stand_alone
+from pftrack.process.limits import (
+    MEBIBYTE,
+    UNLIMITED,
+    Budget,
+    confine,
+    end_with_parent,
+    leave_interrupts_to_parent,
+    stand_alone,
+)
+from pftrack.process.pipe import AsyncEnd, BlockingEnd, pair
+from pftrack.process.pool import BlockingPool, CallError, Pool, WorkerLostError
+from pftrack.process.worker import Worker, run_task
 
 __all__ = [
+    "MEBIBYTE",
     "ONE_THREAD",
+    "UNLIMITED",
+    "AsyncEnd",
+    "BlockingEnd",
+    "BlockingPool",
+    "Budget",
+    "CallError",
+    "Child",
     "Ending",
+    "Fault",
     "ForkServer",
+    "Outcome",
+    "Pool",
+    "Refusal",
+    "Reply",
+    "Step",
+    "Worker",
+    "WorkerLostError",
+    "answer_calls",
     "command",
     "confine",
     "describe",
-    "end_group",
+    "end_with_parent",
     "ending",
     "environment",
-    "follow_parent",
     "leave_interrupts_to_parent",
+    "pair",
+    "report",
+    "run",
+    "run_task",
     "stand_alone",
 ]

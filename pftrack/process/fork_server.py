@@ -1,148 +1,273 @@
-"""The fork server: a process that has imported everything and waits, from which others are forked in milliseconds.
+"""The fork server: a process that has imported everything and waits, from which children are forked in milliseconds.
 
 A fresh interpreter needs most of a second of processor time before it computes; a fork of a warm one shares with its
 siblings what they all have imported. It starts no threads, since a fork copies the locks that they hold, but not them.
-It lives as long as the socket between it and its owner; its children follow it.
+It lives as long as the socket between it and its owner; its children are ended with it.
 """
 
+import asyncio
+import atexit
 import gc
+import importlib
 import os
+import pickle
+import selectors
 import signal
+import socket
 import subprocess
 import sys
-import time
+import threading
 import traceback
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from multiprocessing import Pipe
-from multiprocessing.connection import Connection
-from multiprocessing.reduction import recv_handle, send_handle
-from typing import Any, NoReturn, TypeAlias
+from typing import NoReturn
 
-from pftrack.process.child import command, describe, environment, follow_parent
-from pftrack.process.limits import leave_interrupts_to_parent
+from pftrack.process.child import NUMBER, Child, command, environment
+from pftrack.process.limits import close_descriptors, leave_interrupts_to_parent
+from pftrack.process.pipe import BlockingEnd, pair
 
 __all__ = ["ForkServer", "serve"]
 
-Body: TypeAlias = Callable[[Connection], None]
-
 GRACE_S = 5.0
-LOOK_S = 0.05
-"""How long a child whose socket is closed may take to end by itself."""
+NEW_CHILD = b"+"
 
 
 class ForkServer:
-    """A fork server, as its owner sees it; its children are known by numbers that the owner chooses."""
+    """A fork server, as its owner sees it; one that was lost is started again by the next child.
 
-    def __init__(self, connection: "Connection[Any, Any]", wait: Callable[[], object]) -> None:
-        """Take over a fork server that runs; `wait` waits for its end."""
-        self._connection, self._wait = connection, wait
+    Attributes:
+        preload: The module that it imports before it forks; it may be another until the fork server runs.
+    """
 
-    @classmethod
-    def fresh(cls, module: str) -> "ForkServer":
-        """Start one in a fresh interpreter.
+    def __init__(self, preload: str, *, secrets: tuple[str, ...] = ()) -> None:
+        """Take note of what it shall be; it is started with its first child, or by `start`.
 
         Args:
-            module: Is run there; it calls `serve` with the socket of which the descriptor is its argument.
+            preload: The module that it imports before it forks.
+            secrets: Variables of the environment that it shall not have.
         """
-        ours, theirs = Pipe()
-        # In the owner's own group: whoever ends the group of a driver ends all that belongs to it.
-        process = subprocess.Popen(  # noqa: S603 - this very Python and a module of ours
-            command(module, str(theirs.fileno())),
-            pass_fds=[theirs.fileno()],
-            stdin=subprocess.DEVNULL,
-            env=environment(),
-        )
-        theirs.close()
-
-        def wait() -> None:
-            with suppress(subprocess.TimeoutExpired):
-                process.wait(GRACE_S)
-            process.kill()
-            process.wait()
-
-        return cls(ours, wait)
+        self.preload = preload
+        self._secrets = secrets
+        self._lock = threading.Lock()
+        self._socket: socket.socket | None = None
+        self._has_forked = False
+        self._wait: Callable[[], object] = lambda: None
+        self._forking = ThreadPoolExecutor(1, thread_name_prefix="forking")
+        """One thread for all that are to be made: until the fork server is ready each waits, and would hold one."""
 
     @classmethod
-    def forked(cls, body: Body) -> "ForkServer":
-        """Fork one off this process, which must not have started a thread yet."""
-        ours, theirs = Pipe()
+    def forked(cls, preload: str) -> "ForkServer":
+        """Fork one off this process, which has imported everything and must not have started a thread yet."""
+        made = cls(preload)
+        ours, theirs = socket.socketpair()
         sys.stdout.flush()
         process = os.fork()
         if process == 0:
-            ours.close()
-            _end_after(serve, theirs, body)
+            close_descriptors(keep=theirs.fileno())
+            ours.detach()
+            _end_after(serve, theirs)
         theirs.close()
-        return cls(ours, lambda: os.waitpid(process, 0))
+        made._socket, made._wait = ours, lambda: os.waitpid(process, 0)
+        return made
 
-    def start(self, number: int) -> "Connection[Any, Any]":
-        """Have a child forked, and return the socket to it; one that cannot be forked closes it.
+    def start(self) -> None:
+        """Start it unless it runs; it imports its preload while the caller goes on."""
+        with self._lock:
+            self._running()
+
+    def fork(self, function: Callable[..., None], *arguments: object) -> Child:
+        """Fork a child that calls a function with its end of a pipe and the arguments, and ends when that returns.
+
+        Args:
+            function: Of a module.
+            arguments: What can be pickled.
 
         Raises:
-            OSError: The fork server was lost.
+            OSError: The system makes no process, or the preload cannot be imported.
         """
-        ours, theirs = Pipe()
-        with theirs:
-            self._connection.send((number, True))
-            send_handle(self._connection, theirs.fileno(), 0)
-        return ours
-
-    def end(self, number: int) -> str:
-        """End a child; return in words how it ended if it had already."""
+        body = pickle.dumps((function, arguments), protocol=5)  # first: what cannot be sent costs no child
+        ours, theirs = pair()
         try:
-            self._connection.send((number, False))
-            return str(self._connection.recv())
-        except (EOFError, OSError):
-            return "lost with the process that had started it"
+            with theirs:
+                pid, sentinel = self._forked(theirs)
+        except BaseException:
+            ours.close()
+            raise
+        child = Child(pid, ours, sentinel)
+        with suppress(BrokenPipeError, ConnectionResetError):  # its status tells that it has ended
+            BlockingEnd(ours, bytes).send(body)
+        return child
+
+    async def fork_async(self, function: Callable[..., None], *arguments: object) -> Child:
+        """Fork a child as `fork` does, while others go on.
+
+        When this is cancelled, the child is made first, and then ended.
+        """
+        making = asyncio.get_running_loop().run_in_executor(self._forking, lambda: self.fork(function, *arguments))
+        try:
+            return await asyncio.shield(making)
+        except asyncio.CancelledError:
+            await asyncio.wait((making,))
+            if making.exception() is None:
+                child = making.result()
+                child.kill()
+                child.end.close()
+                await child.wait()
+            raise
 
     def close(self) -> None:
         """End it, and with it all of its children."""
-        self._connection.close()
-        self._wait()
+        self._forking.shutdown(wait=False)
+        with self._lock:
+            self._let_go()
+
+    def _forked(self, theirs: socket.socket) -> tuple[int, int]:
+        """Have a child forked; return its number, and the descriptor that will tell its exit status."""
+        with self._lock:
+            for _ in range(2):
+                sentinel, told = os.pipe()
+                with suppress(OSError):  # it was lost: the sentinel says so
+                    socket.send_fds(self._running(), [NEW_CHILD], [theirs.fileno(), told])
+                os.close(told)
+                number = os.read(sentinel, NUMBER.size)
+                if len(number) == NUMBER.size:
+                    self._has_forked = True
+                    (pid,) = NUMBER.unpack(number)
+                    if pid > 0:
+                        return pid, sentinel
+                    os.close(sentinel)
+                    raise OSError(-pid, os.strerror(-pid))
+                os.close(sentinel)
+                self._let_go()
+        raise OSError(f"no process can be made: the one that makes them could not import {self.preload}")
+
+    def _running(self) -> socket.socket:
+        if self._socket is None:
+            ours, theirs = socket.socketpair()
+            # In the owner's own group: whoever ends the group of a driver ends all that belongs to it.
+            own = {name: value for name, value in environment().items() if name.upper() not in self._secrets}
+            with theirs:
+                process = subprocess.Popen(  # noqa: S603 - this very Python and a module of ours
+                    command("pftrack.process", str(theirs.fileno()), self.preload),
+                    pass_fds=[theirs.fileno()],
+                    stdin=subprocess.DEVNULL,
+                    env=own,
+                )
+
+            def wait() -> None:
+                if self._has_forked:  # one that still imports has no children to end
+                    with suppress(subprocess.TimeoutExpired):
+                        process.wait(GRACE_S)
+                process.kill()
+                process.wait()
+
+            atexit.register(self.close)
+
+            self._socket, self._wait = ours, wait
+        return self._socket
+
+    def _let_go(self) -> None:
+        if self._socket is not None:
+            self._socket.close()
+            self._wait()
+            self._socket, self._has_forked = None, False
+            atexit.unregister(self.close)
 
 
-def serve(connection: "Connection[Any, Any]", body: Body) -> None:
+def main(descriptor: int, preload: str) -> None:
+    """Be a fork server for the owner at the other end of a socket."""
+    owner = socket.socket(fileno=descriptor)
+    leave_interrupts_to_parent()
+    importlib.import_module(preload)
+    serve(owner)
+
+
+def serve(owner: socket.socket) -> None:
     """Fork children until the owner lets go of the socket.
 
     Signals are the owner's business: a terminal sends Ctrl-C to the whole group, and the owner decides.
-
-    Args:
-        connection: To the owner.
-        body: What a child does with the socket that it is given.
     """
     leave_interrupts_to_parent()
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     # A child's garbage collector would touch every object that is here, and so copy pages that all of them share.
+    gc.collect()
     gc.freeze()
+    woken, wakes = os.pipe()
+    os.set_blocking(woken, False)
+    os.set_blocking(wakes, False)
+    signal.set_wakeup_fd(wakes, warn_on_full_buffer=False)
+    signal.signal(signal.SIGCHLD, lambda *_: None)
     children: dict[int, int] = {}
-    failures: dict[int, str] = {}
-    with suppress(EOFError, ConnectionError):
+    with selectors.DefaultSelector() as selector:
+        selector.register(owner, selectors.EVENT_READ)
+        selector.register(woken, selectors.EVENT_READ)
+        mine = [owner.fileno(), woken, wakes, selector.fileno()]
         while True:
-            number, wanted = connection.recv()
-            if wanted:
-                descriptor = recv_handle(connection)
-                try:
-                    children[number] = _forked(connection, body, descriptor)
-                except OSError as error:
-                    failures[number] = f"not started: {error}"
-                finally:
-                    os.close(descriptor)
-            elif number in children:
-                connection.send(_ended(children.pop(number)))
-            else:
-                connection.send(failures.pop(number))
-    for process in children.values():
-        os.kill(process, signal.SIGKILL)
+            for key, _ in selector.select():
+                if key.fileobj is owner:
+                    if not _fork(owner, children, mine):
+                        for pid in children:
+                            os.kill(pid, signal.SIGKILL)
+                        return
+                else:
+                    with suppress(BlockingIOError):
+                        os.read(woken, 4096)
+                    _reap(children)
 
 
-def _forked(connection: "Connection[Any, Any]", body: Body, descriptor: int) -> int:
-    server = os.getpid()
-    process = os.fork()
-    if process == 0:
-        connection.close()
-        follow_parent(server)
-        _end_after(body, Connection(descriptor))
-    return process
+def _fork(owner: socket.socket, children: dict[int, int], mine: list[int]) -> bool:
+    """Fork a child if the owner wants one; return whether the owner is there."""
+    try:
+        wish, (end, told), *_ = socket.recv_fds(owner, 1, 2)
+    except (ValueError, OSError):
+        return False
+    if not wish:
+        return False
+    try:
+        pid = os.fork()
+    except OSError as error:
+        pid = -(error.errno or 1)
+    if pid == 0:
+        for descriptor in (*mine, told, *children.values()):
+            os.close(descriptor)
+        signal.set_wakeup_fd(-1)
+        for number in (signal.SIGCHLD, signal.SIGTERM):
+            signal.signal(number, signal.SIG_DFL)
+        owner.detach()
+        _end_after(_call, socket.socket(fileno=end))
+    os.close(end)
+    _tell(told, pid)
+    if pid > 0:
+        children[pid] = told
+    else:
+        os.close(told)
+    return True
+
+
+def _reap(children: dict[int, int]) -> None:
+    while children:
+        pid, status = os.waitpid(-1, os.WNOHANG)
+        if pid == 0:
+            return
+        if pid in children:
+            told = children.pop(pid)
+            _tell(told, os.waitstatus_to_exitcode(status))
+            os.close(told)
+
+
+def _tell(told: int, number: int) -> None:
+    with suppress(BrokenPipeError):  # nobody wants to know
+        os.write(told, NUMBER.pack(number))
+
+
+def _call(end: socket.socket) -> None:
+    """Be a child: call what the owner wants."""
+    try:
+        function, arguments = BlockingEnd(end).receive()
+    except (EOFError, ConnectionResetError):  # nobody wants it any more
+        return
+    function(end, *arguments)
 
 
 def _end_after(function: Callable[..., None], *arguments: object) -> NoReturn:
@@ -151,22 +276,10 @@ def _end_after(function: Callable[..., None], *arguments: object) -> NoReturn:
     try:
         function(*arguments)
         status = 0
+    except SystemExit as end:
+        status = end.code if isinstance(end.code, int) else 1
     except BaseException:  # noqa: BLE001 - nothing may come back to where this process was forked
         traceback.print_exc()
     finally:
         sys.stdout.flush()
         os._exit(status)
-
-
-def _ended(process: int) -> str:
-    """End a child, which has a moment to do that by itself, and return in words how it had ended if it had."""
-    until = time.monotonic() + LOOK_S
-    ended, status = os.waitpid(process, os.WNOHANG)
-    while not ended and time.monotonic() < until:
-        time.sleep(LOOK_S / 20)
-        ended, status = os.waitpid(process, os.WNOHANG)
-    if ended:
-        return describe(os.waitstatus_to_exitcode(status))
-    os.kill(process, signal.SIGKILL)
-    os.waitpid(process, 0)
-    return "ended"

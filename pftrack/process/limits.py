@@ -11,10 +11,24 @@ import os
 import resource
 import signal
 import sys
+import threading
+import time
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["confine", "leave_interrupts_to_parent", "stand_alone"]
+__all__ = [
+    "MEBIBYTE",
+    "UNLIMITED",
+    "Budget",
+    "close_descriptors",
+    "confine",
+    "end_with_parent",
+    "leave_interrupts_to_parent",
+    "stand_alone",
+]
+
+MEBIBYTE = 1024**2
 
 CPU_GRACE_S = 5
 """Between the signal that tells why a process ends and the one that cannot be caught."""
@@ -27,6 +41,35 @@ SACRIFICE = 500
 
 END_WITH_PARENT = 1
 """PR_SET_PDEATHSIG of prctl(2)."""
+
+LOOK_S = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """What a child that answers calls may take.
+
+    Attributes:
+        memory_bytes: Address space on top of what is forked with it; None for any.
+        cpu_seconds: Processor time; None for any.
+        silence_s: How long it may give no sign of life while it computes; None for ever.
+        file_bytes: Length of any file that it writes; None for any.
+        open_files: How many descriptors it may hold; None for as many as the system allows.
+        answer_bytes: Length of an answer.
+        niceness: By how much it comes after others on the processor.
+    """
+
+    memory_bytes: int | None = 1024 * MEBIBYTE
+    cpu_seconds: float | None = 30.0
+    silence_s: float | None = 30.0
+    file_bytes: int | None = None
+    open_files: int | None = 64
+    answer_bytes: int = 64 * MEBIBYTE
+    niceness: int = 0
+
+
+UNLIMITED = Budget(memory_bytes=None, cpu_seconds=None, silence_s=None, open_files=None)
+"""For computations that whoever started them can end."""
 
 
 def confine(
@@ -73,9 +116,8 @@ def leave_interrupts_to_parent() -> None:
 def stand_alone(keep: int) -> None:
     """Let go of what a fork has brought along: descriptors, standard streams, terminal and process group.
 
-    The process then leads a group of its own, so that whatever it starts can be ended with it (`end_group`). On Linux
-    it ends with the process that it was forked from, whatever it is doing. Call it after `confine`, since a change of
-    the user namespace may undo that.
+    The process then leads a group of its own, so that whatever it starts can be ended with it, and ends with the
+    process that it was forked from. Call it after `confine`, since a change of the user namespace may undo that.
 
     Args:
         keep: The one descriptor that it needs.
@@ -84,13 +126,34 @@ def stand_alone(keep: int) -> None:
     nowhere = os.open(os.devnull, os.O_RDWR)
     for standard in range(3):
         os.dup2(nowhere, standard)
+    close_descriptors(keep)
+    end_with_parent()
+
+
+def close_descriptors(keep: int) -> None:
+    """Close all descriptors but one and the standard streams."""
     listing = Path("/proc/self/fd" if sys.platform == "linux" else "/dev/fd")
     for descriptor in [int(each.name) for each in listing.iterdir()]:
         if descriptor > 2 and descriptor != keep:
             with suppress(OSError):  # the listing had one of its own
                 os.close(descriptor)
+
+
+def end_with_parent() -> None:
+    """End this process soon after the one that it was forked from has ended, whatever it is doing."""
+    parent = os.getppid()
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(END_WITH_PARENT, signal.SIGKILL, 0, 0, 0)
+        if os.getppid() != parent:
+            os._exit(1)
+    else:
+
+        def follow() -> None:
+            while os.getppid() == parent:
+                time.sleep(LOOK_S)
+            os._exit(1)
+
+        threading.Thread(target=follow, name="follow-parent", daemon=True).start()
 
 
 def _lower(what: int, soft: int, grace: int = 0) -> None:

@@ -1,20 +1,20 @@
 """Where the work of reproducing is done: in this process, or spread over several."""
 
-from collections import deque
 from collections.abc import Callable, Iterable
+from concurrent.futures import as_completed
 from pathlib import Path
 from types import TracebackType
 from typing import Self, TypeVar
 
+from pftrack.process import BlockingPool, CallError, WorkerLostError
 from pftrack.sweep import Plan, Progress, Result, SweepError, carry_out, partial_of, read_result
-from pftrack.sweep.pool import LocalWorkers
+from pftrack.sweep.pool import open_pool
 
 __all__ = ["Pool"]
 
 Item = TypeVar("Item")
 Outcome = TypeVar("Outcome")
 
-POLL_S = 1.0
 RUNS_A_PIECE = 120
 """How many runs of a sweep count as one piece of work."""
 
@@ -34,7 +34,7 @@ class Pool:
         """
         self.folder = folder
         self._jobs = jobs
-        self._workers: LocalWorkers | None = None
+        self._pool: BlockingPool | None = None
         self._progress = progress
         self._done = 0
         self._known = 0
@@ -47,8 +47,8 @@ class Pool:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """End its processes; what has not begun is dropped."""
-        if self._workers is not None:
-            self._workers.close()
+        if self._pool is not None:
+            self._pool.close()
 
     def map(self, function: Callable[[Item], Outcome], items: Iterable[Item]) -> list[Outcome]:
         """Return function(item) for all items, in order; function and items must be picklable.
@@ -69,20 +69,18 @@ class Pool:
 
     def _spread(self, function: Callable[[Item], Outcome], pieces: list[list[Item]]) -> list[Outcome]:
         """Return the outcomes of all pieces in order, each computed by the next process that is free."""
-        if self._workers is None:
-            self._workers = LocalWorkers(self._jobs)
-        outcomes: dict[int, list[Outcome]] = {}
-        waiting = deque(range(len(pieces)))
-        while len(outcomes) < len(pieces):
-            while waiting and self._workers.welcome():
-                number = waiting.popleft()
-                self._workers.start(number, _transform, function, pieces[number])
-            for done in self._workers.finished(POLL_S):
-                if done.lost:
-                    raise SweepError(f"the study failed: a process of the pool was lost ({done.lost})")
-                outcomes[done.number] = done.value
-                self._advance(len(pieces[done.number]))
-        return [outcome for number in range(len(pieces)) for outcome in outcomes[number]]
+        if self._pool is None:
+            self._pool = open_pool(self._jobs)
+        futures = {self._pool.submit(_transform, function, piece): len(piece) for piece in pieces}
+        try:
+            for each in as_completed(futures):
+                each.result()
+                self._advance(futures[each])
+        except WorkerLostError as lost:
+            raise SweepError(f"the study failed: a process of the pool was lost ({lost})") from None
+        except (CallError, MemoryError, OSError) as error:
+            raise SweepError(f"the computation failed: {error}") from None
+        return [outcome for each in futures for outcome in each.result()]
 
     def _advance(self, count: int) -> None:
         self._done += count

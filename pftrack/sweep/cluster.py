@@ -71,7 +71,7 @@ class ClusterWorkers:
             self.close()
             raise
 
-    def welcome(self) -> int:
+    def free(self) -> int:
         """Return how many more tasks keep all threads of the cluster busy."""
         return max(self._threads * TASKS_A_THREAD - len(self._running), 0)
 

@@ -155,7 +155,7 @@ class _Drive:
         self._history.clear()
         self._tell()
         while waiting or running:
-            while waiting and self._workers.welcome() > 0:
+            while waiting and self._workers.free() > 0:
                 number = waiting.popleft()
                 self._workers.start(number, computed, self._text, chunks.conditions, chunks.trials, number)
                 running.add(number)

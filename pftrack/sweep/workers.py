@@ -1,7 +1,7 @@
 """Workers: whoever computes for the driver, here or elsewhere.
 
-The driver hands out tasks by number, as many as are welcome, and takes back what is done. A worker that is lost gives
-its task back; the driver decides whether it is tried again.
+The driver hands out tasks by number, as many as there are free workers, and takes back what is done. A worker that is
+lost gives its task back; the driver decides whether it is tried again.
 """
 
 from collections.abc import Callable
@@ -29,7 +29,7 @@ class Done:
 class Workers(Protocol):
     """A pool of processes or a cluster."""
 
-    def welcome(self) -> int:
+    def free(self) -> int:
         """Return how many more tasks can be given out without keeping them waiting for long."""
 
     def start(self, number: int, function: Callable[..., Any], *arguments: object) -> None:

@@ -1,34 +1,16 @@
 """Another process, which computes saved runs: one for all checks, since a fresh interpreter takes a second."""
 
 import atexit
-import json
 import os
-import subprocess
-import sys
 from collections.abc import Sequence
 from functools import cache
+from pathlib import Path
 
+from pftrack.process import UNLIMITED, BlockingPool, CallError, ForkServer, WorkerLostError
+from pftrack.runs.record import load
 from pftrack.testing.check import CheckError
 
 __all__ = ["hashes_elsewhere"]
-
-CHILD = """
-import json, os, sys
-from pathlib import Path
-from pftrack.runs.record import load
-answers = os.fdopen(os.dup(1), "w")
-os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what an experiment prints is no answer
-for line in sys.stdin:
-    told = {"hashes": [], "problem": ""}
-    try:
-        for name in json.loads(line):
-            run = load(Path(name))
-            run.finish()
-            told["hashes"].append(run.estimates_sha256)
-    except Exception as error:
-        told["problem"] = f"{type(error).__name__}: {error}"
-    print(json.dumps(told), file=answers, flush=True)
-"""
 
 
 def hashes_elsewhere(paths: Sequence[str]) -> list[str]:
@@ -40,26 +22,25 @@ def hashes_elsewhere(paths: Sequence[str]) -> list[str]:
     Raises:
         CheckError: It cannot compute them.
     """
-    process = _started(frozenset(os.environ.items()))
     try:
-        print(json.dumps(list(paths)), file=process.stdin, flush=True)
-        line = process.stdout.readline() if process.stdout else ""
-    except OSError:
-        line = ""
-    if not line:
-        _started.cache_clear()
-        raise CheckError(f"another process cannot compute the run: it ended with status {process.wait()}")
-    told = json.loads(line)
-    if told["problem"]:
-        raise CheckError(f"another process cannot compute the run: {told['problem']}")
-    return [str(each) for each in told["hashes"]]
+        hashes: list[str] = _pool(frozenset(os.environ.items())).submit(_hash_runs, tuple(paths)).result()
+    except (CallError, WorkerLostError, MemoryError, OSError) as error:
+        raise CheckError(f"another process cannot compute the run: {error}") from None
+    return hashes
 
 
 @cache
-def _started(environment: frozenset[tuple[str, str]]) -> "subprocess.Popen[str]":
-    """Start a process in an environment; it ends when nobody can ask it any more."""
-    process = subprocess.Popen(  # noqa: S603 - this very Python
-        [sys.executable, "-c", CHILD], env=dict(environment), stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    )
-    atexit.register(process.communicate)
-    return process
+def _pool(environment: frozenset[tuple[str, str]]) -> BlockingPool:  # noqa: ARG001 - one for each environment
+    """Start a process in the environment of now; it ends with this one."""
+    pool = BlockingPool(ForkServer("pftrack.runs.record"), processes=1, budget=UNLIMITED)
+    atexit.register(pool.close)
+    return pool
+
+
+def _hash_runs(paths: Sequence[str]) -> list[str]:
+    hashes = []
+    for path in paths:
+        run = load(Path(path))
+        run.finish()
+        hashes.append(run.estimates_sha256)
+    return hashes

@@ -5,7 +5,7 @@ so it is done by processes of low priority, case by case on all processors, whil
 progress; what has been compiled stays when they are ended.
 
 - `coverage`: which runs call everything that an experiment compiles;
-- `child`: the process that makes them, and tells what it compiles;
+- `compiling`, `preload`: what the processes do that make them, and tell what they compile;
 - `progress`: how far it is, in numbers and in words;
 - `schedule`: which process makes which of them;
 - `warming`: the processes together, seen from outside;

@@ -13,6 +13,7 @@ from pftrack_server.failures import Courses
 from pftrack_server.follow.follows import Follows
 from pftrack_server.lessons.service import Lessons
 from pftrack_server.middleware.metrics import Metrics
+from pftrack_server.processes import FORK_SERVER
 from pftrack_server.runs.exports import Exports
 from pftrack_server.runs.imports import Imports
 from pftrack_server.sessions.manager import Manager
@@ -22,7 +23,6 @@ from pftrack_server.sweeps.manager import Sweeps
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.queue import Queues
 from pftrack_server.uploads.suitability import Suitabilities
-from pftrack_server.worker import forkserver
 
 __all__ = ["Services"]
 
@@ -52,10 +52,10 @@ class Services:
 
     @classmethod
     async def open(cls, settings: Settings, metrics: Metrics) -> Self:
-        """Open the store, take over sessions and sweeps, and have the forkserver import what workers need meanwhile."""
+        """Open the store, take over sessions and sweeps, and start the fork server, which imports meanwhile."""
         # Threads here mostly wait, for disks and processes; asyncio's own number of them follows the processors.
         asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(THREADS, "pftrack"))
-        await asyncio.to_thread(forkserver.start)
+        await asyncio.to_thread(FORK_SERVER.start)
         store = await asyncio.to_thread(Store, settings)
         compilation = await asyncio.to_thread(Compilation.open)
         queues = Queues()

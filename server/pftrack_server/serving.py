@@ -18,7 +18,6 @@ from pftrack_server.connections import configuration
 from pftrack_server.resource_limits import name_cpu_limit, notices, too_few_files
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store
-from pftrack_server.worker.forkserver import socket_folder
 
 __all__ = ["run"]
 
@@ -74,14 +73,10 @@ def run(given: Mapping[str, object]) -> None:
             WRONG_USE,
         )
     _log_to_stderr()
-    # What stops the process in an orderly way removes what it has put into the temporary directory.
+    # Before the server takes over, an orderly end as well.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
     if lacking := too_few_files():
         _fail(lacking)
-    try:
-        socket_folder()
-    except OSError as error:
-        _fail(str(error))
     for notice in notices():
         log.warning(notice)
     _claim(settings)

@@ -8,9 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.process import Ending, command, describe, end_group, ending, environment
-
-SLEEP = [sys.executable, "-c", "import time; time.sleep(60)"]
+from pftrack.process import Ending, command, describe, ending, environment
 
 
 def test_a_child_finds_our_packages_and_not_the_current_folder(tmp_path: Path) -> None:
@@ -52,29 +50,16 @@ def test_a_status_in_words() -> None:
     assert describe(2) == "ended with status 2"
     assert describe(-signal.SIGSEGV) == "killed by SIGSEGV"
     assert describe(-99) == "killed by signal 99"
-
-
-def test_a_group_ends_as_one() -> None:
-    """Ending a group ends its leader and the children of it; a group that is gone is no error."""
-    program = f"import subprocess; child = subprocess.Popen({SLEEP!r}); print(child.pid, flush=True); child.wait()"
-    leader = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, start_new_session=True)
-    assert leader.stdout is not None
-    with leader.stdout:
-        child = int(leader.stdout.readline())
-        end_group(leader.pid)
-        assert leader.wait(10) == -signal.SIGKILL
-        assert leader.stdout.read() == b""  # the child held the other end as well
-    end_group(leader.pid)
-    assert child != leader.pid
+    assert describe(None) == "lost with the process that had started it"
 
 
 def test_a_child_ends_with_its_parent() -> None:
     """A child that follows its parent ends soon after it, though nobody tells it to."""
-    follow = "import os, sys, time; from pftrack.process import follow_parent; follow_parent(int(sys.argv[1]));"
-    body = f"{follow} print('up', flush=True); time.sleep(60)"
+    body = "import time; from pftrack.process import end_with_parent; end_with_parent(); print('up', flush=True)"
+    body += "; time.sleep(60)"
     parent = (
-        "import os, subprocess, sys;"
-        f"child = subprocess.Popen([sys.executable, '-c', {body!r}, str(os.getpid())], stdout=subprocess.PIPE);"
+        "import subprocess, sys;"
+        f"child = subprocess.Popen([sys.executable, '-c', {body!r}], stdout=subprocess.PIPE);"
         "child.stdout.readline(); print(child.pid, flush=True)"
     )
     result = subprocess.run(

@@ -1,63 +1,135 @@
 """Fork servers: processes from which others are forked."""
 
-import json
 import os
 import signal
+import socket
 import subprocess
+import sys
+import time
 from collections.abc import Iterator
 
 import psutil
 import pytest
 
-from pftrack.process import ForkServer, command, environment
-from tests.process.serving_forks import endings
+from pftrack.process import BlockingEnd, Child, ForkServer, describe, environment
 
-MODULE = "tests.process.serving_forks"
-ENDINGS = {
-    "exit": "ended with status 3",
-    "fail": "ended with status 1",
-    "return": "ended with status 0",
-    "hang": "ended",
-    "killed": "killed by SIGKILL",
-}
+PRELOAD = "pftrack.process"
+
+
+def obey(end: socket.socket) -> None:
+    """Say who this is, then end as told."""
+    pipe = BlockingEnd(end)
+    pipe.send((os.getpid(), os.getppid(), os.getpgid(0), signal.getsignal(signal.SIGTERM) == signal.SIG_DFL))
+    match pipe.receive():
+        case "exit":
+            os._exit(3)
+        case "fail":
+            raise RuntimeError("on purpose")
+        case "hang":
+            time.sleep(60)
+
+
+def who(child: Child) -> tuple[int, int, int, bool]:
+    told: tuple[int, int, int, bool] = BlockingEnd(child.end).receive()
+    return told
+
+
+def tell(child: Child, what: str) -> None:
+    BlockingEnd(child.end).send(what)
 
 
 @pytest.fixture
 def server() -> Iterator[ForkServer]:
-    made = ForkServer.fresh(MODULE)
+    made = ForkServer(PRELOAD)
     yield made
     made.close()
 
 
+ENDINGS = {"exit": 3, "fail": 1, "return": 0, "kill": -signal.SIGKILL, "terminate": -signal.SIGTERM}
+
+
 def test_it_tells_how_its_children_ended(server: ForkServer) -> None:
-    """A child's status is told in words; one that had to be ended just ended."""
-    assert endings(server) == ENDINGS
+    """Each has its own status, two at a time; it is in the owner's group, and what its owner sends ends it."""
+    for how, status in ENDINGS.items():
+        child, other = server.fork(obey), server.fork(obey)
+        with child.end, other.end:
+            pid, parent, group, has_signals = who(child)
+            assert (pid, parent, group, has_signals) == (child.pid, who(other)[1], os.getpgid(0), True)
+            assert not child.has_ended
+            if how in ("kill", "terminate"):
+                getattr(child, how)()
+            else:
+                tell(child, how)
+            assert child.status(30) == status
+            assert child.has_ended
+            other.kill()
+            assert other.status(30) == -signal.SIGKILL
+    child.kill()  # of one that has ended nothing is left to be hit
+
+
+FORKED = """
+from pftrack.process import ForkServer
+from tests.process.test_fork_server import obey, tell, who
+server = ForkServer.forked("json")
+child = server.fork(obey)
+who(child)
+tell(child, "exit")
+print(child.status(30))
+server.close()
+"""
 
 
 def test_it_may_be_forked_off_its_owner() -> None:
     """A process without threads need not start another interpreter, and its children are the same."""
-    told = subprocess.run(command(MODULE), env=environment(), capture_output=True, text=True, timeout=60, check=True)
-    assert json.loads(told.stdout) == ENDINGS
+    told = subprocess.run(
+        [sys.executable, "-c", FORKED], env=environment(), capture_output=True, text=True, timeout=60, check=True
+    )
+    assert told.stdout == "3\n"
 
 
-def test_children_end_with_it(server: ForkServer) -> None:
-    """When the owner lets go, or the fork server is killed, no child goes on; its owner is told."""
-    with server.start(0) as connection:
-        process, parent, *_ = connection.recv()
-        children = psutil.Process(process), psutil.Process(parent)
+def test_one_that_was_killed_is_started_again(server: ForkServer) -> None:
+    """A child goes on without it, unless it has asked to end with it; how that ends nobody can tell."""
+    child = server.fork(obey)
+    with child.end:
+        _, parent, *_ = who(child)
         os.kill(parent, signal.SIGKILL)
-        assert not psutil.wait_procs(children, timeout=30)[1]
-        assert server.end(0) == "lost with the process that had started it"
-    with pytest.raises(OSError, match="Broken pipe"):
-        server.start(1)
+        assert child.status(30) is None
+        assert describe(child.status()) == "lost with the process that had started it"
+        assert child.has_ended
+        assert psutil.pid_exists(child.pid)
+        tell(child, "exit")
+    another = server.fork(obey)
+    with another.end:
+        assert who(another)[1] != parent
 
 
-def test_it_ends_with_its_owner() -> None:
-    """Closing a fork server ends what it has started, in the middle of whatever it does."""
-    server = ForkServer.fresh(MODULE)
-    with server.start(0) as connection:
-        process, parent, *_ = connection.recv()
-        connection.send("hang")
-        children = psutil.Process(process), psutil.Process(parent)
+def test_it_ends_with_its_owner(server: ForkServer) -> None:
+    """Closing a fork server ends what it has forked, in the middle of whatever it does."""
+    child = server.fork(obey)
+    with child.end:
+        pid, parent, *_ = who(child)
+        tell(child, "hang")
+        family = psutil.Process(pid), psutil.Process(parent)
         server.close()
-        assert not psutil.wait_procs(children, timeout=30)[1]
+        assert not psutil.wait_procs(family, timeout=30)[1]
+
+
+def test_what_cannot_be_imported_is_told() -> None:
+    """A preload that fails makes no child, and says so where one is wanted."""
+    server = ForkServer("tests.process.no_such_module")
+    with pytest.raises(OSError, match=r"could not import tests\.process\.no_such_module"):
+        server.fork(obey)
+    server.close()
+
+
+def test_a_secret_stays_with_the_owner(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A variable that is named as a secret is in the environment of no other process."""
+    monkeypatch.setenv("PFTRACK_TOKEN", "secret")
+    server = ForkServer(PRELOAD, secrets=("PFTRACK_TOKEN",))
+    child = server.fork(obey)
+    with child.end:
+        who(child)
+        assert "PFTRACK_TOKEN" not in psutil.Process(child.pid).environ()
+        assert child.pid
+        child.kill()
+    server.close()

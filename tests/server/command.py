@@ -15,8 +15,8 @@ PROGRAM = """
 import os
 from pathlib import Path
 from pftrack_server.command import serve
-from pftrack_server.worker import forkserver
-forkserver.PRELOAD = "tests.server.few_ready"
+from pftrack_server.processes import FORK_SERVER
+FORK_SERVER.preload = "tests.server.few_ready"
 {}
 serve({})
 """

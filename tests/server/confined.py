@@ -7,10 +7,10 @@ from typing import Any
 
 import psutil
 
+from pftrack.process import Reply
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.queue import Queues
 from pftrack_server.uploads.probe import BUDGET
-from pftrack_server.worker.protocol import Reply
 from tests.server.apart import run
 
 
@@ -18,11 +18,11 @@ def ask(task: Callable[..., Any], *arguments: object) -> Any:
     """Have a child that is confined as for a probe do something else, and return its answer."""
     answer = run(ChildTasks(Queues()).answer(task, *arguments, budget=BUDGET))
     assert isinstance(answer, Reply), answer
-    return answer.result
+    return answer.value
 
 
 def children() -> list[psutil.Process]:
-    """The processes that were forked from this process's forkserver, or started by one of those."""
+    """The processes that were forked from this process's fork server, or started by one of those."""
     family = psutil.Process().children(recursive=True)
     return [each for each in family if each.ppid() != os.getpid() and each.status() != psutil.STATUS_ZOMBIE]
 

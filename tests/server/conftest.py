@@ -56,7 +56,7 @@ class QuickServer(ServerProcess):
 
     def command(self) -> list[str]:
         """Return what is started."""
-        first = "import tests.server.sweeping as its; its.driver.main = its.drive_by_permission"
+        first = "import tests.server.sweeping as its; its.functions.compute = its.compute_by_permission"
         arguments = f"port={self._port}, data_dir=Path({str(self.data)!r})"
         return [sys.executable, "-c", PROGRAM.format(first, arguments)]
 
@@ -104,14 +104,14 @@ def session(client: httpx.Client) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="session")
-def _forkserver() -> None:
-    """The forkserver runs: within a test that has it start, time would pass and descriptors would be opened."""
+def _fork_server() -> None:
+    """The fork server runs: within a test that has it start, time would pass and descriptors would be opened."""
     run(ChildTasks(Queues()).check())
 
 
 @pytest.fixture
-def nothing_is_left(_forkserver: None) -> Iterator[None]:
-    """A test leaves as many children of the forkserver, and as many open descriptors, as it has found."""
+def nothing_is_left(_fork_server: None) -> Iterator[None]:
+    """A test leaves as many children of the fork server, and as many open descriptors, as it has found."""
     before = children(), descriptors()
     yield
     wait_for(lambda: (children(), descriptors()) == before)

@@ -6,7 +6,6 @@ import resource
 import signal
 import socket
 import subprocess
-import tempfile
 import threading
 import time
 from collections.abc import Generator
@@ -16,7 +15,7 @@ from typing import Any
 from pftrack.sources.sequence import DEFAULT_LIMITS
 from pftrack_server.tasks.functions import survey
 
-HARM = Path(tempfile.gettempdir(), f"harm-of-{os.getuid()}")
+HARM = Path(f"/tmp/harm-of-{os.getuid()}")  # noqa: S108 - the same for a child without TMPDIR
 NAMES = ("AS", "CPU", "FSIZE", "NOFILE", "CORE")
 
 

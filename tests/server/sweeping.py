@@ -2,7 +2,6 @@
 
 import errno
 import os
-import socket
 import time
 from functools import partial
 from pathlib import Path
@@ -15,8 +14,7 @@ from pftrack.files import write_whole
 from pftrack.sweep import driver as driving
 from pftrack.sweep.journal import partial_of
 from pftrack.sweep.work import computed
-from pftrack_server.sweeps import driver
-from pftrack_server.sweeps.task import Resume, Task
+from pftrack_server.sweeps import functions
 from tests.waiting import wait_for
 
 SMALL: dict[str, Any] = {
@@ -67,24 +65,24 @@ def rows(client: httpx.Client, sweep: str, **query: Any) -> dict[str, Any]:
 
 
 def drivers(server: int) -> list[psutil.Process]:
-    """The processes below a server that compute sweeps: forks of the forkserver that lead groups of their own."""
+    """The processes below a server that compute sweeps: forks of the fork server that lead groups of their own."""
     below = psutil.Process(server).children(recursive=True)
-    return [one for one in below if os.getpgid(one.pid) == one.pid and "forkserver" in " ".join(one.cmdline())]
+    servers = [one.pid for one in below if one.ppid() == server]
+    return [one for one in below if os.getpgid(one.pid) == one.pid and one.ppid() in servers]
 
 
-DRIVE = driver.main
+COMPUTE = functions.compute
 
 
-def drive_by_permission(talk: socket.socket, complaint: socket.socket, task: Task) -> None:
-    """What a driver does that stands still in the middle of a sweep, until it is allowed to go on.
+def compute_by_permission(out: Path, jobs: int) -> None:
+    """What a process does that stands still in the middle of a sweep, until it is allowed to go on.
 
     It cuts the sweep into chunks of some milliseconds, so that a test computes little, and works on the first one alone
     until `allow` is called. A sweep that stands still can be looked at, cancelled or killed at any speed of a machine.
     """
-    if isinstance(task, Resume):
-        driving.SMALLEST_CHUNK_S = driving.PATIENCE_S = 0.0
-        driving.computed = partial(computed_by_permission, task.out)  # type: ignore[attr-defined]
-    DRIVE(talk, complaint, task)
+    driving.SMALLEST_CHUNK_S = driving.PATIENCE_S = 0.0
+    driving.computed = partial(computed_by_permission, out)  # type: ignore[attr-defined]
+    COMPUTE(out, jobs)
 
 
 def computed_by_permission(out: Path, *chunk: Any) -> bytes:
@@ -100,13 +98,13 @@ def allow(sweeps: Path, chunks: int = 1_000_000) -> None:
     write_whole(sweeps / "allowed", str(chunks).encode())
 
 
-def drive_on_a_full_disk(talk: socket.socket, complaint: socket.socket, task: Task) -> None:
-    """What such a driver does whose disk is full while there is a file `full` beside its result."""
+def compute_on_a_full_disk(out: Path, jobs: int) -> None:
+    """What such a process does whose disk is full while there is a file `full` beside its result."""
 
     def fsync(descriptor: int) -> None:
-        if isinstance(task, Resume) and task.out.with_name("full").exists():
+        if out.with_name("full").exists():
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         write(descriptor)
 
     write, os.fsync = os.fsync, fsync
-    drive_by_permission(talk, complaint, task)
+    compute_by_permission(out, jobs)

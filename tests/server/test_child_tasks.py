@@ -13,14 +13,13 @@ from typing import Any
 import psutil
 import pytest
 
-from pftrack.process import Ending, environment
+from pftrack.process import Budget, Ending, Reply, environment
+from pftrack.process.calls import GRACE_S
 from pftrack_server.errors import ClientGoneError, RefusedError
 from pftrack_server.log import RateLimitedLogger
-from pftrack_server.tasks.child import GRACE_S, OPEN_FILES, Budget
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.queue import Queues
 from pftrack_server.uploads.probe import BUDGET
-from pftrack_server.worker.protocol import Reply
 from tests.server import hostile
 from tests.server.apart import run
 from tests.server.confined import ask, ended
@@ -39,7 +38,7 @@ def test_the_process_limits_itself() -> None:
     assert abs(found["AS"][0] - BUDGET.memory_bytes - found["size"]) < 64 * MEBIBYTE
     assert 120 <= found["CPU"][0] < 130
     assert found["FSIZE"] == [0, 0]
-    assert found["NOFILE"] == [OPEN_FILES, OPEN_FILES]
+    assert found["NOFILE"] == [BUDGET.open_files, BUDGET.open_files]
     assert found["CORE"] == [0, 0]
 
 
@@ -56,7 +55,7 @@ def test_the_process_has_nothing_of_its_parents() -> None:
         await asyncio.gather(*others, return_exceptions=True)
         return answer
 
-    found = run(with_others()).result
+    found = run(with_others()).value
     assert found["pid"] == found["group"] == found["session"]
     # A thread of the parent's would have left its locks behind, for ever locked.
     assert (found["threads"], found["threads_of_parent"]) == (1, 1)
@@ -116,7 +115,7 @@ def test_work_that_goes_on_is_not_silent() -> None:
     steps = math.ceil((budget.silence_s + GRACE_S + 1.0) / 0.25)
     tasks = ChildTasks(Queues())
     answer = run(tasks.answer(hostile.take_long, steps, 0.25, budget=budget, on_step=lambda *step: told.append(step)))
-    assert answer == Reply(0, {"steps": steps})
+    assert answer == Reply({"steps": steps})
     assert len(told) > steps / 3
     assert {total for _, total in told} == {steps}
     assert run(tasks.answer(hostile.take_long, 2, 3.0, budget=budget)) is Ending.OUT_OF_TIME
@@ -154,7 +153,7 @@ def test_the_process_ends_with_the_web_process(tmp_path: Path) -> None:
     """When that is killed, a child that hangs is ended by the system; the token has been in no other process."""
     told = tmp_path / "child"
     program = [sys.executable, "-c", TASK, "wait_for_ever", str(told)]
-    # Where nothing has been compiled, a forkserver loads nothing.
+    # Where nothing has been compiled, a fork server loads nothing.
     own = {**environment(), "PFTRACK_TOKEN": "secret-of-the-server", "NUMBA_CACHE_DIR": str(tmp_path)}
     with subprocess.Popen(program, env=own) as web:
         wait_for(lambda: told.exists() and told.read_text(), 60)

@@ -2,7 +2,6 @@
 
 import signal
 import subprocess
-import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -20,23 +19,20 @@ from tests.server.command import link, serving
 from tests.server.host import begin, error_of, steer
 from tests.server.sweeping import RUNS, begin_sweep, drivers, show, until_some
 from tests.server.test_crashes import state
-from tests.server.test_refusals import long_folder
 from tests.server.test_uploads import send
 from tests.waiting import wait_for
 
 
 def workers_of(process: subprocess.Popen[str]) -> list[psutil.Process]:
     found = psutil.Process(process.pid).children(recursive=True)
-    assert len(found) >= 2  # forkserver and worker
+    assert len(found) >= 2  # fork server and worker
     return found
 
 
 MEBIBYTE = 1024 * 1024
 SHORT_OF_ROOM = """
-import os, resource
+import resource
 resource.setrlimit(resource.RLIMIT_FSIZE, ({most}, {most}))
-os.environ["TMPDIR"] = {long!r}
-forkserver.SHORT_FOLDERS = ({short!r},)
 """
 
 
@@ -44,36 +40,36 @@ def test_a_life(tmp_path: Path) -> None:
     """Interrupted, it ends cleanly and leaves nothing behind.
 
     Its link is printed when it can be reached, with a token where it is bound to all interfaces, and nothing works
-    without that. It works where the temporary directory has a name that is too long for a Unix socket. A file that is
-    longer than its shell allows is refused with the name of the limit, told at the start, too; what strangers ask for
-    is no mistake of the server.
+    without that. A file that is longer than its shell allows is refused with the name of the limit, told at the start,
+    too; what strangers ask for is no mistake of the server.
     """
-    long = long_folder(tmp_path)
-    with tempfile.TemporaryDirectory(dir="/tmp") as short:
-        first = SHORT_OF_ROOM.format(most=MEBIBYTE, long=str(long), short=short)
-        with serving(f"host='0.0.0.0', port=0, data_dir=Path({str(tmp_path / 'data')!r})", first) as process:
-            address = link(process)
-            assert "?token=" in address
-            bare = address.partition("?")[0]
-            with httpx.Client(base_url=bare, timeout=60, follow_redirects=True) as client:
-                assert client.get(bare).status_code == 401
-                assert client.get(address).status_code == 200  # from here on a cookie says it
-                begin(client)
-                message = error_of(send(client, ("long.mp4", bytes(2 * MEBIBYTE))), 507)["message"]
-                assert "ulimit -f" in message
-                assert not list((tmp_path / "data" / "incoming").iterdir())
-                known = {"Cookie": "; ".join(f"{name}={value}" for name, value in client.cookies.items())}
-            scene = bare.replace("http", "ws") + "viz/x"
-            for _ in range(20):
-                with pytest.raises(InvalidStatus):
-                    connect(scene, origin=Origin("http://evil.example"), additional_headers=known, proxy=None)
-            workers = workers_of(process)
-            assert list(Path(short).iterdir())
-            process.send_signal(signal.SIGINT)
-            assert process.wait(60) == 0
-            wait_for(lambda: not any(worker.is_running() for worker in workers))
-            _, log = process.communicate(timeout=60)
-        assert list(Path(short).iterdir()) == list(long.iterdir()) == []
+    first = SHORT_OF_ROOM.format(most=MEBIBYTE)
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    with serving(
+        f"host='0.0.0.0', port=0, data_dir=Path({str(tmp_path / 'data')!r})", first, TMPDIR=str(temporary)
+    ) as process:
+        address = link(process)
+        assert "?token=" in address
+        bare = address.partition("?")[0]
+        with httpx.Client(base_url=bare, timeout=60, follow_redirects=True) as client:
+            assert client.get(bare).status_code == 401
+            assert client.get(address).status_code == 200  # from here on a cookie says it
+            begin(client)
+            message = error_of(send(client, ("long.mp4", bytes(2 * MEBIBYTE))), 507)["message"]
+            assert "ulimit -f" in message
+            assert not list((tmp_path / "data" / "incoming").iterdir())
+            known = {"Cookie": "; ".join(f"{name}={value}" for name, value in client.cookies.items())}
+        scene = bare.replace("http", "ws") + "viz/x"
+        for _ in range(20):
+            with pytest.raises(InvalidStatus):
+                connect(scene, origin=Origin("http://evil.example"), additional_headers=known, proxy=None)
+        workers = workers_of(process)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(60) == 0
+        wait_for(lambda: not any(worker.is_running() for worker in workers))
+        _, log = process.communicate(timeout=60)
+    assert list(temporary.iterdir()) == []
     lines = [line for line in log.splitlines() if "level=info" not in line]
     assert len(lines) == 3, log
     assert "files of at most 1 MiB (ulimit -f)" in lines[0]
@@ -98,7 +94,7 @@ def test_a_freeze_and_a_sudden_end(start_server: Any, tmp_path: Path) -> None:
     When the server itself is killed its sweep and its sessions stop with it, and no process is left behind. The next
     server shows the sweep as stopped, and the session with all that was noted in it.
     """
-    first = "import tests.server.sweeping as its; its.driver.main = its.drive_by_permission"
+    first = "import tests.server.sweeping as its; its.functions.compute = its.compute_by_permission"
     arguments = f"port=0, data_dir=Path({str(tmp_path / 'data')!r})"
     with serving(arguments, first, PFTRACK_HANG_SECONDS="2") as process:
         with httpx.Client(base_url=link(process), timeout=110) as client:
@@ -121,7 +117,7 @@ def test_a_freeze_and_a_sudden_end(start_server: Any, tmp_path: Path) -> None:
             of_the_sweep = [child for one in drivers(process.pid) for child in (one, *one.children(recursive=True))]
             assert len(of_the_sweep) > 2  # with a fork server and those that it has started
             children = web.children(recursive=True)
-            assert len(children) >= len(of_the_sweep) + 2  # the forkserver and the session's worker
+            assert len(children) >= len(of_the_sweep) + 2  # the fork server and the session's worker
         process.kill()
         wait_for(lambda: not any(child.is_running() for child in (*children, *of_the_sweep)), 60)
     with start_server() as (_, client):

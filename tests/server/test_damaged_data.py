@@ -16,7 +16,7 @@ from tests.server.test_full_disk import save
 from tests.server.test_uploads import png, send, video
 from tests.session_requests import session_request
 
-# The first worker waits until the forkserver has imported everything, which a shared server has waited for.
+# The first worker waits until the fork server has imported everything, which a shared server has waited for.
 pytestmark = pytest.mark.usefixtures("server")
 
 

@@ -13,7 +13,7 @@ from tests.server.host import begin, error_of, steer
 from tests.server.test_uploads import send, video
 from tests.session_requests import session_request
 
-# The first worker waits until the forkserver has imported everything, which a shared server has waited for.
+# The first worker waits until the fork server has imported everything, which a shared server has waited for.
 pytestmark = pytest.mark.usefixtures("server")
 
 MEBIBYTE = 1024 * 1024

@@ -31,7 +31,7 @@ def children() -> int:
 
 @pytest.fixture
 def settled(server: Server, client: httpx.Client) -> None:
-    """The shared server has run once, so that what stays for good is there: forkserver, threads, connections."""
+    """The shared server has run once, so that what stays for good is there: fork server, threads, connections."""
     session = begin(client)
     client.delete(f"/api/v1/sessions/{session['id']}")
 

@@ -19,7 +19,7 @@ def server(beside_misbehaving: Server) -> Server:
 
 
 def test_workers_start_beside_an_experiment_that_does_not_run(server: Server) -> None:
-    """The forkserver warms all experiments; one that fails there is passed over, and sessions of others run."""
+    """The fork server warms all experiments; one that fails there is passed over, and sessions of others run."""
     assert "failing" in [entry["id"] for entry in server.get("experiments")]
     session = server.start_session(experiment="sine", frames=10)
     server.seek(session["id"], 9)

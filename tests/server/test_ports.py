@@ -47,9 +47,9 @@ def processes(served: Server) -> list[psutil.Process]:
 
 
 def test_nothing_else_listens(served: Server, watched: str) -> None:
-    """Neither scene, worker, forkserver nor sweep opens a port of its own, of any kind."""
+    """Neither scene, worker, fork server nor sweep opens a port of its own, of any kind."""
     family = processes(served)
-    assert len(family) >= 5  # server, forkserver, worker, sweep and its workers
+    assert len(family) >= 5  # server, fork server, worker, sweep and its workers
     connections = [each for process in family for each in process.net_connections("inet")]
     tcp = {each.laddr for each in connections if each.status == psutil.CONN_LISTEN}
     assert {(place.ip, place.port) for place in tcp} == {("127.0.0.1", int(served.url.rsplit(":", 1)[1]))}
@@ -57,7 +57,7 @@ def test_nothing_else_listens(served: Server, watched: str) -> None:
 
 
 def test_sockets_in_the_file_system_are_in_private_directories(served: Server, watched: str) -> None:
-    """The forkserver has one; nobody but the user of the server may reach it."""
+    """The fork server has one; nobody but the user of the server may reach it."""
     inodes = {
         link.removeprefix("socket:[").removesuffix("]") for process in processes(served) for link in _links(process.pid)
     }

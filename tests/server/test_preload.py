@@ -1,4 +1,4 @@
-"""What the forkserver has ready is shared by all workers, and stays so."""
+"""What the fork server has ready is shared by all workers, and stays so."""
 
 import gc
 from collections.abc import Generator

@@ -11,8 +11,8 @@ import pytest
 from PIL import Image
 
 from pftrack.model.sequence import FrameIndex
+from pftrack.process import Budget
 from pftrack.sources.sequence import DEFAULT_LIMITS, Limits, SourceError, open_sequence
-from pftrack_server.tasks.child import Budget
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.queue import Queues
 from pftrack_server.uploads import probe as module
@@ -165,7 +165,7 @@ def test_a_memory_bomb_is_told(endless: Path) -> None:
         (hostile.be_killed, "ended by the system, which may be short of memory"),
         (hostile.leave, "makes the decoder crash"),
         (hostile.leave_with_status, "makes the decoder crash"),
-        (hostile.unfold, "makes the decoder crash"),
+        (hostile.unfold, "needs more memory than the 1024 MiB"),
         (hostile.answer_nonsense, "makes the decoder crash"),
         (hostile.answer_half, "makes the decoder crash"),
         (hostile.answer_a_number, "makes the decoder crash"),
@@ -183,14 +183,14 @@ def test_a_process_that_goes_wrong_becomes_a_sentence(
 ) -> None:
     """A crash, silence, nonsense, a flood or a hang of the process is told in one sentence."""
     monkeypatch.setattr(module, "survey", harm)
-    monkeypatch.setattr("pftrack_server.tasks.child_tasks.LAST_WORDS_S", 0.3)
+    monkeypatch.setattr("pftrack.process.worker.LAST_WORDS_S", 0.3)
     with pytest.raises(SourceError, match=sentence):
         probe(clip, silence_s=1 if harm is hostile.hang else 60)
     assert not hostile.HARM.exists()
 
 
 def test_the_server_goes_on(clip: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """After all that, and at the same time, other files are probed by children of the same forkserver."""
+    """After all that, and at the same time, other files are probed by children of the same fork server."""
     parent = ask(hostile.surroundings)["parent"]
 
     async def side_by_side() -> list[FrameIndex | BaseException]:

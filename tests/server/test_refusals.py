@@ -12,13 +12,6 @@ from pftrack_server.store import Store
 from tests.server.command import Wish, refused
 
 
-def long_folder(below: Path) -> Path:
-    """Make a folder whose name leaves no room for that of a Unix socket."""
-    folder = below / ("a" * 60) / ("b" * 60)
-    folder.mkdir(parents=True)
-    return folder
-
-
 def database_of(folder: Path) -> Path:
     """The database of a data directory, empty but for its tables."""
     Store(Settings(data_dir=folder)).close()
@@ -57,7 +50,6 @@ def said(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = taken.getsockname()[1]
-        long = f"import os; os.environ['TMPDIR'] = {str(long_folder(below))!r};"
         data = f"data_dir=Path({str(below / 'data')!r})"
         place = f"port=0, {data}"
         wishes = {
@@ -67,9 +59,6 @@ def said(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
             "no folder": Wish(f"port=0, data_dir=Path({str(below / 'file')!r})"),
             "no port": Wish("port=70000", status=2),
             "few files": Wish(place, "import resource; resource.setrlimit(resource.RLIMIT_NOFILE, (200, 200))"),
-            "long folder": Wish(
-                place, f"{long} from pftrack_server.worker import forkserver; forkserver.SHORT_FOLDERS = ('/nowhere',)"
-            ),
             **{name: Wish(f"port=0, data_dir=Path({str(folder)!r})") for name, folder in databases(below).items()},
         }
         return {**dict(zip(wishes, refused(*wishes.values()), strict=True)), "port": str(port)}
@@ -85,11 +74,9 @@ def test_where_it_cannot_listen_or_write(said: dict[str, str]) -> None:
 
 
 def test_what_the_shell_allows(said: dict[str, str]) -> None:
-    """With too few open files, or no folder for sockets with a short name, it is said what to raise or to set."""
+    """With too few open files it is said what to raise."""
     assert "200 open files (ulimit -n)" in said["few files"]
     assert "at least 256" in said["few files"]
-    assert "may have at most 75 bytes" in said["long folder"]
-    assert "set TMPDIR to a folder with a shorter name" in said["long folder"]
 
 
 def test_what_is_no_database_of_ours(said: dict[str, str]) -> None:

@@ -1,9 +1,7 @@
 """The run tree and the pipe, without processes."""
 
-import asyncio
 import dataclasses
 import json
-import socket
 from typing import Any
 
 import numpy as np
@@ -16,10 +14,8 @@ from pftrack.model.recipe import Recipe
 from pftrack.runs.run import Change
 from pftrack_server.schemas.spec import BranchSpec, SessionSpec
 from pftrack_server.sessions.view import view
-from pftrack_server.worker.pipe import WebEnd, WorkerEnd, pair
-from pftrack_server.worker.protocol import Credit, Heartbeat, Picture, Reply, Request, SessionInfo, WorkerConfig
+from pftrack_server.worker.protocol import SessionInfo, WorkerConfig
 from pftrack_server.worker.run_tree import RunTree
-from tests.server.apart import run
 
 
 def config(*, max_particles: int = 100_000, **more: Any) -> WorkerConfig:
@@ -205,75 +201,3 @@ class TestWorkbench:
         """An experiment that is not there is refused."""
         with pytest.raises(LookupError):
             RunTree(config(experiment="chess"))
-
-
-class TestPipe:
-    def test_there_and_back(self) -> None:
-        """Messages arrive whole and in config, however large they are, and a hang-up is noticed on both sides."""
-
-        async def talk() -> None:
-            ours, theirs = pair()
-            heard: list[Any] = []
-            lost = asyncio.Event()
-            both = asyncio.Event()
-
-            def hear(event: Any) -> None:
-                heard.append(event)
-                if len(heard) == 2:
-                    both.set()
-
-            web = await WebEnd.connect(ours, hear, lost.set)
-            worker = WorkerEnd(theirs)
-            web.send(Credit("scene"))
-            web.send(Request(7, Picture()))
-            assert await asyncio.to_thread(worker.receive, 5) == Credit("scene")
-            assert await asyncio.to_thread(worker.receive, 5) == Request(7, Picture())
-            assert worker.receive(0) is None
-            large = b"x" * 5_000_000
-            await asyncio.to_thread(worker.send, Reply(1, large))
-            await asyncio.to_thread(worker.send, Heartbeat())
-            await asyncio.wait_for(both.wait(), 60)
-            assert heard == [Reply(1, large), Heartbeat()]
-            web.close()
-            await asyncio.wait_for(lost.wait(), 60)
-            with pytest.raises((EOFError, ConnectionResetError)):
-                worker.receive(5)
-            theirs.close()
-
-        run(talk())
-
-    def test_half_a_message(self) -> None:
-        """A worker that stops in the middle of a message stops nobody else."""
-
-        async def talk() -> None:
-            ours, theirs = pair()
-            heard: list[Any] = []
-            web = await WebEnd.connect(ours, heard.append, lambda: None)
-            theirs.sendall(b"\0\0\0\0\0\0\0\x10half")
-            await asyncio.sleep(0.05)
-            assert heard == []
-            web.close()
-            await asyncio.sleep(0)
-            theirs.close()
-
-        run(talk())
-
-    def test_an_absurd_length(self) -> None:
-        """A length that cannot be closes the pipe rather than fill the memory."""
-
-        async def talk() -> None:
-            ours, theirs = pair()
-            lost = asyncio.Event()
-            await WebEnd.connect(ours, lambda _: None, lost.set)
-            theirs.sendall(b"\xff" * 8)
-            await asyncio.wait_for(lost.wait(), 60)
-            theirs.close()
-
-        run(talk())
-
-    def test_ends_are_sockets(self) -> None:
-        """The two ends are what a forkserver can hand to a child."""
-        ends = pair()
-        assert all(isinstance(end, socket.socket) for end in ends)
-        for end in ends:
-            end.close()

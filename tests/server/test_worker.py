@@ -6,7 +6,7 @@ import threading
 from collections.abc import AsyncIterator, Callable
 from typing import Any
 
-from pftrack_server.worker.pipe import WebEnd, WorkerEnd, pair
+from pftrack.process import AsyncEnd, BlockingEnd, pair
 from pftrack_server.worker.protocol import Change, Credit, Event, Progress, Reply, Request, Speed, Transport
 from pftrack_server.worker.worker import Worker
 from tests.server.apart import run
@@ -17,12 +17,12 @@ SLOW = 0.1
 
 
 @contextlib.asynccontextmanager
-async def working(hear: Callable[[Event], None]) -> AsyncIterator[WebEnd]:
+async def working(hear: Callable[[Event], None]) -> AsyncIterator[AsyncEnd]:
     """Have a worker work, and hear its events."""
     ours, theirs = pair()
     lost = asyncio.Event()
-    web = await WebEnd.connect(ours, hear, lost.set)
-    worker = Worker(WorkerEnd(theirs), config(frames=600))
+    web = await AsyncEnd.connect(ours, hear, lost.set)
+    worker = Worker(BlockingEnd(theirs), config(frames=600))
 
     def serve() -> None:
         with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):

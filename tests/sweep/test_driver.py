@@ -16,6 +16,7 @@ import pytest
 from pftrack.sweep import Axis, Plan, Progress, Result, SweepError, SweepStopped, begin, carry_out, estimate, resume
 from pftrack.sweep.chunks import Chunks
 from pftrack.sweep.table import TIMING
+from tests.waiting import wait_for
 
 
 def figures(result: Result) -> pa.Table:
@@ -30,7 +31,7 @@ def cut(plan: Plan, out: Path, runs: int) -> None:
 
 def children() -> list[psutil.Process]:
     """Processes of the pool that this process started: those that its fork server has forked."""
-    servers = [it for it in psutil.Process().children() if "pftrack.sweep.pool_process" in it.cmdline()]
+    servers = [it for it in psutil.Process().children() if "pftrack.sweep.preload" in it.cmdline()]
     return [process for it in servers for process in it.children()]
 
 
@@ -186,7 +187,7 @@ def test_workers_do_not_outlive_a_driver_in_the_middle_of_a_chunk(tmp_path: Path
     driver = subprocess.Popen([sys.executable, "-c", PROGRAM, str(tmp_path / "long.parquet")], stdout=subprocess.PIPE)
     assert driver.stdout is not None
     driver.stdout.readline()
-    (server,) = psutil.Process(driver.pid).children()
+    (server,) = wait_for(psutil.Process(driver.pid).children)
     while len(workers := server.children()) < 2:
         time.sleep(0.1)
     while min(worker.cpu_times().user for worker in workers) < 0.2:  # both compute

@@ -15,9 +15,10 @@ from pftrack.sweep import csv_pieces
 from pftrack_server.api.dependencies import AStore, ASweep, SettingsNow
 from pftrack_server.errors import ConflictError
 from pftrack_server.store import Store
-from pftrack_server.sweeps.child import ask
+from pftrack_server.sweeps import functions
+from pftrack_server.sweeps.computing import ask
+from pftrack_server.sweeps.functions import Pictures
 from pftrack_server.sweeps.sweep import Sweep
-from pftrack_server.sweeps.task import Pictures, Report
 
 __all__ = ["router"]
 
@@ -27,7 +28,7 @@ PARQUET = "application/vnd.apache.parquet"
 REPORT_S = 120.0
 
 Format = Literal["parquet", "csv", "html", "png", "svg"]
-PICTURES: Mapping[Format, Pictures] = {"html": "", "png": "png", "svg": "svg"}
+PICTURES: Mapping[Format, Pictures] = {"html": None, "png": "png", "svg": "svg"}
 
 
 @router.get(
@@ -76,8 +77,8 @@ def _attach(name: str) -> dict[str, str]:
 
 async def _report(sweep: Sweep, store: Store, folder: Path, largest_file: int, *, pictures: Pictures) -> None:
     """Have a child write the report of a sweep into a folder."""
-    task = Report(result=store.files.sweep(sweep.id), folder=folder, file_bytes=largest_file, pictures=pictures)
-    await ask(task, patience_s=REPORT_S)
+    result = store.files.sweep(sweep.id)
+    await ask(functions.report, result, folder, pictures, patience_s=REPORT_S, file_bytes=largest_file)
 
 
 def _gather(sweep: Sweep, path: Path) -> Path:

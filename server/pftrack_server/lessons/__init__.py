@@ -1,8 +1,7 @@
 """Lessons: what the server adds to those of the library, which hold all text, mathematics and judgement.
 
 - `library`: which lessons there are, those of lecturers among them;
-- `functions`: what is computed of them, in other processes, in `worker` or a child task;
-- `pool`: the workers, of which nobody waits for another's;
+- `functions`: what is computed of them, in other processes: by a pool of workers, or as a child task;
 - `computed`: checks and whole runs, computed once and kept;
 - `service`: all of it together, and `views`: lessons as pages see them;
 - `text`: their Markdown as HTML.

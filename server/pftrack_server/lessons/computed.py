@@ -14,12 +14,10 @@ from typing import Any
 
 import structlog
 
-from pftrack.process import Ending
-from pftrack_server.tasks.child import Budget
-from pftrack_server.tasks.child_tasks import Answer, ChildTasks
+from pftrack.process import Budget, Ending, Outcome, Refusal, Reply
+from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.kept import Kept, digest
 from pftrack_server.tasks.queue import Queue
-from pftrack_server.worker.protocol import Failed, Reply
 
 __all__ = ["Computed", "Job"]
 
@@ -113,16 +111,16 @@ class Computed:
     async def _compute(self, name: str, job: Job, function: Callable[..., Any], arguments: tuple[object, ...]) -> None:
         try:
             async with self._turn.place():
-                answer: Answer = await self._tasks.answer(function, *arguments, budget=BUDGET, on_step=job.step)
+                outcome: Outcome = await self._tasks.answer(function, *arguments, budget=BUDGET, on_step=job.step)
         except Exception:
             log.exception("a lesson's computation failed", function=function.__name__)
-            answer = Ending.FAILED
-        match answer:
-            case Reply(result=dict() as result):
+            outcome = Ending.FAILED
+        match outcome:
+            case Reply(value=dict() as result):
                 job.result = result
                 await asyncio.to_thread(self._kept.write, name, result)
-            case Failed(message=message):
+            case Refusal(message=message):
                 job.problem = f"{message[:1].upper()}{message[1:].rstrip('.')}."
             case _:
-                job.problem = ENDINGS.get(answer, "This could not be computed; the server's log may say why.")
+                job.problem = ENDINGS.get(outcome, "This could not be computed; the server's log may say why.")
         job.ended = time.monotonic()

@@ -2,28 +2,47 @@
 
 import asyncio
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 from pftrack.experiments import find as find_experiment
 from pftrack.lessons import Lesson, Verdict
 from pftrack.lessons.judging import read_answer
 from pftrack.lessons.lecturers import Library, read_lessons
+from pftrack.lessons.lecturers.expression import ExpressionError
 from pftrack.lessons.lesson import Demonstration, Given, Scenario
 from pftrack.lessons.notebook import lesson_notebook
 from pftrack.lessons.running import asked
-from pftrack_server.errors import NotFoundError, RefusedError
+from pftrack.model.parameters import ParameterError
+from pftrack.process import MEBIBYTE, Budget, CallError, Ending, Pool, WorkerLostError
+from pftrack_server.errors import NotFoundError, RefusedError, UnavailableError
 from pftrack_server.lessons import functions
 from pftrack_server.lessons.computed import Computed, Job
 from pftrack_server.lessons.library import lesson_of
-from pftrack_server.lessons.pool import Pool
+from pftrack_server.log import RateLimitedLogger
+from pftrack_server.processes import FORK_SERVER
 from pftrack_server.schemas.lessons import ComputingPublic, FigureRequest
 from pftrack_server.tasks.child_tasks import ChildTasks
 
 __all__ = ["Lessons", "missing"]
 
+AT_ONCE = 16
+KEPT = 2
+"""Workers that are kept while nothing is asked for: a fork for each move of a slider would take longer than figures."""
+LONGEST_S = 60.0
+"""Seconds for one figure. It takes some milliseconds, but the first of a worker imports the lesson and loads what is
+compiled, which takes a busy machine many seconds; a worker that is ended then would begin with that again."""
+MEMORY_BYTES = 1024 * MEBIBYTE
+BUDGET = Budget(memory_bytes=MEMORY_BYTES, cpu_seconds=None, silence_s=LONGEST_S, niceness=3)
+"""Whoever serves everybody goes first, as before a session."""
+REFUSALS = ParameterError, ExpressionError
+
 RUN_S = 1.5
 """So long whoever answers waits for a run; then the answer says how far it is."""
+
+
+warnings = RateLimitedLogger(__name__)
 
 
 class Lessons:
@@ -37,7 +56,7 @@ class Lessons:
 
     def __init__(self, folder: Path, kept: Path, tasks: ChildTasks) -> None:
         self._folder = folder
-        self._pool = Pool()
+        self._pool = Pool(FORK_SERVER, most=AT_ONCE, kept=KEPT, budget=BUDGET, refusals=REFUSALS)
         self._computed = Computed(kept, tasks)
 
     async def open(self) -> None:
@@ -74,7 +93,7 @@ class Lessons:
         if not isinstance(lesson.body, Demonstration):
             raise RefusedError("This lesson shows a run; it has no figure.", field="lesson", value=lesson.id)
         told = asked_for.parameters, asked_for.seed, asked_for.revealed, asked_for.nearest
-        drawn: bytes = await self._pool.call(functions.draw, self._folder, lesson.id, *told)
+        drawn: bytes = await self._call(functions.draw, self._folder, lesson.id, *told)
         return drawn
 
     async def notebook(self, lesson: Lesson) -> bytes:
@@ -96,7 +115,7 @@ class Lessons:
         """
         given = read_answer(lesson.question, given)
         if isinstance(lesson.body, Demonstration):
-            verdict: Verdict = await self._pool.call(functions.judge_demonstration, self._folder, lesson.id, given)
+            verdict: Verdict = await self._call(functions.judge_demonstration, self._folder, lesson.id, given)
             return verdict
         if problem := missing(lesson.body):
             raise RefusedError(problem)
@@ -108,13 +127,43 @@ class Lessons:
             raise RefusedError(job.problem)
         if job.result is None:
             return ComputingPublic(done=job.done, total=job.total)
-        by_run: Verdict = await self._pool.call(functions.judge_scenario, self._folder, lesson.id, given, job.result)
+        by_run: Verdict = await self._call(functions.judge_scenario, self._folder, lesson.id, given, job.result)
         return by_run
 
     async def checks(self, lesson: Lesson) -> Job:
         """Return what the checks of a lesson came to, or how far they are."""
         about: Mapping[str, object] = {"lesson": lesson.id, "origin": lesson.origin, "source": lesson.source}
         return await self._computed.get(json.dumps(about), functions.check, self._folder, lesson.id)
+
+    async def _call(self, function: Callable[..., Any], *arguments: object) -> Any:  # noqa: ANN401 - whatever it returns
+        """Return the result of one of `functions`.
+
+        Raises:
+            ParameterError: It refused its arguments.
+            RefusedError: It needs more memory than it may have, or the lesson's own answer cannot be computed.
+            UnavailableError: It took too long, failed, or its worker died.
+        """
+        try:
+            return await self._pool.call(function, *arguments)
+        except ExpressionError as error:
+            raise RefusedError(f"The answer of this lesson cannot be computed: {error}.") from None
+        except MemoryError:
+            most = f"{MEMORY_BYTES // MEBIBYTE} MiB"
+            raise RefusedError(f"This needs more than the {most} of memory that a lesson may use.") from None
+        except CallError as error:
+            warnings.warn("a lesson failed", function=function.__name__, traceback=error.traceback)
+            raise UnavailableError(
+                "This could not be computed: the lesson has a mistake; the server's log says which."
+            ) from None
+        except WorkerLostError as lost:
+            if lost.how is Ending.OUT_OF_TIME:
+                raise UnavailableError(
+                    f"This took longer than the {LONGEST_S:g} s that a lesson may take and was given up; "
+                    "choose values that need less."
+                ) from None
+            raise UnavailableError(
+                "This could not be computed: its process was ended by the system. Try again."
+            ) from None
 
 
 def missing(scenario: Scenario) -> str | None:

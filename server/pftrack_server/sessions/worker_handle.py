@@ -10,16 +10,14 @@ import contextlib
 import itertools
 import time
 from collections.abc import Callable
-from multiprocessing.context import ForkServerProcess
 from typing import Any, TypeVar
 
 import structlog
 
-from pftrack.process import Ending, describe, ending
+from pftrack.process import AsyncEnd, Child, Ending, describe, ending
 from pftrack_server.errors import UnavailableError
+from pftrack_server.processes import FORK_SERVER
 from pftrack_server.resource_limits import allowed_cpu_seconds
-from pftrack_server.worker import forkserver
-from pftrack_server.worker.pipe import WebEnd, pair
 from pftrack_server.worker.protocol import (
     OPENING,
     Command,
@@ -65,8 +63,8 @@ class WorkerHandle:
         self._waiting: dict[int, tuple[asyncio.Future[Any], Callable[[Any], object]]] = {
             OPENING: (self._opened, lambda _: None)
         }
-        self._process: ForkServerProcess | None = None
-        self._end: WebEnd | None = None
+        self._child: Child | None = None
+        self._end: AsyncEnd | None = None
         self._reason: str | None = None
         self._closing = False
         self._gone = asyncio.Event()
@@ -76,7 +74,7 @@ class WorkerHandle:
     @property
     def pid(self) -> int | None:
         """The worker's process number."""
-        return self._process.pid if self._process else None
+        return self._child.pid if self._child and not self._child.has_ended else None
 
     async def start(self) -> None:
         """Start the worker and wait until its run stands, at its beginning or at its checkpoint.
@@ -85,15 +83,8 @@ class WorkerHandle:
             Exception: Whatever refused the config, as the worker raised it.
             WorkerLostError: It ended first.
         """
-        ours, theirs = pair()
-        try:
-            self._process = await forkserver.spawn(main, theirs, self._config, name=f"pftrack-{self._config.session}")
-            self._end = await WebEnd.connect(ours, self._event, self._lost)
-        except BaseException:
-            ours.close()
-            raise
-        finally:
-            theirs.close()
+        self._child = await FORK_SERVER.fork_async(main, self._config)
+        self._end = await AsyncEnd.connect(self._child.end, self._event, self._lost)
         # Until now it could not give any.
         self.heard = time.monotonic()
         try:
@@ -140,9 +131,8 @@ class WorkerHandle:
     def kill(self, reason: str) -> None:
         """End the worker at once, and say why when its end is noticed."""
         self._reason = self._reason or reason
-        process = self._process
-        if process is not None and process.is_alive():
-            process.kill()
+        if self._child is not None:
+            self._child.kill()
 
     async def close(self) -> None:
         """Close the pipe, wait for the worker's end, and free everything."""
@@ -181,8 +171,8 @@ class WorkerHandle:
 
     async def _bury(self) -> None:
         """Wait for the process to end, and fail all pending requests with the reason."""
-        code = await asyncio.to_thread(self._ended)
-        reason = self._reason or _cause(code, self._config)
+        status = await self._ended()
+        reason = self._reason or _cause(status, self._config)
         lost = WorkerLostError(reason)
         for future, _ in self._waiting.values():
             if not future.done():
@@ -194,27 +184,23 @@ class WorkerHandle:
         if not self._opened.cancelled():
             self._opened.exception()
         if not self._closing:
-            log.warning("worker lost", session=self._config.session, code=code, reason=reason)
+            log.warning("worker lost", session=self._config.session, status=status, reason=reason)
             self._on_lost(reason)
 
-    def _ended(self) -> int | None:
-        process = self._process
-        if process is None:
+    async def _ended(self) -> int | None:
+        child = self._child
+        if child is None:
             return None
-        process.join(LAST_WORDS_S)
-        if process.is_alive():
-            process.kill()
-            process.join(LAST_WORDS_S)
-        code = process.exitcode
-        if code is not None:
-            process.close()
-            self._process = None
-        return code
+        status = await child.wait(LAST_WORDS_S)
+        if not child.has_ended:
+            child.kill()
+            status = await child.wait(LAST_WORDS_S)
+        return status
 
 
-def _cause(code: int | None, config: WorkerConfig) -> str:
-    """Return a sentence that explains an exit code to a person."""
-    how = None if code is None else ending(code)
+def _cause(status: int | None, config: WorkerConfig) -> str:
+    """Return a sentence that explains an exit status to a person."""
+    how = None if status is None else ending(status)
     if how is Ending.OUT_OF_CPU_TIME:
         if (shell := allowed_cpu_seconds(config.cpu_seconds)) is not None:
             return (
@@ -226,6 +212,6 @@ def _cause(code: int | None, config: WorkerConfig) -> str:
         )
     if how is Ending.KILLED:
         return "The session's worker was killed, by the system or by somebody. Resume it to go on where it was."
-    if code is not None and how is Ending.CRASHED:
-        return f"The session's worker crashed ({describe(code)}). Resume it to go on where it was."
+    if status is not None and how is Ending.CRASHED:
+        return f"The session's worker crashed ({describe(status)}). Resume it to go on where it was."
     return "The session's worker ended unexpectedly. Resume it to go on where it was."

@@ -15,11 +15,11 @@ from pftrack_server.settings import Settings
 from pftrack_server.store import Store
 from pftrack_server.store.files import is_name, new_name, now
 from pftrack_server.store.tables import SweepRow
-from pftrack_server.sweeps.child import ask
+from pftrack_server.sweeps import functions
+from pftrack_server.sweeps.computing import ask
 from pftrack_server.sweeps.planning import BYTES_A_RUN, as_plan, cells_of, within_limits
 from pftrack_server.sweeps.reasons import CANCELLED, DELETED, RESTARTED, STOPPED
 from pftrack_server.sweeps.sweep import Sweep, check_idle, default_title
-from pftrack_server.sweeps.task import Measure
 
 __all__ = ["Sweeps"]
 
@@ -220,8 +220,8 @@ class Sweeps:
         if key not in self._measured:
             async with self._measuring:
                 if key not in self._measured:
-                    task = Measure(plan=plan.as_dict(), jobs=self._settings.sweep_jobs)
-                    answer = await ask(task, patience_s=MEASURE_S)
+                    jobs = self._settings.sweep_jobs
+                    answer = await ask(functions.measure, plan.as_dict(), jobs, patience_s=MEASURE_S)
                     while len(self._measured) >= MOST_REMEMBERED:
                         del self._measured[next(iter(self._measured))]
                     self._measured[key] = float(answer["seconds"])

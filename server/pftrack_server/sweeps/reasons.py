@@ -1,9 +1,8 @@
 """Reasons: sentences for why a sweep stopped, without a path or a stack."""
 
 import re
-from typing import Any
 
-from pftrack.process import describe
+from pftrack.process import Ending, Fault, Outcome, Refusal, Reply
 
 __all__ = ["CANCELLED", "DELETED", "RESTARTED", "STOPPED", "reason"]
 
@@ -23,19 +22,22 @@ PATH = re.compile(r"(?<![\w.])/[^\s:;,)]+")
 LONGEST = 300
 
 
-def reason(status: int, answer: dict[str, Any]) -> str:
-    """Say why the process of a sweep ended.
+def reason(outcome: Outcome, how: str) -> str:
+    """Say why a sweep is not done.
 
     Args:
-        status: Its exit status, negative for a signal.
-        answer: The JSON that it printed, with its complaint where there is no error.
+        outcome: What came of its computation.
+        how: How its process ended, in words.
     """
-    if status < 0:
-        return f"The process that computed the sweep was {describe(status)}. {KEPT}"
-    error = answer.get("error", {})
-    said = str(error.get("message") or answer.get("complaint") or "").strip()
+    match outcome:
+        case Refusal(message=said) | Fault(name=said):
+            pass
+        case Ending.FAILED | Reply():
+            said = ""
+        case _:
+            return f"The process that computed the sweep was {how}. {KEPT}"
     for words, meaning in COMPLAINTS.items():
         if words in said:
             return f"{meaning} {KEPT}"
-    said = PATH.sub("a file", said.splitlines()[-1] if said else "")[:LONGEST].rstrip(".")
+    said = PATH.sub("a file", said.strip().splitlines()[-1] if said.strip() else "")[:LONGEST].rstrip(".")
     return f"{said[:1].upper()}{said[1:]}. {KEPT}" if said else f"The computation failed. {KEPT}"

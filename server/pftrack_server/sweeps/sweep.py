@@ -15,6 +15,7 @@ from typing import Any
 import structlog
 
 from pftrack.experiments import EXPERIMENTS
+from pftrack.process import Reply, Worker
 from pftrack.sweep import Plan, begin, partial_of
 from pftrack_server.errors import ConflictError
 from pftrack_server.log import RateLimitedLogger
@@ -23,13 +24,15 @@ from pftrack_server.schemas.sweep_answers import axis_view, fixed_views
 from pftrack_server.schemas.sweep_views import CellsPublic, State, SweepPublic
 from pftrack_server.settings import Settings
 from pftrack_server.stream.listeners import Listeners
-from pftrack_server.sweeps.child import Child
+from pftrack_server.sweeps import computing, functions
 from pftrack_server.sweeps.listener import SweepListener
 from pftrack_server.sweeps.reasons import reason as why
 from pftrack_server.sweeps.results import Results
-from pftrack_server.sweeps.task import Resume
 
 __all__ = ["Sweep"]
+
+GRACE_S = 8.0
+"""So long a process that is asked to stop may wind up."""
 
 log = structlog.get_logger(__name__)
 
@@ -68,7 +71,7 @@ class Sweep:
         self._out = out
         self._settings = settings
         self._keep = keep
-        self._child: Child | None = None
+        self._worker: Worker | None = None
         self._watch: asyncio.Task[None] | None = None
         self._reason: str | None = None
         self._began = 0.0
@@ -81,7 +84,7 @@ class Sweep:
     @property
     def pid(self) -> int | None:
         """Number of the process that computes it."""
-        return self._child.pid if self._child else None
+        return self._worker.pid if self._worker else None
 
     @property
     def listeners(self) -> int:
@@ -164,22 +167,22 @@ class Sweep:
             await asyncio.to_thread(begin, self.plan, self._out)
         self._reason = None
         settings = self._settings
-        self._child = await Child.start(
-            Resume(out=self._out, jobs=settings.sweep_jobs, file_bytes=settings.max_sweeps_bytes)
-        )
+        self._worker = await computing.start(settings.max_sweeps_bytes)
         self._began = time.monotonic()
         self._past.clear()
-        self._watch = asyncio.create_task(self._follow(self._child))
+        self._watch = asyncio.create_task(self._follow(self._worker, settings.sweep_jobs))
         await self._become("running", None)
         log.info("sweep started", sweep=self.id, runs=self.plan.runs, done=self.done)
 
     async def stop(self, reason: str) -> None:
         """End its process; what was computed is kept."""
-        child, watch = self._child, self._watch
-        if child is None or watch is None:
+        worker, watch = self._worker, self._watch
+        if worker is None or watch is None:
             return
         self._reason = self._reason or reason
-        await child.stop()
+        worker.terminate()
+        if not (await asyncio.wait((watch,), timeout=GRACE_S))[0]:
+            worker.kill()
         await asyncio.shield(watch)
 
     async def close(self) -> None:
@@ -191,9 +194,9 @@ class Sweep:
         await asyncio.to_thread(self.results.refresh)
         self._take()
 
-    async def _follow(self, child: Child) -> None:
-        """Watch files and process until the process ends."""
-        end = asyncio.ensure_future(child.wait())
+    async def _follow(self, worker: Worker, jobs: int) -> None:
+        """Have a process go on with the sweep, and watch it and the files until it ends."""
+        end = asyncio.ensure_future(worker.call(functions.compute, self._out, jobs))
         written = time.monotonic()
         try:
             while not end.done():
@@ -202,16 +205,17 @@ class Sweep:
                 if time.monotonic() - written > WRITE_EVERY_S:
                     written = time.monotonic()
                     await self._write()
-            status, answer = end.result()
+            outcome = end.result()
+            how = await worker.close()
             await self._glance()
         finally:
-            self._seconds, self._child, self._watch = self._now_seconds(), None, None
-        if status == 0 and self._out.exists():
+            self._seconds, self._worker, self._watch = self._now_seconds(), None, None
+        if isinstance(outcome, Reply) and self._out.exists():
             await self._become("done", None)
         else:
-            because = self._reason or why(status, answer)
+            because = self._reason or why(outcome, how)
             if self._reason is None:
-                log.warning("sweep stopped", sweep=self.id, status=status, **answer)
+                log.warning("sweep stopped", sweep=self.id, process=how, outcome=outcome)
             await self._become("stopped", because)
 
     async def _glance(self) -> None:

@@ -1,7 +1,6 @@
 """Tasks: work on what people sent, each in a confined process, so that it harms nobody and nobody waits for it.
 
 - `child_tasks`: how the web process has them carried out, `queue`: who is next, and `jobs`: those that are asked about;
-- `child`: what their process gives up first, and `answers`: how it tells what came of them;
 - `functions`: what they do.
 """
 

@@ -8,12 +8,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from pftrack.model.sequence import FrameIndex
-from pftrack.process import Ending
+from pftrack.process import MEBIBYTE, Budget, Ending, Refusal, Reply
 from pftrack.sources.sequence import Limits, SourceError
-from pftrack_server.tasks.child import MEBIBYTE, Budget
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.functions import survey
-from pftrack_server.worker.protocol import Failed, Reply
 
 __all__ = ["probe"]
 
@@ -26,7 +24,7 @@ async def probe(
     limits: Limits,
     *,
     budget: Budget = BUDGET,
-    stopped: Callable[[], bool] = lambda: False,
+    stopped: Callable[[], bool] | None = None,
 ) -> FrameIndex:
     """Decode a sequence of pictures once, in a process of its own, without waiting for a turn.
 
@@ -42,18 +40,18 @@ async def probe(
     """
     answer = await tasks.answer(survey, str(path), limits, budget.memory_bytes, budget=budget, stopped=stopped)
     match answer:
-        case Reply(result=str(text)):
+        case Reply(value=str(text)):
             try:
                 return FrameIndex.from_json(text)
             except ValueError:
                 how = Ending.CRASHED
-        case Failed(message=message):
+        case Refusal(message=message):
             raise SourceError(message)
         case Ending():
             how = answer
         case _:
             how = Ending.CRASHED
-    if stopped():
+    if stopped is not None and stopped():
         raise SourceError("decoding was stopped before it came to an end; give the file again")
     raise SourceError(_fate(how, budget))
 

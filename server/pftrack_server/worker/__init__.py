@@ -1,10 +1,8 @@
 """The worker: the process that computes a session's run.
 
-It imports neither FastAPI nor the database nor viser; the web process speaks to it through `pipe` in the vocabulary of
-`protocol`.
+It imports neither FastAPI nor the database nor viser; the web process speaks to it in the vocabulary of `protocol`.
 
-- `worker`: its loop; `run_tree`: the runs of one session, a branch each;
-- `forkserver`, `preload`: how it is started, in milliseconds.
+- `worker`: its loop; `run_tree`: the runs of one session, a branch each.
 """
 
 __all__: list[str] = []

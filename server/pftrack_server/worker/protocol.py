@@ -6,7 +6,6 @@ arrived and somebody looks: so drawings are never queued, and nobody draws for a
 forms, for the scene and for flat views, with a credit for each; both are made of one drawing and share its pictures.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
@@ -21,7 +20,6 @@ __all__ = [
     "OPENING",
     "Activate",
     "Branch",
-    "Call",
     "Change",
     "Command",
     "Credit",
@@ -40,9 +38,7 @@ __all__ = [
     "Save",
     "SessionInfo",
     "Speed",
-    "Step",
     "Transport",
-    "UnexpectedError",
     "WorkerConfig",
 ]
 
@@ -252,14 +248,6 @@ class Request:
     command: Command
 
 
-@dataclass(frozen=True, slots=True)
-class Call:
-    """A function to call; what the worker of lessons is asked, whose pipe knows no other request."""
-
-    function: Callable[..., Any]
-    arguments: tuple[object, ...]
-
-
 # ---------------------------------------------------------------- events
 
 
@@ -310,14 +298,6 @@ class Heartbeat:
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
-    """A task has come so far."""
-
-    done: int
-    total: int
-
-
-@dataclass(frozen=True, slots=True)
 class Failed:
     """The worker cannot go on; the last event before it ends.
 
@@ -330,15 +310,4 @@ class Failed:
     error: Exception | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class UnexpectedError:
-    """A task came to an end that nobody has foreseen; its last event.
-
-    Attributes:
-        traceback: For the log.
-    """
-
-    traceback: str
-
-
-Event: TypeAlias = Ready | Progress | Reply | Heartbeat | Step | Failed | UnexpectedError
+Event: TypeAlias = Ready | Progress | Reply | Heartbeat | Failed

@@ -19,7 +19,7 @@ from typing import Any, get_args
 from pftrack.model.drawing import Drawing
 from pftrack.model.export import ExportError
 from pftrack.model.parameters import ParameterError
-from pftrack.process import confine, leave_interrupts_to_parent
+from pftrack.process import BlockingEnd, confine, leave_interrupts_to_parent
 from pftrack.rendering import png, render
 from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
@@ -28,7 +28,6 @@ from pftrack_server.flat.codec import DrawingEncoder
 from pftrack_server.pictures import PictureEncoder
 from pftrack_server.schemas.spec import Goal
 from pftrack_server.worker.checkpoints import Checkpoints
-from pftrack_server.worker.pipe import WorkerEnd
 from pftrack_server.worker.protocol import (
     OPENING,
     Activate,
@@ -74,13 +73,10 @@ OPEN_FILES = 256
 
 def main(end: socket.socket, config: WorkerConfig) -> None:
     """Run a session's worker until the web process hangs up."""
-    from pftrack_server.worker.preload import assert_preloaded  # noqa: PLC0415 - the preload imports this module
-
-    assert_preloaded()
     leave_interrupts_to_parent()
     os.nice(GIVING_WAY if config.gives_way else NICENESS)
     confine(memory_bytes=config.memory_bytes, cpu_seconds=config.cpu_seconds, open_files=OPEN_FILES)
-    pipe = WorkerEnd(end)
+    pipe = BlockingEnd(end)
     try:
         worker = _made(pipe, config)
         if worker is not None:
@@ -97,7 +93,7 @@ def main(end: socket.socket, config: WorkerConfig) -> None:
         sys.exit(1)
 
 
-def _made(pipe: WorkerEnd, config: WorkerConfig) -> "Worker | None":
+def _made(pipe: BlockingEnd, config: WorkerConfig) -> "Worker | None":
     """Return the worker, or tell what of the config was refused."""
     try:
         return Worker(pipe, config)
@@ -109,7 +105,7 @@ def _made(pipe: WorkerEnd, config: WorkerConfig) -> "Worker | None":
     return None
 
 
-def _farewell(pipe: WorkerEnd, failed: Failed) -> None:
+def _farewell(pipe: BlockingEnd, failed: Failed) -> None:
     try:
         pipe.send(failed)
     except OSError:
@@ -128,7 +124,7 @@ class Way:
 class Worker:
     """The loop of a worker."""
 
-    def __init__(self, pipe: WorkerEnd, config: WorkerConfig) -> None:
+    def __init__(self, pipe: BlockingEnd, config: WorkerConfig) -> None:
         self._pipe = pipe
         self._told = time.monotonic()
         self._tree = RunTree(config, self._live_on)

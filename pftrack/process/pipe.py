@@ -1,7 +1,7 @@
-"""The pipe between web process and worker: whole messages over a socket pair, length first.
+"""The pipe between a process and its child: whole messages over a socket pair, length first.
 
-The worker's end blocks, as it has nothing else to do. The web process's end never does: a worker that is stopped in the
-middle of a message must not stop everybody else, which is why `multiprocessing`'s own connections will not do here.
+The child's end blocks, as it has nothing else to do. The parent's end never does: a child that is stopped in the middle
+of a message must not stop everybody else, which is why `multiprocessing`'s own connections will not do here.
 """
 
 import asyncio
@@ -10,11 +10,12 @@ import select
 import socket
 import struct
 from collections.abc import Callable
-from typing import cast
+from typing import Any, cast
 
-from pftrack_server.worker.protocol import Call, Credit, Event, Request
+__all__ = ["AsyncEnd", "BlockingEnd", "Pack", "Unpack", "pair"]
 
-__all__ = ["WebEnd", "WorkerEnd", "pair"]
+Pack = Callable[[Any], bytes]
+Unpack = Callable[[bytearray], Any]
 
 LENGTH = struct.Struct("!Q")
 LARGEST_MESSAGE = 256 * 1024 * 1024
@@ -37,35 +38,37 @@ def _with_length(body: bytes) -> list[bytes]:
     return [LENGTH.pack(len(body)), body]
 
 
-class WorkerEnd:
-    """The worker's end: blocking.
+class BlockingEnd:
+    """An end that waits, as a child's does.
 
     Args:
         end: One end of a pair.
-        pack: Writes an event, as the other end reads it.
+        pack: Writes a message, as the other end reads it.
     """
 
-    def __init__(self, end: socket.socket, pack: Callable[[Event], bytes] = _pickle) -> None:
+    def __init__(self, end: socket.socket, pack: Pack = _pickle) -> None:
         self._socket = end
         self._socket.setblocking(True)
         self._pack = pack
 
-    def send(self, event: Event) -> None:
-        """Send an event, waiting while the web process is busy."""
-        for part in _with_length(self._pack(event)):
+    def send(self, message: object) -> None:
+        """Send a message, waiting while the other end is busy."""
+        for part in _with_length(self._pack(message)):
             self._socket.sendall(part)
 
-    def receive(self, wait_s: float) -> Request | Credit | Call | None:
-        """Return the next command, or None when none came in time.
+    def receive(self, wait_s: float | None = None) -> Any:  # noqa: ANN401 - whatever the parent has sent
+        """Return the parent's next message, or None when none came in time.
+
+        Args:
+            wait_s: How long to wait; None for ever.
 
         Raises:
-            EOFError: The web process is gone.
+            EOFError: The other end is closed.
         """
-        if not select.select([self._socket], [], [], max(0.0, wait_s))[0]:
+        if wait_s is not None and not select.select([self._socket], [], [], max(0.0, wait_s))[0]:
             return None
         (length,) = LENGTH.unpack(self._exactly(LENGTH.size))
-        message: Request | Credit | Call = pickle.loads(self._exactly(length))  # noqa: S301 - from the process that made us
-        return message
+        return pickle.loads(self._exactly(length))  # noqa: S301 - from the process that made us
 
     def _exactly(self, length: int) -> bytearray:
         data = bytearray(length)
@@ -78,17 +81,17 @@ class WorkerEnd:
         return data
 
 
-class WebEnd(asyncio.BufferedProtocol):
-    """The web process's end: reads straight into the buffer of the message that is coming."""
+class AsyncEnd(asyncio.BufferedProtocol):
+    """The parent's end: reads straight into the buffer of the message that is coming."""
 
     def __init__(
         self,
-        on_event: Callable[[Event], None],
+        on_message: Callable[[Any], None],
         on_lost: Callable[[], None],
-        unpack: Callable[[bytearray], Event],
+        unpack: Unpack,
         most_bytes: int,
     ) -> None:
-        self._on_event = on_event
+        self._on_message = on_message
         self._on_lost = on_lost
         self._unpack = unpack
         self._most_bytes = most_bytes
@@ -101,33 +104,33 @@ class WebEnd(asyncio.BufferedProtocol):
     async def connect(
         cls,
         end: socket.socket,
-        on_event: Callable[[Event], None],
+        on_message: Callable[[Any], None],
         on_lost: Callable[[], None],
-        unpack: Callable[[bytearray], Event] = pickle.loads,
+        unpack: Unpack = pickle.loads,
         most_bytes: int = LARGEST_MESSAGE,
-    ) -> "WebEnd":
-        """Take over one end of a pair and call back for every event, and once when the worker is gone.
+    ) -> "AsyncEnd":
+        """Take over one end of a pair and call back for every message, and once when the child is gone.
 
         Args:
             end: It.
-            on_event: Is called with every event.
-            on_lost: Is called when the worker is gone, or has sent what is no event.
-            unpack: Reads an event, or raises a `ValueError`. A pickle is read of nobody but a process that runs our
+            on_message: Is called with every message.
+            on_lost: Is called when the child is gone, or has sent what is no message.
+            unpack: Reads a message, or raises a `ValueError`. A pickle is read of nobody but a process that runs our
                 own program.
-            most_bytes: Length of an event.
+            most_bytes: Length of a message.
         """
         end.setblocking(False)
         loop = asyncio.get_running_loop()
-        _, protocol = await loop.create_unix_connection(lambda: cls(on_event, on_lost, unpack, most_bytes), sock=end)
+        _, protocol = await loop.create_unix_connection(lambda: cls(on_message, on_lost, unpack, most_bytes), sock=end)
         return protocol
 
-    def send(self, message: Request | Credit | Call) -> None:
-        """Send a command without waiting; to a worker that is gone it is lost."""
+    def send(self, message: object) -> None:
+        """Send a message without waiting; to a child that is gone it is lost."""
         if self._transport is not None and not self._transport.is_closing():
             self._transport.write(b"".join(_with_length(_pickle(message))))
 
     def close(self) -> None:
-        """Hang up; the worker ends when it notices."""
+        """Hang up; the child ends when it notices."""
         if self._transport is not None:
             self._transport.abort()
 
@@ -155,12 +158,12 @@ class WebEnd(asyncio.BufferedProtocol):
             return
         self._buffer, self._in_body = bytearray(LENGTH.size), False
         try:
-            event = self._unpack(buffer)
+            message = self._unpack(buffer)
         except ValueError:
             self.close()
             return
-        self._on_event(event)
+        self._on_message(message)
 
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002 - asyncio's signature
-        """Tell that the worker is gone (asyncio)."""
+        """Tell that the child is gone (asyncio)."""
         self._on_lost()

@@ -1,13 +1,10 @@
-"""The modules that a forkserver imports before the first worker starts, shared by all workers' memory.
+"""The modules that the fork server imports before the first child starts, shared by all children's memory.
 
-A preload that cannot be imported is ignored silently by `multiprocessing`, and each worker would then import everything
-itself: 0.6-1.8 s and 96 MB in place of 15 ms and 20 MB. So this module remembers which process imported it, and a
-worker asserts that it was its parent.
+Without it each would import everything itself: 0.6-1.8 s and 96 MB in place of 15 ms and 20 MB.
 """
 
 import contextlib
 import gc
-import os
 
 import cv2
 import numba
@@ -18,7 +15,6 @@ import pftrack.sources.images
 import pftrack.sources.tracks.sequence
 import pftrack.sources.video
 import pftrack_server.lessons.functions
-import pftrack_server.lessons.worker
 import pftrack_server.tasks.comparing
 import pftrack_server.tasks.exports
 import pftrack_server.tasks.functions
@@ -29,7 +25,7 @@ from pftrack.warming import cache_folder, loading_cases, ready, remember
 from pftrack.warming.coverage import cases, run_case
 from pftrack.warming.watch import loaded
 
-__all__ = ["assert_preloaded"]
+__all__ = ["PRELOADED"]
 
 PRELOADED = (
     cv2,
@@ -38,19 +34,8 @@ PRELOADED = (
     pftrack,
     pftrack_server.worker,
 )  # imported to be there, and named so that they stay imported
-PRELOADED_IN = os.getpid()
 
 cv2.setNumThreads(1)
-
-
-def assert_preloaded() -> None:
-    """Make sure that this process was forked from one that had everything ready.
-
-    Raises:
-        RuntimeError: The preload did not take.
-    """
-    if os.getppid() != PRELOADED_IN:
-        raise RuntimeError("the forkserver did not preload: pftrack_server.worker.preload could not be imported there")
 
 
 def _warm() -> None:
@@ -92,7 +77,4 @@ def _load(name: str) -> None:
 # What is loaded here stays: to look for garbage on the way takes a tenth of the time.
 gc.disable()
 _warm()
-# A worker's garbage collector would touch every object that is here, and so copy 37 MB of pages that all of them share.
-gc.collect()
-gc.freeze()
 gc.enable()

@@ -1,4 +1,4 @@
-"""Answers of tasks: read as what was written, and refused otherwise, whatever they are."""
+"""Answers as JSON: read as what was written, and refused otherwise, whatever they are."""
 
 import math
 import pickle
@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack_server.tasks.answers import pack, unpack
-from pftrack_server.worker.protocol import Event, Failed, Heartbeat, Reply, Step, UnexpectedError
+from pftrack.process import Fault, Refusal, Reply, Step
+from pftrack.process.answers import pack, unpack
+from pftrack.process.calls import Answer
 
 VALUES = st.recursive(
     st.none() | st.booleans() | st.integers(-(2**70), 2**70) | st.floats(allow_nan=False) | st.text() | st.binary(),
@@ -21,40 +22,42 @@ VALUES = st.recursive(
 @given(VALUES)
 def test_a_result_comes_back(value: object) -> None:
     """Whatever JSON can say, and bytes anywhere in it, is read as it was written, to the last bit."""
-    assert unpack(pack(Reply(0, value))) == Reply(0, value)
+    assert unpack(pack(Reply(value))) == Reply(value)
 
 
 def test_no_value_is_taken_for_bytes() -> None:
     """What a file says is told from what was bytes, even if it copies the form of an answer that was seen before."""
-    tag = pack(Reply(0, b""))[:16].decode()
+    tag = pack(Reply(b""))[:16].decode()
     for value in ({"base64": "eHg="}, {tag: "eHg="}, {tag: "no base64"}):
-        assert unpack(pack(Reply(0, value))) == Reply(0, value)
+        assert unpack(pack(Reply(value))) == Reply(value)
 
 
-@pytest.mark.parametrize("event", [Failed("the file is empty \udcff"), UnexpectedError("Traceback"), Step(3, 7)])
-def test_an_event_comes_back(event: Event) -> None:
-    """Refusals, mistakes and steps are events as well."""
-    assert unpack(pack(event)) == event
+@pytest.mark.parametrize(
+    "answer", [Refusal("the file is empty \udcff"), Fault("KeyError: 3", "Traceback"), Step((3, 7))]
+)
+def test_an_answer_comes_back(answer: Answer) -> None:
+    """Refusals, faults and steps are answers as well."""
+    assert unpack(pack(answer)) == answer
 
 
 def test_a_number_of_numpy_is_a_number() -> None:
     """An experiment of another package need not know that its measures travel."""
     value = {"hits": np.int64(3), "share": np.float32(0.5), "success": np.bool_(True)}
-    assert unpack(pack(Reply(0, value))) == Reply(0, {"hits": 3, "share": 0.5, "success": True})
+    assert unpack(pack(Reply(value))) == Reply({"hits": 3, "share": 0.5, "success": True})
 
 
 def test_what_is_no_number_comes_back() -> None:
     """A measure may be undefined."""
-    read = unpack(pack(Reply(0, math.nan)))
+    read = unpack(pack(Reply(math.nan)))
     assert isinstance(read, Reply)
-    assert math.isnan(read.result)  # type: ignore[arg-type]
+    assert math.isnan(read.value)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("event", [Heartbeat(), Reply(0, object()), Reply(0, {1, 2})])
-def test_what_cannot_be_said_is_refused(event: Event) -> None:
+@pytest.mark.parametrize("answer", [Step(3), Reply(object()), Reply({1, 2})])
+def test_what_cannot_be_said_is_refused(answer: Answer) -> None:
     """A task that returns something else is a mistake of ours, and noticed where it is made."""
     with pytest.raises(TypeError, match="not "):
-        pack(event)
+        pack(answer)
 
 
 @pytest.mark.parametrize(
@@ -64,20 +67,20 @@ def test_what_cannot_be_said_is_refused(event: Event) -> None:
         b"null",
         b"[]",
         b"{}",
-        b'{"failed": 3}',
-        b'{"mistake": ["a"]}',
+        b'{"refusal": 3}',
+        b'{"fault": ["a"], "traceback": "b"}',
         b'{"done": "1", "total": 2}',
-        b'{"result": 1, "failed": "b"}',
-        b'{"result": {"0123456789abcdef": "=no="}}',
-        b'{"result": {"0123456789abcdef": 7}}',
+        b'{"value": 1, "refusal": "b"}',
+        b'{"value": {"0123456789abcdef": "=no="}}',
+        b'{"value": {"0123456789abcdef": 7}}',
         b"\xff\xfe",
         b"[" * 100_000,
         b"1" * 10_000,
-        pickle.dumps(Reply(0, 1)),
+        pickle.dumps(Reply(1)),
     ],
 )
 def test_nonsense_is_refused(data: bytes) -> None:
-    """Nothing but an event is read as one, with its tag or without, and no other exception comes of it."""
+    """Nothing but an answer is read as one, with its tag or without, and no other exception comes of it."""
     for text in (data, b"0123456789abcdef" + data):
         with pytest.raises(ValueError):  # noqa: PT011 - each parser has words of its own
             unpack(bytearray(text))

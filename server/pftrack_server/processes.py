@@ -1,0 +1,11 @@
+"""The fork server of everything that the server does in processes of its own.
+
+Sessions, tasks, lessons and sweeps are forks of one process that has imported and loaded all that is compiled, so that
+each begins in milliseconds and shares its memory.
+"""
+
+from pftrack.process import ForkServer
+
+__all__ = ["FORK_SERVER"]
+
+FORK_SERVER = ForkServer("pftrack_server.preload", secrets=("PFTRACK_TOKEN",))

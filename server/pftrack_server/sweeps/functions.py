@@ -1,0 +1,60 @@
+"""What the process does that computes a sweep, measures one, or reports on it.
+
+It ends with the server. When it is asked to stop, it winds up as if somebody had pressed Ctrl-C: what was computed is
+kept.
+"""
+
+import signal
+import threading
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+from pftrack.sweep import Plan, carry_out, estimate, read_result
+from pftrack.sweep.report import write_report
+
+__all__ = ["Pictures", "compute", "measure", "report"]
+
+Pictures: TypeAlias = Literal["png", "svg"] | None
+"""What the maps of a report are drawn as, beside those on its page."""
+
+
+def measure(plan: dict[str, Any], jobs: int) -> dict[str, Any]:
+    """Return what a plan would cost, measured on a few of its runs, as `pftrack.sweep.Estimate` has it.
+
+    Args:
+        plan: As JSON values.
+        jobs: Processes that would compute it.
+    """
+    return asdict(estimate(Plan.from_dict(plan), jobs))
+
+
+def compute(out: Path, jobs: int) -> None:
+    """Go on with a sweep that was begun, until it is done or SIGTERM asks to stop.
+
+    Args:
+        out: Its result file.
+        jobs: Processes that compute.
+
+    Raises:
+        SweepError: It was stopped, or cannot be continued; what was computed is kept.
+        OSError: A file cannot be written; what was computed is kept.
+    """
+    asked = threading.Event()
+    signal.signal(signal.SIGTERM, lambda *_: asked.set())
+    carry_out(None, out, jobs=jobs, stop=asked.is_set)
+
+
+def report(result: Path, folder: Path, pictures: Pictures) -> None:
+    """Write the report of a sweep.
+
+    Args:
+        result: The sweep's result file.
+        folder: Where the report goes.
+        pictures: What its maps are drawn as.
+
+    Raises:
+        SweepError: There is nothing to report.
+        OSError: A file cannot be written.
+    """
+    write_report(read_result(result), folder, form=pictures)
