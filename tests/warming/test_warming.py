@@ -1,25 +1,21 @@
-"""Compiling by processes of their own, tried on a child that only pretends."""
+"""Compiling by processes of their own, tried on functions that only pretend."""
 
-import json
 import os
-import subprocess
-import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import compiled
+from pftrack.numerics.elementary import exponentials, logarithms
+from pftrack.process import report
 from pftrack.trackers.sampling.loop import loop_with
-from pftrack.warming import Progress, Warming, memory
+from pftrack.warming import Progress, Warming, compiling, memory
 from pftrack.warming.schedule import Schedule
-
-ROOT = Path(__file__).parents[2]
 
 
 @compiled
@@ -28,38 +24,41 @@ def silent(image_rgb: NDArray[np.uint8], states: NDArray[np.float64], packed: tu
     return np.zeros(states.shape[0])
 
 
-PRETENDING = """
-import json, sys, time
-def say(**news): print(json.dumps(news), flush=True)
-say(total=6)
-for line in sys.stdin:
-    name, number = json.loads(line)
+def pretend(name: str, number: int) -> list[str]:
+    """Compile nothing, but tell as if it were so."""
     if number == 0:
-        say(begun=name, cases=2)
-    if name == "dies" and number == 1: sys.exit(3)
+        report({"begun": name, "cases": 2, "total": 6})
+    if name == "dies" and number == 1:
+        os._exit(3)
     if name == "broken":
-        say(failed=name, reason="ValueError: no")
-        continue
-    function = f"{{name}}.{{'ab'[number]}}"
-    time.sleep({pause})
-    say(function=function, seconds=0.5)
-    say(done=name)
-"""
+        raise ValueError("no")
+    function = f"{name}.{'ab'[number]}"
+    report({"function": function, "seconds": 0.5})
+    return [function]
+
+
+def pause(name: str, number: int) -> list[str]:
+    """Be at it for longer than anybody waits."""
+    time.sleep(600)
+    return pretend(name, number)
+
+
+def compile_little(name: str, number: int) -> list[str]:
+    """Compile what the sums of elementary functions need, as if a case of the experiment called no more."""
+    compiling.run_case = lambda *_: logarithms(exponentials(np.ones(3)))  # type: ignore[assignment]
+    return compiling.compile_case(name, number)
 
 
 @pytest.fixture
-def pretend(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    (tmp_path / "pretending.py").write_text(PRETENDING.format(pause=0.05))
-    (tmp_path / "pausing.py").write_text(PRETENDING.format(pause=60))
-    monkeypatch.syspath_prepend(tmp_path)
+def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    return "pretending"
 
 
-def test_progress_comes_with_every_function(pretend: str) -> None:
+@pytest.mark.usefixtures("own_cache")
+def test_progress_comes_with_every_function() -> None:
     """Functions add up, experiments get ready one by one, and in the end all is done."""
     told: list[Progress] = []
-    done = Warming(["one", "two", "three"], processes=2, told=told.append, child=pretend).wait()
+    done = Warming(["one", "two", "three"], processes=2, told=told.append, compile_case=pretend).wait()
     assert done.finished
     assert done.sentence == "compiled"
     assert (done.done, done.total, done.ready) == (6, 6, {"one", "two", "three"})
@@ -70,20 +69,22 @@ def test_progress_comes_with_every_function(pretend: str) -> None:
     assert memory.ready(["two", "four"]) == {"two"}
 
 
+@pytest.mark.usefixtures("own_cache")
 @pytest.mark.parametrize("processes", [1, 2])
 @pytest.mark.parametrize(("bad", "reason"), [("broken", "ValueError: no"), ("dies", "ended with status 3")])
-def test_one_that_does_not_run_keeps_no_other(pretend: str, bad: str, reason: str, processes: int) -> None:
+def test_one_that_does_not_run_keeps_no_other(bad: str, reason: str, processes: int) -> None:
     """An experiment that raises, or ends its process, is told with the reason, and the others get ready."""
-    done = Warming([bad, "one"], processes=processes, child=pretend).wait()
+    done = Warming([bad, "one"], processes=processes, compile_case=pretend).wait()
     assert done.finished
     assert reason in done.failed[bad]
     assert done.ready == {"one"}
     assert memory.ready([bad, "one"]) == {"one"}
 
 
-def test_processes_share_the_cases_of_one_experiment(pretend: str) -> None:
+@pytest.mark.usefixtures("own_cache")
+def test_processes_share_the_cases_of_one_experiment() -> None:
     """Two processes run each case once."""
-    done = Warming(["one", "three"], processes=2, child=pretend).wait()
+    done = Warming(["one", "three"], processes=2, compile_case=pretend).wait()
     assert done.seconds == {f"{name}.{part}": 0.5 for name in ("one", "three") for part in "ab"}
 
 
@@ -120,18 +121,18 @@ def test_what_is_told_after_the_end_brings_nothing_back() -> None:
     assert schedule.take("one") is None
 
 
-@pytest.mark.usefixtures("pretend")
+@pytest.mark.usefixtures("own_cache")
 def test_nothing_is_begun_after_it_was_ended() -> None:
     """A process that is ended is not replaced, however much there is left to do."""
-    warming = Warming(["one", "two", "three"], processes=1, child="pausing")
+    warming = Warming(["one", "two", "three"], processes=1, compile_case=pause)
     warming.stop()
     assert warming.wait().failed.keys() <= {"one"}
 
 
-@pytest.mark.usefixtures("pretend")
+@pytest.mark.usefixtures("own_cache")
 def test_it_ends_at_once_when_asked() -> None:
     """Stopping ends the processes, and leaves nobody waiting."""
-    warming = Warming(["one", "two"], processes=1, child="pausing")
+    warming = Warming(["one", "two"], processes=1, compile_case=pause)
     threading.Timer(0.5, warming.stop).start()
     begun = time.monotonic()
     assert not warming.wait().finished
@@ -206,47 +207,15 @@ def test_what_cannot_be_kept_is_not_remembered(tmp_path: Path, monkeypatch: pyte
     assert memory.ready(["one"]) == frozenset()
 
 
-CASES = "".join(f'["sine", {number}]\n' for number in range(2))
-
-
-LITTLE = """
-import os
-import numpy as np
-from pftrack.numerics.elementary import exponentials, logarithms
-from pftrack.warming import child
-def run_case(*_):
-    print("by Python", flush=True)
-    os.write(1, b"below Python")
-    logarithms(exponentials(np.ones(3)))
-child.run_case = run_case
-child.main()
-"""
-
-
-def test_the_real_child_compiles_and_keeps(tmp_path: Path) -> None:
-    """In an empty cache what is called is compiled function by function; a second time there is nothing to do.
-
-    What is printed meanwhile, also below Python, is no news, and goes to standard error.
-    """
-    (first, printed), (second, _) = (news_of(LITTLE, tmp_path) for _ in range(2))
-    assert "by Python" in printed
-    assert "below Python" in printed
+@pytest.mark.usefixtures("own_cache")
+def test_the_real_processes_compile_and_keep() -> None:
+    """In an empty cache what is called is compiled function by function; a second time there is nothing to do."""
+    first, second = (Warming(["sine"], processes=1, compile_case=compile_little).wait() for _ in range(2))
     names = {"pftrack.numerics.elementary.exponentials", "pftrack.numerics.elementary.logarithms"}
-    loaded = {it["function"]: it for it in first if "function" in it}
-    assert loaded.keys() == names
-    assert {"begun": "sine", "cases": 3} in first
-    for news in (first, second):
-        assert [it["done"] for it in news if "done" in it] == ["sine", "sine"]
-    assert not any("function" in it for it in second)
-    assert any(names <= set(it["found"]) for it in second if "found" in it)
-
-
-def news_of(program: str, cache: Path) -> tuple[list[dict[str, Any]], str]:
-    """What a child says that runs cases of the sine, with an own cache of what is compiled, and what is printed."""
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(cache)}
-    command = [sys.executable, "-c", program, "--at-once"]
-    done = subprocess.run(command, input=CASES, capture_output=True, text=True, check=True, env=environment)
-    return [json.loads(line) for line in done.stdout.splitlines()], done.stderr
+    assert first.seconds.keys() == names
+    assert first.total == second.total > first.done >= len(names)
+    assert first.done == second.done
+    assert not second.seconds
 
 
 @pytest.mark.slow
