@@ -5,7 +5,7 @@ server; so are votes and who was there.
 
 - `links`: signed links, short enough to be typed, and the seats of those who came by them
 - `roles`: what owner and follower may ask for, a list of all that is allowed
-- `door`: the one place where link, seat and role are checked, for every request and every websocket
+- `access`: the one place where link, seat and role are checked, for every request and every websocket
 - `poll`, `places`, `listeners`: a question to the class, who is there, and what each is told
 - `follow`, `follows`: one class, and all of them
 - `addresses`: under which names other machines reach this one
