@@ -2,7 +2,7 @@
 
 What is compared is the look-up of all points of all particles in the distance image, by far the most of a step: ours
 compiled, NumPy on all particles at once, and a loop over particles as one writes it first. Then a whole step of the
-filters, drawing, moving and estimating included, as the document counts it: ordinary with 3,000 particles, guided with
+filters, drawing, moving and estimating included, as the paper counts it: ordinary with 3,000 particles, guided with
 500, and how long the edges of a picture take, which is the same for both.
 """
 

@@ -2,7 +2,7 @@
 
 OpenCV follows the same points by pyramidal Lucas-Kanade flow and asks `solvePnP` for the pose; asked for the true
 points, `solvePnP` shows what the mean face costs when there is nothing to be tracked. All of them know the mean face
-only, not the driver's. The goal for PF-ASD is 1 ms, with templates in relief and a face that grows too; the document
+only, not the driver's. The goal for PF-ASD is 1 ms, with templates in relief and a face that grows too; Bando 2007
 needed 29 ms a frame, with capture, on a Pentium 4 of 2.8 GHz.
 """
 

@@ -3,7 +3,7 @@
 A step is all that a method does for a frame: particles of eight features, their likelihood, the mixing ratios, the
 upper layer and the pose. The goals are 0.12 ms for PF-ASD with 50 particles a feature and 8 ms for the
 Rao-Blackwellised filter with 25,000. `solvePnP` gets the measured points of the visible vertices, which it is told, and
-knows the true camera, as the pinhole layer does; it has no memory. The document's own tracker of a driver's head,
+knows the true camera, as the pinhole layer does; it has no memory. Bando's own tracker of a driver's head,
 eleven templates and the capture included, took 29 ms on a processor of its time.
 """
 

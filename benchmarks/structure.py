@@ -1,6 +1,6 @@
 """The shape of the prism from its tracks: every method, and two peers, on the same tracks in one run.
 
-For each number of frames: the shape error (document 1, eq. 4.19), and what a further frame costs. Batch methods begin
+For each number of frames: the shape error (Bando 2007, eq. 4.19), and what a further frame costs. Batch methods begin
 anew with each frame, so their time grows with the frames; online methods take one step. The peers are NumPy's singular
 values on tracks whose hidden points are filled in, again and again, by their rank-three fit, and SciPy's nonlinear
 least squares over all shapes and pinholes, begun at the shape of the first window: the ceiling of accuracy.

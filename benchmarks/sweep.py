@@ -1,6 +1,6 @@
 """Sweeps: what a run costs in a batch, where the time of a step goes, and what a second worker brings.
 
-The runs are those of document 1, ch. 3: sixty frames of the ball behind its pillar with 800 particles. Beside the batch
+The runs are those of Bando 2007, ch. 3: sixty frames of the ball behind its pillar with 800 particles. Beside the batch
 stand the same run stepped live, and Condensation as a user would write it: in NumPy, and with `particles`.
 """
 

@@ -1,8 +1,9 @@
 """Many tracks with outliers, 2,000 particles each: what a frame of all of them costs, beside what others take for it.
 
-The tracks are simulated ones of section 5.1 of the document. Ours smooths with a lag of 25 frames and takes modes of
+The tracks are simulated ones of Ichimura and Ikoma 2000, section 5.1. Ours smooths with a lag of 25 frames and takes
+modes of
 histograms; NumPy, written as a user would, does all tracks in one array and smooths by a ring of paths; `particles` and
-FilterPy take one track after the other and only filter. E is the document's error, the median over the tracks.
+FilterPy take one track after the other and only filter. E is Ichimura and Ikoma's error, the median over the tracks.
 """
 
 from _table import arguments, progress, report, single_threaded

@@ -95,7 +95,7 @@ def constant_velocity(dimension: int, interval_s: float, acceleration_sd: float)
 def autoregression(
     newer: NDArray[np.float64], older: NDArray[np.float64], offset: NDArray[np.float64], noise: NDArray[np.float64]
 ) -> LinearDynamics:
-    """Return x_{t+2} = A1 x_{t+1} + A0 x_t + d + B u on states (x_{t+1}, x_t) (document 1, eq. 3.10).
+    """Return x_{t+2} = A1 x_{t+1} + A0 x_t + d + B u on states (x_{t+1}, x_t) (Bando 2007, eq. 3.10).
 
     Args:
         newer: A1, (d, d).

@@ -1,8 +1,8 @@
 """Particle sets: a distribution as a cloud of weighted hypotheses.
 
 A particle set approximates a distribution by N states and weights that sum to one. Weights are kept as logarithms,
-since the likelihood of even a short signal underflows (document 1, section 3: raw weights fail at dimension 5 with ten
-particles), and an impossible value (NaN) becomes a weight of zero in one place, `normalise`.
+since the likelihood of even a short signal underflows (raw weights of ten particles fail at dimension 5 on the cosine
+of Bando 2007, ch. 2 section 3.2), and an impossible value (NaN) becomes a weight of zero in one place, `normalise`.
 """
 
 import math
@@ -52,14 +52,14 @@ class ParticleSet:
     def moments(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Weighted mean (d,) and covariance (d, d).
 
-        The covariance is sum_n w_n (x_n - mean)(x_n - mean)^T, without the divisor N - 1 that document 1 prints (eq.
+        The covariance is sum_n w_n (x_n - mean)(x_n - mean)^T, without the divisor N - 1 that Bando 2007 prints (eq.
         3.5, an erratum: the weights are normalised already).
         """
         return moments(np.asfortranarray(self.states), self.weights)
 
     @property
     def mean(self) -> NDArray[np.float64]:
-        """(d,) weighted mean (document 1, eq. 3.3)."""
+        """(d,) weighted mean (Bando 2007, eq. 3.3)."""
         return self.moments[0]
 
     @property

@@ -11,7 +11,7 @@ A resampler is a function `(rng, log_weights, count) -> ancestors` that draws `c
 All return indices in ascending order. `adaptive` wraps a decision around them: resample only when the effective sample
 size has fallen below a share of N.
 
-Source: document 1, sections 3 and 5.1 (systematic, every frame); Douc, Cappe and Moulines 2005 for the comparison.
+Source: Bando 2007, ch. 2 section 3.1 (resampling in every frame); Douc, Cappe and Moulines 2005 for the comparison.
 """
 
 from collections.abc import Callable

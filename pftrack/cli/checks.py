@@ -25,12 +25,12 @@ def reproduce(
     results: Annotated[
         list[str] | None, typer.Argument(metavar="[RESULT]...", help="Which results; all if none.")
     ] = None,
-    full: Annotated[bool, typer.Option("--full/--quick", help="All trials of the document, or few.")] = False,
+    full: Annotated[bool, typer.Option("--full/--quick", help="All published trials, or few.")] = False,
     jobs: Annotated[
         str | None, typer.Option(metavar="N", help="Processes that compute; one a core if not given.")
     ] = None,
     figures: Annotated[
-        Path | None, typer.Option(help="Keep the sweeps of the maps, and draw the document's figures, in this folder.")
+        Path | None, typer.Option(help="Keep the sweeps of the maps, and draw the published figures, in this folder.")
     ] = None,
     json: Json = False,
 ) -> None:

@@ -1,4 +1,4 @@
-"""Viola and Jones' boosted cascades: boxes around faces and eyes (document 1, ch. 4 section 4; OpenCV's stock files).
+"""Viola and Jones' boosted cascades: boxes around faces and eyes (Bando 2007, ch. 4 section 4; OpenCV's stock files).
 
 A face is looked for in a picture made small, an eye in a face brought to one size, so that the time taken does not
 depend on the size of the picture.

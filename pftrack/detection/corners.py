@@ -4,15 +4,15 @@ Both detectors look at the structure of the gradients g = (gx, gy) in a small sq
 A, B, B, C.
 
 - *eigenvalue* (Shi and Tomasi 1994): the smaller eigenvalue of M, the least contrast over all directions.
-- *orientation*, after the corner orientation detector of Chabat, Yang and Hansell (1999), which document 4 uses. They
-  measure by single derivatives how far the structure has one direction, its anisotropism
+- *orientation*, after the corner orientation detector of Chabat, Yang and Hansell (1999), which Ichimura and Ikoma 2000
+  use. They measure by single derivatives how far the structure has one direction, its anisotropism
 
       q = ((A - C)^2 + 4 B^2) / (A + C)^2,    1 for an edge, 0 where no direction is preferred,
 
-  and take for corners what has a strong gradient but no direction: |g| (1 - q)^2. Document 4 only cites it, and reports
-  that it takes points of a slanted line for corners; the exponent and the square window are this project's reading, and
-  the second half of the published method, from which directions edges run into a corner, is left out: matching does not
-  need it.
+  and take for corners what has a strong gradient but no direction: |g| (1 - q)^2. Ichimura and Ikoma 2000 only cite it,
+  and report that it takes points of a slanted line for corners; the exponent and the square window are this project's
+  reading, and the second half of the published method, from which directions edges run into a corner, is left out:
+  matching does not need it.
 
 A corner is a local maximum of the strength, of at least a share of the greatest, and far enough from stronger ones.
 Sums of products of whole numbers are exact, and so are roots and quotients as IEEE 754 rounds them: the same corners to

@@ -1,4 +1,4 @@
-"""The first pose: an open hand that faces the camera, found by itself (specification 7, section 3, initialisation).
+"""The first pose: an open hand that faces the camera, found by itself (Shimada 1997, section 2.4).
 
 Five protrusions are ordered around the hand, and the model is laid over them with the thumb at either end: the nearer
 one says on which side it is. A left palm looks like the back of a right hand, and either is taken as it looks.
@@ -148,7 +148,7 @@ def _five(protrusions: tuple[Protrusion, ...]) -> list[Protrusion]:
 def _order(fingers: list[SeenFinger], wrist: NDArray[np.float64] | None) -> tuple[list[SeenFinger], float]:
     """Return five fingers from the thumb to the little finger, and the thumb's side: 1 if that is counter-clockwise.
 
-    The document looks at the distances between neighbours' palm sides alone. Tips, roots and wrist together tell more:
+    Shimada looks at the distances between neighbours' palm sides alone. Tips, roots and wrist together tell more:
     of 144 simulated hands they told all, and those distances 140.
     """
     around = around_hand(fingers, np.array([finger.base for finger in fingers]).mean(axis=0))

@@ -1,4 +1,4 @@
-"""Protrusions: the parts of a silhouette that look like fingers, and the arm (specification 7, section 3).
+"""Protrusions: the parts of a silhouette that look like fingers, and the arm (Shimada 1997, section 2.3).
 
 The silhouette is thinned to a skeleton (`pftrack.detection.thinning`). From each free end one follows it to where it
 meets the rest, and cuts it where the silhouette becomes clearly wider than it was so far. What lies before the cut is a
@@ -9,7 +9,7 @@ Two things are not as one would first have them. The tip of a finger is taken to
 the end of the skeleton, which depends on single pixels of the edge. And the wrist is looked for by going back from
 where the arm is clearly wider to where it is hardly so.
 
-Source: document 4, section 2.3, eq. 2.1; widths are distances to the edge instead of chords (eq. 2.2).
+The cut is that of eq. 2.1; widths are distances to the edge instead of chords (eq. 2.2). See docs/methods/hands.md.
 """
 
 from functools import lru_cache

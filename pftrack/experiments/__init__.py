@@ -3,15 +3,15 @@
 Each experiment is a package here and a line of the list below; other packages add theirs by entry point. Everything
 else (command line, server, sweeps) finds an experiment through `find` or `EXPERIMENTS`, and none is imported before.
 
-- `ball`: switching particle filters on a ball behind an occluder (document 1, ch. 3);
-- `fish`: a fish that bends, by a filter that is guided by learned changes (document 3);
+- `ball`: switching particle filters on a ball behind an occluder (Bando 2007, ch. 3);
+- `fish`: a fish that bends, by a filter that is guided by learned changes (Mitsugami et al. 2009);
 - `hand`: the pose of a hand by its silhouette, by several hypotheses (Shimada 1997);
-- `head`: the pose of a head by its features, simulated or on a recording (document 1, ch. 4);
+- `head`: the pose of a head by its features, simulated or on a recording (Bando 2007, ch. 4);
 - `histogram`: a window followed by its colours, past a look-alike and behind a column (Kagami 2012);
 - `linkage`: a chain of three links, whose lengths and depth one camera is to tell (Shimada 1997);
-- `prism`: a solid's pose by adaptive sampling of its corners (document 1, ch. 4);
-- `sine`: the Kalman filter beside the particle filter on a signal in noise (document 1, ch. 2);
-- `structure`: the shape of a body from tracks of its points (document 1, ch. 4 section 5);
+- `prism`: a solid's pose by adaptive sampling of its corners (Bando 2007, ch. 4);
+- `sine`: the Kalman filter beside the particle filter on a signal in noise (Bando 2007, ch. 2);
+- `structure`: the shape of a body from tracks of its points (Bando 2007, ch. 4 section 5);
 - `trajectories`: points that are followed through outliers, each by itself (Ichimura and Ikoma).
 """
 

@@ -3,7 +3,7 @@
 Each feature has N particles of its own, positions (x, y) in this frame and in the last. A share alpha of them is drawn
 from the upper layer's prediction of that feature (`layers`), the others from the feature's own past by a second-order
 model, so that a wrong model of the object and a hidden feature are both survived. The mixture of the two is the prior
-as well as the sampling distribution, and therefore the weight of a particle is its likelihood alone (document 1, ch. 4,
+as well as the sampling distribution, and therefore the weight of a particle is its likelihood alone (Bando 2007, ch. 4,
 eqs. 4.1-4.3, 4.6-4.10).
 
 How many come from where is no draw but a division: round(alpha N) and the rest. How alpha is adapted is the business of
@@ -118,7 +118,7 @@ def draw(
         features: Posterior of the last frame.
         projection: The upper layer's prediction of this frame.
         ratios: (F,) alpha, the share to be drawn from it.
-        noise_sd_px: b_f, process noise of the features' own dynamics (document 1, ch. 4, eq. 4.6).
+        noise_sd_px: b_f, process noise of the features' own dynamics (Bando 2007, ch. 4, eq. 4.6).
         count: N, particles per feature.
         rng: The frame's generator.
     """

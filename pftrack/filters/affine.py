@@ -1,7 +1,7 @@
 """An upper layer on the affine camera: its eight entries by a Kalman filter, the pose from them by another filter.
 
 The state is the 2 x 4 camera P of `geometry.camera` and its predecessor, P_t = 2 P_{t-1} - P_{t-2} + noise. A feature
-at X_n is seen at P (X_n; 1), which is linear in the entries, so the filter is exact for this model (document 1, ch. 4
+at X_n is seen at P (X_n; 1), which is linear in the entries, so the filter is exact for this model (Bando 2007, ch. 4
 section 3.1). The rows of P do not interact: there is one filter of eight components for x and one for y.
 
 What makes it fail: the measured positions are means of particles that may themselves have been drawn from this layer's
@@ -26,7 +26,7 @@ from pftrack.numerics.random import Generator
 __all__ = ["AffineBelief", "AffineLayer", "observe", "predict", "project"]
 
 ENTRY_NOISE = (0.02, 0.02, 0.02, 1.0)
-"""Process noise of the entries of a row: px/mm for the first three, px for the last (document 1, ch. 4 section 3.1)."""
+"""Process noise of the entries of a row: px/mm for the first three, px for the last (Bando 2007, ch. 4 section 3.1)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,12 +85,12 @@ class AffineLayer:
         return AffineBelief(np.tile(self.reference, 2), np.stack([np.diag(variances)] * 2), theta)
 
     def predict(self, belief: AffineBelief) -> AffineBelief:
-        """Return the belief a frame later (document 1, ch. 4, eq. 4.5)."""
+        """Return the belief a frame later (Bando 2007, ch. 4, eq. 4.5)."""
         mean, covariance = predict(belief.mean, belief.covariance, self.noise_sd)
         return replace(belief, mean=mean, covariance=covariance)
 
     def project(self, belief: AffineBelief) -> Projection:
-        """Return where the features should be seen (document 1, ch. 4, eq. 4.8)."""
+        """Return where the features should be seen (Bando 2007, ch. 4, eq. 4.8)."""
         return Projection(*project(belief.mean, belief.covariance, self.points_mm))
 
     def update(
@@ -171,7 +171,7 @@ def observe(
     positions: NDArray[np.float64],
     variances: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Condition the camera on measured features (document 1, ch. 4, eq. 4.4).
+    """Condition the camera on measured features (Bando 2007, ch. 4, eq. 4.4).
 
     Args:
         mean: (2, 8) of the prior.

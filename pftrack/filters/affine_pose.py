@@ -1,7 +1,7 @@
 """Pose from the entries of an affine camera.
 
 A rigid object that turns by R(theta) in front of the camera P_0 = (A_0, .) is seen by a camera whose first three
-columns are A = A_0 R(theta): six numbers that say three angles (document 1, Appendix D, eq. A.31, without the last
+columns are A = A_0 R(theta): six numbers that say three angles (Bando 2007, Appendix D, eq. A.31, without the last
 column, which only says where the object is). The six entries and their covariance come from a Kalman filter and are the
 measurement here. The angles walk at random, since second-order dynamics diverge while the entries are poor.
 

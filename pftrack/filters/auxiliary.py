@@ -4,13 +4,13 @@ Each particle is judged in advance by the likelihood g at a representative point
 drawn by weight times g (the *observation sampler*) lie where the new picture shows something; parents drawn by weight
 alone (the *prediction sampler*) are those of the bootstrap filter. One step here serves both and any mixture of them.
 
-What weight a particle of the observation sampler gets is the decisive choice, and document 1 does not say
-(specification 5.3). Three rules:
+What weight a particle of the observation sampler gets is the decisive choice, and Bando 2007 does not say. Three rules
+(docs/methods/filters.md):
 
 - `corrected`: likelihood / g, the rule of Pitt and Shephard (1999). The posterior is the Bayesian one; in a mixture
   each group is put on the common scale by the mean of g over the last posterior.
 - `balanced`: the same target, with the balance heuristic over the mixture of both samplers; lower variance.
-- `sharpened`: the likelihood alone, which reproduces document 1. The likelihood then enters twice, at the
+- `sharpened`: the likelihood alone, which reproduces Bando 2007. The likelihood then enters twice, at the
   representative point and at the particle. This is **not** a valid importance sampler of the posterior but a heuristic
   that trusts the observation more than the model does; its sigma is too small and its log evidence is no evidence.
 """
@@ -45,7 +45,7 @@ def step(
     observation_count: int,
     resample: Resampler = systematic,
 ) -> Posterior:
-    """Advance by one observation with particles from both samplers (document 1, sections 5.1-5.5).
+    """Advance by one observation with particles from both samplers (Bando 2007, ch. 3 sections 1 and 2.1).
 
     Args:
         particles: Posterior of the last frame, N particles (N, d).
@@ -85,7 +85,7 @@ def step(
 def correction(
     log_g_parent: NDArray[np.float64], log_mean_g: float, prediction_count: int, balanced: bool
 ) -> NDArray[np.float64]:
-    """Return what to add to the log likelihood so that both groups target the posterior (specification 5.3).
+    """Return what to add to the log likelihood so that both groups target the posterior (docs/methods/filters.md).
 
     Args:
         log_g_parent: (N,) log g of each particle's parent; those of the prediction sampler come first.

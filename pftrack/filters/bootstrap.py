@@ -2,7 +2,7 @@
 
 The same algorithm goes by sampling importance resampling (SIR; Gordon, Salmond and Smith 1993) and Condensation (Isard
 and Blake 1998). Its particles go where the prediction says, whatever the observation says: simple, consistent, and
-wasteful when the prediction is poor. Source: document 1, sections 3 and 5.2.
+wasteful when the prediction is poor. Source: Bando 2007, ch. 2 section 3.1, eqs. 2.11 to 2.13, and ch. 3 section 1.
 """
 
 import math

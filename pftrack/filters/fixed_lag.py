@@ -4,7 +4,7 @@ For a Gaussian model the answer comes from augmenting the state with its own pas
 usual: the last block is smoothed by L later observations. For particles it comes from the genealogy: each particle's
 ancestor L frames ago, weighted by the particle's weight today.
 
-Source: document 1, section 8.1 for the Gaussian; Kitagawa 1996 for particles.
+Source: Bando 2007, ch. 3 section 2.3, which names the Gaussian smoother; Kitagawa 1996 for particles.
 """
 
 from dataclasses import dataclass

@@ -1,6 +1,6 @@
 """The Kalman filter: the exact posterior of a linear model with Gaussian noise.
 
-Source: document 1, ch. 2, eqs. 2.8 and 2.9. The covariance is updated in Joseph's form, which keeps it symmetric and
+Source: Bando 2007, ch. 2, eqs. 2.8 and 2.9. The covariance is updated in Joseph's form, which keeps it symmetric and
 positive whatever the rounding.
 """
 

@@ -2,7 +2,7 @@
 
 Features are tracked in two layers. The lower one is the image positions of the features, a small particle filter each;
 the upper one, the state of the object that carries them. From above comes a prediction of every feature, a Gaussian per
-axis over its position in this frame and in the last (document 1, ch. 4, eq. 4.8); from below come measured positions,
+axis over its position in this frame and in the last (Bando 2007, ch. 4, eq. 4.8); from below come measured positions,
 the means of the particles, with their variances.
 
 The members are `affine` (entries of an affine camera by a Kalman filter, from which the pose is estimated) and

@@ -3,7 +3,7 @@
 The state is q = (theta_x, theta_y, theta_z, t_x, t_y, t_z) and its predecessor, with second-order dynamics. Feature n
 lies at R(theta) X_n + t in the camera's frame and is seen through the pinhole there. Unlike the affine camera this
 model is right about perspective and about an object that comes nearer, but not linear; it is linearised at the
-predicted state (document 1, Appendix E, whose eq. A.39 is this linearisation, as corrected in specification 7).
+predicted state (Bando 2007, Appendix E, whose eq. A.39 is this linearisation, corrected: docs/methods/adaptive.md).
 """
 
 import math

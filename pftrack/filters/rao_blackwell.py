@@ -1,7 +1,7 @@
 """The Rao-Blackwellised particle filter of both layers: the strict answer that the layered tracker approximates.
 
 A particle is the positions of all F features at once, and given its past the affine camera is a Gaussian that a Kalman
-filter knows exactly. So only the features are sampled, in 2 F dimensions (document 1, ch. 4 section 3.3). The model is
+filter knows exactly. So only the features are sampled, in 2 F dimensions (Bando 2007, ch. 4 section 3.3). The model is
 that of `affine`, with features scattered around the camera's prediction, x_t = C a_t + s v. Observation matrix and
 noise are the same for all particles, hence so are the gain and the covariances, and a particle carries only its mean of
 the camera; the two axes share even the covariance.

@@ -6,7 +6,7 @@ that are not independent are made so by a triangular transform first. So small f
 that is certain already is left out instead of making a matrix singular.
 
 What is linear or linearised is the caller's affair: `condition` takes the residuals z - h(m) and the derivative of h at
-the prior's mean m, and serves the Kalman filter (document 1, ch. 4, eq. 4.4) and the extended one alike.
+the prior's mean m, and serves the Kalman filter (Bando 2007, ch. 4, eq. 4.4) and the extended one alike.
 """
 
 import numpy as np
@@ -24,7 +24,7 @@ SMALLEST_PIVOT = 1e-12
 def predict_second_order(
     mean: NDArray[np.float64], covariance: NDArray[np.float64], noise_sd: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the prediction of q_t = 2 q_{t-1} - q_{t-2} + b u on states (q_t, q_{t-1}) (document 1, ch. 4, eq. 4.5).
+    """Return the prediction of q_t = 2 q_{t-1} - q_{t-2} + b u on states (q_t, q_{t-1}) (Bando 2007, ch. 4, eq. 4.5).
 
     Args:
         mean: (2 d,), the d newest values first.

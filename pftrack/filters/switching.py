@@ -2,7 +2,7 @@
 
 While the target is in view the posterior is narrow and the prediction can be trusted. When it widens, whether because
 the target is hidden or because the dynamics are wrong, the observation should have more say. The switching particle
-filters of document 1 compare the posterior standard deviation with thresholds; they differ in how hard the switch is.
+filters of Bando 2007 compare the posterior standard deviation with thresholds; they differ in how hard the switch is.
 Both rules return the number of particles for the observation sampler of `auxiliary.step`.
 """
 
@@ -27,11 +27,11 @@ def exceeds(sigma: NDArray[np.float64], gamma: float) -> bool:
 def hard(sigma: NDArray[np.float64], gamma: float, count: int) -> int:
     """All particles from the observation sampler if any sigma exceeds gamma, else none.
 
-    This is the rule of the h-SPF (document 1, ch. 3 section 3).
+    This is the rule of the h-SPF (Bando 2007, ch. 3 section 3).
 
     Args:
         sigma: (d,) posterior standard deviations of the last frame.
-        gamma: Threshold, in the unit of sigma; the document uses the target's radius.
+        gamma: Threshold, in the unit of sigma; Bando uses the target's radius.
         count: N.
     """
     return count if exceeds(sigma, gamma) else 0
@@ -39,7 +39,7 @@ def hard(sigma: NDArray[np.float64], gamma: float, count: int) -> int:
 
 @compiled
 def soft(sigma: NDArray[np.float64], gamma_min: float, gamma_max: float, count: int) -> int:
-    """A share that rises linearly from none at gamma_min to all at gamma_max (s-SPF; document 1, eqs. 3.6 and 3.7).
+    """A share that rises linearly from none at gamma_min to all at gamma_max (s-SPF; Bando 2007, eqs. 3.6 and 3.7).
 
     The largest sigma decides; the number is rounded to the nearest, halves to even.
 

@@ -14,7 +14,8 @@ A bound says something once. Applied to the same Gaussian in every frame it goes
 needed for that: N(65, 10^2) cut to [60, 80] has a standard deviation of 5.98, after 21 times 3.02, after 300 times
 2.36.
 
-Source: document 4, section 4, step 4, and appendix B, as corrected there; Simon and Simon 2010.
+Source: Shimada 1997, section 4.4, eqs. 4.22 to 4.30, and appendix B, corrected (docs/methods/linkages.md); Simon and
+Simon 2010.
 """
 
 import numpy as np

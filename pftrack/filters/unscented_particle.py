@@ -1,7 +1,7 @@
 """The unscented particle filter: every particle proposed from an unscented update of its own prediction.
 
 The proposal already looks at a measurement, so particles move towards it, and the weights take the proposal back out:
-w = p(z | x) p(x | parent) / q(x | parent, measurement). Source: document 1, ch. 3 section 4, eq. 3.13; van der Merwe,
+w = p(z | x) p(x | parent) / q(x | parent, measurement). Source: Bando 2007, ch. 3 section 4, eq. 3.13; van der Merwe,
 Doucet, de Freitas and Wan 2000.
 
 The first coordinates of the state are the ones that receive process noise; lagged coordinates (the previous position of

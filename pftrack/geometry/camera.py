@@ -4,7 +4,7 @@ A *pinhole* of focal length f, in px, sees the point (X, Y, Z) of its own frame 
 point. It is what cameras do, but not linear. An *affine camera* is the linear map x = P (X; 1) with a 2 x 4 matrix P
 whose first three columns are in px/mm and whose last is in px: exact for an object that is far away compared with its
 depth, and wrong by the perspective otherwise. A rigid object that turns by R and does not change its distance has
-P = P_0 diag(R, 1) (document 1, Appendix D, eq. A.31, as corrected in specification 3).
+P = P_0 diag(R, 1) (Bando 2007, Appendix D, eq. A.31, corrected: docs/methods/adaptive.md).
 
 Points that come closer to the pinhole than `NEAREST_MM`, or lie behind it, are projected as if they were at that
 distance, so that a filter on a wrong track meets large numbers but no infinite ones.
@@ -23,7 +23,7 @@ NEAREST_MM = 1.0
 
 @compiled
 def pinhole(points_mm: NDArray[np.float64], focal_px: float) -> NDArray[np.float64]:
-    """Project points (n, 3) of the camera's frame to (n, 2) px from the principal point (document 1, Appendix E)."""
+    """Project points (n, 3) of the camera's frame to (n, 2) px from the principal point (Bando 2007, Appendix E)."""
     count = points_mm.shape[0]
     pixels = np.empty((count, 2))
     for n in range(count):

@@ -1,16 +1,16 @@
 """The face as eleven named points: its mean and its spread over people, persons drawn from them, and the mean model.
 
 A face model is rigid: points, the eleven features or others, in the head's own frame, in mm, with the origin midway
-between the corneas, x to the right of the picture (the person's left), y down and z away from the camera (document 1,
+between the corneas, x to the right of the picture (the person's left), y down and z away from the camera (Bando 2007,
 ch. 4 section 4). Names begin with `l` for the person's left, which is the right of the picture.
 
 No one's own face is known when a video begins. So a tracker uses the mean of thirteen measured people, the driver not
 among them; here people are drawn from published means and standard deviations of adult faces. What varies is mostly
 symmetric: both sides share one draw, mirrored; 0.5 mm a coordinate is each point's own, and 3 % is the size of the
-whole. `person(seed)` uses NumPy's `default_rng`, as the reference results of the specification do, and draws in this
+whole. `person(seed)` uses NumPy's `default_rng`, as the reference implementation does, and draws in this
 order: eleven triples of which the left points' count for both sides, eleven triples of asymmetry, and the size. Drivers
-99, 101 and 102 are then 2.2, 3.8 and 3.7 mm (root mean square over the points) from the mean model; the specification,
-which does not say in what order it draws, has 2.2, 3.9 and 3.6.
+99, 101 and 102 are then 2.2, 3.8 and 3.7 mm (root mean square over the points) from the mean model; the reference
+implementation, whose order of draws is not known, has 2.2, 3.9 and 3.6.
 """
 
 from collections.abc import Mapping
@@ -75,7 +75,7 @@ _LEFT = {
     "lbro": ((14.0, -20.0, -3.0), (2.0, 2.5, 2.0)),
     "lmou": ((26.0, 67.0, 2.0), (1.8, 3.5, 2.5)),
 }
-"""Mean and standard deviation over people of the points on the person's left, mm (specification 9.1)."""
+"""Mean and standard deviation over people of the points on the person's left, mm (docs/methods/heads.md)."""
 
 ASYMMETRY_SD_MM = 0.5
 SIZE_SD = 0.03

@@ -1,4 +1,4 @@
-"""The outline of a fish from above that bends at the root of its tail (document 3; specification 2 and 8.2).
+"""The outline of a fish from above that bends at the root of its tail (Mitsugami et al. 2009, section 3.1).
 
 The body is an ellipse, the tail a straight line that begins at the rear end of its long axis. A *pose* is (a, b, theta,
 phi): the centre of the ellipse in px, the direction to the head and the bend of the tail against the body's axis in

@@ -1,4 +1,4 @@
-"""A hand of sixteen rigid parts and its silhouette (document 4, section 2.2; specification 7, section 2).
+"""A hand of sixteen rigid parts and its silhouette (Shimada 1997, section 2.2).
 
 The palm is a plate, each finger a chain of three phalanges, and the forearm a board behind them. All lengths are in
 *palm axes*: the distance from the wrist to the middle of the knuckles of the four fingers, which is `scale` px long. In
@@ -18,7 +18,7 @@ Finger by finger, with the direction d = rest + spread, u = (-sin d, cos d, 0) a
     P_0 = MP,  P_j = P_(j-1) + L_j (u cos A_j + z sin A_j),
 
 so that fingers bend towards the camera. The thumb turns by 0.7 A_j within the palm's plane and tilts by 0.5 A_j out of
-it. The numbers of the model are the specification's; the document gives none.
+it. The numbers of the model are our own; Shimada gives none.
 
 Silhouettes tell no left palm from the back of a right hand, nor a hand from its mirror image in the picture's plane. A
 shape with `side` -1 has the thumb on the other side.
@@ -128,7 +128,7 @@ MODEL = HandShape.of(
     thickness=0.11,
     arm=[0.19, 1.6],
 )
-"""The specification's hand, with the palm towards the camera and the thumb on the right."""
+"""The model's hand, with the palm towards the camera and the thumb on the right."""
 
 LOW = read_only(
     np.array([-np.inf] * 3 + [-0.5 * np.pi] * 2 + [-0.35, 0.0, 0.0, 0.0] + 4 * [-0.26, -0.1, -0.05, -0.05]),

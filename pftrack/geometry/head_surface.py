@@ -1,4 +1,4 @@
-"""The surface of a head through the eleven points of a face (specification 9.2).
+"""The surface of a head through the eleven points of a face (docs/methods/heads.md).
 
 An egg, a nose on it, and a smooth correction that makes the surface pass through every point of the face model and
 keeps its shape between them. Depth is a function of (x, y) in front; the mesh goes round to behind the ears, with the
@@ -35,7 +35,7 @@ ANCHOR_CORRECTION_MM = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -14.0)
 CORRECTION_SD_MM = 16.0
 RIDGE = 1e-3
 LONGITUDE, LATITUDE = np.deg2rad(115.0), np.deg2rad(89.5)
-"""The specification ends at 86 degrees of latitude, which leaves a notch at the crown."""
+"""Ending at 86 degrees of latitude, as the reference implementation does, leaves a notch at the crown."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ so theta_1 is 0 there.
 Since depth is not seen, the mirror image of a link, nearer than its joint instead of farther, looks the same as long as
 the others keep their directions. Links that are almost parallel to the image are where one turns into the other.
 
-Source: document 4, section 3.
+Source: Shimada 1997, section 4.1, eqs. 4.5 to 4.8, and section 5.5, eqs. 5.35 to 5.46.
 """
 
 from dataclasses import dataclass

@@ -6,7 +6,7 @@ that the later ones carry along. Angles are always written in the order (theta_x
 
 Filters linearise R, so its derivatives are here as well; all are compiled, for use inside the loops of filters.
 
-Source: document 1, ch. 4 section 3.2 and Appendix D, as corrected in specification 0.
+Source: Bando 2007, ch. 4 section 3.2 and Appendix D, corrected (docs/methods/adaptive.md).
 """
 
 import math

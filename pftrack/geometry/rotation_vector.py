@@ -7,7 +7,7 @@ s the cosine of half the angle.
 If R(w + dw) is to be written as R(w) R(du), du = J_r(w) dw with the *right Jacobian* J_r. Hence
 d(R(w) x) = -R(w) [x]x J_r(w) dw, with [x]x the matrix of the cross product.
 
-Source: document 4, appendix A, as corrected there.
+Source: Shimada 1997, appendix A.2, corrected (docs/methods/linkages.md).
 """
 
 import numpy as np

@@ -3,18 +3,18 @@
 Particles of a feature are drawn from a mixture, pi = alpha p_a + (1 - alpha) p_x, of the upper layer's prediction p_a
 and the feature's own p_x (`filters.adaptive`). What survives the observation tells which of the two had been right.
 Alpha maximises the likelihood of the survivors under pi, discounted by a factor lambda a frame, which minimises the
-Kullback-Leibler divergence of the posterior from pi (document 1, ch. 4 section 2 and Appendix C). One step per frame:
+Kullback-Leibler divergence of the posterior from pi (Bando 2007, ch. 4 section 2 and Appendix C). One step per frame:
 
 - *E step*: responsibility of p_a for a survivor, r = alpha p_a / (alpha p_a + (1 - alpha) p_x);
 - *statistics*: s_t = (1 - eta_t) s_{t-1} + eta_t mean(r), eta_t = 1 / (1 + lambda / eta_{t-1}), eta_1 = 1 (eq. A.30);
 - *M step*: alpha = s_t, kept away from 0 and 1, since a component without particles could never come back.
 
-With lambda = 0.5 the memory is about two frames: strong forgetting, though the document calls it "very large".
+With lambda = 0.5 the memory is about two frames: strong forgetting, though Bando calls it "very large".
 
-What p_x is decides what is learned. The document's kernel mixture around the propagated survivors (`kernel`) is exact,
+What p_x is decides what is learned. Bando's kernel mixture around the propagated survivors (`kernel`) is exact,
 and an observation that says nothing then leaves alpha unchanged on average. As a Gaussian with the same moments
 (`gaussian`) a cloud that has spread out while its feature was hidden explains the survivors worse than the tight upper
-prediction does, and alpha rises: which is what the document shows.
+prediction does, and alpha rises: which is what Bando shows (fig. 4.7).
 """
 
 from dataclasses import dataclass

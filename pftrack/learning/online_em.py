@@ -1,8 +1,8 @@
 """Online expectation maximisation of second-order dynamics, with forgetting.
 
 While a tracker runs, its posterior means are taken as measurements y_t of the true path, as exact as its sigma says,
-and the model x_{t+2} = A1 x_{t+1} + A0 x_t + d + B u is estimated from them (document 1, ch. 3 section 2.3 and
-Appendix B; specification 8):
+and the model x_{t+2} = A1 x_{t+1} + A0 x_t + d + B u is estimated from them (Bando 2007, ch. 3 section 2.3 and
+Appendix B, eqs. A.17 to A.20):
 
 - *E step*: a fixed-lag Kalman smoother with the model as it stands gives the joint posterior of three consecutive
   positions a few frames ago;
@@ -12,7 +12,7 @@ Appendix B; specification 8):
   the initial model, which directions without any motion need.
 
 A tracker with a poor first model learns from a wrong track. The guard refuses a model that is not finite or whose
-spectral radius says that it would run away; without it learning breaks Condensation (specification 9.2).
+spectral radius says that it would run away; without it learning breaks Condensation (docs/methods/switching.md).
 
 Regression works in coordinates of order one, xi = (x - centre) / 100 px.
 """
@@ -148,7 +148,7 @@ def dynamics(learner: Learner, noise: NDArray[np.float64]) -> LinearDynamics:
 
 
 def period_frames(model: LinearDynamics, axis: int = 0) -> float:
-    """Return the period of oscillation along an axis, frames; NaN where the roots are real (specification 8.4)."""
+    """Return the period of oscillation along an axis, frames; NaN where the roots are real."""
     newer, older = model.transition[axis, axis], model.transition[axis, 2 + axis]
     if older >= 0 or abs(newer) >= 2.0 * np.sqrt(-older):
         return float("nan")

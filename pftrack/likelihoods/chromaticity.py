@@ -1,12 +1,12 @@
 """Chromaticity: the colour of a pixel with its brightness taken out.
 
-Document 1 weighs a particle by the redness R / (R + G + B) of the one pixel under it (ch. 3, eqs. 3.8 and 3.9):
+Bando 2007 weighs a particle by the redness R / (R + G + B) of the one pixel under it (ch. 3, eqs. 3.8 and 3.9):
 
     p(z | x) ~ rho + exp(-(r - mean)^2 / (2 spread^2))
 
 where rho, relative to the kernel's peak, is what any background pixel gets. It keeps hidden targets possible and is
 what look-alikes and occluders play on. Redness is the first of the two coordinates of chromaticity, (R, G) / (R + G +
-B); with both, any colour can be followed. Spreads are standard deviations (the document says variance, an erratum).
+B); with both, any colour can be followed. Spreads are standard deviations (Bando says variance, an erratum).
 
 The pixel of a real position (u, v) is (floor(u + 0.5), floor(v + 0.5)). Outside the picture, and on black pixels that
 have no colour, the kernel is zero.
@@ -80,8 +80,8 @@ def likelihood_map(image_rgb: NDArray[np.uint8], model: ColourModel, background_
 def centroid(image_rgb: NDArray[np.uint8], model: ColourModel) -> NDArray[np.float64] | None:
     """Return the kernel-weighted mean position (2,) of all pixels, px, or None if no pixel has the target's colour.
 
-    This is the crude measurement of the unscented filter (document 1, ch. 3 section 4). The document weighs by redness
-    itself, which a grey background dominates; the kernel without the background level is used here (specification 5.7).
+    This is the crude measurement of the unscented filter (Bando 2007, ch. 3 section 4). Bando weighs by redness
+    itself, which a grey background dominates; the kernel without the background level is used here.
 
     Args:
         image_rgb: (height, width, 3).

@@ -1,4 +1,4 @@
-"""How near the outline of a bending body comes to the edges of what has its colour (document 3, section 3.1, eq. 7).
+"""How near the outline of a bending body comes to the edges of what has its colour.
 
 The picture is told apart into the body and the rest, by the body's colour or by being darker or lighter than what is
 around it. The edges of that mask go into a distance transform: an image of how far each pixel is from the nearest edge.
@@ -6,7 +6,9 @@ A hypothesis then costs one look-up for each point of the model, and its log lik
 largest of these distances: one point that is far from any edge is enough to refuse it.
 
 The likelihood asks that the model lies near edges, not that all edges are explained. A model turned head to tail, its
-tail folded back along the body, therefore fits almost perfectly; a limit on the bend rules it out (specification 7.2).
+tail folded back along the body, therefore fits almost perfectly; a limit on the bend rules it out.
+
+Source: Mitsugami et al. 2009, section 3.1, eq. 7; the limit is our own (docs/methods/diffusion.md).
 """
 
 from functools import lru_cache

@@ -1,7 +1,7 @@
 """Likelihood of positions when points are measured: Gaussian, with each point's own noise.
 
-A hidden point is measured too, but wildly; its noise is known to be large, so that it says next to nothing (document 1,
-ch. 4, eq. 4.7, with the noise of each point in place of one for all; specification 6).
+A hidden point is measured too, but wildly; its noise is known to be large, so that it says next to nothing (Bando 2007,
+ch. 4, eq. 4.7, with the noise of each point in place of one for all).
 """
 
 import numpy as np

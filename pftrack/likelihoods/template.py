@@ -4,7 +4,7 @@ A patch s of the picture is compared with a template r by the normalised correla
 
     NCC = sum (r - mean r)(s - mean s) / sqrt(sum (r - mean r)^2 sum (s - mean s)^2),
 
-which does not see changes of gain and offset, and a particle is weighed by (document 1, ch. 4, eq. 4.11)
+which does not see changes of gain and offset, and a particle is weighed by (Bando 2007, ch. 4, eq. 4.11)
 
     p(z | x) ~ exp(-(NCC - 1)^2 / (2 D^2)),  D = 0.15.
 
@@ -140,7 +140,7 @@ def renewed(templates: Templates, grey: NDArray[np.uint8], points: NDArray[np.fl
     """Return templates that have come a little closer to what is at the points now.
 
     Slow renewal follows the light and the turning of the head. It also follows every error of the estimate: what has
-    slipped off a feature learns what it slipped on to, and drifts. That is why the document never renews, and why it is
+    slipped off a feature learns what it slipped on to, and drifts. That is why Bando never renews, and why it is
     off unless asked for: on four simulated drivers a rate of 0.01 a frame changed the mean pose error of PF-ASD from
     1.3, 4.7, 3.2 and 9.1 to 1.5, 17, 3.4 and 8.6 degrees.
 

@@ -132,7 +132,7 @@ BANDO = Reference(
         "number": "NAIST-IS-DD0461030",
     },
 )
-"""In Japanese with an English abstract; `document 1` of docstrings and of findings."""
+"""In Japanese with an English abstract."""
 
 BANDO_2006 = Reference(
     "bando2006",
@@ -201,7 +201,7 @@ MITSUGAMI = Reference(
     2009,
     {"howpublished": "Journal paper in Japanese"},
 )
-"""`document 3` of docstrings and of findings."""
+"""In Japanese with an English abstract."""
 
 SHIMADA = Reference(
     "shimada1997",
@@ -211,4 +211,4 @@ SHIMADA = Reference(
     1997,
     {"type": "Doctoral dissertation in Japanese", "school": "Osaka University"},
 )
-"""`document 4` of docstrings and of findings."""
+"""In Japanese."""

@@ -1,7 +1,7 @@
 """Statistics of success and error: intervals, tests of two methods against each other, and what many tests cost.
 
 Every function says under which conditions its answer means something; where they do not hold the answer is NaN, "not
-applicable", rather than a number that looks like one. The tests are those of document 1 (ch. 3 section 3.2, eq. 3.11),
+applicable", rather than a number that looks like one. The tests are those of Bando 2007 (ch. 3 section 3.2, eq. 3.11),
 and what one should have beside them: intervals, Fisher's exact test for small counts, effect sizes, and Holm's
 correction for a map of hundreds of tests, of which one in a hundred would otherwise come out at 1 % by chance alone.
 """
@@ -25,7 +25,7 @@ __all__ = [
 ]
 
 SMALLEST_EXPECTED = 5.0
-"""Below this expected count the chi-square distribution is a poor approximation (specification 6.3)."""
+"""Below this expected count the chi-square distribution is a poor approximation."""
 
 BATCHES = 6
 """Stretches into which dependent values are cut: fewer are longer, so less dependent, and give a wider interval."""
@@ -177,7 +177,7 @@ def chi_square(
 ) -> NDArray[np.float64]:
     """Return p-values of Pearson's chi-square test on 2 x 2 tables, successes and failures of two methods.
 
-    One degree of freedom, no continuity correction (document 1, eq. 3.11; specification 6.3).
+    One degree of freedom, no continuity correction (Bando 2007, eq. 3.11).
 
     Conditions of use: independent runs, also between the methods (on common random numbers the methods' successes are
     positively correlated, which makes the test conservative), and all four expected counts at least 5; NaN where one is
@@ -212,7 +212,7 @@ def fisher_exact(
     """Return two-sided p-values of Fisher's exact test on 2 x 2 tables, successes and failures of two methods.
 
     Conditions of use: independent runs; exact for any counts, and conservative for small ones. NaN where a method has
-    no runs. Use it where the chi-square test is not applicable (specification 6.3 leaves such cells out).
+    no runs. Use it where the chi-square test is not applicable.
 
     Args:
         successes: Of the first method, any shape.
@@ -242,7 +242,7 @@ def rank_sum(first: ArrayLike, second: ArrayLike) -> RankSum:
     Conditions of use: independent values within and between the samples (on common random numbers the methods' errors
     are positively correlated, which makes the test conservative, often very much so). It asks whether values of one
     sample tend to be smaller than those of the other, not whether the means differ. Errors of successful runs only
-    (document 1, ch. 3 section 3.2; specification 6.3) compare different runs where the methods differ in success: a
+    (Bando 2007, ch. 3 section 3.2) compare different runs where the methods differ in success: a
     method that survives harder runs shows larger errors. NaN, not applicable, where a sample is empty.
 
     Args:

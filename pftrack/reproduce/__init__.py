@@ -1,10 +1,11 @@
 """Reproducing: published results, computed again and compared within stated tolerances.
 
-Each module here reproduces one study of document 1 and knows the reference figures, which were measured on the same
-protocol by an independent implementation. A *finding* holds ours and theirs side by side. A claim of the document that
+Each module here reproduces one published study and knows the reference figures. Where the publication has none, and for
+what it leaves open, these were measured on the same protocol by an independent implementation, the *reference
+implementation*, of the readings in docs/methods. A *finding* holds ours and theirs side by side. A published claim that
 could not be confirmed is computed all the same and reported as a known negative, never hidden.
 
-- `signals`: the Kalman and particle filters of ch. 2;
+- `signals`: the Kalman and particle filters of Bando 2007, ch. 2;
 - `oracle`: one step whose exact answer is known by quadrature;
 - `occlusion`: success over occluder width and distracter size, ch. 3 sections 3.1 and 3.2;
 - `sensitivity`: what these hang on, the scene and the trackers varied one by one;
@@ -17,9 +18,9 @@ could not be confirmed is computed all the same and reported as a known negative
 - `histogram`: a window by its colours, past a look-alike and behind a column;
 - `structure`: the shape of prism and face from their tracks, ch. 4 section 5;
 - `trajectories`: tracks with outliers under three laws of the noise, simulated and in pictures (Ichimura and Ikoma);
-- `fish`: guided diffusion on a fish that bends, document 3;
-- `hand`: the pose of a hand from its silhouette, with one hypothesis and with four, document 4;
-- `linkage`: a chain of links by filters, mirrored hypotheses and regions, document 4.
+- `fish`: guided diffusion on a fish that bends, Mitsugami et al. 2009;
+- `hand`: the pose of a hand from its silhouette, with one hypothesis and with four, Shimada 1997;
+- `linkage`: a chain of links by filters, mirrored hypotheses and regions, Shimada 1997.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,6 +1,6 @@
-"""How often the bands of the pose hold the truth, the document's and the calibrated ones (`docs/calibration.md`).
+"""How often the bands of the pose hold the truth, Bando's and the calibrated ones (`docs/calibration.md`).
 
-Seeds and people are others than those on which the calibrated band was chosen. The document states no coverage: what a
+Seeds and people are others than those on which the calibrated band was chosen. Bando states no coverage: what a
 band says of itself is the reference.
 """
 
@@ -81,7 +81,7 @@ def _judge(pool: Pool, name: str, trials: Sequence[Trial], held: tuple[str, ...]
             source = SOURCE if confirmed else SHORT
             findings.append(compare(result, float(ours), wanted, TOLERANCE, source, confirmed=confirmed))
     ratio = errors[1] / errors[0]
-    result = f"{name}: error of the calibrated estimate over the document's (at most 1)"
+    result = f"{name}: error of the calibrated estimate over Bando's (at most 1)"
     return [*findings, claim(result, ratio, holds=ratio <= 1.0, source="docs/calibration.md")]
 
 

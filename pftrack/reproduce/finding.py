@@ -18,7 +18,7 @@ class Finding:
         ours: What we measured.
         reference: What it should be, or None for an ordering.
         tolerance: How far ours may be from the reference; None for an ordering.
-        status: Whether it holds; `known-negative` for a claim of the document that the specification could not confirm,
+        status: Whether it holds; `known-negative` for a published claim that the reference could not confirm,
             and for a figure of which it is known why it comes out otherwise.
         source: Where the reference comes from.
     """
@@ -67,7 +67,7 @@ def share(
 ) -> Finding:
     """Judge a success rate by the reference's: within three standard errors of the difference, and 0.03.
 
-    The allowance is the specification's for a cell of a map (6.5); it grows as either side has fewer runs.
+    The allowance is that of a cell of a map; it grows as either side has fewer runs.
     """
     spread = math.sqrt(reference * (1 - reference) * (1 / runs + 1 / reference_runs))
     return compare(result, successes / runs, reference, 3 * spread + 0.03, source, confirmed=confirmed)
@@ -81,7 +81,7 @@ def claim(result: str, ours: float, *, holds: bool, source: str, confirmed: bool
         ours: The figure that it is judged by.
         holds: Whether it holds for us.
         source: Where it is made.
-        confirmed: Whether the specification could confirm it; if not, it is a known negative unless it holds.
+        confirmed: Whether the reference could confirm it; if not, it is a known negative unless it holds.
     """
     return Finding(result, ours, None, None, _status(holds=holds, confirmed=confirmed), source)
 

@@ -1,4 +1,4 @@
-"""Chapter 2 of document 1: the Kalman filter on a sine, the particle filter on a cosine."""
+"""Chapter 2 of Bando 2007: the Kalman filter on a sine, the particle filter on a cosine."""
 
 from dataclasses import dataclass, field
 
@@ -12,8 +12,8 @@ from pftrack.runs.run import Change, Run
 
 __all__ = ["dimension", "kalman_sine", "sample_count"]
 
-SOURCE_KALMAN = "document 1, ch. 2 section 2 (specification 2)"
-SOURCE_PARTICLES = "document 1, ch. 2 section 3 (specification 3)"
+SOURCE_KALMAN = "Bando 2007, ch. 2 section 2.2; reference implementation"
+SOURCE_PARTICLES = "Bando 2007, ch. 2 section 3.2; reference implementation"
 
 MEDIANS_BY_COUNT = {10: 0.058, 20: 0.038, 30: 0.034, 50: 0.032, 70: 0.031, 100: 0.031}
 MEDIANS_BY_DIMENSION = {
@@ -93,7 +93,7 @@ def _medians(pool: Pool, settings: list[dict[str, Value]]) -> list[float]:
 
 
 def _tolerance(count: int) -> float:
-    """Relative tolerance of a median over 100 trials, as the specification states it."""
+    """Relative tolerance of a median over 100 trials, as the reference states it."""
     return 0.08 if count >= 50 else 0.15 if count > 10 else 0.2
 
 

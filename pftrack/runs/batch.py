@@ -26,7 +26,7 @@ from pftrack.runs.scoring import allowed_loss, estimates_hash, extent_series, ju
 __all__ = ["Outcome", "outcomes"]
 
 BLOCK_BYTES = 64 * 1024 * 1024
-"""Pictures held at a time; sixty of the document's scene are a quarter of it."""
+"""Pictures held at a time; sixty of Bando's scene are a quarter of it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Set membership: what is possible, rather than what is probable (document 4, chapter 5).
+"""Set membership: what is possible, rather than what is probable (Shimada 1997, chapter 5).
 
 Where noise and motion have hard bounds, the states that fit all that was seen are a set. It is followed as a few
 *regions*, each an ellipsoid in a box of guides. Every step keeps every point that fits, so the truth is in one of them

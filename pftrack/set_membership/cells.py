@@ -5,7 +5,9 @@ cut into cells, and in each the lengths are bounded by all that is known: the el
 (theta, r), the guide of r, and the observation, with the exact range of cos over the cell. No pair (theta, r) that fits
 is outside the cells, which points sampled instead could not promise.
 
-Source: document 4 (specification 6, section 5.4); it replaces the five points per axis of (5.47).
+It replaces the five points per axis with which Shimada samples (5.47).
+
+Source: Shimada 1997, sections 5.2 and 5.5; see docs/methods/linkages.md.
 """
 
 import numpy as np

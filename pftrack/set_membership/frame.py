@@ -1,4 +1,4 @@
-"""One frame of a family of regions: predict, observe, constrain, merge (specification 6, section 5.5).
+"""One frame of a family of regions: predict, observe, constrain, merge (Shimada 1997, section 5.6).
 
 What is observed is the caller's affair, so this knows no chain.
 """

@@ -5,7 +5,7 @@ box beside it does not forget: a bound of one coordinate, once proved, holds unt
 bounds each coordinate by where the others can be (interval contraction), and every side of the box is a strip for the
 ellipsoid. Each of these steps keeps all points of the true intersection, in any order and however often.
 
-Source: document 4 (specification 6, section 5.2); (5.17) and (5.18) are `shrink_to_extent`, the others are added.
+Source: Shimada 1997, section 5.1; eqs. 5.17 and 5.18 are `shrink_to_extent`, the others are added.
 """
 
 import numpy as np

@@ -5,7 +5,7 @@ over a ball: with its eigenvalues l_i and slopes g_i it is the least mu + sum g_
 over all mu above the greatest l_i (the secular equation is where its derivative is zero). Every mu gives an upper
 bound, so whichever the search ends with, a yes is a proof.
 
-Source: document 4 (specification 6, section 5.5).
+Source: Shimada 1997, section 5.6, for the rule; the test of inclusion is our own.
 """
 
 import numpy as np

@@ -4,7 +4,8 @@ The shown length r cos theta bends, so it is no strip. The cells of `cells` cove
 of r cos theta that holds all their corners holds them. Where the cells fall apart into runs, the link may lean either
 towards the camera or away from it, and each run makes a region.
 
-Source: document 4 (specification 6, section 5.4) with (D.4) and (5.22)-(5.25) as corrected there.
+Source: Shimada 1997, section 5.2, eqs. 5.22 to 5.25, section 5.6 and appendix D, eq. D.4, corrected
+(docs/methods/linkages.md).
 """
 
 import numpy as np

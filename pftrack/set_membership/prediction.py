@@ -1,11 +1,11 @@
 """An ellipsoid after a bounded motion: an outer bound of the sum of two sets, and two constructions that are none.
 
 The sum of an ellipsoid and a ball is no ellipsoid. For every p > 0, (1 + 1/p) P + (1 + p) U contains it, where U is
-the ball's shape, and p = sqrt(tr P / tr U) has the least trace (Kurzhanski and Valyi 1997). The document
+the ball's shape, and p = sqrt(tr P / tr U) has the least trace (Kurzhanski and Valyi 1997). Shimada
 prints P + du I, which is not even of one unit, and describes in words the ellipsoid whose semi-axes are each longer
 by du, which touches the sum on the axes and lies inside it elsewhere. They are here for what they lose.
 
-Source: document 4 (specification 6, section 5.3); (5.31) as corrected there.
+Source: Shimada 1997, section 5.3, eq. 5.31, corrected (docs/methods/linkages.md).
 """
 
 import numpy as np

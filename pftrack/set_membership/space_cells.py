@@ -4,9 +4,9 @@ A link of length r in the direction theta of a plane that a rotation turns shows
 of its unit vector: a_k = R_k1 cos theta + R_k2 sin theta. The cells are those of a grid over the rotation vector and
 theta. Over a cell a_k stays within its slopes times the half widths, and 3/2 of their squares for what bends (no second
 derivative along a straight way is above 3); so no pose that fits is outside the cells. Points of a grid, which the
-document has in their place, can miss what lies between them.
+Shimada has in their place, can miss what lies between them.
 
-Source: document 4 (specification 6, section 5.4), with cells in the place of grid points.
+Source: Shimada 1997, sections 5.2 and 5.5, with cells in the place of points.
 """
 
 from typing import NamedTuple

@@ -2,7 +2,7 @@
 
 A strip for each image coordinate, across the gradient of what is shown at the middle of the cells, holds all of them.
 
-Source: document 4 (specification 6, section 5.4).
+Source: Shimada 1997, section 5.2, eqs. 5.22 to 5.25, and section 5.5.
 """
 
 import numpy as np

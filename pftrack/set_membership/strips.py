@@ -5,7 +5,8 @@ L >= 0 the sum of the two inequalities, the second with the weight L, is one tha
 Huang 1982). L = 0 leaves the ellipsoid as it is. The L of the least trace is the root of a cubic, the L of the least
 volume that of a quadratic; both have one positive root or none.
 
-Source: document 4 (specification 6, section 5.1); (5.9) as corrected there, and scaled by m'Pm.
+Source: Shimada 1997, section 5.1, eqs. 5.3 to 5.16, with eq. 5.9 corrected and all scaled by m'Pm, and appendix C
+(docs/methods/linkages.md).
 """
 
 import numpy as np

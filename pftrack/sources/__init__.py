@@ -4,7 +4,7 @@ A source answers `frame(index, history)`: what is to be seen at that instant, gi
 to then. Simulated scenes know the truth and change their look with live parameters; a recording can wear the same
 overlay of an occluder and look-alikes. The members:
 
-- `signal`: the one-dimensional signals of document 1, ch. 2;
+- `signal`: the one-dimensional signals of Bando 2007, ch. 2;
 - `ball`: the simulated ball behind an occluder, among distracters;
 - `prism`: the vertices of a turning prism, measured in noise;
 - `fish`: one or two goldfish in a tank from above, which bend as they turn;

@@ -1,9 +1,9 @@
 """The simulated ball: a red disc that swings behind an occluder, among distracters of its own colour.
 
-Document 1, ch. 3 section 3.1, with the readings of specification 6.2: a sinusoid of one hertz, peak to peak 200 px,
-seen at 30 frames a second in a 320 x 240 picture ("reading A"); larger pictures and amplitudes give "reading B" (6.7).
-On request it bounces off four walls instead: motion that is even, and then turns at once. Every parameter is live. The
-phase is accumulated over the history, so that a change of speed does not make the ball jump.
+Bando 2007, ch. 3 section 3, with the readings of docs/methods/switching.md: a sinusoid of one hertz, peak to peak
+200 px, seen at 30 frames a second in a 320 x 240 picture ("reading A"); a larger picture and amplitude give "reading
+B". On request it bounces off four walls instead: motion that is even, and then turns at once. Every parameter is live.
+The phase is accumulated over the history, so that a change of speed does not make the ball jump.
 """
 
 from functools import lru_cache
@@ -166,7 +166,7 @@ def _target(parameters: BallSceneParameters, turns: float) -> Target:
 def _picture(
     parameters: BallSceneParameters, turns: float, look_alikes: tuple[tuple[float, float, float], ...]
 ) -> NDArray[np.uint8]:
-    """Draw the scene without noise; two periods of the document's scene stay in the cache for the next run."""
+    """Draw the scene without noise; two periods of Bando's scene stay in the cache for the next run."""
     image = _ground(parameters.image_width_px, parameters.image_height_px, parameters.background_colour).copy()
     for u, v, radius in (*look_alikes, (*_centre(parameters, turns), parameters.ball_radius_px)):
         paint_disc(image, u, v, float(radius), rgb(parameters.ball_colour))

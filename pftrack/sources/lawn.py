@@ -1,4 +1,4 @@
-"""The simulated lawn: a two-coloured target passes a look-alike, and then behind a column (specification 5, A6).
+"""The simulated lawn: a two-coloured target passes a look-alike, and then behind a column (docs/methods/colours.md).
 
 The target is an ellipse, red above and yellow below. The look-alike has the same colours in other shares, and comes
 towards it; the target passes in front. The column stands in front of both and has the colours of the lawn, combed
@@ -28,8 +28,8 @@ FRAME_RATE_HZ = 30.0
 HALF_AXES_PX = 12.5, 16.5
 """From the middle of the target to its edge, so that it fills a window of 25 x 33 px."""
 TEXTURE = 0.3
-"""Standard deviation of the blurred noise. The specification does not say whether blurring leaves it at 1 or, as it
-does by itself, at 0.1; at 0.3 target, look-alike and lawn are as like the model as it says, and the scenes as hard."""
+"""Standard deviation of the blurred noise. It is not known whether blurring left it at 1 in the reference scene or, as
+it does by itself, at 0.1; at 0.3 target, look-alike and lawn are as like the model as there, the scenes as hard."""
 LAWN_RGB, LAWN_SD_RGB = np.array([105.0, 120.0, 95.0]), TEXTURE * np.array([16.0, 12.0, 14.0])
 GREY_RGB, GREY_SD_RGB = np.full(3, 108.0), np.full(3, TEXTURE * 14.0)
 RED_RGB, YELLOW_RGB = np.array([205.0, 40.0, 40.0]), np.array([215.0, 190.0, 40.0])

@@ -1,7 +1,7 @@
 """The overlay: an occluder and look-alikes that any source can wear.
 
 The occluder is a vertical strip in front of everything; the distracters are discs in the target's colour at three of
-six slots around the middle of the picture, twenty layouts in all (document 1, ch. 3 section 3.1; specification 6.2).
+six slots around the middle of the picture, twenty layouts in all (Bando 2007, ch. 3 section 3).
 On a simulated scene they are the experiment; on a recording they make an easy clip hard, live.
 """
 

@@ -1,10 +1,9 @@
 """The trapezoidal prism: eight vertices that turn in front of a camera, of which the rear ones hide now and then.
 
 What is measured is the pinhole projection of every vertex with Gaussian noise, small for a visible vertex and huge for
-a hidden one; which is which is known (document 1, ch. 4 section 3.3). The solid turns about its centroid in a compound
-motion; it may also move to and fro and change its distance, which an affine camera cannot follow (specification 7).
-With everything at its default this is the scene of specification 6: 625 frames, of which frame 0 shows the prism from
-the front.
+a hidden one; which is which is known (Bando 2007, ch. 4 section 3.3). The solid turns about its centroid in a compound
+motion; it may also move to and fro and change its distance, which an affine camera cannot follow. With everything at
+its default this is the scene of docs/methods/adaptive.md: 625 frames, of which frame 0 shows the prism from the front.
 
 Vertices with odd numbers make the front face, the one with the short bases, and are never hidden; those with even
 numbers make the rear one. The solid is convex, so a face is visible exactly if it looks towards the camera, and a
@@ -40,7 +39,7 @@ __all__ = [
 ]
 
 FRAMES = 625
-"""Length of the document's experiment; the motion then repeats."""
+"""Length of Bando's experiment; the motion then repeats."""
 
 VERTICES_MM: NDArray[np.float64] = np.array(
     [
@@ -96,7 +95,7 @@ class PrismParameters(Parameters):
     speed: float = parameter(
         1,
         "Speed",
-        "How fast the prism moves, as a multiple of the document's motion.",
+        "How fast the prism moves, as a multiple of Bando's motion.",
         ge=0,
         le=10,
         step=0.1,
@@ -196,7 +195,7 @@ class PrismSource:
     Attributes:
         size: Width and height of the picture in whose middle the principal point is, px.
         frame_rate_hz: Frames a second at which it is meant to be seen.
-        frame_count: None; the motion repeats after the document's 625 frames.
+        frame_count: None; the motion repeats after Bando's 625 frames.
         start: The truth of frame 0, theta = 0.
         noisy: The measurements depend on the seed.
     """
@@ -230,7 +229,7 @@ def sight(seed: int, index: int, parameters: PrismParameters, phase: float | Non
         seed: Of the measurement noise.
         index: Number of the frame, from 0.
         parameters: In force.
-        phase: u, where the motion is, in rounds of the document's 625 frames; by default as if the parameters had been
+        phase: u, where the motion is, in rounds of Bando's 625 frames; by default as if the parameters had been
             in force from the start.
     """
     u = index * parameters.speed / FRAMES if phase is None else phase

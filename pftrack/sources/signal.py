@@ -1,7 +1,7 @@
-"""One-dimensional signals in noise: the sine and cosine of document 1, ch. 2 sections 2 and 3.
+"""One-dimensional signals in noise: the sine and cosine of Bando 2007, ch. 2 sections 2 and 3.
 
 The truth turns once in 360 frames; what is seen is the truth plus white noise. Several dimensions are independent
-copies of the same signal with noise of their own, which is how the document shows what dimension costs a particle
+copies of the same signal with noise of their own, which is how Bando shows what dimension costs a particle
 filter.
 """
 

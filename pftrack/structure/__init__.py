@@ -1,4 +1,4 @@
-"""Structure: the shape of a rigid body from where its points were seen in many views (document 1, ch. 4 section 5).
+"""Structure: the shape of a rigid body from where its points were seen in many views (Bando 2007, ch. 4 section 5).
 
 A camera that is far away maps a body linearly, so the positions of its points over all frames are a product of two
 factors: motion, two rows a frame, and shape, three numbers a point. The members, from the plainest on:

@@ -1,7 +1,7 @@
 """Comparing shapes: a reconstruction is known only up to a map, which is fitted before the rest is an error.
 
 From tracks of an affine camera alone a shape is known up to an affine map, 12 numbers; with cameras that are known to
-be orthographic, up to a similarity. The error is that of document 1, eq. 4.19: the distance from the truth that is left
+be orthographic, up to a similarity. The error is that of Bando 2007, eq. 4.19: the distance from the truth that is left
 after alignment, relative to the size of the true shape about its centre.
 """
 
@@ -53,6 +53,6 @@ def residuals(
 
 
 def shape_error(estimate: NDArray[np.float64], truth: NDArray[np.float64], kind: Alignment = "affine") -> float:
-    """Return the error of document 1, eq. 4.19: what alignment leaves, relative to the truth about its centre."""
+    """Return the error of Bando 2007, eq. 4.19: what alignment leaves, relative to the truth about its centre."""
     apart = align(estimate, truth, kind) - truth
     return float(np.sqrt(np.square(apart).sum() / np.square(truth - truth.mean(axis=0)).sum()))

@@ -1,4 +1,4 @@
-"""Factorization by singular values: Tomasi and Kanade 1992 (document 1, ch. 4 section 5.1; specification 10.1).
+"""Factorization by singular values: Tomasi and Kanade 1992 (Bando 2007, ch. 4 section 5.1).
 
 Seen by an affine camera, the positions of n points in T frames, one row a coordinate and less the mean of the row, are
 a matrix of rank three: W = M S, motion times shape. The three greatest singular values and their vectors give such

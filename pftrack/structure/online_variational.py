@@ -1,14 +1,14 @@
-"""Variational factorization frame by frame, over a sliding window and with forgetting (document 1, ch. 4 section 5.2).
+"""Variational factorization frame by frame, over a sliding window and with forgetting (Bando 2007, ch. 4 section 5.2).
 
-As printed the method averages the cameras of different frames, which a moving camera forbids (correction C19). Here a
-window of 90 frames slides on by one, and only the second moments of the shape are averaged over time (specification
-10.3). A step drops the oldest frame, finds the camera of the new one from the averaged shape, finds the shape from the
+As printed the method averages the cameras of different frames, which a moving camera forbids. Here a window of 90
+frames slides on by one, and only the second moments of the shape are averaged over time (docs/methods/heads.md). A
+step drops the oldest frame, finds the camera of the new one from the averaged shape, finds the shape from the
 window, averages, and finds all cameras of the window from the average:
 
     <<G>> <- (1 - eta) <<G>> + eta G,   eta <- 1 / (1 + lambda / eta).
 
 **Forgetting by how well a point is seen.** With one eta for all, a point that is hidden throughout the window loses
-what was known of it, and through the cameras it spoils the others; the document closes with the proposal to control the
+what was known of it, and through the cameras it spoils the others; Bando closes with the proposal to control the
 forgetting (section 5.5). With `forgetting` = "by-information" each point has its own average, in which a frame counts
 by how much it told of the point: with w the information in the window about it (the trace of the precision that the
 positions add),
@@ -76,11 +76,11 @@ class Online:
         totals: (n,) discounted information, W above.
         motion: (2 W, 4) means of the rows.
         motion_covariances: (2 W, 4, 4).
-        common_eta: The eta of the document, the same for all points.
+        common_eta: The eta of the average as printed, the same for all points.
         free_energy: F of the window; NaN until it is full.
-        average_energy: F^lambda, its average with forgetting (document 1, eq. 4.16).
+        average_energy: F^lambda, its average with forgetting (Bando 2007, eq. 4.16).
         best_energy: The greatest average so far.
-        published: (n, 3) the shape at that time, as the document publishes it.
+        published: (n, 3) the shape at that time, as Bando publishes it.
     """
 
     settings: Settings
@@ -197,7 +197,7 @@ def _next(state: Online) -> Online:
         float(settings.gamma),
         first,
     )
-    # The average of free energies has the eta of all points together, as in the document.
+    # The average of free energies has the eta of all points together, as printed.
     common = 1.0 / (1.0 + memory / state.common_eta)
     average = state.average_energy + common * (energy - state.average_energy)
     better = average > state.best_energy

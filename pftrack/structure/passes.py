@@ -1,12 +1,12 @@
 """The passes of variational Bayes, compiled: beliefs in the shape given the motion, and in the motion given the shape.
 
-The model (document 1, ch. 4 section 5.2; specification 10.2): position d of point n is theta_d . (s_n; 1) + noise of
+The model (Bando 2007, ch. 4 section 5.2): position d of point n is theta_d . (s_n; 1) + noise of
 variance sigma_dn^2, s_n ~ N(0, I), theta_d ~ N(e_d, I / gamma). The posterior is taken as a product of beliefs in each
 point, N(shat_n, Sig_n), and in each row of the motion, N(thhat_d, Vd^-1). Each is found given the moments of the other:
 
 - `points_given`: Sig_n^-1 = I + sum_d sigma^-2 (Vd^-1 + thhat thhat^T)_ss, in the form that inverts 3 x 3 only;
 - `rows_given`: Vd = gamma I + sum_n sigma^-2 G_n, G_n the second moment of (s_n; 1);
-- `free_energy`: the bound on the log evidence that both raise, with corrections C14 to C18.
+- `free_energy`: the bound on the log evidence that both raise, corrected (docs/methods/heads.md).
 
 A precision of 0 says that a point was not seen: it adds nothing to any of the three.
 """
@@ -123,7 +123,7 @@ def free_energy(
     gamma: float,
     first: int,
 ) -> float:
-    """Return F, the lower bound on the log density of the positions that were seen (specification 10.2).
+    """Return F, the lower bound on the log density of the positions that were seen (Bando 2007, fig. 4.19, corrected).
 
     Args:
         rows: (D, n) positions.

@@ -1,6 +1,6 @@
 """A shape that grows with every frame: the covariance of all its points together, each frame's camera integrated out.
 
-The online method of the document (`online_variational`) keeps a window of frames and averages the shape over time. It
+Bando's online method (`online_variational`) keeps a window of frames and averages the shape over time. It
 takes shape and motion as independent, so it looks at the frames of its window again and again, and it assumes a camera
 that is far away. This is the project's own way. The belief in all points together is one Gaussian over 3 n numbers,
 kept as mean and precision. A frame adds the precision of its positions, less what they pay for the frame's own camera,
@@ -17,7 +17,7 @@ Without one (`from_window`) it is the variational factorization of the first fra
 again one by one; of the two mirror images, which no far camera tells apart, a near one prefers the true one.
 
 **Forgetting.** With `memory` below 1 a point's precision decays, towards the prior's, in proportion to how much the
-frame tells of it compared with what it tells of the best-seen point: what is hidden is not forgotten (document 1, ch. 4
+frame tells of it compared with what it tells of the best-seen point: what is hidden is not forgotten (Bando 2007, ch. 4
 section 5.5 proposes that).
 """
 

@@ -1,4 +1,4 @@
-"""Factorization by variational Bayes: each position counts by its own noise (document 1, ch. 4 section 5.2).
+"""Factorization by variational Bayes: each position counts by its own noise (Bando 2007, ch. 4 section 5.2).
 
 `factorize` of `factorization` lets every position count alike. Here each has a variance, and what is hidden has a large
 or an infinite one; no column need be deleted. Shape and motion have Gaussian priors, and their posterior is taken as a
@@ -110,7 +110,7 @@ def initial_motion(
     gamma: float,
     rng: Generator | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return means (D, 4) and covariances (D, 4, 4) of a motion to begin with (specification 10.2)."""
+    """Return means (D, 4) and covariances (D, 4, 4) of a motion to begin with."""
     height = len(rows)
     if initial == "zero":
         # The first three rows have the means of their prior, without which no direction would differ from another.

@@ -33,7 +33,7 @@ Test: TypeAlias = Literal["chi-square", "fisher"]
 
 
 class Code(IntEnum):
-    """The four colours of a significance map (document 1, Fig. 3.6; specification 6.3)."""
+    """The four colours of a significance map (Bando 2007, fig. 3.6)."""
 
     NOT_APPLICABLE = 0
     NOT_SIGNIFICANT = 1
@@ -107,14 +107,14 @@ def cells(source: Result | Counts, x: str | None = None, y: str | None = None) -
 def significance(
     first: CellMap, second: CellMap, *, level: float = 0.01, correction: Correction = "none", test: Test = "chi-square"
 ) -> Significance:
-    """Say in which cells one tracker succeeds more often than another (specification 6.3).
+    """Say in which cells one tracker succeeds more often than another.
 
     Args:
         first: Cells of one.
         second: Cells of the other, on the same axes.
         level: Of significance.
-        correction: "holm" for the whole map at the level, "none" for every cell by itself, as in the document.
-        test: "chi-square" as in the document, "fisher" for small counts too.
+        correction: "holm" for the whole map at the level, "none" for every cell by itself, as Bando has it.
+        test: "chi-square" as in Bando 2007, "fisher" for small counts too.
     """
     tested = chi_square if test == "chi-square" else fisher_exact
     p_values = tested(first.successes, first.judged, second.successes, second.judged)

@@ -1,8 +1,8 @@
 """Comparisons: two trackers of a sweep against each other by one quantity, cell by cell.
 
 The difference of the means is what a map shows. Both trackers met the same scenes, so that the difference within pairs
-of runs, scene by scene, is known better than either mean; its interval says how well. The test is the one of
-specification 6.3: of success by counts, of everything else by ranks.
+of runs, scene by scene, is known better than either mean; its interval says how well. The tests are those of Bando
+2007, ch. 3 sections 3.1 and 3.2: of success by counts, of everything else by ranks.
 """
 
 from collections.abc import Mapping
@@ -96,7 +96,7 @@ def compare(
         samples: The quantity's, on the same axes.
         first: Name of one tracker.
         second: Name of the other.
-        test: Of success: "chi-square" as in the document, "fisher" for small counts too.
+        test: Of success: "chi-square" as in Bando 2007, "fisher" for small counts too.
 
     Raises:
         SweepError: The sweep has no such tracker.

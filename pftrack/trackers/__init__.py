@@ -7,9 +7,9 @@ and all trackers of an experiment understand each other's states, so that one ma
 A state offers little (`TrackState`): estimate, standard deviations, evidence, size and arrays. What a tracker has
 beyond that, such as particles, hypotheses or mixing ratios, it declares as series and measures of its states.
 
-- `ball`: the switching filters of document 1, ch. 3, and what they are compared with;
-- `pose`: the methods of document 1, ch. 4 for the pose of a solid, for `prism` (points) and `head` (templates);
-- `signal`: the Kalman and the particle filter of document 1, ch. 2;
+- `ball`: the switching filters of Bando 2007, ch. 3, and what they are compared with;
+- `pose`: the methods of Bando 2007, ch. 4 for the pose of a solid, for `prism` (points) and `head` (templates);
+- `signal`: the Kalman and the particle filter of Bando 2007, ch. 2;
 - `sampling`: the loop that draws by prediction and by observation, which `ball` shares with others;
 - `reports`, `parameters`: the series and the parameters that several families declare alike.
 """

@@ -1,4 +1,4 @@
-"""Trackers of the prism: eight measured vertices, by the methods of `pose` (document 1, ch. 4 section 3.3).
+"""Trackers of the prism: eight measured vertices, by the methods of `pose` (Bando 2007, ch. 4 section 3.3).
 
 The camera is known, so the solid begins where the scene's parameters say; and so is the noise of every measurement,
 which is large while its vertex is hidden.

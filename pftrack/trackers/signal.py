@@ -1,4 +1,4 @@
-"""Trackers of a one-dimensional signal: document 1, ch. 2.
+"""Trackers of a one-dimensional signal: Bando 2007, ch. 2.
 
 Both use the second-order model X_t = (x_t, x_{t-1}), X_t = [[2, -1], [1, 0]] X_{t-1} + (b u, 0), z_t = x_t + noise. In
 D dimensions the state is D copies: all newest values first, then all previous ones. The particle filter carries the
@@ -85,14 +85,14 @@ def start_particles(target: Target, frame: Frame, parameters: SignalTrackerParam
 
 
 def step_kalman(state: PointState, frame: Frame, parameters: SignalTrackerParameters, rng: Generator) -> PointState:
-    """Predict and update exactly (document 1, eqs. 2.8 and 2.9)."""
+    """Predict and update exactly (Bando 2007, eqs. 2.8 and 2.9)."""
     del rng
     posterior, log_evidence = _exact(state.reference or state.posterior, frame, parameters)
     return PointState(posterior, state.tracked, log_evidence=log_evidence)
 
 
 def step_particles(state: PointState, frame: Frame, parameters: SignalTrackerParameters, rng: Generator) -> PointState:
-    """Sample from the dynamics, weigh by the likelihood, resample (document 1, ch. 2 section 3)."""
+    """Sample from the dynamics, weigh by the likelihood, resample (Bando 2007, ch. 2 section 3)."""
     signal = _signal(frame)
     dimension = state.tracked
     particles = state.particles

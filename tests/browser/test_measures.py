@@ -18,7 +18,7 @@ def box(place: Any) -> dict[str, float]:
 
 @pytest.mark.parametrize("width", [1280, 800])
 def test_the_run_so_far_is_measured(watch: Watch, server: Server, width: int) -> None:
-    """The ball is not lost by its document's limit, and stands beside the ball in some frames; both are to be read."""
+    """The ball is not lost by Bando's limit, and stands beside the ball in some frames; both are to be read."""
     shown = watch()
     shown.page.set_viewport_size({"width": width, "height": 800})
     server.seek(shown.id, 59)

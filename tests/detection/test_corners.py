@@ -41,7 +41,7 @@ def test_the_corners_of_a_rectangle_are_found(detector: Detector) -> None:
 
 
 def test_the_documents_detector_takes_points_of_a_slanted_line() -> None:
-    """Document 4 reports false corners along a slanted line: the steps of the line have little direction."""
+    """Ichimura and Ikoma 2000 report false corners on a slanted line: the steps of the line have little direction."""
     grey = np.full((90, 90), 120, np.uint8)
     cv2.line(grey, (-20, 75), (110, 15), 225, 3)
     counts = {

@@ -106,7 +106,7 @@ def test_series_say_what_they_are_called() -> None:
 
 
 def test_alpha_rises_while_a_corner_hides() -> None:
-    """Over the prism's course, alpha of a rear corner is higher while hidden, by the document's figure."""
+    """Over the prism's course, alpha of a rear corner is higher while hidden, by Bando's figure."""
     run = Run(PRISM, PRISM.simulate(), tracker="pf-asd", seed=1)
     run.finish()
     alpha = np.array([row.series["alpha"] for row in run.diagnostics])[:, 1::2]

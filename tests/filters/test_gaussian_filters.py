@@ -108,7 +108,7 @@ def test_singular_measurement_is_refused() -> None:
 
 
 def test_sine_posterior_spread() -> None:
-    """The posterior spread on the document's sine after one period is the published 0.03632."""
+    """The posterior spread on Bando's sine after one period is the published 0.03632."""
     one = np.eye(1)
     model = autoregression(2 * one, -one, np.zeros(1), 0.001 * one)
     posterior = Gaussian(np.zeros(2), np.eye(2))

@@ -154,7 +154,7 @@ def test_the_number_of_particles_can_change() -> None:
 
 
 def test_unscented_filter_with_useless_measurement_is_the_bootstrap_filter() -> None:
-    """With huge measurement noise the proposals are the predictions, to 1e-12 px (specification 13.5)."""
+    """With huge measurement noise the proposals are the predictions, to 1e-12 px."""
     one = np.eye(2)
     model = autoregression(2 * one, -one, np.zeros(2), 3 * one)
     rng = np.random.default_rng(3)

@@ -33,7 +33,7 @@ def apart(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
 
 
 def test_the_linear_filter_has_the_exact_errors() -> None:
-    """On the reference track under the document's best pair: filtered, and smoothed with a lag of 25."""
+    """On the reference track under Ichimura and Ikoma's best pair: filtered, and smoothed with a lag of 25."""
     found = follow("lg", REFERENCE_PX[:, None], DOCUMENT)
     assert track_error(found.filtered[:, 0], TRUE_PATH) == pytest.approx(0.338, abs=0.0005)
     assert track_error(found.smoothed[:, 0], TRUE_PATH) == pytest.approx(0.224, abs=0.0005)
@@ -80,7 +80,7 @@ def test_the_smoother_is_the_least_squares_solution() -> None:
 
 
 def test_the_likeliest_noise_of_the_linear_model() -> None:
-    """Over the grid of 20 by 20 the reference track has its maximum where the document has, at (10, 1)."""
+    """Over the grid of 20 by 20 the reference track has its maximum where it was published, at (10, 1)."""
     surface = likelihood_surface("lg", REFERENCE_PX, Settings())
     assert np.unravel_index(surface.argmax(), surface.shape) == (9, 0)
     assert surface[9, 0] == pytest.approx(follow("lg", REFERENCE_PX[:, None], DOCUMENT).log_likelihoods[0])
@@ -101,7 +101,7 @@ def test_particles_come_to_the_exact_answer(count: int, filtered: float, smoothe
 
 @pytest.mark.slow
 def test_many_particles_come_nearer() -> None:
-    """With 8,000 the figures of the specification: .05 and .17 px, and the log likelihood within 0.2."""
+    """With 8,000 the figures of the reference: .05 and .17 px, and the log likelihood within 0.2."""
     track = np.repeat(clean()[:, None], 5, axis=1)
     exact = follow("lg", clean()[:, None], DOCUMENT)
     found = follow("mcf-gaussian", track, replace(DOCUMENT, count=8000, by_mode=False))

@@ -54,7 +54,7 @@ def test_what_determines_no_similarity_is_refused() -> None:
 
 @pytest.mark.parametrize(("seed", "distance_mm"), [(99, 2.2), (101, 3.9), (102, 3.6)])
 def test_drivers_are_as_far_from_the_mean_as_the_reference_s(seed: int, distance_mm: float) -> None:
-    """Root mean square distances of the three drivers to the mean model are the specification's (14.5) to 0.2 mm."""
+    """Root mean square distances of the three drivers to the mean model are the reference's to 0.2 mm."""
     assert rms_mm(person(seed), mean_model()) == pytest.approx(distance_mm, abs=0.2)
 
 

@@ -50,7 +50,7 @@ def seen(pose: Numbers, points: Numbers) -> Numbers:
 
 
 def by_hand(pose: Numbers, shape: HandShape) -> Numbers:
-    """The equations of the specification, one by one."""
+    """The equations of docs/methods/hands.md, one by one."""
     places = np.empty((5, 4, 3))
     for finger in range(5):
         spread, *flexions = pose[5 + 4 * finger : 9 + 4 * finger]

@@ -47,7 +47,7 @@ def test_quaternions_compose_as_rotations_do(one: np.ndarray, other: np.ndarray)
 
 @pytest.mark.parametrize("size", [0.0, 1e-6, 1e-3, 0.54, 2.0])
 def test_the_right_jacobian_is_the_small_turn_of_a_small_change(size: int) -> None:
-    """R(w + dw) = R(w) R(J_r dw) but for what is of second order; neither R' nor R would do (specification, 8.1)."""
+    """R(w + dw) = R(w) R(J_r dw) but for what is of second order; neither R' nor R would do."""
     omega = size * np.array([0.6, -0.6, 0.53])
     step, jacobian = 1e-6, right_jacobian(omega)
     for axis in np.eye(3):

@@ -44,7 +44,7 @@ def test_changes_are_those_of_the_equations(reading: Reading) -> None:
 
 
 def test_an_even_circle_has_speed_times_turn_across() -> None:
-    """By the document's reading an even circular swim has b'' = s sin(theta'); its body-frame velocity is constant."""
+    """By the paper's reading an even circular swim has b'' = s sin(theta'); its body-frame velocity is constant."""
     turn, speed = 0.1, 7.0
     headings = turn * np.arange(60)
     velocities = speed * np.column_stack([np.cos(headings), np.sin(headings)])

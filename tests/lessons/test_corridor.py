@@ -19,7 +19,7 @@ from pftrack.lessons.course.sir import CHANCE, SirParameters, show, tolerate
 from pftrack.particles import ParticleSet
 
 
-def test_the_likelihood_is_the_specification_s() -> None:
+def test_the_likelihood_is_that_of_the_lesson() -> None:
     """p(door | x) is 0.05 + 0.9 exp(-((x - d) / 1.5)^2 / 2) of the nearest door, and nothing is outside."""
     corridor = Corridor()
     here = np.array([12.0, 13.5, 60.0, -0.1, 100.1])

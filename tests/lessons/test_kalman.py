@@ -8,7 +8,7 @@ from pftrack.lessons.course.velocity import apply_filter, errors, simulate
 from tests.lessons.demonstrations import shown
 
 
-def test_riccati_settles_where_the_specification_says() -> None:
+def test_riccati_settles_at_the_known_variances() -> None:
     """Predicted variances of position and velocity, in m^2 and m^2/s^2."""
     assert riccati(0.05, 4.0).diagonal() == pytest.approx([2.41836, 0.238449], rel=2e-6)
 

@@ -15,7 +15,7 @@ def picture() -> np.ndarray:
 
 
 def test_likelihood_is_eleven_to_one() -> None:
-    """On the target the likelihood is 1.1, elsewhere and outside the picture 0.1 (specification 4)."""
+    """On the target the likelihood is 1.1, elsewhere and outside the picture 0.1."""
     states = np.array(
         [[10, 7, 0, 0], [0, 0, 0, 0], [-5, 7, 0, 0], [10, 400, 0, 0], [np.nan, 1, 0, 0], [np.inf, 1, 0, 0]]
     )

@@ -17,7 +17,7 @@ MIDDLE = np.array([40.0, 30.0])
 
 
 def plain_bins() -> np.ndarray:
-    """The bins by the words of the specification, A3."""
+    """The bins by the words of docs/methods/colours.md."""
     hue, saturation, value = (cv2.cvtColor(PICTURE, cv2.COLOR_RGB2HSV)[:, :, k].astype(int) for k in range(3))
     h, s, v = np.floor(10 * hue / 180), np.floor(10 * saturation / 256), np.floor(10 * value / 256)
     return np.where((saturation > 25.5) & (value > 51), 10 * h + s, 100 + v).astype(int)

@@ -164,7 +164,7 @@ def test_a_branch_keeps_the_truth_of_its_past() -> None:
 
 
 def test_the_measure_that_decides_is_named() -> None:
-    """A simulated scene is judged by the document's limit; a summary says so."""
+    """A simulated scene is judged by Bando's limit; a summary says so."""
     experiment = EXPERIMENTS["ball"]
     run = Run(experiment, experiment.simulate(), frames=3, timeline=(Change(0, {"lost_share": 0.0}),))
     run.finish()

@@ -17,7 +17,7 @@ WIDTHS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}
 
 
 def read(file: bytes) -> tuple[dict[str, Any], list[NDArray[Any]]]:
-    """Return a file's document and its accessors' arrays, as the specification says that they are found."""
+    """Return a file's document and its accessors' arrays, as glTF's standard says that they are found."""
     magic, version, total = struct.unpack_from("<4sII", file)
     assert (magic, version, total) == (b"glTF", 2, len(file))
     length, kind = struct.unpack_from("<I4s", file, 12)

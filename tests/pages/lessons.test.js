@@ -198,7 +198,7 @@ describe("words", () => {
     assert.equal(beside({ ...number, exact: null, within: null }), "");
   });
 
-  it("tell a check as the specification does", () => {
+  it("tell a check by its value, its target and its tolerance", () => {
     const check = { check: "counting", title: "", ours: 0.2825, exact: 0.28613, tolerance: 0.0106, passed: true, problem: null };
     assert.equal(checked(check), "checked: 0.2825, exact 0.2861, within 0.0106");
     assert.equal(checked({ ...check, ours: 0.5, passed: false }), "fails: 0.5, exact 0.2861, not within 0.0106");

@@ -22,7 +22,7 @@ def test_more_particles_follow_more_fish_and_guided_ones_need_fewer() -> None:
 
 @pytest.mark.slow
 def test_a_track_that_is_learned_from_holds() -> None:
-    """Both fish of a clip are followed by the offline filter, to the accuracy of the specification's table."""
+    """Both fish of a clip are followed by the offline filter, to the accuracy of the reference's table."""
     found = lesson(Clip(100, True))
     assert found.tracked.all()
     off = found.tracks[..., :2] - found.truths[..., :2]
@@ -32,7 +32,7 @@ def test_a_track_that_is_learned_from_holds() -> None:
 
 
 def test_the_true_motion_is_narrower_than_what_is_learned() -> None:
-    """The noise of the estimates is most of the learned spread of accelerations (specification 7.5)."""
+    """The noise of the estimates is most of the learned spread of accelerations."""
     truth, learned = taught_by_truth(100).diffusion("document"), GUIDANCE.learned("").diffusion("document")
     assert (truth.sd[:2] < 0.5 * learned.sd[:2]).all()
     assert truth.correlation[2, 3] < learned.correlation[2, 3] < -0.7
@@ -46,7 +46,7 @@ def test_references_are_whole() -> None:
 
 
 def test_the_figure_has_both_methods() -> None:
-    """Figures 6 and 7 of the document: all fish, and the sharp turns."""
+    """Figures 6 and 7 of Mitsugami et al. 2009: all fish, and the sharp turns."""
     found = {(tracker, count): Successes(20.0, 5.0, 0.1) for tracker in TABLE for count in COUNTS}
     (figure,) = draw(found).values()
     assert [len(panel.lines) for panel in figure.axes] == [2, 2]

@@ -17,7 +17,7 @@ HAND = find("hand")
 
 
 def test_a_step_changes_as_much_of_the_silhouette_as_is_predicted() -> None:
-    """Spread or bent, facing the camera or turned: within the specification's 20 %."""
+    """Spread or bent, facing the camera or turned: within the reference's 20 %."""
     with Pool(1) as pool:
         found = steps(pool, full=False)
     assert len(found) == 4
@@ -25,7 +25,7 @@ def test_a_step_changes_as_much_of_the_silhouette_as_is_predicted() -> None:
 
 
 def test_the_figure_has_a_panel_for_each_motion_and_bars_for_both_rankings() -> None:
-    """Best and any, of one hand kept and of four; the specification's figures are marks."""
+    """Best and any, of one hand kept and of four; the reference's figures are marks."""
     one = Outcome(0.1, 0.1, 0.1, 0.5, 0.75, 0.5, 20.0)
     figure = right_figure({(*key, ranking): one for key, ranking in product(REFERENCE, RANKINGS)}, REFERENCE)
     assert [panel.get_title() for panel in figure.axes] == ["wrist", "bend", "occlusion"]

@@ -40,7 +40,7 @@ def test_trials_do_not_hang_on_what_else_sees_the_video(together: list[Course]) 
 
 
 def test_a_trial_is_a_run_of_the_experiment(together: list[Course]) -> None:
-    """The trial with the video's own seed is a run of the experiment with templates of the document's sizes."""
+    """The trial with the video's own seed is a run of the experiment with templates of Bando's sizes."""
     head = find("head")
     scene: dict[str, Value] = {"person": 99, "speed": 4.0}
     setup = head.simulate()
@@ -54,12 +54,12 @@ def test_a_trial_is_a_run_of_the_experiment(together: list[Course]) -> None:
 
 
 def test_the_script_is_seen_whole(together: list[Course]) -> None:
-    """The head is turned in 330 of 900 frames (specification 9.5), and in a quarter of them four times as fast."""
+    """The head is turned in 330 of 900 frames, and in a quarter of them four times as fast."""
     assert together[0].turned.sum() == pytest.approx(330 / 4, abs=3)
     assert together[0].ratios.shape == (FAST - 1, 11)
 
 
-def test_drivers_are_as_far_from_the_mean_face_as_the_specification_says() -> None:
+def test_drivers_are_as_far_from_the_mean_face_as_the_reference_has_them() -> None:
     """To a fifth of a mm, which is as near as an unknown order of draws lets one come."""
     assert [distance_mm(driver) for driver in (99, 101, 102)] == pytest.approx([2.2, 3.9, 3.6], abs=0.2)
 

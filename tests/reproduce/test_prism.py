@@ -1,4 +1,4 @@
-"""The orders that the document claims for the prism, on few trials; the figures are with those of all studies."""
+"""The orders that Bando claims for the prism, on few trials; the figures are with those of all studies."""
 
 import numpy as np
 

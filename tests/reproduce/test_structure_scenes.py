@@ -1,4 +1,4 @@
-"""Specification 11: the tracks of the prism and of the face."""
+"""The tracks of the prism and of the face."""
 
 import numpy as np
 import pytest
@@ -34,7 +34,7 @@ def test_hidden_points_are_noisy_and_known_to_be() -> None:
 
 
 def test_the_prism_is_recovered_by_weights_alone() -> None:
-    """The variational error is near 0.0156 and that of equal weights near 0.2 (specification 14.6)."""
+    """The variational error is near 0.0156 and that of equal weights near 0.2."""
     errors = []
     for seed in range(5):
         prism = prism_tracks(seed)

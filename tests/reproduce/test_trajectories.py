@@ -19,7 +19,7 @@ def test_the_table_within_the_tolerances_for_few_runs() -> None:
         )
     table = {name: tracks._medians(one) for name, one in found.items()}
     assert [finding.status for finding in tracks._compare("lg", table["lg"])] == ["pass", "pass"]
-    # The document's own figure for the smoothed linear filter comes out by no reading.
+    # Ichimura and Ikoma's own figure for the smoothed linear filter comes out by no reading.
     assert [finding.status for finding in tracks._orderings(table)][:4] == ["pass"] * 4
     assert tracks._orderings(table)[-1].status == "known-negative"
     surface = likelihood_surface("lg", REFERENCE_PX, Settings())

@@ -22,7 +22,7 @@ def red(image: np.ndarray) -> np.ndarray:
 
 
 def test_path_is_the_document_s() -> None:
-    """U = 160 - 100 cos(2 pi t / 30), v = 120 (specification 6.2)."""
+    """U = 160 - 100 cos(2 pi t / 30), v = 120."""
     parameters = scene()
     source = BallSource(0, parameters)
     for t in range(60):
@@ -92,7 +92,7 @@ def test_frames_cannot_be_spoiled() -> None:
 
 
 def test_other_reading_of_the_scene() -> None:
-    """Picture size, amplitude and slots can be set to the other reading of the document (specification 6.7)."""
+    """Picture size, amplitude and slots can be set to the other reading of Bando 2007, ch. 3 section 3."""
     values = {
         "image_width_px": 640,
         "image_height_px": 480,

@@ -33,7 +33,7 @@ def test_a_clip_is_fit_for_the_experiment(number: int, count: int, lively: bool)
 
 
 def test_a_bend_turns_the_fish_the_other_way() -> None:
-    """Over ten clips the spreads and correlations are those of the specification's training set (section 8.1)."""
+    """Over ten clips the spreads and correlations are those of the reference's training set."""
     steps, changes = [], []
     for number in range(100, 110):
         for a, b, theta, phi in clip(number, 2, number < 108, "goldfish").transpose(1, 2, 0):

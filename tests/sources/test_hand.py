@@ -32,7 +32,7 @@ def truth(seen: Frame) -> HandTarget:
 
 @pytest.mark.parametrize("motion", FRAMES)
 def test_a_motion_begins_with_an_open_hand_within_its_limits(motion: str) -> None:
-    """Where the specification puts it; all angles stay within what a hand can do."""
+    """Where the reference scene puts it; all angles stay within what a hand can do."""
     target = truth(frame({"motion": motion}))
     assert target.pose[:2].tolist() == [100.0, 137.0]
     assert target.scale == 52.0
@@ -43,7 +43,7 @@ def test_a_motion_begins_with_an_open_hand_within_its_limits(motion: str) -> Non
         assert (pose <= HIGH).all()
 
 
-def test_the_motions_are_those_of_the_specification() -> None:
+def test_the_motions_are_those_of_the_reference() -> None:
     """Ends of the turn and of the bend; the folded fingers and when they are folded."""
     last = pose_at("wrist", 29)
     assert last[2:5] == pytest.approx([0.10, 1.05, 0.0])

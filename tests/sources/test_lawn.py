@@ -1,4 +1,4 @@
-"""The simulated lawn: where what is (specification 5, A6), and what depends on which parameter."""
+"""The simulated lawn: where what is (docs/methods/colours.md), and what depends on which parameter."""
 
 from typing import Any
 
@@ -17,7 +17,7 @@ def frame(index: int, values: dict[str, Any] | None = None, seed: int = 0) -> An
     return LawnSource(seed, parameters).frame(index, History(((0, parameters),)))
 
 
-def test_the_target_is_hidden_when_the_specification_says() -> None:
+def test_the_target_is_hidden_when_the_reference_scene_hides_it() -> None:
     """It is partly hidden in frames 76 to 107 and wholly in frames 87 to 96."""
     shares = np.array([visible_share(index, LawnSceneParameters()) for index in range(120)])
     partly, wholly = np.flatnonzero(shares < 1), np.flatnonzero(shares == 0)

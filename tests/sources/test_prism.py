@@ -17,7 +17,7 @@ def sights(**values: object) -> list[Sight]:
 
 
 def test_rear_vertices_hide_as_often_as_they_should() -> None:
-    """Vertices with odd numbers are always seen, the others hidden in 31, 29, 32 and 29 % (specification 6)."""
+    """Vertices with odd numbers are always seen, the others hidden in 31, 29, 32 and 29 %."""
     visible = np.array([now.visible for now in sights()])
     assert visible[:, [0, 2, 4, 6]].all()
     assert np.allclose(1 - visible[:, REAR].mean(axis=0), [0.314, 0.290, 0.315, 0.286], atol=0.01)
@@ -61,7 +61,7 @@ def test_what_is_measured_is_the_truth_with_the_noise_that_is_said() -> None:
 
 
 def test_the_motion_is_the_document_s() -> None:
-    """Angles and translation are the sinusoids of specification 6 and 7, from where it faces the camera."""
+    """Angles and translation are the sinusoids of docs/methods/adaptive.md, from where it faces the camera."""
     still = sight(0, 0, SCENE)
     assert not still.theta_rad.any()
     assert still.visible_faces.tolist() == [True, False, True, True, False, False]

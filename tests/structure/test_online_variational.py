@@ -1,4 +1,4 @@
-"""Specification 10.3 and 15, item 7."""
+"""Factorization frame by frame: forgetting, the window, and what is published (Bando 2007, ch. 4 section 5.2)."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Specification 10.2 and 15, items 3 to 5."""
+"""Factorization by variational Bayes: the bound rises, and both passes are where it is stationary."""
 
 from dataclasses import replace
 
@@ -52,7 +52,7 @@ def test_inverses_are_exact() -> None:
 
 
 def test_the_information_form_is_the_gain_form() -> None:
-    """The points' beliefs agree with the gain form of document 1, eqs. 4.13 as corrected (C15, C16), to 1e-9."""
+    """The points' beliefs agree with the gain form of Bando 2007, eq. 4.13 as corrected, to 1e-9."""
     found = fitted()
     rows, precisions = NOISY.matrix, NOISY.precisions
     means, covariances = points_given(rows, precisions, found.motion, found.motion_covariances)

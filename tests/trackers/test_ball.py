@@ -1,4 +1,4 @@
-"""Trackers of a ball: what must be the same is the same, to the bit (specification 13.4)."""
+"""Trackers of a ball: what must be the same is the same, to the bit."""
 
 from itertools import pairwise
 

@@ -155,7 +155,7 @@ def test_the_evidence_is_not_biased(name: str) -> None:
 
 
 def test_sharpened_weights_are_too_sure_of_themselves() -> None:
-    """The document's rule counts the observation twice: its deviation is 5 % smaller than the exact one."""
+    """Bando's rule counts the observation twice: its deviation is 5 % smaller than the exact one."""
     given = parameters(sample_count=20_000, apf_weights="sharpened")
     state, known = followed("apf", given, frames=1)[0], by_grid(given)[0]
     assert (state.sigma < 0.97 * known.sigma).all()

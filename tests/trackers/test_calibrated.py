@@ -52,7 +52,7 @@ def test_a_wrong_depth_shows_only_when_the_solid_turns() -> None:
 
 @pytest.mark.parametrize("tracker", ["pf-asd", "rb-pf"])
 def test_only_the_band_of_a_head_changes(tracker: str) -> None:
-    """A head's estimate is the document's to the bit; its band is another."""
+    """A head's estimate is Bando's to the bit; its band is another."""
     small: dict[str, Value] = {"image_width_px": 160, "feature_noise_px": 2, "joint_sample_count": 100}
     document = run("head", 8, tracker=tracker, **small)
     calibrated = run("head", 8, tracker=tracker, pose_band="calibrated", **small)
@@ -97,7 +97,7 @@ def test_the_band_holds_the_truth_over_seeds(upper: str) -> None:
 
 
 def test_the_tails_of_a_head_are_those_of_a_student() -> None:
-    """Where the band is calibrated a head's errors follow Student's t; a prism's, and the document's, a Gaussian."""
+    """Where the band is calibrated a head's errors follow Student's t; a prism's, and Bando's, a Gaussian."""
     for widths, law in ((GAUSSIAN, stats.norm()), (STUDENT_4, stats.t(4))):
         assert widths == pytest.approx((law.ppf(0.75) / law.std(), law.ppf(0.975) / law.std()), abs=1e-6)
     small: dict[str, Value] = {"image_width_px": 160, "feature_noise_px": 2}

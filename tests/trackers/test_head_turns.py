@@ -95,7 +95,7 @@ def test_where_one_looks_does_not_change_what_is_seen() -> None:
 
 
 def test_flat_templates_know_nothing_of_slack_and_speed() -> None:
-    """What belongs to templates in relief changes no bit of the document's trackers."""
+    """What belongs to templates in relief changes no bit of Bando's trackers."""
     plain, other = parameters(), parameters(slack_px=30.0, initial_speed_px=20.0, pose_change_noise=9.0)
     first, second = (stepped(begun("pf-asd", given), "pf-asd", given, 1, grey(1, 1)) for given in (plain, other))
     assert np.array_equal(first.feature_means, second.feature_means)

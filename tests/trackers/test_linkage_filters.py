@@ -170,7 +170,7 @@ def test_a_flat_chain_has_two_sides_in_space() -> None:
 def test_both_sides_are_kept_until_one_is_refuted() -> None:
     """On the way through the parallel the beam splits, a joint's limit refutes the wrong side, and the right one stays.
 
-    One filter with the same bounds goes wrong on the same seed (specification, 8.2).
+    One filter with the same bounds goes wrong on the same seed.
     """
     one = course(Condition("ekf-truncated", tuple(CROSS.items()), 0))
     several = course(Condition("ekf-mirrors", tuple(CROSS.items()), 0))

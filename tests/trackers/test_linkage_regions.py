@@ -50,7 +50,7 @@ def test_the_truth_is_held_in_space(seed: int, tracker: str) -> None:
 
 @pytest.mark.parametrize(("name", "first", "last"), [("mirror3", 60, 67), ("mirror2", 39, 54)])
 def test_a_link_that_passes_the_parallel_splits_the_region(name: str, first: int, last: int) -> None:
-    """It does where the document's experiment does, within eight frames, and one of the two is refuted later."""
+    """It does where Shimada's experiment does, within eight frames, and one of the two is refuted later."""
     states, _ = tracked(name, 1)
     apart = split_at(states)
     assert first - 8 <= apart[0] <= last + 8

@@ -1,6 +1,6 @@
-"""Switching particle filters on a ball behind an occluder, among look-alikes (document 1, ch. 3).
+"""Switching particle filters on a ball behind an occluder, among look-alikes (Bando 2007, ch. 3).
 
-The question of the document: when the target is hidden, is it better to trust the prediction, the observation, or to
+Bando's question: when the target is hidden, is it better to trust the prediction, the observation, or to
 switch between them? The scene is simulated, or any recording on which a person has drawn a box around the target.
 """
 
@@ -53,7 +53,7 @@ class RecordedBallParameters(BallTrackerParameters, RecordingParameters):
 
 
 def simulate() -> Setup:
-    """Wire the simulated scene with the document's values."""
+    """Wire the simulated scene with Bando's values."""
     return Setup(BallSource, SimulatedBallParameters())
 
 
@@ -61,7 +61,7 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
     """Wire a recording: the colour is fitted to the box, and lengths are scaled to it.
 
     Real targets turn and stop, so velocity is kept for a few frames only; otherwise the particles of a hidden target
-    fly out of the picture and do not see it return. Real backgrounds differ more from the target than the document's
+    fly out of the picture and do not see it return. Real backgrounds differ more from the target than Bando's
     grey does, so the background level is lower. Both are starting values: every parameter is live.
 
     Args:
@@ -315,7 +315,7 @@ EXPERIMENT = Experiment(
     exports=(GUIDANCE.export,),
     guidance=GUIDANCE,
     failures=FAILURES,
-    example_sweep=ExampleSweep(  # the coarse map of the document: 25 cells
+    example_sweep=ExampleSweep(  # a coarse map of Bando's conditions: 25 cells
         {"occlusion_width_px": (5, 30, 55, 80, 100), "distracter_radius_px": (1, 6, 11, 16, 20)},
         trackers=("h-spf", "s-spf", "pc-pf"),
         trials=20,

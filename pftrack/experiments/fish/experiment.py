@@ -1,7 +1,7 @@
-"""A fish that bends as it turns, followed by guided diffusion (document 3).
+"""A fish that bends as it turns, followed by guided diffusion (Mitsugami et al. 2009).
 
-A filter that perturbs every number of its state by itself spends most particles on motions that no fish makes. The
-document learns offline how motion and shape change together, and guides the particles by that: fewer do as well.
+A filter that perturbs every number of its state by itself spends most particles on motions that no fish makes. Their
+method learns offline how motion and shape change together, and guides the particles by that: fewer do as well.
 """
 
 from collections.abc import Mapping, Sequence

@@ -18,7 +18,7 @@ from pftrack.trackers.fish.state import FishState
 __all__ = ["edges_drawn", "fish", "outlines", "particles_drawn", "path_drawn", "truth_drawn"]
 
 FEW, MANY = 10, 200
-"""How many particles are drawn as whole fish: as in the document's figures 8 and 9, or nearly all."""
+"""How many particles are drawn as whole fish: as in the paper's figures 8 and 9, or nearly all."""
 
 OUTLINE_POINTS = 24
 TRAIL_FRAMES = 45

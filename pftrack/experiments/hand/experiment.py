@@ -1,4 +1,4 @@
-"""A hand whose pose comes from its silhouette alone, by a beam of hypotheses (document 4, chapter 2).
+"""A hand whose pose comes from its silhouette alone, by a beam of hypotheses (Shimada 1997, chapter 2).
 
 Fingers disappear behind the palm within a frame or two, so nothing can be followed from picture to picture. Hands are
 made by a model instead and compared with the silhouette, and since which of them is right may show only later, several

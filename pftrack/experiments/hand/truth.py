@@ -1,4 +1,4 @@
-"""How near to the truth the kept hands are: of one frame, and of a whole run (specification 7, section 8).
+"""How near to the truth the kept hands are: of one frame, and of a whole run (docs/methods/hands.md).
 
 A hand is *right* if its tips are off by less than 0.20 palm axes on average, every angle of the palm by less than 0.30
 rad, and the flexions of the fingers by less than 0.30 rad on average. The most probable hand of a frame may be right,

@@ -1,4 +1,4 @@
-"""A driver's head, simulated or on any recording: its pose by eleven features (document 1, ch. 4 section 4).
+"""A driver's head, simulated or on any recording: its pose by eleven features (Bando 2007, ch. 4 section 4).
 
 A feature that turns away or is covered no longer looks like its template; where it should be is then known only from
 the pose of the head, which is known from the other features. The adaptive sampling distribution learns for each feature
@@ -64,7 +64,7 @@ class SimulatedHeadParameters(HeadTrackerParameters, HeadSceneParameters):
 
 
 def simulate() -> Setup:
-    """Wire the simulated driver with the document's values."""
+    """Wire the simulated driver with Bando's values."""
     return Setup(HeadSource, SimulatedHeadParameters())
 
 

@@ -34,7 +34,7 @@ from pftrack.trackers.head.templates import EYE_DISTANCE_PX
 __all__ = ["RecordedHeadParameters", "defaults", "face_at", "on_video"]
 
 FRAME_RATE_HZ = 30.0
-"""Of the document's pictures, for which its noise of motion was chosen."""
+"""Of Bando's pictures, for which its noise of motion was chosen."""
 
 
 class RecordedHeadParameters(HeadTrackerParameters, RecordingParameters):
@@ -88,7 +88,7 @@ def defaults(points: NDArray[np.float64], frame_rate_hz: float) -> RecordedHeadP
     """Return the defaults for a recording of so many pictures a second, in the first of which a face is here.
 
     Args:
-        points: (11, 2) its features, px; they say how large it is, relative to the document's.
+        points: (11, 2) its features, px; they say how large it is, relative to Bando's.
         frame_rate_hz: Of the recording.
     """
     size = eye_distance(points) / EYE_DISTANCE_PX

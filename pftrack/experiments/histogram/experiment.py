@@ -46,7 +46,7 @@ class RecordedHistogramParameters(HistogramTrackerParameters, RecordingParameter
 
 
 def simulate() -> Setup:
-    """Wire the simulated lawn with the specification's values."""
+    """Wire the simulated lawn with its default values."""
     return Setup(LawnSource, SimulatedHistogramParameters(), success=HELD_AT_END.name)
 
 

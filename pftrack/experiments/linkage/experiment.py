@@ -1,4 +1,4 @@
-"""A chain of three links, whose lengths and pose one camera is to tell (document 4).
+"""A chain of three links, whose lengths and pose one camera is to tell (Shimada 1997).
 
 Depth is not seen, so that a link may point away from the camera or towards it, and a long link that is turned away
 looks like a short one. What joints and lengths may be makes it tractable. Kalman filters cut their Gaussian by these

@@ -10,7 +10,7 @@ __all__ = ["KEPT", "MEASURES", "PLOTS", "READINGS"]
 
 LINKS = 3
 LAST_FRAMES = 6
-"""Over which the document's success of a crossing is judged."""
+"""Over which Shimada's success of a crossing is judged."""
 
 
 def _errors(course: Course) -> NDArray[np.float64]:

@@ -19,7 +19,7 @@ CROSS: Mapping[str, Value] = {
     "start_length_3_px": 9,
     **TABLE_4_1,
 }
-"""The third link passes the pose parallel to the image; bounds of table 4.1."""
+"""The third link passes the pose parallel to the image; bounds of Shimada 1997, table 4.1."""
 
 STATIC: Mapping[str, Value] = {
     "chain_path": "static",
@@ -33,7 +33,7 @@ STATIC: Mapping[str, Value] = {
     "acceleration_rad": 0.01,
     "observation_variance_px2": 1,
 }
-"""The pose is held for 300 frames; bounds of table 5.1."""
+"""The pose is held for 300 frames; bounds of Shimada 1997, table 5.1."""
 
 SPACE: Mapping[str, Value] = {
     "chain_path": "3d",
@@ -63,7 +63,7 @@ FIRST: Mapping[str, Value] = {
     "true_length_3_px": 45,
     "motion_bound_rad": 0.08,
 }
-"""Object 1 of table 5.2, that is known as table 5.3 says."""
+"""Object 1 of Shimada 1997, table 5.2, that is known as table 5.3 says."""
 
 SECOND: Mapping[str, Value] = {**FIRST, "true_length_1_px": 75, "true_length_2_px": 65, "true_length_3_px": 55}
 """Object 2 of table 5.2, known beforehand by the same."""
@@ -163,7 +163,7 @@ PRESETS = (
     ),
     _preset(
         "two-1-literal",
-        "breaks: the document's ellipsoids alone",
+        "breaks: Shimada's ellipsoids alone",
         "ellipsoids-literal",
         FIRST,
         ("motion_bound_rad", "predicted_ellipsoid", "first_ellipsoid"),

@@ -1,4 +1,4 @@
-"""The turning prism: which prediction to trust when vertices hide (document 1, ch. 4 section 3.3).
+"""The turning prism: which prediction to trust when vertices hide (Bando 2007, ch. 4 section 3.3).
 
 Eight vertices of a solid are measured, the hidden ones wildly. The solid's pose predicts where each should be, and so
 does each vertex's own past; the adaptive sampling distribution learns which of the two is right, vertex by vertex.
@@ -63,7 +63,7 @@ TICK = np.array([[-4.0, 0.0, 0.0], [4.0, 0.0, 0.0]], dtype=np.float32)
 
 
 def simulate() -> Setup:
-    """Wire the prism with the document's values."""
+    """Wire the prism with Bando's values."""
     return Setup(PrismSource, TrackedPrismParameters())
 
 

@@ -1,4 +1,4 @@
-"""The Kalman filter beside the particle filter on a signal in noise (document 1, ch. 2).
+"""The Kalman filter beside the particle filter on a signal in noise (Bando 2007, ch. 2).
 
 The model is linear and the noise Gaussian, so the exact answer is known, and what a particle filter loses by sampling
 can be seen: with few particles, and with more dimensions than they can fill.
@@ -34,7 +34,7 @@ class SineParameters(SignalTrackerParameters, SignalParameters):
 
 
 def simulate() -> Setup:
-    """Wire the signal with the document's values."""
+    """Wire the signal with Bando's values."""
     return Setup(SignalSource, SineParameters())
 
 

@@ -1,4 +1,4 @@
-"""The shape of a rigid body from where its points are seen (document 1, ch. 4 section 5).
+"""The shape of a rigid body from where its points are seen (Bando 2007, ch. 4 section 5).
 
 - `experiment`: the wiring, the parameters and what is measured;
 - `truth`: how far a shape and a pose are from the true ones;

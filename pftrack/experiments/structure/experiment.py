@@ -1,4 +1,4 @@
-"""The shape of a rigid body that turns, from where its points are seen in each frame (document 1, ch. 4 section 5).
+"""The shape of a rigid body that turns, from where its points are seen in each frame (Bando 2007, ch. 4 section 5).
 
 What a tracker sees are tracks, positions of points with the variances of their noise, and no picture. Which shape they
 belong to is found frame by frame: by singular values, for which a hidden point counts as much as one that is seen; by
@@ -55,7 +55,7 @@ class SimulatedTracksParameters(StructureTrackerParameters, TracksSceneParameter
 
 
 def simulate() -> Setup:
-    """Wire the simulated body with the document's values."""
+    """Wire the simulated body with Bando's values."""
     return Setup(TracksSource, SimulatedTracksParameters(), success=WITHIN.name)
 
 
@@ -181,7 +181,7 @@ PLOTS = (
         "energy",
         "free energy",
         "value",
-        "The lower bound on the log evidence of the window, by which the document chooses what to publish.",
+        "The lower bound on the log evidence of the window, by which Bando chooses what to publish.",
         series=("free_energy",),
     ),
     Plot(

@@ -1,4 +1,4 @@
-"""How far a shape is from the true one: up to an affine map, as the document has it, and up to a similarity."""
+"""How far a shape is from the true one: up to an affine map, as Bando has it, and up to a similarity."""
 
 from collections.abc import Mapping
 
@@ -28,7 +28,7 @@ SERIES = (
 
 
 def shape_errors(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the shape errors (...), % (document 1, eq. 4.19), of shapes (..., 3 n): what an affine map leaves.
+    """Return the shape errors (...), % (Bando 2007, eq. 4.19), of shapes (..., 3 n): what an affine map leaves.
 
     The best affine map takes of the true coordinates what the estimated ones span, so the error is what they do not.
     That holds of a flat shape as well, which spans less.

@@ -60,7 +60,7 @@ class SimulatedTrajectoriesParameters(
 
 
 def simulate() -> Setup:
-    """Wire the simulated sequence, or the simulated tracks, with the document's values."""
+    """Wire the simulated sequence, or the simulated tracks, with Ichimura and Ikoma's values."""
 
     def open_source(seed: int, parameters: SimulatedTrajectoriesParameters) -> Source[Any]:
         if parameters.trajectories_scene == "tracks":

@@ -20,7 +20,7 @@ Method: TypeAlias = Literal["lg", "lng", "nlng", "mcf-gaussian"]
 Kalman filter, particles with Gaussian noise."""
 
 GRID: NDArray[np.float64] = np.arange(1.0, 21.0)
-"""The values of sigma^2 and of tau^2, px^2, that the document looks through."""
+"""The values of sigma^2 and of tau^2, px^2, that Ichimura and Ikoma look through."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,6 +155,6 @@ def likelihood_surface(
 def track_error(positions: NDArray[np.float64], truth: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return E = sqrt(sum_t |e_t|^2) / T of positions (T, ..., 2), px.
 
-    The document calls its figures mean squared errors; only by this reading do they agree with each other.
+    Ichimura and Ikoma call their figures mean squared errors; only by this reading do they agree with each other.
     """
     return np.asarray(np.sqrt(np.square(positions - truth).sum(axis=-1).sum(axis=0)) / len(positions))

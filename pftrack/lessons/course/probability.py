@@ -206,7 +206,7 @@ LESSON = Lesson(
     uses=(
         Use(
             "A belief is honest if 95 % of its area lies over an interval that holds the truth in 95 of 100 frames. Of "
-            "the angles up to frame 100, 50 % and 97 % lay in the central 50 % and 95 %; with the document's band of "
+            "the angles up to frame 100, 50 % and 97 % lay in the central 50 % and 95 %; with Bando's band of "
             "the pose it is 40 % and 82 %.",
             Scenario(
                 Recipe(experiment="prism", tracker="pf-asd",

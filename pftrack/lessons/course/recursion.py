@@ -138,7 +138,7 @@ def _answer(parameters: RecursionParameters, seed: int) -> Answer:
 
 
 def _reference() -> list[Moment]:
-    """Return the eight rounds of the specification."""
+    """Return the eight rounds that the lesson shows."""
     return list(moments(_CHECKED, RecursionParameters(steps="pm" * len(MEASURED))))
 
 

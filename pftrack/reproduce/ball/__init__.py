@@ -1,3 +1,3 @@
-"""The tables of document 1, ch. 3: occlusion, sensitivity, the number of particles, and the learned motion."""
+"""The tables of Bando 2007, ch. 3: occlusion, sensitivity, the number of particles, and the learned motion."""
 
 __all__: list[str] = []

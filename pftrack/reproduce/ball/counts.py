@@ -1,6 +1,6 @@
-"""How many particles: the study of document 1, ch. 3 section 3.3.
+"""How many particles: the study of Bando 2007, ch. 3 section 3.3.
 
-Sixteen cells pooled. In the document fewer particles do better until too few collapse, since more particles populate
+Sixteen cells pooled. In Bando 2007 fewer particles do better until too few collapse, since more particles populate
 the tails, which then find look-alikes. Success confirms it in both readings of the scene; whether the error falls as
 well depends on which of them is taken.
 """
@@ -14,7 +14,7 @@ from pftrack.sweep import Axis
 
 __all__ = ["sample_count"]
 
-SOURCE = "document 1, ch. 3 section 3.3 (specification 7)"
+SOURCE = "Bando 2007, ch. 3 section 3.3; reference implementation"
 CELL_RUNS = 80
 SHARED_SEEDS_ALLOWANCE = 0.08
 """With a hundred particles runs with the same seed are lost alike in all cells, and the reference shares eighty seeds
@@ -60,6 +60,6 @@ def sample_count(pool: Pool, full: bool) -> list[Finding]:
         findings.append(claim(name, success[200] - success[1600], holds=holds, source=SOURCE))
         name = f"sample-count: {tracker}, the error falls as well with N from 1600 to 200, px"
         change = pooled[200].error - pooled[1600].error
-        source = "document 1, ch. 3 section 3.3; in the other reading of the scene only (specification 7)"
+        source = "Bando 2007, ch. 3 section 3.3; in the other reading of the scene only"
         findings.append(claim(name, change, holds=change < -0.25, source=source, confirmed=False))
     return findings

@@ -1,11 +1,11 @@
-"""The maps: the whole protocol of document 1, ch. 3 sections 3.1 to 3.3, and its figures 3.5 to 3.11.
+"""The maps: the whole protocol of Bando 2007, ch. 3 sections 3.1 to 3.3, and its figures 3.5 to 3.11.
 
 Twenty occluder widths by twenty look-alike sizes by twenty layouts by ten trials by three methods with 800 particles,
 240,000 runs of sixty frames; the same with 400 and 1600 particles for the two switching filters; and seven numbers of
 particles over a hundred conditions. The quick form takes every fifth width and size and one trial.
 
-The specification has figures for some of these cells only (see `occlusion` and `counts`); here the statements are
-judged that the document makes of the maps as a whole (specification 6.4 and 12).
+The reference implementation has figures for some of these cells only (see `occlusion` and `counts`); here the
+statements are judged that Bando makes of the maps as a whole.
 """
 
 from dataclasses import dataclass
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Maps", "draw", "plans", "whole_protocol"]
 
-SOURCE = "document 1, ch. 3 sections 3.1 to 3.3 (specification 6.4)"
-UNCONFIRMED = "document 1, ch. 3 section 3.3; in the other reading of the scene only (specification 7 and 12)"
+SOURCE = "Bando 2007, ch. 3 sections 3.1 to 3.3"
+UNCONFIRMED = "Bando 2007, ch. 3 section 3.3; in the other reading of the scene only"
 
 WIDTH, RADIUS = "occlusion_width_px", "distracter_radius_px"
 SWITCHING = ("h-spf", "s-spf")
@@ -53,7 +53,7 @@ class Maps:
 
 
 def plans(full: bool) -> dict[str, Plan]:
-    """Return the sweeps by name: the document's, or few of their cells with one trial."""
+    """Return the sweeps by name: Bando's, or few of their cells with one trial."""
     scene = Scene(tuple(range(5, 101, 5)), tuple(range(1, 21))) if full else Scene((5, 30, 55, 80), (1, 6, 11, 16))
     by_count = Scene(
         tuple(range(30, 76, 5)) if full else (30, 60),
@@ -81,7 +81,7 @@ def whole_protocol(pool: Pool, full: bool) -> list[Finding]:
 
 
 def draw(maps: Maps) -> "dict[str, Figure]":
-    """Return the document's figures by name."""
+    """Return Bando's figures by name."""
     # Drawing loads much that computing does not need, in every process of the pool.
     from pftrack.sweep.report.curves import boxes, curves  # noqa: PLC0415
     from pftrack.sweep.report.maps import mean_maps, significance_maps  # noqa: PLC0415

@@ -1,7 +1,7 @@
-"""Learning the dynamics while tracking: the studies of document 1, ch. 3 section 4.
+"""Learning the dynamics while tracking: the studies of Bando 2007, ch. 3 section 4.
 
-The document's videos are not available; both studies are on a simulated surrogate of them (specification 9): a ball of
-radius 8 px, seen well, and seen among look-alikes behind a pillar.
+Bando's videos are not available; both studies are on a simulated surrogate of them (docs/methods/switching.md): a
+ball of radius 8 px, seen well, and seen among look-alikes behind a pillar.
 """
 
 from dataclasses import dataclass, replace
@@ -22,8 +22,8 @@ from pftrack.sources.ball import BallSource
 
 __all__ = ["clutter", "unobstructed"]
 
-SOURCE_FREE = "document 1, ch. 3 section 4.2, surrogate (specification 9.1)"
-SOURCE_CLUTTER = "document 1, ch. 3 section 4.3, surrogate (specification 9.2)"
+SOURCE_FREE = "Bando 2007, ch. 3 section 4.2; reference implementation on a surrogate"
+SOURCE_CLUTTER = "Bando 2007, ch. 3 section 4.3; reference implementation on a surrogate"
 CYCLE_FRAMES = 30
 CYCLES = 10
 
@@ -103,7 +103,7 @@ def unobstructed(pool: Pool, full: bool) -> list[Finding]:
             "learning: drawing by observation rises in cycle 2 (cycle 2 less cycle 1, frames)",
             float(observed[1] - observed[0]),
             holds=bool(observed[1] > observed[0]),
-            source="document 1, ch. 3 section 4.2; not robust (specification 9.1)",
+            source="Bando 2007, ch. 3 section 4.2; not robust in the reference implementation",
             confirmed=False,
         ),
     ]
@@ -111,7 +111,7 @@ def unobstructed(pool: Pool, full: bool) -> list[Finding]:
 
 @dataclass(frozen=True)
 class Setting:
-    """A row of the table in specification 9.2: scene, learning, and the reference success by tracker."""
+    """A row of the reference table: scene, learning, and the reference success by tracker."""
 
     name: str
     scene: str
@@ -186,7 +186,7 @@ def clutter(pool: Pool, full: bool) -> list[Finding]:
             ]
             success[tracker] = sum(pool.map(_survivors, trials)) / seeds
             name = f"learning-clutter: {setting.name}, {tracker}, success"
-            # The specification's 0.2 is for 50 seeds; fewer scatter more.
+            # The reference's allowance of 0.2 is for 50 seeds; fewer scatter more.
             spread = 0.2 if full else 0.2 + 2 * np.sqrt(max(reference * (1 - reference), 0.04) / seeds)
             findings.append(compare(name, success[tracker], reference, float(spread), SOURCE_CLUTTER))
         if setting is SETTINGS[0] or setting is SETTINGS[2]:
@@ -204,8 +204,8 @@ def _margin(setting: Setting, success: dict[str, float]) -> Finding:
 
 
 def _negatives(setting: Setting, success: dict[str, float]) -> list[Finding]:
-    """Report what the document claims and the specification could not confirm."""
-    source = "document 1, ch. 3 section 4.3; not reproduced (specification 9.2)"
+    """Report what Bando claims and the reference implementation could not confirm."""
+    source = "Bando 2007, ch. 3 section 4.3; not reproduced"
     findings = []
     if setting is SETTINGS[2]:
         name = f"learning-clutter: {setting.name}, learning makes the sharpened APF collapse (success)"

@@ -1,8 +1,8 @@
-"""Success over occluder width and distracter size: the study of document 1, ch. 3 sections 3.1 and 3.2.
+"""Success over occluder width and distracter size: the study of Bando 2007, ch. 3 sections 3.1 and 3.2.
 
-The coarse map of specification 6.5: 25 cells, 60 frames, 800 particles, all 20 layouts of three look-alikes.
-Condensation and the auxiliary filter stand beside the switching filters, although the document leaves them out of its
-simulation, because the sharpened auxiliary filter beats both of them (specification 12).
+The coarse map of the reference implementation: 25 cells, 60 frames, 800 particles, all 20 layouts of three look-alikes.
+Condensation and the auxiliary filter stand beside the switching filters, although Bando leaves them out of the
+simulation, because the sharpened auxiliary filter beats both of them.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ from pftrack.reproduce.pool import Pool
 
 __all__ = ["coarse_map"]
 
-SOURCE = "document 1, ch. 3 sections 3.1 and 3.2 (specification 6.5)"
+SOURCE = "Bando 2007, ch. 3 sections 3.1 and 3.2; reference implementation"
 REFERENCE_RUNS = 200
 
 CELLS: dict[str, tuple[tuple[float, ...], ...]] = {
@@ -100,7 +100,7 @@ def coarse_map(pool: Pool, full: bool) -> list[Finding]:
 
 
 def _claims(pooled: dict[str, float]) -> list[Finding]:
-    """Judge the orderings that the document reports (specification 6.4 and 12)."""
+    """Judge the orderings that Bando reports."""
     gap = pooled["h-spf"] - pooled["s-spf"]
     over_apf = pooled["h-spf"] - pooled["apf"]
     corrected_gap = pooled["h-spf corrected"] - pooled["s-spf corrected"]
@@ -110,21 +110,21 @@ def _claims(pooled: dict[str, float]) -> list[Finding]:
             "occlusion: switching succeeds more often than always drawing by observation (h-SPF less APF)",
             over_apf,
             holds=over_apf > 0,
-            source="implied by document 1; not supported (specification 12)",
+            source="implied by Bando 2007; not supported",
             confirmed=False,
         ),
         claim(
             "occlusion: h-SPF succeeds more often than s-SPF with corrected weights too (gap)",
             corrected_gap,
             holds=corrected_gap > 0.04,
-            source="implied by document 1; gone with corrected weights (specification 12)",
+            source="implied by Bando 2007; gone with corrected weights",
             confirmed=False,
         ),
     ]
 
 
 def _tests(table: pa.Table) -> list[Finding]:
-    """Count the cells in which two trackers differ at 1 %, by success and by error (specification 6.5)."""
+    """Count the cells in which two trackers differ at 1 %, by success and by error."""
     findings = []
     for other, fewest in {"s-spf": 7, "pc-pf": 11}.items():
         first, second = (cells(table, COARSE, tracker=tracker) for tracker in ("h-spf", other))

@@ -1,4 +1,4 @@
-"""One step of the ball trackers whose exact answer is known by quadrature (specification 5.3).
+"""One step of the ball trackers whose exact answer is known by quadrature (docs/methods/filters.md).
 
 Parents of equal weight at rest around (160, 120) with a spread of 10 px, constant velocity, process noise 3 px, and
 one red disc of radius 5 px at (170, 120). With a million particles every sampler must come within 0.05 px of the
@@ -19,7 +19,7 @@ from pftrack.sources.overlay import paint_disc
 
 __all__ = ["one_step"]
 
-SOURCE = "quadrature (specification 5.3)"
+SOURCE = "quadrature"
 PARTICLES = 1_000_000
 
 POSTERIOR = (3.953, 9.352)

@@ -1,6 +1,6 @@
-"""The other reading of the scene: 200 px to either side, twice the frame rate, a larger picture (specification 6.7).
+"""The other reading of the scene: 200 px to either side, twice the frame rate, a larger picture.
 
-The document leaves open what "amplitude 200 px" means. In this reading wide occluders are no longer hopeless, success
+Bando leaves open what "amplitude 200 px" means. In this reading wide occluders are no longer hopeless, success
 hardly depends on their width, and switching is ahead by little.
 """
 
@@ -14,8 +14,8 @@ from pftrack.sweep import Axis
 
 __all__ = ["wide_swing"]
 
-SOURCE = "specification 6.7"
-SOURCE_COUNTS = "specification 7, reading B"
+SOURCE = "reference implementation, reading B"
+SOURCE_COUNTS = "reference implementation, reading B"
 REFERENCE_RUNS = 100
 
 VALUES: dict[str, Value] = {
@@ -61,7 +61,7 @@ CORRECTED = {"h-spf": (0.595, 7.54), "s-spf": (0.625, 6.88)}
 ERROR_ALLOWANCE = {"pc-pf": 2.5}
 ERROR_ALLOWANCE_OTHERS = 1.0
 """In px. A run that is lost in its last frames still counts, with errors as wide as the picture: with other seeds
-the pooled error moves by as much as this. The specification states no tolerance here."""
+the pooled error moves by as much as this. The reference states no tolerance here."""
 
 SMALL_COUNT_ALLOWANCE = 0.15
 """Below 200 particles runs with the same seed are lost alike in all cells. The reference shares forty seeds between

@@ -1,7 +1,7 @@
-"""What the result hangs on: the scene and the trackers, varied one by one (specification 6.6).
+"""What the result hangs on: the scene and the trackers, varied one by one.
 
 Nine cells pooled. The order of the methods survives almost every variation; how far they are apart does not: it needs
-a background level as high as the document's and a motion model as rough.
+a background level as high as Bando's and a motion model as rough.
 """
 
 from pftrack.model.parameters import Value
@@ -11,7 +11,7 @@ from pftrack.reproduce.pool import Pool
 
 __all__ = ["variations"]
 
-SOURCE = "specification 6.6"
+SOURCE = "reference implementation"
 WIDTHS = (30, 55, 80)
 RADII = (5, 9, 13)
 REFERENCE_RUNS = 360

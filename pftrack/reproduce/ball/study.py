@@ -30,7 +30,7 @@ class Scene:
         widths: Of the occluder, px.
         radii: Of the look-alikes, px.
         layouts: How many of the twenty layouts; those taken are spread evenly.
-        values: What else differs from the document's scene.
+        values: What else differs from Bando's scene.
         axes: What else is varied.
     """
 

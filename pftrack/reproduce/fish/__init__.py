@@ -1,1 +1,1 @@
-"""The study of document 3: guided diffusion on a fish that bends."""
+"""The study of Mitsugami et al. 2009: guided diffusion on a fish that bends."""

@@ -24,7 +24,7 @@ TITLES = {"guided": "Guided diffusion", "ordinary": "Ordinary filter"}
 
 
 def draw(found: Mapping[tuple[str, int], Successes]) -> "dict[str, Figure]":
-    """Return figures 6 and 7 of document 3 as one, given successes by tracker and number of particles."""
+    """Return figures 6 and 7 of Mitsugami et al. 2009 as one, given successes by tracker and number of particles."""
     figure, panels = new_figure(3.2, columns=2)
     counts = sorted({count for _, count in found})
     for panel, title, most in zip(panels, ("All fish", "Sharp turns"), (24, 9), strict=True):

@@ -14,7 +14,7 @@ from pftrack.trackers.fish.learned import FISH, GUIDANCE
 
 __all__ = ["offline", "taught"]
 
-SOURCE = "specification 9, offline"
+SOURCE = "reference implementation, offline"
 FIRST = 100
 LEAST_TRACKED = 19
 

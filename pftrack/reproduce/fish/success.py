@@ -1,13 +1,13 @@
-"""Document 3 on a simulated tank: how many particles it takes to follow a fish, with and without guided diffusion.
+"""Mitsugami et al. 2009 on a simulated tank: how many particles it takes to follow a fish, guided and not.
 
-The protocol is the specification's (8.3 and 9): ten clips are learned from, twelve others tested on, two fish each; a
+The protocol is that of docs/methods/diffusion.md: ten clips are learned from, twelve others tested on, two fish each; a
 success is an estimate that is inside the fish in every frame. The reference's clips cannot be drawn again, so ours are
 other clips of the same tank. Both of its sets of seeds, the main and the fresh one, are 24 draws of fish and differ
 between themselves by up to 2.8 fish; what is compared is the mean of both.
 
-The claim of the document holds: 500 guided particles do as well as 3,000 others. What it does not ask is why. With all
+The claim of the paper holds: 500 guided particles do as well as 3,000 others. What it does not ask is why. With all
 learned correlations set to zero the same filter does better, and so nearly does constant velocity: what helps is that a
-particle has a velocity at all, of a learned spread. These rows are the specification's finding (9.1).
+particle has a velocity at all, of a learned spread. These rows are a finding of the reference implementation.
 """
 
 from typing import NamedTuple
@@ -23,10 +23,10 @@ from pftrack.reproduce.pool import Pool
 
 __all__ = ["ablations", "table"]
 
-SOURCE = "document 3, section 5 (specification 9)"
-ABLATIONS = "specification 9.1"
+SOURCE = "Mitsugami et al. 2009, section 5; reference implementation"
+ABLATIONS = "reference implementation"
 OURS = "this project"
-OTHER_CLIPS = "specification 9; our clips are easier for the ordinary filter with few particles"
+OTHER_CLIPS = "reference implementation; our clips are easier for the ordinary filter with few particles"
 MAIN, FRESH = 200, 3200
 """First clips of the two test sets; each learns from the ten clips a hundred before."""
 COUNTS = (100, 200, 300, 500, 1000, 2000, 3000)
@@ -108,7 +108,7 @@ def table(pool: Pool, full: bool) -> list[Finding]:
 
 
 def ablations(pool: Pool, full: bool) -> list[Finding]:
-    """The guided filter with one thing changed, and constant velocity beside it (specification 9.1)."""
+    """The guided filter with one thing changed, and constant velocity beside it."""
     counts = VARIED if full else (500,)
     runs = 4 if full else 1
     truth: dict[str, Value] = {"learned": taught_by_truth(MAIN - 100).text}
@@ -137,7 +137,7 @@ def ablations(pool: Pool, full: bool) -> list[Finding]:
 
 
 def _rudder(pool: Pool, runs: int) -> list[Finding]:
-    """A tank in which the return stroke turns the same way as the bend: here the document's claim does not hold."""
+    """A tank in which the return stroke turns the same way as the bend: here the paper's claim does not hold."""
     text = taught(lessons(pool, MAIN - 100, "strong rudder")).text
     conditions = {
         key: _condition(tracker, count, learned=text, **more)

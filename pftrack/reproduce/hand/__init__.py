@@ -1,4 +1,4 @@
-"""The figures of document 4, chapter 2: the pose of a hand from its silhouette.
+"""The figures of Shimada 1997, chapter 2: the pose of a hand from its silhouette.
 
 - `course`: runs of a motion under several conditions;
 - `table`: how often a hand is right, with one hypothesis and with four, by either ranking; what the switches do;

@@ -49,7 +49,7 @@ def right_figure(
             "_",
             color=INK["truth"],
             ms=18,
-            label="specification",
+            label="reference implementation",
         )
         panel.set_title(motion, fontsize=10)
         panel.set_xticks(np.arange(len(widths)), [f"{width} kept" for width in widths])

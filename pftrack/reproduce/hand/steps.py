@@ -1,7 +1,7 @@
 """How much of a silhouette a step of a finger's angle changes: by the integral that sets the step, and measured.
 
 The integral of eq. 2.3 is compared with what becomes of the finger's own pixels when the angle is turned a little. It
-leaves out the disc at the finger's root, which is why it is a little low; the specification allows 20 %.
+leaves out the disc at the finger's root, which is why it is a little low; the reference allows 20 %.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ __all__ = ["steps"]
 
 SCALE_PX, TURN_RAD = 312.0, 0.03
 SIDE_PX = 1000
-SOURCE = "specification 7, section 10: adaptive step check (eq. 2.3)"
+SOURCE = "Shimada 1997, eq. 2.3; reference implementation"
 MIDDLE = 2
 BENT = 0.3
 """Of every joint of the finger: a straight one that faces the camera hardly moves in the picture as it bends."""

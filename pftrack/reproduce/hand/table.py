@@ -1,4 +1,4 @@
-"""How often the pose of a hand is right, with one hypothesis and with four (specification 7, section 10).
+"""How often the pose of a hand is right, with one hypothesis and with four (docs/methods/hands.md).
 
 The reference figures are means over six held-out seeds, with a ranking of whole hands that is kept here as "reference".
 Random numbers are others here, and so are the hands and the noise of a seed: fractions of six seeds each may differ by
@@ -21,7 +21,7 @@ from pftrack.reproduce.pool import Pool
 
 __all__ = ["compared", "switches", "table"]
 
-SOURCE = "specification 7, section 10 (document 4, section 2.8)"
+SOURCE = "Shimada 1997, section 2.8; reference implementation"
 MOTIONS = "wrist", "bend", "occlusion"
 SEEDS = range(100, 106)
 """Held out: no setting was chosen by them."""

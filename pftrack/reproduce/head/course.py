@@ -1,8 +1,8 @@
 """Courses of the simulated driver's head, and what is measured of them.
 
-The document's protocol: the same video again and again, and only the tracker's random numbers differ (specification
-14.5). So one picture is drawn and given to all trials before the next is drawn. The trackers are those of the
-experiment `head`, with templates of exactly the document's sizes. Errors are mean absolute errors of the angles,
+Bando's protocol: the same video again and again, and only the tracker's random numbers differ.
+So one picture is drawn and given to all trials before the next is drawn. The trackers are those of the
+experiment `head`, with templates of exactly Bando's sizes. Errors are mean absolute errors of the angles,
 wrapped, over all frames after the first.
 """
 

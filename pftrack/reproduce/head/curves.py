@@ -15,7 +15,7 @@ from pftrack.reproduce.head.course import Course, Model
 
 __all__ = ["AXES", "curves", "success_rates"]
 
-SOURCE = "document 1, ch. 4 fig. 4.16 (specification 14.5)"
+SOURCE = "Bando 2007, ch. 4 fig. 4.16; reference implementation"
 
 AXES = ("pitch", "yaw", "roll")
 THRESHOLDS_DEG = (0.5, 1.5, 2.0, 2.5, 3.0)

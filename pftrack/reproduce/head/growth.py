@@ -1,6 +1,6 @@
 """The pose by a face model that grows from the mean to the person's own, beside both of them.
 
-The specification has no reference for it: its own bar is the mean model, which it must beat, and the driver's own face,
+There is no reference for it: its own bar is the mean model, which it must beat, and the driver's own face,
 which it can at best come near. The people are others than those on which the model's noise was chosen
 (`trackers.head.growth`).
 """
@@ -14,7 +14,7 @@ from pftrack.reproduce.pool import Pool
 
 __all__ = ["growth"]
 
-OURS = "this project, beyond document 1, ch. 4 section 5.5"
+OURS = "this project, beyond Bando 2007, ch. 4 section 5.5"
 PEOPLE = range(300, 306)
 TRIALS = 2
 MODELS: tuple[Model, ...] = ("mean", "growing", "individual")

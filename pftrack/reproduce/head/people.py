@@ -16,7 +16,7 @@ from pftrack.trackers.pose.methods import Method
 
 __all__ = ["errors_of", "people"]
 
-SOURCE = "specification 14.5, the median of its three drivers"
+SOURCE = "reference implementation, the median of its three drivers"
 FRAGILE = f"{SOURCE}; with the head's prediction alone its drivers are nearer to being lost than our people"
 
 PEOPLE = range(1, 13)

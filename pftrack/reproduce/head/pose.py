@@ -1,19 +1,19 @@
-"""The driver's head: document 1, ch. 4 section 4, on the simulated head of specification 9.
+"""The driver's head: Bando 2007, ch. 4 section 4, on a simulated head (docs/methods/heads.md).
 
 Eleven templates in two layers, three drivers, with the mean of other people as the face model or the driver's own face.
-What the document says: the adaptive mixture is clearly best; the features' own prediction alone loses features whose
+What Bando says: the adaptive mixture is clearly best; the features' own prediction alone loses features whose
 look changes; the head's prediction alone fails when its assumptions break; the driver's own face gives more successes
 at small thresholds.
 
-How hard a driver is hangs on the face: on how far it is from the mean, and on what it hides when it turns. The
-specification names the seeds of its drivers and not the order of the draws, so ours are other people. Driver 99 comes
+How hard a driver is hangs on the face: on how far it is from the mean, and on what it hides when it turns. Of
+the reference's drivers the seeds are known and not the order of the draws, so ours are other people. Driver 99 comes
 out alike. Our 101 has a nose 8 mm shorter than the mean, so steep that it hides the inner corners of the eyes when the
 head turns. Our 102 has one 6 mm longer and 4 mm flatter, and the nose is most of what tells a nod from a change of
 scale: with the own nose alone in the mean model the error of the pitch falls from 6.7 to 2.3 degrees. So
 `head_people` compares medians over people too, which do not hang on a single face.
 
 The head's prediction alone is lost at once or not at all, by how fast the head is and how well the model fits. With
-driver 99 that happens between 1.25 and 1.5 times the document's speed here, and at the document's speed there.
+driver 99 that happens between 1.25 and 1.5 times Bando's speed here, and at Bando's speed there.
 """
 
 from collections.abc import Callable
@@ -34,10 +34,10 @@ from pftrack.trackers.pose.methods import Method
 
 __all__ = ["pose"]
 
-SOURCE = "document 1, ch. 4 section 4 (specification 14.5)"
-OTHER_FACE = f"{SOURCE}; hangs on the driver's face, which the specification does not determine"
-SOURCE_SPEED = "specification 14.0"
-SOURCE_FACES = "specification 9.1"
+SOURCE = "Bando 2007, ch. 4 section 4; reference implementation"
+OTHER_FACE = f"{SOURCE}, whose driver has another face"
+SOURCE_SPEED = "reference implementation"
+SOURCE_FACES = "reference implementation"
 
 METHODS: tuple[Method, ...] = ("pf-asd", "alpha-1", "alpha-0")
 MODELS: tuple[Model, ...] = ("mean", "individual")
@@ -48,7 +48,7 @@ AXIS_TOLERANCE_DEG = 0.7
 
 ABOVE_DEG = 3.0
 FASTER_FRAMES, FASTER_TRIALS = 600, 5
-"""The document's script is given 900 frames; with 600 the head's prediction alone is always lost."""
+"""Bando's script is given 900 frames; with 600 the head's prediction alone is always lost."""
 
 DISTANCES_MM = {99: 2.2, 101: 3.9, 102: 3.6}
 TABLE: dict[tuple[int, Model], dict[Method, tuple[float, int]]] = {
@@ -105,7 +105,7 @@ Courses = dict[tuple[int, Model, Method], list[Course]]
 
 
 def pose(pool: Pool, full: bool) -> list[Finding]:
-    """Errors of three methods on three drivers with two face models, their ratios and success curves (table 14.5)."""
+    """Errors of three methods on three drivers with two face models, their ratios and success curves."""
     courses = _courses(pool, full)
     findings = [
         compare(
@@ -170,7 +170,7 @@ def _axes(courses: Courses) -> list[Finding]:
 
 
 def _orders(courses: Courses, driver: int) -> list[Finding]:
-    """Judge what specification 14.5 asserts of every driver, as far as the methods have been run."""
+    """Judge what the reference asserts of every driver, as far as the methods have been run."""
     own, other = courses[driver, "individual", "pf-asd"], courses[driver, "mean", "pf-asd"]
     median = float(np.median([_error(course) for course in other]))
     findings = []

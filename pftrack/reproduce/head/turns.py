@@ -1,6 +1,6 @@
 """Fast turns: a head that yaws, nods, rolls and moves all at once, tracked by templates in relief.
 
-The document has nothing like it. The bar is the project's own: within two seconds the head turns through 35 degrees to
+Bando has nothing like it. The bar is the project's own: within two seconds the head turns through 35 degrees to
 either side, 22 up and down and 14 of roll, while it moves by 90 px and 18 % of its distance, at 25 pictures a second of
 640 x 480; the picture is all that is known, as of a recording. The yaw shall be right to 5 degrees on average and the
 head tracked in 95 % of the frames, with the worst of all seeds and people. Nothing was chosen on these people.
@@ -31,7 +31,7 @@ from pftrack.sources.head.source import focal_px
 
 __all__ = ["RELIEF", "Clip", "Outcome", "film", "turns", "watch"]
 
-OURS = "this project, beyond document 1"
+OURS = "this project, beyond Bando 2007"
 PEOPLE = range(320, 326)
 SEEDS = range(20)
 FRAMES = 150

@@ -15,7 +15,7 @@ from pftrack.sources.lawn import LawnSource, visible_share
 __all__ = ["Case", "Outcome", "runs"]
 
 FRAMES, LAST, LOST_PX, SEEN = 120, 10, 14.0, 0.7
-"""Specification 5, A7: within 14 px in each of the last 10 frames; errors where 70 % of the target are seen."""
+"""A success is within 14 px in each of the last 10 frames; errors are taken where 70 % of the target are seen."""
 
 
 @dataclass(frozen=True)

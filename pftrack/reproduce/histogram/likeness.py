@@ -1,4 +1,4 @@
-"""How like the model things of a scene are: the target itself, its look-alike, and the lawn (specification 5, A7)."""
+"""How like the model things of a scene are: the target itself, its look-alike, and the lawn."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""The table of specification 5, A7: success over scenes, particles and lambda; and who gains by the observation.
+"""The table of the reference: success over scenes, particles and lambda; and who gains by the observation.
 
 The reference's lawns are random, and of its generator no more than the law is known. Scenes 0 to 3 here are lawns of
 the same law as they come. The fifth of the reference is a hard one; scene 17, which was found among sixty, stands for
@@ -24,7 +24,7 @@ from pftrack.reproduce.pool import Pool
 
 __all__ = ["table", "trackers"]
 
-SOURCE = "Kagami 2012 with specification 5, A7"
+SOURCE = "Kagami 2012; reference implementation"
 OURS = "this project, the switching filters on the same likelihood"
 SCENES = (0, 1, 2, 3, 17)
 HARD = 4
@@ -90,7 +90,7 @@ MEASURED = {
 
 
 def table(pool: Pool, full: bool) -> list[Finding]:
-    """Success of the lecture's filter over scenes, particles and lambda (specification 5, A7)."""
+    """Success of the lecture's filter over scenes, particles and lambda."""
     rows = [row for row in ROWS if full or row.name in QUICK]
     count = RUNS if full else QUICK_RUNS
     cases = [

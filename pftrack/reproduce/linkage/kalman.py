@@ -1,7 +1,7 @@
-"""Document 4, chapter 4: Kalman filters of a chain, cut by bounds and with mirrored hypotheses.
+"""Shimada 1997, chapter 4: Kalman filters of a chain, cut by bounds and with mirrored hypotheses.
 
-The document shows single sequences without their numbers; sequences that show what it describes, and figures on them,
-are the specification's (sections 6 and 8). Its "one EKF" is cut by bounds. Without them the filter loses the third link
+Shimada shows single sequences without their numbers; sequences that show what he describes, and figures on them, are
+the reference implementation's. His "one EKF" is cut by bounds. Without them the filter loses the third link
 less often where a link passes the parallel to the image, since a bound that cuts the wrong side's Gaussian pulls it
 further away; that is our finding, as are the rows on the unscented and the particle filter.
 """
@@ -23,9 +23,12 @@ from pftrack.trackers.linkage.parameters import TABLE_4_1
 
 __all__ = ["CROSS", "algebra", "confident", "cross", "recovery", "space", "static"]
 
-ALGEBRA, PLANE, BOTH, SPACE = (f"specification of the linkage, {section}" for section in ("8.1", "8.2", "8.5", "8.6"))
+ALGEBRA, PLANE, BOTH, SPACE = (
+    f"reference implementation, {part}"
+    for part in ("algebra", "filters in the plane", "filters and regions", "filters in space")
+)
 OURS = "this project"
-STILL = "document 4, 5.7.4"
+STILL = "Shimada 1997, section 5.7.4"
 
 SUCCESS_RAD = 0.2
 LAST = 6

@@ -1,9 +1,9 @@
-"""Document 4, chapter 5 (estimator E): regions that hold the truth, split and are refuted, and which part does what.
+"""Shimada 1997, chapter 5: regions that hold the truth, split and are refuted, and which part does what.
 
-Containment, splits and refutation come out as the document has them. That all lengths come within some 5 px, and that
-two objects are told apart by them, does not by its ellipsoids (specification 8.4): their guides shrink by the extent of
+Containment, splits and refutation come out as Shimada has them. That all lengths come within some 5 px, and that
+two objects are told apart by them, does not by his ellipsoids: their guides shrink by the extent of
 the ellipsoid alone, and learn no length. It does with guides that interval arithmetic shrinks, and then the ellipsoids
-add nothing. These rows of the document are known negatives here, with what its own method comes to.
+add nothing. These of his claims are known negatives here, with what his own method comes to.
 """
 
 from collections.abc import Sequence
@@ -24,16 +24,16 @@ from pftrack.reproduce.pool import Pool
 
 __all__ = ["containment", "ingredients", "space"]
 
-SOURCE = "document 4, chapter 5 (specification 8.3)"
-PARTS = "specification 8.4"
-CLAIM = "document 4, 5.7.1"
-APART = "document 4, 5.7.3"
-SPACE = "specification 8.6"
+SOURCE = "Shimada 1997, chapter 5; reference implementation"
+PARTS = "reference implementation, which part does what"
+CLAIM = "Shimada 1997, section 5.7.1"
+APART = "Shimada 1997, section 5.7.3"
+SPACE = "reference implementation, regions in space"
 
 SEEDS, QUICK_SEEDS = 12, 4
 SPACE_SEEDS, QUICK_SPACE_SEEDS = 5, 1
 END_PX, SPLIT_FRAMES = 1.5, 8
-"""Tolerances of the specification."""
+"""Tolerances of the reference."""
 
 OBJECTS: dict[str, tuple[tuple[float, float], ...]] = {
     "two-1": ((63.8, 71.7), (51.4, 59.3), (41.4, 56.1)),
@@ -113,7 +113,7 @@ def _told_apart(one: list[Course], other: list[Course]) -> list[Finding]:
 
 
 def ingredients(pool: Pool, full: bool) -> list[Finding]:
-    """Guides alone, and the document's own ellipsoids with the outer prediction and with those that it states."""
+    """Guides alone, and Shimada's own ellipsoids with the outer prediction and with those that it states."""
     seeds = 4 if full else 2
     lost: dict[str, Value] = {"predicted_ellipsoid": "printed", "first_ellipsoid": "inscribed"}
     longer: dict[str, Value] = {"predicted_ellipsoid": "lengthened", "first_ellipsoid": "inscribed"}
@@ -132,9 +132,9 @@ def ingredients(pool: Pool, full: bool) -> list[Finding]:
         compare(
             "linkage: guides alone, ends of final intervals, furthest from the full method's, px", off, 0, 0.1, PARTS
         ),
-        _contained("linkage: the document's ellipsoids", [*literal_1, *literal_2, *mirror], PARTS),
+        _contained("linkage: Shimada's ellipsoids", [*literal_1, *literal_2, *mirror], PARTS),
         claim(
-            "linkage: the document's ellipsoids, share of runs of mirror3 that split",
+            "linkage: Shimada's ellipsoids, share of runs of mirror3 that split",
             _share([bool(one.splits.any()) for one in mirror]),
             holds=all(one.splits.any() for one in mirror),
             source=PARTS,
@@ -142,9 +142,9 @@ def ingredients(pool: Pool, full: bool) -> list[Finding]:
     ]
     for title, first, second in (("", literal_1, literal_2), (", semi-axes lengthened", rest[0], rest[1])):
         widest = float(np.max(np.mean([np.diff(_last(one))[:, 0] for one in first], axis=0)))
-        result = f"linkage: the document's ellipsoids{title}, object 1, widest final interval (20 px at first)"
+        result = f"linkage: Shimada's ellipsoids{title}, object 1, widest final interval (20 px at first)"
         findings.append(compare(result, widest, 20.0, 1.0, PARTS))
-        claimed = f"linkage: the document's ellipsoids{title}, half widths of all lengths, the greatest (about 5), px"
+        claimed = f"linkage: Shimada's ellipsoids{title}, half widths of all lengths, the greatest (about 5), px"
         half = max(float(np.diff(_last(one)).max()) / 2.0 for one in (*first, *second))
         findings.append(claim(claimed, half, holds=half <= CLAIMED_PX + 1.0, source=CLAIM, confirmed=False))
     kept = [float(np.mean([one.contained.mean() for one in some])) for some in rest[2:]]

@@ -1,6 +1,6 @@
-"""The algebra of ellipsoids on random cases: what is contained, what is least, and what the document prints.
+"""The algebra of ellipsoids on random cases: what is contained, what is least, and what Shimada prints.
 
-Figures of the specification's section 8.1.
+Figures of the reference implementation.
 """
 
 from itertools import product
@@ -25,7 +25,7 @@ __all__ = [
     "values",
 ]
 
-SOURCE = "specification of the linkage, 8.1"
+SOURCE = "reference implementation, algebra"
 Array = NDArray[np.float64]
 Strip = tuple[Array, float, float]
 

@@ -1,6 +1,6 @@
 """One course of the turning prism by one method, and what is measured of it.
 
-The document's 625 frames; all methods of a seed see the same measurements. Errors are mean absolute errors of the
+Bando's 625 frames; all methods of a seed see the same measurements. Errors are mean absolute errors of the
 angles, wrapped, over all frames after the first.
 """
 

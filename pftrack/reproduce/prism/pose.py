@@ -1,13 +1,13 @@
-"""The turning prism: document 1, ch. 4 section 3.
+"""The turning prism: Bando 2007, ch. 4 section 3.
 
-Vertices that hide at times are tracked in two layers. In the document the adaptive mixture has the smallest error, the
+Vertices that hide at times are tracked in two layers. In Bando 2007 the adaptive mixture has the smallest error, the
 upper prediction alone is slightly worse, for its camera is only affine, the features' own prediction alone is thrown
 off by hidden vertices, and the Rao-Blackwellised filter has too few particles. That comes out so under the readings of
-specification 6, which were chosen to this end; `readings` shows what comes of others.
+docs/methods/adaptive.md, which were chosen to this end; `readings` shows what comes of others.
 
 With the features' own prediction alone a trial diverges now and then, so its mean says little. Medians are compared,
 with an allowance of three standard errors of both sides: on a pinhole those of twenty trials scatter by 7 %, which is
-more than the 0.05 degrees that specification 14.3 allows.
+more than the 0.05 degrees that the reference allows.
 """
 
 from collections.abc import Callable
@@ -28,10 +28,10 @@ from pftrack.sources.prism import FRAMES, PrismParameters, sight
 
 __all__ = ["perspective", "pose", "pose_filters", "readings"]
 
-SOURCE = "document 1, ch. 4 section 3.3 (specification 14.1)"
-SOURCE_READINGS = "specification 14.2"
-SOURCE_PERSPECTIVE = "document 1, Appendix E (specification 14.3)"
-SOURCE_POSE = "document 1, Appendix D (specification 14.4)"
+SOURCE = "Bando 2007, ch. 4 section 3.3; reference implementation"
+SOURCE_READINGS = "reference implementation"
+SOURCE_PERSPECTIVE = "Bando 2007, Appendix E; reference implementation"
+SOURCE_POSE = "Bando 2007, Appendix D; reference implementation"
 
 METHODS: tuple[Method, ...] = ("pf-asd", "alpha-1", "alpha-0")
 DIVERGING_TRIALS = 100
@@ -70,7 +70,7 @@ PERSPECTIVE: dict[bool, dict[Method, tuple[float, tuple[float, float, float]]]] 
 
 
 def pose(pool: Pool, full: bool) -> list[Finding]:
-    """Errors of pose and features of four methods, and the mixing ratios of the adaptive one (table 14.1)."""
+    """Errors of pose and features of four methods, and the mixing ratios of the adaptive one."""
     count = 100 if full else 15
     courses = _courses(pool, [Trial(method, seed) for seed in range(count) for method in METHODS])
     courses |= _courses(pool, [Trial("rb-pf", seed) for seed in range(3 if full else 1)])
@@ -90,7 +90,7 @@ def pose(pool: Pool, full: bool) -> list[Finding]:
 
 
 def readings(pool: Pool, full: bool) -> list[Finding]:
-    """What comes of other readings of the experiment (table 14.2), and of other distances.
+    """What comes of other readings of the experiment, and of other distances.
 
     The features' own prediction goes astray with wild measurements that are trusted, in some trials further than in
     others, so that its error has no reference there.
@@ -127,7 +127,7 @@ def readings(pool: Pool, full: bool) -> list[Finding]:
             )
         gain = _mean(courses["alpha-1"], _error) - _mean(courses["pf-asd"], _error)
         result = f"prism-readings: at {distance} mm, the mixture beats the upper prediction alone (gain, degrees)"
-        findings.append(claim(result, gain, holds=gain > 0.1, source="specification 14.0", confirmed=False))
+        findings.append(claim(result, gain, holds=gain > 0.1, source="reference implementation", confirmed=False))
     return findings
 
 
@@ -156,7 +156,7 @@ def perspective(pool: Pool, full: bool) -> list[Finding]:
 
 
 def pose_filters(pool: Pool, full: bool) -> list[Finding]:
-    """Pose from a noisy affine camera, by the extended Kalman filter and by 500 particles (table 14.4)."""
+    """Pose from a noisy affine camera, by the extended Kalman filter and by 500 particles."""
     seeds = range(20 if full else 5)
     findings = []
     for name, function, references in (

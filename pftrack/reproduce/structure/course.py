@@ -47,12 +47,12 @@ class Trial:
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """Errors by document 1, eq. 4.19, after affine alignment.
+    """Errors by Bando 2007, eq. 4.19, after affine alignment.
 
     Attributes:
         svd: Of the factorization by singular values.
         batch: Of the variational factorization after ten passes, from singular values.
-        shapes: What each of these, and the document's online method as published, reconstructed; aligned, mm.
+        shapes: What each of these, and Bando's online method as published, reconstructed; aligned, mm.
         energies: (10,) free energy after each pass.
         recursive: (steps,) of the project's own method without a prior, from the first full window on.
     """
@@ -127,7 +127,7 @@ def course(trial: Trial) -> Course:
 
 
 def online(trial: Trial, memory: float, forgetting: Forgetting) -> Online:
-    """Reconstruct by the document's online method."""
+    """Reconstruct by Bando's online method."""
     body = tracks_of(trial)
     settings = online_variational.Settings(window=WINDOW, memory=memory, forgetting=forgetting)
     states = [state for state in online_variational.run(body.tracks, settings) if state.full]

@@ -1,11 +1,11 @@
-"""The shape of a body from its tracks: document 1, ch. 4 section 5, on the prism and on the driver's face.
+"""The shape of a body from its tracks: Bando 2007, ch. 4 section 5, on the prism and on the driver's face.
 
-What the document says: hidden points spoil the factorization by singular values; weighed by their noise they do no
+What Bando says: hidden points spoil the factorization by singular values; weighed by their noise they do no
 harm; online the error is a little larger, mainly at the centres of faces, which are hidden longest, for a time a frame
 that does not grow. The reference could confirm this but for two things: the shape that is published at the greatest
 free energy is no better than that of an average step, and on the face the online method is worse than singular values.
 
-Both hang on the forgetting, as the document suspects. With the forgetting of each point controlled by what was seen of
+Both hang on the forgetting, as Bando suspects. With the forgetting of each point controlled by what was seen of
 it, and with the project's own recursion, the online error falls below that of the batch; these rows are marked as ours.
 """
 
@@ -27,14 +27,14 @@ from pftrack.structure.alignment import shape_error
 
 __all__ = ["faces", "prism"]
 
-SOURCE = "document 1, ch. 4 section 5.3 (specification 14.6)"
-SOURCE_FACE = "document 1, ch. 4 section 5.4 (specification 14.6)"
-NOT_REPRODUCED = "document 1, ch. 4 section 5.3; not reproduced (specification 14.6)"
-OURS = "this project, beyond document 1, ch. 4 section 5.5"
+SOURCE = "Bando 2007, ch. 4 section 5.3; reference implementation"
+SOURCE_FACE = "Bando 2007, ch. 4 section 5.4; reference implementation"
+NOT_REPRODUCED = "Bando 2007, ch. 4 section 5.3; not reproduced"
+OURS = "this project, beyond Bando 2007, ch. 4 section 5.5"
 
 TOLERANCE = {"svd": 0.03, "batch": 0.003, "online": 0.03}
 MOST_RELATIVE = {"svd": 0.3, "batch": 0.3, "online": 1.0}
-"""Of the reference: the specification's tolerances are for the prism, and without hidden points the error by singular
+"""Of the reference: its tolerances are for the prism, and without hidden points the error by singular
 values is far smaller than that."""
 
 FACES: dict[Body, tuple[float, float, float]] = {
@@ -63,7 +63,7 @@ REMEMBER = 1.0
 
 
 def prism(pool: Pool, full: bool) -> list[Finding]:
-    """Shape errors of all methods on the prism (table 14.6, figures 4.21 to 4.24)."""
+    """Shape errors of all methods on the prism (figures 4.21 to 4.24)."""
     trials = [Trial("prism", seed) for seed in range(50 if full else 6)]
     courses = pool.map(course, trials)
     common, own = _online(pool, trials, 0.5), _online(pool, trials, REMEMBER, own=True)
@@ -104,7 +104,7 @@ def prism(pool: Pool, full: bool) -> list[Finding]:
 
 
 def faces(pool: Pool, full: bool) -> list[Finding]:
-    """Shape errors on the faces of three drivers, and the pose by a face that grows (table 14.6)."""
+    """Shape errors on the faces of three drivers, and the pose by a face that grows."""
     findings: list[Finding] = []
     for driver, references in FACES.items() if full else list(FACES.items())[:1]:
         trials = [Trial(driver, seed) for seed in range(20 if full else 3)]
@@ -136,7 +136,7 @@ def _compare(
     *,
     ordered: bool = True,
 ) -> list[Finding]:
-    """Return the errors of the document's three methods beside the reference's, and whether they are in its order."""
+    """Return the errors of Bando's three methods beside the reference's, and whether they are in its order."""
     ours = {
         "svd": _mean([one.svd for one in courses]),
         "batch": _mean([one.batch for one in courses]),

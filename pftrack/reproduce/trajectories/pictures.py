@@ -1,14 +1,14 @@
-"""Ichimura and Ikoma, section 5.2: corners that block matching mistakes for each other, filtered and smoothed.
+"""Ichimura and Ikoma 2000, section 5.2: corners that block matching mistakes for each other, filtered and smoothed.
 
-The document's own sequence is not public, and reports no numbers: mismatches of 8 to 25 px are suppressed by both
-filters with Cauchy noise and not by the Kalman filter. The specification gives figures for a simulated stand-in. Scenes
+Their own sequence is not public, and they report no numbers: mismatches of 8 to 25 px are suppressed by both filters
+with Cauchy noise and not by the Kalman filter. The reference has figures for a simulated stand-in. Scenes
 differ much from each other, since how often the light jumps, and whether it does so twice in a row, is a matter of the
 seed; so means over several are compared, within a quarter. What must hold of nearly every scene is the order.
 
 Ours are drawn from the same description with other random numbers, and are a little harder: where one jump of the light
 follows another, a match gets two cells away, further than the search reaches back, and goes on from there. Such tracks
 weigh most where the filters have removed all else, so that the smoothed errors under Cauchy noise come out up to a
-third above the specification's. These rows are known negatives.
+third above the reference's. These rows are known negatives.
 
 A track is *mixed* if it is mismatched, more than 5 px off, in some but fewer than 30 % of the frames.
 """
@@ -32,7 +32,7 @@ from pftrack.trackers.trajectories.corner_parameters import CornerParameters
 
 __all__ = ["Scene", "pictures", "scene", "search_figure"]
 
-SOURCE = "Ichimura and Ikoma, section 5.2 (specification of the trajectories, section 10)"
+SOURCE = "Ichimura and Ikoma 2000, section 5.2; reference implementation"
 FEW, MANY = 8, 16
 JUMP = 27
 """A frame in which the light of the preset jumps."""
@@ -49,7 +49,7 @@ TABLE = {
     "lng": (1.81, 2.55, 0.54),
     "nlng": (1.32, 1.58, 0.36),
 }
-"""Means over the specification's four scenes: error of mixed tracks, and of their mismatched and clean frames, px."""
+"""Means over the reference's four scenes: error of mixed tracks, and of their mismatched and clean frames, px."""
 
 CLEAN = "mean error at clean frames"
 WHAT = "rms error of mixed tracks", "mean error at mismatched frames", CLEAN

@@ -1,6 +1,6 @@
-"""Ichimura and Ikoma, section 5.1: errors on the simulated track, and the likelihood of the scales of the noise.
+"""Ichimura and Ikoma 2000, section 5.1: errors on the simulated track, and the likelihood of the scales of the noise.
 
-What the document says: where outliers are, both filters with Cauchy noise beat the Kalman filter, filtered and
+What they say: where outliers are, both filters with Cauchy noise beat the Kalman filter, filtered and
 smoothed; the one that finds the scales itself is worse than the one that is given the best, and as good once it is
 smoothed. That holds. Two readings were needed, and were chosen since no others agree with the figures: "scale 50" is
 the square of the scale, and the "mean squared errors" are sqrt(sum |e|^2) / N. One figure, the smoothed error of the
@@ -26,13 +26,13 @@ from pftrack.sources.trajectories.scene import TRUE_PATH, TracksSceneParameters,
 
 __all__ = ["errors"]
 
-SOURCE = "Ichimura and Ikoma, table 1 (specification, section 9)"
-LIKELIHOOD = "Ichimura and Ikoma, section 5.1 (specification, section 9)"
-READING = "specification of the trajectories, section 7"
-CHECK = "specification of the trajectories, section 9: particles under Gaussian noise"
+SOURCE = "Ichimura and Ikoma 2000, table 1; reference implementation"
+LIKELIHOOD = "Ichimura and Ikoma 2000, section 5.1; reference implementation"
+READING = "reference implementation"
+CHECK = "reference implementation: particles under Gaussian noise"
 
 METHODS: tuple[tuple[Method, float], ...] = (("lg", 10.0), ("lng", 1.0), ("nlng", 3.0))
-"""With the sigma^2 that the document gives each; tau^2 is 1."""
+"""With the sigma^2 that is given to each in section 5.1; tau^2 is 1."""
 
 RUNS = 101
 TABLE: dict[str, tuple[float, float, float, float]] = {
@@ -43,7 +43,7 @@ TABLE: dict[str, tuple[float, float, float, float]] = {
 """Errors filtered and smoothed, medians over the runs, and how far they may be from that."""
 
 ENSEMBLE: dict[str, tuple[float, float]] = {"lg": (0.321, 0.192), "lng": (0.164, 0.122), "nlng": (0.188, 0.140)}
-"""Medians over data sets whose likelihood has its maximum where the document has."""
+"""Medians over data sets whose likelihood has its maximum where Ichimura and Ikoma report it."""
 SCATTER = 0.025
 """Of a median of 60 data sets, three standard deviations of that of the self-organising filter."""
 
@@ -121,7 +121,7 @@ def _orderings(table: dict[str, tuple[float, float]]) -> list[Finding]:
         ("the best scales beat learned ones, filtered (gain)", nlng[0] - lng[0]),
     ]
     rows = [claim(f"trajectories: {text}", gain, holds=gain > 0.0, source=SOURCE) for text, gain in gains]
-    statement = "trajectories: lg, smoothed, error E as the document has it"
+    statement = "trajectories: lg, smoothed, error E as published"
     return [*rows, compare(statement, lg[1], 0.277, 0.02, f"{SOURCE}; by no reading", confirmed=False)]
 
 
@@ -203,7 +203,7 @@ def _best_pair(trial: Trial) -> tuple[int, int]:
 
 
 def _readings(pool: Pool, full: bool) -> list[Finding]:
-    """By which reading of "scale 50" the likelihood has its maximum where the document has."""
+    """By which reading of "scale 50" the likelihood has its maximum where it was reported."""
     count = 1000 if full else 150
     shares = []
     for scale, corner in ((2500.0, True), (50.0, False)):
@@ -220,7 +220,7 @@ def _readings(pool: Pool, full: bool) -> list[Finding]:
 
 
 def _ensemble(pool: Pool) -> list[Finding]:
-    """Errors on data sets in order whose likelihood has its maximum where the document has, five runs on each."""
+    """Errors on data sets in order whose likelihood has its maximum where it was reported, five runs on each."""
     chosen: list[Trial] = []
     first, size = 0, 500
     while len(chosen) < 60:

@@ -1,4 +1,4 @@
-"""A tank of goldfish from above: they swim, bend and turn as fish do (document 3; specification 8).
+"""A tank of goldfish from above: they swim, bend and turn as fish do (docs/methods/diffusion.md).
 
 - `swimming`: how they move, and which clips are fit;
 - `painting`: what the camera sees;

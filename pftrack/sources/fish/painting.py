@@ -1,4 +1,4 @@
-"""What the camera above the tank sees: blue-grey gravel, and orange fish that bend (specification 8.2).
+"""What the camera above the tank sees: blue-grey gravel, and orange fish that bend (docs/methods/diffusion.md).
 
 Everything is painted with OpenCV's anti-aliased shapes in whole numbers of sixteenths of a pixel, so a pose has one
 picture. Colours are BGR here, as OpenCV has them.

@@ -15,7 +15,7 @@ class FishSceneParameters(OverlayParameters):
     tank_number: int = parameter(
         200,
         "Clip",
-        "Which clip is seen: the seed of the swimming, of the gravel and of the noise. The document's test is done on "
+        "Which clip is seen: the seed of the swimming, of the gravel and of the noise. The paper's test is done on "
         "200 to 211, and what the trackers know was learned on 100 to 109.",
         ge=0,
         le=9999,

@@ -1,7 +1,7 @@
 """How the simulated goldfish swim: they head for waypoints, avoid each other and the walls, and turn by bending.
 
 A fish beats its tail, and bends to the side to which it does *not* want to go: the head recoils from the tail's
-stroke (document 3's coupling of yaw and bend; specification 8.1). Once in a while it makes a C-turn: a strong bend
+stroke (the coupling of yaw and bend that Mitsugami et al. 2009 learn). Once in a while it makes a C-turn: a strong bend
 within a few steps, which swings it round, and a return stroke that drives it off. There are thirty steps a second, and
 every second one is a frame.
 
@@ -51,7 +51,7 @@ Clip: TypeAlias = NDArray[np.float64]
 
 
 class Tank(NamedTuple):
-    """How the water answers a fish: the constants of the specification's section 8.1.
+    """How the water answers a fish: the constants of docs/methods/diffusion.md.
 
     Attributes:
         recoil: K1, rad of yaw against each rad of bend.
@@ -80,7 +80,7 @@ TANKS: dict[TankName, Tank] = {
     "goldfish": Tank(0.70, 1.2, 0.016, 5.5, 0.10, 0.35, 1.5, 7, 0.88),
     "strong rudder": Tank(0.60, 0.0, 0.028, 6.0, 0.10, 0.35, 4.0, 3, 0.72),
 }
-"""That of the specification, and its counterexample (A): the return stroke turns the same way as the bend."""
+"""The tank of the experiments, and a counterexample: the return stroke turns the same way as the bend."""
 
 
 @lru_cache(maxsize=32)

@@ -1,4 +1,4 @@
-"""A simulated hand before a dark background, seen as a silhouette (document 4, chapter 2; specification 7, section 8).
+"""A simulated hand before a dark background, seen as a silhouette (docs/methods/hands.md).
 
 - `motion`: the three motions, as poses frame by frame;
 - `painting`: the silhouette with an edge that is not quite that of the model, and the picture;

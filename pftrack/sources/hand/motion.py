@@ -1,4 +1,4 @@
-"""How the simulated hand moves: three motions that begin with an open hand (specification 7, section 8).
+"""How the simulated hand moves: three motions that begin with an open hand (after Shimada 1997, section 2.8).
 
 - *wrist*: the hand turns about its long axis until it is seen from the side, with fingers a little curled: with
   straight ones a turn either way has the same silhouette;

@@ -20,7 +20,7 @@ from pftrack.sources.overlay import paint, strip
 __all__ = ["HandSource", "hand_of"]
 
 WRIST = (0.0, 37.0)
-"""Of a hand that is not turned, from the middle of a picture with sides of `SIDE_PX`, px: the specification's place."""
+"""Of a hand that is not turned, from the middle of a picture with sides of `SIDE_PX`, px, as in the reference scene."""
 SIDE_PX = 200.0
 ARM = (MODEL.arm[0], 4.0)
 """Half the forearm's width and its length: beyond the border, however it is turned."""

@@ -1,6 +1,6 @@
-"""The simulated driver's head: procedural, textured, self-occluding, with changes of light (specification 9).
+"""The simulated driver's head: procedural, textured, self-occluding, with changes of light (docs/methods/heads.md).
 
-The document's videos of drivers are not to be had, so their place is taken by a head that is drawn from a face model:
+Bando's videos of drivers are not to be had, so their place is taken by a head that is drawn from a face model:
 
 - `parameters`: what can be turned, most of it live;
 - `motion`: the script of turns, nods and rolls;

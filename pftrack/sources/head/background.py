@@ -1,6 +1,6 @@
-"""What is behind the head: a dim car, out of focus, and the driver's neck and shoulders (specification 9.4).
+"""What is behind the head: a dim car, out of focus, and the driver's neck and shoulders.
 
-The specification has smooth noise around grey 45 with blurred rectangles. Neck and shoulders are an addition: without
+The reference scene has smooth noise around grey 45 with blurred rectangles. Neck and shoulders are an addition: without
 them the head hangs in the air. They stand still, since the head turns about a point in the neck.
 """
 

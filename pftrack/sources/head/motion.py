@@ -1,4 +1,4 @@
-"""How the head moves: the script of specification 9.5, and how changes of speed and amplitude enter it.
+"""How the head moves: its script, and how changes of speed and amplitude enter it.
 
 Rest, two turns to either side, rest, two nods, rest, two rolls, rest, with a small wobble on all axes throughout. At
 speed 1 the script takes 900 frames, 330 of them with an axis beyond 20 degrees; then it repeats without a jump.
@@ -61,7 +61,7 @@ def angles_rad(time: float, amplitude: float) -> NDArray[np.float64]:
 
     Args:
         time: Runs of the script, from 0.
-        amplitude: Factor on all angles; 1 is the specification's.
+        amplitude: Factor on all angles; 1 is the script's.
     """
     unit = UNITS * (time % 1.0)
     degrees = _wobble_deg(time)

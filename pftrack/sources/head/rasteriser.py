@@ -1,4 +1,4 @@
-"""Drawing a textured, lit mesh into a picture, hiding what is behind (specification 9.4).
+"""Drawing a textured, lit mesh into a picture, hiding what is behind.
 
 A depth buffer keeps, for every pixel, the inverse depth of what is nearest. Inverse depth is linear over the picture of
 a flat triangle, and so are the model's coordinates divided by depth; dividing the one by the other gives the

@@ -1,4 +1,4 @@
-"""From light to an 8-bit picture: noise on every pixel, rounding and clipping (specification 9.4)."""
+"""From light to an 8-bit picture: noise on every pixel, rounding and clipping."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,6 +1,6 @@
 """The simulated head as a source: frames of a driver's face in near-infrared light, with the truth.
 
-The camera is behind the steering wheel (f = 1200 px at a width of 640, specification 9.4); the head turns about a point
+The camera is behind the steering wheel (f = 1200 px at a width of 640); the head turns about a point
 in the neck, so that its face moves in the picture and in depth as it turns, and the pure rotation that the affine
 camera assumes is wrong by as much as it is in a car.
 """
@@ -150,7 +150,7 @@ def focal_px(width: int) -> float:
 
 
 def _light(time: float) -> tuple[NDArray[np.float64], float, float]:
-    """Return the sun's direction (3,) and share of its full strength, and the camera's gain (specification 9.4)."""
+    """Return the sun's direction (3,) and share of its full strength, and the camera's gain."""
     sun = np.array([0.8 * np.cos(2.0 * np.pi * (0.15 + 1.3 * time)), -0.35, -0.5])
     share = min(max(np.sin(2.0 * np.pi * 2.2 * time) + 0.2, 0.0), 1.0)
     return sun / np.sqrt(np.square(sun).sum()), share, 1.0 + 0.08 * float(np.sin(2.0 * np.pi * 3.1 * time))

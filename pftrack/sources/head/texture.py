@@ -1,4 +1,4 @@
-"""The albedo of a face in near-infrared light, as a frontal map over the model's x and y (specification 9.3).
+"""The albedo of a face in near-infrared light, as a frontal map over the model's x and y.
 
 Everything is painted from the eleven points of the person: eyes with iris, pupil and glint, lashes and lids, brows,
 nostrils, lips and hair, on a skin of smooth noise. Skin is bright in near-infrared light and the iris grey, whatever

@@ -1,6 +1,6 @@
-"""How the joints of a chain move: keys between which the angles are eased (specification 6, section 6).
+"""How the joints of a chain move: keys between which the angles are eased (docs/methods/linkages.md).
 
-The document gives no sequence in numbers; these are made to show what it describes.
+Shimada gives no sequence in numbers; these are made to show what he describes.
 """
 
 from typing import Literal, TypeAlias

@@ -1,6 +1,6 @@
 """A simulated body that turns before a camera: where its points are measured, with noise whose variance is known.
 
-With everything at its default it is the prism of document 1, ch. 4 section 5.3, on a larger scale: it turns by 1 degree
+With everything at its default it is the prism of Bando 2007, ch. 4 section 5.3, on a larger scale: it turns by 1 degree
 a frame about the vertical axis and by 2 about the horizontal one, and what is hidden is measured with fifty times the
 noise. Beyond that, points may be missing altogether, for a while or at random, and a measurement may be off without its
 variance saying so, as where a tracker holds on to the wrong thing.

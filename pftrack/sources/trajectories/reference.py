@@ -1,8 +1,8 @@
 """One simulated track in numbers, so that every implementation works on the same: x and y by frame, px.
 
 It is a draw of the model in `scene`, chosen among many since its likelihood over sigma^2 and tau^2 and the errors of
-the filters on it come closest to what the document reports. Its outliers, at frames 15, 30, 45, 60, 75 and 90, are by
-+11.5, -0.2, -37.8, +2.5, -2.7 and -21.4 px.
+the filters on it come closest to what Ichimura and Ikoma report. Its outliers, at frames 15, 30, 45, 60, 75 and 90, are
+by +11.5, -0.2, -37.8, +2.5, -2.7 and -21.4 px.
 """
 
 import numpy as np

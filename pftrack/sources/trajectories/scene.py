@@ -1,9 +1,9 @@
 """Simulated tracks: points that move down the picture, aside and down again, measured with noise and with outliers.
 
-Each track is that of section 5.1 of the document: 4 px a frame downwards, and from frame 50 to 54 aside, 5 px a frame.
-Its noise is Gaussian but every fifteenth frame, when the horizontal noise is Cauchy. The document's "scale 50" of that
+Each track is that of Ichimura and Ikoma 2000, section 5.1: 4 px a frame downwards, and from frame 50 to 54 aside, 5 px
+a frame. Its noise is Gaussian but every fifteenth frame, when the horizontal noise is Cauchy. Their "scale 50" of that
 is its square: with a scale of 50 px the likelihood of the linear model has its maximum in the corner of the grid, with
-the root of 50 it has it where the document has.
+the root of 50 it has it where they report it.
 """
 
 import numpy as np
@@ -91,7 +91,7 @@ class TracksSource:
     Attributes:
         size: Width and height of the picture in which they are drawn, px.
         frame_rate_hz: Frames a second at which it is meant to be seen.
-        frame_count: The document's 100.
+        frame_count: Ichimura and Ikoma's 100.
         start: Of frame 0.
         noisy: The measurements depend on the seed.
     """

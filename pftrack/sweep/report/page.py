@@ -19,8 +19,8 @@ from pftrack.sweep.report.tables import Table
 __all__ = ["page"]
 
 ALONE = (
-    "Each cell is tested by itself, as in the document: of the cells without any difference, up to {share:g} % come "
-    "out as significant by chance."
+    "Each cell is tested by itself, with no correction for many: of the cells without any difference, up to {share:g} "
+    "% come out as significant by chance."
 )
 APPLICABLE = "Not applicable where an expected count is below 5."
 HOLM = "Corrected for the number of cells: the level is the probability of any false alarm in the whole map."

@@ -1,4 +1,4 @@
-"""Trackers of a ball by its colour (document 1, ch. 3).
+"""Trackers of a ball by its colour (Bando 2007, ch. 3).
 
 - `step`: the trackers by name, out of those of `pftrack.trackers.sampling`; `likelihood`: what they weigh particles by;
   `centroid`: trackers that measure the whole picture; `guided`: one that moves as was learned, `learned`: from what;

@@ -1,4 +1,4 @@
-"""Trackers that measure the colour centroid of the whole picture (document 1, ch. 3 section 4)."""
+"""Trackers that measure the colour centroid of the whole picture (Bando 2007, ch. 3 section 4)."""
 
 import numpy as np
 

@@ -1,8 +1,8 @@
 """A tracker of a ball whose particles move as the ball did in recorded runs (`pftrack.learning`).
 
 It is Condensation but for the diffusion: in place of one process noise for both axes, accelerations are drawn from the
-learned covariance, in the frame of the picture or in that of the ball's last motion. A ball has no heading, so what the
-document learns of a fish's shape is missing here, and what is left is the spread of its accelerations.
+learned covariance, in the frame of the picture or in that of the ball's last motion. A ball has no heading, so what
+Mitsugami et al. learn of a fish's shape is missing here, and what is left is the spread of its accelerations.
 """
 
 from dataclasses import replace

@@ -40,4 +40,4 @@ def _pack(parameters: ColourParameters) -> Colour:
 
 
 CHROMATICITY = Likelihood(_log_likelihood, _pack)
-"""The colour of the pixel under a particle (document 1, ch. 3 section 2.2)."""
+"""The colour of the pixel under a particle (Bando 2007, ch. 3 section 2.2)."""

@@ -1,6 +1,6 @@
 """How a ball is expected to move, and how that is learned while it is tracked.
 
-All trackers of a ball share a second-order model of its position: constant velocity in the document, with less of the
+All trackers of a ball share a second-order model of its position: constant velocity in Bando 2007, with less of the
 velocity kept or with a known swing on request, or what online EM has made of the path so far.
 """
 

@@ -94,7 +94,7 @@ class MotionParameters(Parameters):
         0,
         "Assumed period",
         "Period of the swing about the middle of the picture that the motion model assumes; 0 assumes none, which is "
-        "the document's rough model.",
+        "Bando's rough model.",
         unit="frames",
         ge=0,
         le=10_000,
@@ -205,7 +205,7 @@ class ColourParameters(Parameters):
     colour_model: Literal["redness", "chromaticity"] = parameter(
         "redness",
         "Colour model",
-        "Compare the share of red alone, as in the document, or the shares of red and green.",
+        "Compare the share of red alone, as Bando does, or the shares of red and green.",
         group=COLOUR,
     )
     target_red_share: float = parameter(

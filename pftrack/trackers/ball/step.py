@@ -1,4 +1,4 @@
-"""Trackers of a ball by its colour: the filters of document 1, ch. 3, with the likelihood of its section 2.2.
+"""Trackers of a ball by its colour: the filters of Bando 2007, ch. 3, with the likelihood of its section 2.2.
 
 All of them carry the two newest positions, (u_t, v_t, u_{t-1}, v_{t-1}) in px, and differ in how the posterior of the
 next frame is sampled. Those that draw by prediction or by observation share one compiled loop, `loop`, and differ

@@ -1,4 +1,4 @@
-"""Trackers of a fish that bends, by the edges of what has its colour (document 3).
+"""Trackers of a fish that bends, by the edges of what has its colour (Mitsugami et al. 2009).
 
 - `step`: the trackers by name: ordinary, with constant velocity, and guided by learned changes;
 - `loop`: a frame of any of them, compiled: draw parents, move, weigh by look-ups in the distance image, estimate;

@@ -2,7 +2,7 @@
 
 `learned.json` is written by `pftrack reproduce fish-offline --full --figures FOLDER` from the twenty tracks of clips
 100 to 109 that the ordinary filter followed with 3,000 particles and wide noise. It holds the estimates' noise along
-with the fish's motion, and that is meant: else there is no room for rare, violent turns (specification 7.5).
+with the fish's motion, and that is meant: else there is no room for rare, violent turns.
 """
 
 from importlib.resources import files

@@ -1,4 +1,4 @@
-"""One frame of a tracker of a fish, compiled: draw parents, move them, weigh them, estimate (specification 4).
+"""One frame of a tracker of a fish, compiled: draw parents, move them, weigh them, estimate.
 
 The motions differ in a few lines, and share everything else, so a comparison of two of them compares just that.
 """

@@ -59,7 +59,7 @@ class FishTrackerParameters(Parameters):
     motion_reading: Literal["document", "increments", "world"] = parameter(
         "document",
         "Reading",
-        "How the learned acceleration is meant: as the document has it, which counts a turn twice; as increments of "
+        "How the learned acceleration is meant: as published, which counts a turn twice; as increments of "
         "the velocity in the body's frame; or with a velocity that keeps its direction in the picture.",
         group=MODES,
         trackers=("guided",),

@@ -1,4 +1,4 @@
-"""Trackers of a hand's pose by its silhouette (document 4, chapter 2; specification 7).
+"""Trackers of a hand's pose by its silhouette (Shimada 1997, chapter 2).
 
 - `step`: the trackers by name, a beam of hands and a particle filter with the same likelihood;
 - `beams`: a frame of the beam: predictions of every kept hand, the hands near them, and which are kept;

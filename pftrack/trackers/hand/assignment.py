@@ -1,7 +1,7 @@
 """Which finger is which protrusion: the best of all ways, with fingers that are hidden and protrusions of no finger.
 
-The document assigns greedily and repairs (2.6.2). With five fingers and some protrusions all ways together are few
-enough: a table over sets of protrusions that are taken already, finger by finger, holds the best of each.
+Shimada 1997, section 2.6.2, assigns greedily and repairs. With five fingers and some protrusions all ways together are
+few enough: a table over sets of protrusions that are taken already, finger by finger, holds the best of each.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
 """A frame of the beam: predictions of every hand that is kept, the hands near them, and which of those are kept.
 
 Each kept hand predicts two: that its motion goes on, and that it stands still, since angles which go by coarse steps
-make velocities that are mostly noise (specification 7, section 4). A hand's prior is that of its own prediction.
+make velocities that are mostly noise. A hand's prior is that of its own prediction.
 """
 
 from typing import NamedTuple

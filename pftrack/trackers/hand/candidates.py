@@ -1,4 +1,4 @@
-"""Which palms and fingers are tried (document 4, section 2.5; specification 7, section 4).
+"""Which palms and fingers are tried (Shimada 1997, section 2.5).
 
 How far one step of an angle goes depends on how much of the silhouette it changes: D = closed integral of |v n| ds over
 the contour of what turns, v being the velocity of a point for a turn of 1 rad per unit of time and n the contour's

@@ -1,4 +1,4 @@
-"""How well parts of a hand fit a silhouette and its protrusions (document 4, section 2.6; specification 7, section 5).
+"""How well parts of a hand fit a silhouette and its protrusions (Shimada 1997, section 2.6).
 
 A palm, and a finger that is hidden before it, must lie within the silhouette. How far they stick out of it is measured
 by x_p, the area outside by the length along which it touches the silhouette: a sliver along an edge is a matter of the

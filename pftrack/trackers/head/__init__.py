@@ -1,4 +1,4 @@
-"""Trackers of a head by templates of its features (document 1, ch. 4 section 4).
+"""Trackers of a head by templates of its features (Bando 2007, ch. 4 section 4).
 
 - `step`: the trackers by name; `parameters`: all that can be set
 - `first_sight`: the solid and the templates that are made from frame 0; `starting_face`: a face model brought along

@@ -3,7 +3,7 @@
 The features' positions and variances are what the growing model learns from. But templates of the first frame slip:
 the nose's follows the cheeks beside it as the head turns, and what they slip to lasts as long as the pose does. Taken
 as it stands, a track says of the face what is not so: fed with the particles' own variances the model ended 13 mm from
-the truth where the mean face is off by 3 (six simulated drivers, 210 to 212 and the document's). How far a feature is
+the truth where the mean face is off by 3 (six simulated drivers, 210 to 212 and Bando's). How far a feature is
 off shows in its correlation with its template: 1 px at 0.95, 2 at 0.85, 4 at 0.75, 8 at 0.6. So
 
 - the variance of a position is v / (1 - kappa), as in `trackers.pose.calibrated`, plus that of the slip, whose standard
@@ -35,7 +35,7 @@ PERSISTENCE = 5.0
 """For so many frames an error of a template lasts."""
 
 SLIP_PX = 1.0
-"""Standard deviation of the slip of a template that fits, for a face of the document's size."""
+"""Standard deviation of the slip of a template that fits, for a face of Bando's size."""
 
 SLIP_DECADES = 4.0
 """By so many powers of ten it grows as the correlation falls from 1 to 0."""

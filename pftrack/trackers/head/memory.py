@@ -69,7 +69,7 @@ class FirstSight:
         return eye_distance(self.points_px)
 
     def templates(self, factor: float) -> Templates:
-        """Cut templates, `factor` times as large as the document's for a face of this size.
+        """Cut templates, `factor` times as large as Bando's for a face of this size.
 
         Raises:
             ValueError: A feature is not within the picture.

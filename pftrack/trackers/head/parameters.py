@@ -29,7 +29,7 @@ class HeadTrackerParameters(PoseTrackerParameters):
     guidance = pose_guidance("head")
 
     sample_count: int = particles_per_feature(len(FEATURE_NAMES))
-    joint_sample_count: int = joint_particles(5000, "; the document's 25,000 take a tenth of a second a frame")
+    joint_sample_count: int = joint_particles(5000, "; Bando's 25,000 take a tenth of a second a frame")
     face_model: Literal["mean", "personal", "growing"] = parameter(
         "mean",
         "Face model",
@@ -60,7 +60,7 @@ class HeadTrackerParameters(PoseTrackerParameters):
     hidden_weight: float = parameter(
         0,
         "Weight of a hidden feature",
-        "Weight that a particle has wherever it is, since its feature may be hidden; 0 is the document's. With a "
+        "Weight that a particle has wherever it is, since its feature may be hidden; 0 is Bando's. With a "
         "little of it, what is hidden becomes uncertain in place of clinging to what looks most like it.",
         ge=0,
         le=0.5,
@@ -70,7 +70,7 @@ class HeadTrackerParameters(PoseTrackerParameters):
     template_scale: float = parameter(
         1,
         "Template size",
-        "Size of the templates, as a multiple of the document's for a face of this size.",
+        "Size of the templates, as a multiple of Bando's for a face of this size.",
         ge=0.3,
         le=2,
         step=0.05,
@@ -87,7 +87,7 @@ class HeadTrackerParameters(PoseTrackerParameters):
     template_renewal: float = parameter(
         0,
         "Template renewal",
-        "How fast templates follow what is seen; they then also follow every error, so it is 0 in the document.",
+        "How fast templates follow what is seen; they then also follow every error, so it is 0 in Bando 2007.",
         ge=0,
         le=0.2,
         step=0.005,
@@ -175,7 +175,7 @@ class HeadTrackerParameters(PoseTrackerParameters):
     find_again: bool = parameter(
         False,
         "Find again",
-        "Whether a lost face is given up and looked for again; the document does neither.",
+        "Whether a lost face is given up and looked for again; Bando does neither.",
         group=LOSS,
     )
     model_frozen: bool = parameter(
@@ -213,7 +213,7 @@ class HeadTrackerParameters(PoseTrackerParameters):
 
     @property
     def pose_change(self) -> float:
-        """How fast the pose before a pinhole may change, as a multiple of the document's noise."""
+        """How fast the pose before a pinhole may change, as a multiple of Bando's noise."""
         return self.camera_noise if self.templates == "flat" else self.pose_change_noise
 
     @property

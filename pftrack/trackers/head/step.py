@@ -1,4 +1,4 @@
-"""Trackers of a head: eleven features by their templates, by the methods of `pose` (document 1, ch. 4 section 4).
+"""Trackers of a head: eleven features by their templates, by the methods of `pose` (Bando 2007, ch. 4 section 4).
 
 Templates are cut from frame 0 around the features, and the pose is relative to that frame: there theta = 0
 (`first_sight`).

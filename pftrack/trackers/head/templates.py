@@ -1,4 +1,4 @@
-"""How large the templates of a face's features are (document 1, table 4.1)."""
+"""How large the templates of a face's features are (Bando 2007, table 4.1)."""
 
 from collections.abc import Mapping, Sequence
 
@@ -25,7 +25,7 @@ SIZES_PX: Mapping[str, tuple[int, int]] = {
 """Width and height; the table has no size for the ends of the brows, 36 x 36 is a reading."""
 
 EYE_DISTANCE_PX = 108.0
-"""Between the eyes of the mean face at the document's camera; the sizes above are for that."""
+"""Between the eyes of the mean face at Bando's camera; the sizes above are for that."""
 
 
 def template_sizes(features: Sequence[str], eye_distance_px: float, factor: float = 1.0) -> NDArray[np.int64]:
@@ -33,7 +33,7 @@ def template_sizes(features: Sequence[str], eye_distance_px: float, factor: floa
 
     Args:
         features: Names, of `SIZES_PX`.
-        eye_distance_px: Between the eyes in the picture; at 108 px the sizes are the document's.
+        eye_distance_px: Between the eyes in the picture; at 108 px the sizes are Bando's.
         factor: A further factor on all sizes.
     """
     return scaled_sizes([SIZES_PX[name] for name in features], factor * eye_distance_px / EYE_DISTANCE_PX)

@@ -64,4 +64,4 @@ def _log_likelihood(image_rgb: NDArray[np.uint8], states: NDArray[np.float64], t
 
 
 HISTOGRAM = Likelihood(_log_likelihood, lambda given: pack(*given))
-"""exp(-lambda (1 - rho)) of the window around a particle (specification A3)."""
+"""exp(-lambda (1 - rho)) of the window around a particle (Kagami 2012; Pérez et al. 2002)."""

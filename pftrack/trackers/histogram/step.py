@@ -1,4 +1,4 @@
-"""Trackers by colour histograms: the samplers of document 1 with the likelihood of Perez et al. (specification 5, A).
+"""Trackers by colour histograms: the samplers of Bando 2007 with the likelihood of Pérez et al. 2002.
 
 All carry position and velocity, and the size of the window beside the first one, which stays as it is unless it is to
 be followed. Condensation is the lecture's filter (SIR): a time update with constant velocity, weights by the

@@ -4,7 +4,7 @@ The state x of a filter is (pose, change of the pose in a frame, r_1..3). In the
 it is (omega, t, theta_2, theta_3): omega is a small rotation beside a reference attitude q, so that the chain is turned
 by R(q) R(omega). After each update q takes omega over (`recentre`), so that no angle ever grows large.
 
-Source: document 4, sections 3.2, 3.3 and 4.
+Source: Shimada 1997, section 4.1, and appendix A for the attitude.
 """
 
 from collections.abc import Mapping

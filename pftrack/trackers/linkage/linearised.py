@@ -10,7 +10,7 @@ In the plane every link has a mirror image that looks the same. In space the cha
 same is the chain mirrored as a whole when its plane is almost parallel to the image, and the second or third link
 mirrored within the plane when that is seen almost edge-on and the link is almost parallel to the image.
 
-Source: document 4, section 4; the mirror images in space are our own.
+Source: Shimada 1997, sections 4.2 to 4.6; the mirror images in space are our own.
 """
 
 from typing import NamedTuple

@@ -36,7 +36,7 @@ TABLE_4_1: Mapping[str, float] = {
     "length_difference_12_px": 40,
     "length_difference_23_px": 10,
 }
-"""Bounds of table 4.1 that differ from the defaults, which are those of table 5.1."""
+"""Bounds of Shimada 1997, table 4.1, that differ from the defaults, which are those of table 5.1."""
 
 
 class LinkageTrackerParameters(Parameters):
@@ -166,7 +166,7 @@ class LinkageTrackerParameters(Parameters):
         unit="px/rad", ge=1, le=1000, step=5, group=SETS, trackers=ELLIPSOIDS)
     predicted_ellipsoid: Literal["outer", "lengthened", "printed"] = parameter(
         "outer", "Prediction",
-        "How an ellipsoid grows by a motion: by an outer bound; by making every semi-axis longer, as the document says "
+        "How an ellipsoid grows by a motion: by an outer bound; by making every semi-axis longer, as Shimada says "
         "in words; or by P + du I with du in px, as it prints. The last two lose a part of what is possible.",
         group=SETS, trackers=("ellipsoids-literal",))
     first_ellipsoid: Literal["circumscribed", "inscribed"] = parameter(

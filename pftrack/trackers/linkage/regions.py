@@ -4,7 +4,7 @@ Regions are in (S theta*_1..3, r_1..3), in space (S omega, S theta*_2, S theta*_
 angles of joints, since a link shows nothing but its own, and px throughout, since a trace adds squares of all
 coordinates. The root in space is no coordinate: it is seen itself, and no link's observation depends on it.
 
-Source: document 4 (specification 6, section 5.3.)
+Source: Shimada 1997, section 5.5, eqs. 5.38 to 5.46; the common unit is our own (docs/methods/linkages.md).
 """
 
 from collections.abc import Mapping, Sequence
@@ -116,7 +116,7 @@ def begun(
         box: Its least and greatest estimate, (6,) in the plane or (11,) in space.
         scale: S, px/rad.
         directions: (3,) least and greatest directions, rad, where more is known of them than the box says.
-        inscribed: Whether the ellipsoid lies in the box, as the document may be read; it does not hold all.
+        inscribed: Whether the ellipsoid lies in the box, as Shimada may be read; it does not hold all.
     """
     low, high = (_coordinates(end) for end in box)
     turn = _cumulative(len(low))

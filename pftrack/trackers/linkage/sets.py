@@ -1,11 +1,11 @@
 """Trackers of a chain that believe in regions, which hold the truth as long as motion and errors keep their bounds.
 
 - `ellipsoids`: ellipsoids and guides, each bounding the other, with guides shrunk by interval arithmetic and by cells;
-- `ellipsoids-literal`: as the document has it, where the ellipsoid alone shrinks the guides; two ways of
+- `ellipsoids-literal`: as Shimada has it, where the ellipsoid alone shrinks the guides; two ways of
   prediction that lose the truth may be chosen;
 - `box-guides`: guides alone. All that `ellipsoids` finds out about lengths it finds out too.
 
-Source: document 4 (specification 6, section 5.)
+Source: Shimada 1997, chapter 5.
 """
 
 from collections.abc import Mapping

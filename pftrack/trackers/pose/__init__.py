@@ -1,4 +1,4 @@
-"""Trackers of the pose of a solid by its features, whatever these look like (document 1, ch. 4).
+"""Trackers of the pose of a solid by its features, whatever these look like (Bando 2007, ch. 4).
 
 - `methods`: the ways of tracking; `layered`: features in two layers with an adapting sampling distribution;
 - `solid`: what is known beforehand; `beliefs`: layers or joint particles, behind one protocol;

@@ -1,6 +1,6 @@
-"""A band of the pose that holds the truth about as often as it says, beside the document's, which does not.
+"""A band of the pose that holds the truth about as often as it says, beside Bando's, which does not.
 
-The document's filters take each point's mean to be off by the spread of its particles, independently of all other
+Bando's filters take each point's mean to be off by the spread of its particles, independently of all other
 points and frames. Measured on simulated prisms and heads (`docs/calibration.md`), too much confidence comes from
 
 - the affine camera: an error of several px that depends on the pose, nearly all of it on the near prism;

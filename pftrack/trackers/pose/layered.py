@@ -1,6 +1,6 @@
 """Tracking features in two layers, with a sampling distribution that adapts: PF-ASD.
 
-One frame (document 1, ch. 4, fig. 4.4): predict the upper layer; draw each feature's particles from both predictions;
+One frame (Bando 2007, ch. 4, fig. 4.4): predict the upper layer; draw each feature's particles from both predictions;
 weigh them by their likelihood; adapt the mixing ratios by what survived; give the features' means back to the upper
 layer, which estimates the pose. The ratios of the next frame are judged by the upper *prediction* of this one, before
 it has seen the result.

@@ -170,7 +170,7 @@ class PoseTrackerParameters(Parameters):
     camera_noise: float = parameter(
         1,
         "Camera noise",
-        "How fast the upper layer may change, as a multiple of the document's noise.",
+        "How fast the upper layer may change, as a multiple of Bando's noise.",
         ge=0.05,
         le=20,
         step=0.05,
@@ -179,7 +179,7 @@ class PoseTrackerParameters(Parameters):
     pose_band: Literal["document", "calibrated"] = parameter(
         "document",
         "Band of the pose",
-        "Whether the angles are as sure as the document's filters say, which is far too sure, or as the points' misfit "
+        "Whether the angles are as sure as Bando's filters say, which is far too sure, or as the points' misfit "
         "shows; the affine camera's error is taken off the estimate where solid and camera are known.",
         group=UPPER,
     )
@@ -210,15 +210,15 @@ class PoseTrackerParameters(Parameters):
 
     @property
     def pose_change(self) -> float:
-        """How fast the pose before a pinhole may change, as a multiple of the document's noise."""
+        """How fast the pose before a pinhole may change, as a multiple of Bando's noise."""
         return self.camera_noise
 
     @property
     def slack(self) -> float:
-        """How far a point may be from where the solid has it, px; in the document it is there."""
+        """How far a point may be from where the solid has it, px; in Bando 2007 it is there."""
         return 0.0
 
     @property
     def speed_at_start(self) -> float:
-        """How fast points may already be moving where tracking begins, px a frame; in the document they are at rest."""
+        """How fast points may already be moving where tracking begins, px a frame; in Bando 2007 they are at rest."""
         return 0.0

@@ -1,4 +1,4 @@
-"""Trackers that draw particles by prediction, by observation, or by both (document 1, ch. 3), whatever they weigh by.
+"""Trackers that draw particles by prediction, by observation, or by both (Bando 2007, ch. 3), whatever they weigh by.
 
 - `loop`: one compiled loop over frames for all of them; `likelihood`: what it weighs particles by;
 - `samplers`: the members by name, with the rules by which they choose, and what they report;

@@ -40,7 +40,7 @@ class SamplingParameters(Parameters):
     apf_weights: WeightRule = parameter(
         "sharpened",
         "Observation weights",
-        "Weight of a particle whose parent was chosen by the observation: sharpened as in the document (not a valid "
+        "Weight of a particle whose parent was chosen by the observation: sharpened as in Bando 2007 (not a valid "
         "importance sampler), corrected by Pitt and Shephard's rule, or corrected with the balance heuristic.",
         group=SAMPLING,
         trackers=OBSERVING,

@@ -162,7 +162,7 @@ Belief: TypeAlias = Plain | Windowed | Grown
 
 
 def plain(belief: Belief, seen: Seen, prior: Prior, parameters: StructureTrackerParameters) -> Plain:
-    """Factor all frames so far by singular values (document 1, ch. 4 section 5.1)."""
+    """Factor all frames so far by singular values (Bando 2007, ch. 4 section 5.1)."""
     del belief, parameters
     principal = principal_shape(seen.everything)
     if principal is None:

@@ -15,7 +15,7 @@ def moved(**values: float) -> HeadSceneParameters:
 
 
 def test_script_has_the_document_s_motions_in_order() -> None:
-    """Turns of 35 degrees, then nods and rolls of 25, two of each, and rests between them (specification 9.5)."""
+    """Turns of 35 degrees, then nods and rolls of 25, two of each, and rests between them."""
     degrees = script_deg()
     assert degrees[0].tolist() == [0, 0, 0]
     for first, last, axis, peak in ((45, 285, 1, 35), (315, 555, 0, 25), (585, 825, 2, 25)):
@@ -31,7 +31,7 @@ def test_script_has_the_document_s_motions_in_order() -> None:
 
 
 def test_330_of_900_frames_are_beyond_20_degrees() -> None:
-    """As many frames as the specification counts have an axis beyond 20 degrees."""
+    """As many frames as the reference counts have an axis beyond 20 degrees."""
     assert (np.abs(script_deg()) > 20).any(axis=1).sum() == pytest.approx(330, abs=5)
 
 

@@ -35,7 +35,7 @@ def test_pupils_are_where_the_truth_says(driver: int) -> None:
 
 
 def test_truth_is_the_projection_of_the_model() -> None:
-    """The points are those of the driver's face, turned about the neck and seen by the camera of specification 9.4."""
+    """The points are those of the driver's face, turned about the neck and seen by the reference camera."""
     frame = shown(TURNED_LEFT)
     target = frame.target
     pivot = np.array([0.0, 90, 100])
@@ -56,7 +56,7 @@ def test_a_head_turned_away_hides_its_far_side() -> None:
 
 
 def test_signs_of_the_motions() -> None:
-    """Positive theta moves the nose down, to image left, and rolls the head clockwise (specification 9.5)."""
+    """Positive theta moves the nose down, to image left, and rolls the head clockwise."""
     nose = FEATURES.index("nose")
     start = shown(0).target.landmarks.points_px
     assert shown(TURNED_LEFT).target.landmarks.points_px[nose, 0] < start[nose, 0] - 50

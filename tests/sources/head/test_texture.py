@@ -8,8 +8,8 @@ def at(texture: np.ndarray, x: float, y: float) -> float:
     return float(texture[round((y - TOP_MM) / STEP_MM), round((x - LEFT_MM) / STEP_MM)])
 
 
-def test_face_has_the_albedos_of_the_specification() -> None:
-    """Skin, iris, pupil, nostril, mouth, brow and hair have the albedos of specification 9.3 where they belong."""
+def test_face_has_the_albedos_of_the_reference_scene() -> None:
+    """Skin, iris, pupil, nostril, mouth, brow and hair have the albedos of the reference scene where they belong."""
     face = person(99)
     texture = albedo(face, 99)
     eye, nose, brow = face["leye"], face["nose"], face["lbro"]

@@ -2,7 +2,7 @@
 
 In place of a tracker, each feature's true position is measured with noise whose standard deviation is
 10^((1 - NCC) / 0.7) px, at least 1 and at most 10, NCC being the correlation of the picture there with the frontal
-template (specification 11; the document takes the inverse of a probability of the patch, which is not to be had). So
+template. (Bando 2007, ch. 4 section 5.4, takes the inverse of a probability of the patch, which is not to be had.) So
 nothing hides for long, and the noise changes all the time. Every second frame of the script of motions is used.
 """
 

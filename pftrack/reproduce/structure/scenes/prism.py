@@ -2,7 +2,7 @@
 
 It turns by 1 degree a frame about the vertical axis and by 2 about the horizontal one, so that in no frame all fourteen
 points are seen: a corner is while one of its faces is, a centre while its face is. What is hidden is measured all the
-same, with noise of 50 px (document 1, ch. 4 section 5.3; specification 11, readings C20 and 13.15).
+same, with noise of 50 px (Bando 2007, ch. 4 section 5.3, with the readings of docs/methods/heads.md).
 """
 
 from functools import lru_cache
