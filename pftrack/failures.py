@@ -12,7 +12,7 @@ from pftrack.model.failure import ORDER, Failure, Finding
 from pftrack.model.recipe import Recipe
 from pftrack.runs.run import Run
 
-__all__ = ["Enacted", "Entry", "enact", "entry", "gallery"]
+__all__ = ["Entry", "FailureRun", "entry", "gallery", "run_failure"]
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class Enacted:
+class FailureRun:
     """A run of a failure, cured or not.
 
     Attributes:
@@ -76,10 +76,10 @@ def entry(experiments: Mapping[str, Experiment], name: str) -> Entry:
     raise LookupError(f"there is no failure {name!r} here; there are {known}")
 
 
-def enact(shown: Entry, *, cured: bool = False, seed: int | None = None) -> Enacted:
+def run_failure(shown: Entry, *, cured: bool = False, seed: int | None = None) -> FailureRun:
     """Return the finished run of a failure, on its own seed unless another is given."""
     recipe = shown.recipe(cured=cured, seed=seed)
     run = Run.from_recipe(recipe, shown.experiment, shown.experiment.simulate())
     run.finish()
     rows = tuple(run.diagnostics)
-    return Enacted(run.recipe, rows, shown.failure.symptom(rows))
+    return FailureRun(run.recipe, rows, shown.failure.symptom(rows))

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from pftrack.experiments import EXPERIMENTS, find
-from pftrack.failures import enact, entry, gallery
+from pftrack.failures import entry, gallery, run_failure
 from pftrack.model.failure import KINDS, ORDER, Cure, Failure, Finding
 from pftrack.model.timeline import Change
 from pftrack.testing import CheckError, experiment_checks
@@ -95,8 +95,8 @@ def test_no_failure_is_an_accident_of_its_seed(shown: object) -> None:
     """On ten other seeds at least half of the runs fail in the same way, and of the cured ones nine of ten do not."""
     assert isinstance(shown, type(QUICK))
     seeds = range(100, 110)
-    fails = [enact(shown, seed=seed).finding.shown for seed in seeds]
-    cured = [enact(shown, cured=True, seed=seed) for seed in seeds]
+    fails = [run_failure(shown, seed=seed).finding.shown for seed in seeds]
+    cured = [run_failure(shown, cured=True, seed=seed) for seed in seeds]
     well = [not done.finding.shown and not done.rows[-1].gone for done in cured]
     assert sum(fails) >= 5
     assert sum(well) >= 9

@@ -9,7 +9,7 @@ from pftrack.cli.listing import Json
 from pftrack.cli.output import emit, table, whole, wrong_use
 
 if TYPE_CHECKING:
-    from pftrack.failures import Enacted, Entry
+    from pftrack.failures import Entry, FailureRun
 
 __all__ = ["register"]
 
@@ -49,7 +49,7 @@ def run(
 ) -> None:
     """Compute the run of a failure, or the cured one, and say what is measured in it."""
     from pftrack.experiments import EXPERIMENTS
-    from pftrack.failures import enact, entry
+    from pftrack.failures import entry, run_failure
     from pftrack.numerics.random import LARGEST_SEED
 
     try:
@@ -58,7 +58,7 @@ def run(
         raise wrong_use(str(error.args[0])) from None
     chosen = None if seed is None else whole("--seed", seed, 0, LARGEST_SEED)
     with compiling():
-        done = enact(found, cured=cured, seed=chosen)
+        done = run_failure(found, cured=cured, seed=chosen)
     lost = [row.frame for row in done.rows if row.gone]
     if json:
         measured = {"shown": done.finding.shown, "finding": done.finding.words, "numbers": done.finding.numbers}
@@ -68,7 +68,7 @@ def run(
     _tell(found, done, lost, cured=cured)
 
 
-def _tell(entry: "Entry", done: "Enacted", lost: list[int], *, cured: bool) -> None:
+def _tell(entry: "Entry", done: "FailureRun", lost: list[int], *, cured: bool) -> None:
     failure = entry.failure
     how = f"{entry.experiment.title}, {entry.experiment.trackers[done.recipe.tracker or ''].title}"
     typer.echo(f"{entry.number}  {failure.title}{', cured' if cured else ''}\n{how}, seed {done.recipe.seed}\n")

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from functools import partial
 
 from pftrack.experiment import Experiment
-from pftrack.failures import Enacted, Entry, enact
+from pftrack.failures import Entry, FailureRun, run_failure
 from pftrack.testing.check import Check, demand
 
 __all__ = ["checks"]
@@ -23,7 +23,7 @@ def checks(experiment: Experiment) -> Iterator[Check]:
 
 
 def _fails_and_is_cured(shown: Entry) -> None:
-    failure, cured, name = enact(shown), enact(shown, cured=True), shown.failure.id
+    failure, cured, name = run_failure(shown), run_failure(shown, cured=True), shown.failure.id
     frame = shown.failure.frame
     demand(failure.finding.shown, f"{name} must fail as its symptom says, got: {failure.finding.words}")
     demand(frame + 1 < len(failure.rows), f"{name} must stand before its last frame, got {frame}")
@@ -35,5 +35,5 @@ def _fails_and_is_cured(shown: Entry) -> None:
     demand(cured.recipe.seed == failure.recipe.seed, f"the cure of {name} must be shown on the same seed")
 
 
-def _lost_at_end(done: Enacted) -> int:
+def _lost_at_end(done: FailureRun) -> int:
     return sum(row.gone for row in done.rows[-AT_END:])

@@ -4,10 +4,10 @@ from pftrack.experiment import Experiment
 from pftrack.experiments import find
 from pftrack_server.errors import RefusedError
 
-__all__ = ["asked_for"]
+__all__ = ["find_experiment"]
 
 
-def asked_for(name: str) -> Experiment:
+def find_experiment(name: str) -> Experiment:
     """Return the experiment that a client names.
 
     Raises:

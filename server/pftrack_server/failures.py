@@ -11,8 +11,8 @@ from pftrack.model.parameters import Value, declarations, flat, revise
 from pftrack_server.errors import NotFoundError
 from pftrack_server.schemas.failures import DifferencePublic, FailureCourse, FailureNeighbour, FailurePublic
 from pftrack_server.tasks.child_tasks import ChildTasks
-from pftrack_server.tasks.functions import enact_failure
-from pftrack_server.tasks.kept import Kept, digest
+from pftrack_server.tasks.disk_cache import DiskCache, digest
+from pftrack_server.tasks.functions import run_with_and_without_cure
 
 __all__ = ["Courses", "failure_named", "failures", "public"]
 
@@ -99,7 +99,7 @@ class Courses:
             folder: Where they are kept.
             wait_for: Waits for an experiment to be compiled, or raises that it takes longer.
         """
-        self._kept = Kept(folder)
+        self._kept = DiskCache(folder)
         self._wait_for = wait_for
         self._known: dict[str, FailureCourse] = {}
         self._under_way: dict[str, asyncio.Lock] = {}
@@ -122,7 +122,7 @@ class Courses:
                 course = await asyncio.to_thread(self._kept.read, place) if is_own else None
                 if course is None:
                     await self._wait_for(shown.experiment.id)
-                    course = await tasks.run(enact_failure, name)
+                    course = await tasks.run(run_with_and_without_cure, name)
                     if is_own:
                         await asyncio.to_thread(self._kept.write, place, course)
                 self._known[name] = FailureCourse.model_validate(course)

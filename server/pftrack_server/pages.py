@@ -18,7 +18,7 @@ from starlette.types import Scope
 
 from pftrack_server.api.dependencies import AFollower, TheLessons
 from pftrack_server.errors import NotFoundError
-from pftrack_server.follow.guest import Guest, guest_of
+from pftrack_server.follow.participant import Participant, participant_of
 from pftrack_server.frontend import FRONTEND
 
 __all__ = ["install"]
@@ -76,7 +76,7 @@ async def lesson(request: Request, lesson: str, lessons: TheLessons) -> Response
     except NotFoundError as error:
         return _page("learn/lesson.html", error.status)
     return (
-        _page("learn/lesson.html", guest=guest_of(request.scope))
+        _page("learn/lesson.html", participant=participant_of(request.scope))
         if found.id == lesson
         else RedirectResponse(f"/learn/{found.id}")
     )
@@ -105,13 +105,13 @@ async def compare() -> Response:
 async def session(request: Request, session: str) -> Response:
     """Return the page of a session, which finds out by itself whether there is one."""
     del session
-    return _page("session/session.html", guest=guest_of(request.scope))
+    return _page("session/session.html", participant=participant_of(request.scope))
 
 
 @router.get("/follow")
-async def follow(guest: AFollower) -> Response:
+async def follow(participant: AFollower) -> Response:
     """Return the page of those who follow."""
-    return _page("follow/follow.html", guest=guest)
+    return _page("follow/follow.html", participant=participant)
 
 
 @router.get("/sweep/new")
@@ -151,15 +151,15 @@ def _version() -> str:
     return name
 
 
-def _page(name: str, status: int = HTTPStatus.OK, *, guest: Guest | None = None) -> Response:
-    prefix = guest.prefix if guest else ""
+def _page(name: str, status: int = HTTPStatus.OK, *, participant: Participant | None = None) -> Response:
+    prefix = participant.prefix if participant else ""
     text = (FRONTEND / name).read_text(encoding="utf-8")
     links = "".join(f'<link rel="modulepreload" href="{STATIC}{module}">\n' for module in _modules(name))
     text = text.replace("</head>", f"{links}</head>", 1).replace(
         f'"{STATIC}', f'"{prefix}{STATIC}version/{_version()}/'
     )
-    if guest:
-        about = f'data-guest="{guest.claim.role}" data-class="{guest.claim.follow}"'
+    if participant:
+        about = f'data-guest="{participant.claim.role}" data-class="{participant.claim.follow}"'
         text = text.replace("<html ", f"<html {about} ", 1)
     return HTMLResponse(text, status, headers={"Cache-Control": "no-cache"})
 

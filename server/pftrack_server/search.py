@@ -5,7 +5,7 @@ from datetime import datetime, tzinfo
 
 from pftrack.experiments import EXPERIMENTS
 
-__all__ = ["Words", "dated", "named"]
+__all__ = ["Words", "date_words", "experiment_words"]
 
 
 class Words:
@@ -14,13 +14,13 @@ class Words:
     def __init__(self, text: str) -> None:
         self._words = text.casefold().split()
 
-    def are_in(self, *texts: object) -> bool:
+    def occur_in(self, *texts: object) -> bool:
         """Tell whether all of them occur in what these texts say together."""
         said = " ".join(str(text) for text in texts).casefold()
         return all(word in said for word in self._words)
 
 
-def named(experiment: str, trackers: Iterable[str]) -> str:
+def experiment_words(experiment: str, trackers: Iterable[str]) -> str:
     """Return an experiment and trackers of it by names and titles; of what there is no more, the names alone."""
     names = [experiment, *trackers]
     known = EXPERIMENTS.get(experiment)
@@ -29,7 +29,7 @@ def named(experiment: str, trackers: Iterable[str]) -> str:
     return " ".join(names)
 
 
-def dated(created: str, zone: tzinfo) -> str:
+def date_words(created: str, zone: tzinfo) -> str:
     """Return a moment as it may be looked for: in digits, in words, and "today" on that day.
 
     Args:

@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Self
 
-from pftrack_server.comparisons.references import House
+from pftrack_server.comparisons.references import RunSources
 from pftrack_server.comparisons.service import Comparisons
 from pftrack_server.compilation import Compilation
 from pftrack_server.failures import Courses
@@ -67,7 +67,7 @@ class Services:
         metrics.watch(manager, sweeps)
         imports = Imports(settings, store, tasks)
         exports = Exports(settings, store, tasks)
-        comparisons = Comparisons(settings, House(store, manager, sweeps, tasks), compilation.wait_for)
+        comparisons = Comparisons(settings, RunSources(store, manager, sweeps, tasks), compilation.wait_for)
         lessons = Lessons(settings.data_dir / "lessons", settings.data_dir / "lessons-computed", tasks)
         await lessons.open()
         follows = Follows(settings, manager, lessons)

@@ -10,7 +10,7 @@ from pftrack.model.parameters import ParameterError
 from pftrack_server.errors import ApiError
 from pftrack_server.store.disk_budget import DISK_FULL, is_full
 
-__all__ = ["failure", "told"]
+__all__ = ["describe", "failure_message"]
 
 MEANINGS = {
     errno.EFBIG: (
@@ -29,16 +29,16 @@ MEANINGS = {
 }
 
 
-def failure(error: BaseException) -> str:
+def failure_message(error: BaseException) -> str:
     """Return the sentence for something that failed after the request for it was answered."""
     if isinstance(error, ApiError | ParameterError):
         return str(error)
     if isinstance(error, OSError | DBAPIError):
-        return told(error)[1]
+        return describe(error)[1]
     return "The server made a mistake; it is written down in its log."
 
 
-def told(error: Exception) -> tuple[HTTPStatus, str]:
+def describe(error: Exception) -> tuple[HTTPStatus, str]:
     """Return the status and the sentence with which a request is answered that met an error of the system."""
     if is_full(error):
         # A database tells the one from the other no more than it tells paths.

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from pftrack.sources.sequence import DEFAULT_LIMITS
-from pftrack_server.tasks.functions import survey
+from pftrack_server.tasks.functions import index_frames
 
 HARM = Path(f"/tmp/harm-of-{os.getuid()}")  # noqa: S108 - the same for a child without TMPDIR
 NAMES = ("AS", "CPU", "FSIZE", "NOFILE", "CORE")
@@ -187,7 +187,7 @@ def take_long(steps: int, each_s: float) -> Generator[tuple[int, int], None, dic
 
 def decode_and_look_around(path: str) -> dict[str, str]:
     """Decode a file, and tell the environment in which that was done."""
-    survey(path, DEFAULT_LIMITS, 1 << 30)
+    index_frames(path, DEFAULT_LIMITS, 1 << 30)
     return dict(os.environ)
 
 

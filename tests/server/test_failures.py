@@ -9,7 +9,7 @@ import pytest
 from pftrack.experiments import EXPERIMENTS
 from pftrack.failures import gallery
 from pftrack_server.failures import Courses, failure_named
-from pftrack_server.tasks.kept import Kept
+from pftrack_server.tasks.disk_cache import DiskCache
 from tests.server.host import Server
 from tests.session_requests import session_request
 
@@ -67,7 +67,7 @@ def test_what_its_runs_come_to_is_computed_here(client: httpx.Client, server: Se
 
 def test_what_another_program_has_computed_is_forgotten(tmp_path: Path) -> None:
     """Results are read as they were written; those of another version, and what is damaged, are not there."""
-    kept = Kept(tmp_path)
+    kept = DiskCache(tmp_path)
     kept.open()
     kept.write("one", {"value": 1.5})
     kept.write("two", {})

@@ -182,7 +182,7 @@ def test_a_process_that_goes_wrong_becomes_a_sentence(
     clip: Path, monkeypatch: pytest.MonkeyPatch, harm: Callable[..., Any], sentence: str
 ) -> None:
     """A crash, silence, nonsense, a flood or a hang of the process is told in one sentence."""
-    monkeypatch.setattr(module, "survey", harm)
+    monkeypatch.setattr(module, "index_frames", harm)
     monkeypatch.setattr("pftrack.process.worker.LAST_WORDS_S", 0.3)
     with pytest.raises(SourceError, match=sentence):
         probe(clip, silence_s=1 if harm is hostile.hang else 60)
@@ -197,7 +197,7 @@ def test_the_server_goes_on(clip: Path, monkeypatch: pytest.MonkeyPatch) -> None
         tasks = ChildTasks(Queues())
         good = [asyncio.ensure_future(module.probe(tasks, clip, DEFAULT_LIMITS)) for _ in range(4)]
         await asyncio.sleep(0)  # each has begun
-        monkeypatch.setattr(module, "survey", hostile.crash)
+        monkeypatch.setattr(module, "index_frames", hostile.crash)
         return await asyncio.gather(*good, module.probe(tasks, clip, DEFAULT_LIMITS), return_exceptions=True)
 
     *good, bad = run(side_by_side())

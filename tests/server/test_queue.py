@@ -13,7 +13,7 @@ import pytest
 
 from pftrack_server.errors import ClientGoneError
 from pftrack_server.tasks.child_tasks import ChildTasks
-from pftrack_server.tasks.functions import nothing
+from pftrack_server.tasks.functions import do_nothing
 from pftrack_server.tasks.queue import Queue, unless_gone
 from tests.server.apart import run
 from tests.server.host import Server
@@ -114,7 +114,7 @@ def test_work_ends_with_its_client() -> None:
 
 async def drop_as_it_begins(tasks: ChildTasks) -> None:
     for wait_s in (0.0, 0.001, 0.003, 0.01) * 10:
-        begun = asyncio.create_task(tasks.run(nothing))
+        begun = asyncio.create_task(tasks.run(do_nothing))
         await asyncio.sleep(wait_s)
         begun.cancel()
         await asyncio.gather(begun, return_exceptions=True)

@@ -5,7 +5,7 @@ from datetime import UTC, datetime, timedelta, timezone
 import httpx
 import pytest
 
-from pftrack_server.search import Words, dated
+from pftrack_server.search import Words, date_words
 from tests.server.host import begin
 
 
@@ -47,9 +47,9 @@ def test_dates_are_those_of_who_looks(client: httpx.Client, kept: dict[str, str]
     """Late on the third of March in London is early on the fourth in Tokyo, and is found as it is shown there."""
     late = "2026-03-03T23:30:00+00:00"
     tokyo = timezone(timedelta(hours=9))
-    assert Words("4 March 08:30 2026-03-04").are_in(dated(late, tokyo))
-    assert Words("3 March 23:30 2026-03-03").are_in(dated(late, UTC))
-    assert not Words("today").are_in(dated(late, tokyo))
+    assert Words("4 March 08:30 2026-03-04").occur_in(date_words(late, tokyo))
+    assert Words("3 March 23:30 2026-03-03").occur_in(date_words(late, UTC))
+    assert not Words("today").occur_in(date_words(late, tokyo))
     # Between the two there is always another day.
     there, here = (datetime.now(timezone(timedelta(hours=hours))) for hours in (14, -11))
     for zone, moment in (("Etc/GMT-14", there), ("Etc/GMT+11", here)):

@@ -15,7 +15,7 @@ from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
 from pftrack_server.viewer.bridge import BURST, MAXIMUM_BYTES, MOST_HZ, bridge
-from pftrack_server.viewer.viser_adapter import is_welcome
+from pftrack_server.viewer.viser_adapter import is_allowed
 from tests.server.apart import run
 from tests.viewer.host import PROTOCOL, Peer, Session, Site, drawing
 from tests.waiting import wait_for
@@ -71,13 +71,13 @@ def test_text_ends_the_connection(session: Session, site: Site) -> None:
 )
 def test_only_what_the_scene_needs_is_let_through(message: object, welcome: bool) -> None:
     """Uploads, tunnels and attributes of controls are not for browsers."""
-    assert is_welcome(msgspec.msgpack.encode(message)) is welcome
+    assert is_allowed(msgspec.msgpack.encode(message)) is welcome
 
 
 @pytest.mark.parametrize("data", [b"", b"\xc1", b"\x81", b"not msgpack at all", b"\x81\xa4type" + b"\x91" * 9000])
 def test_rubbish_is_dropped(data: bytes) -> None:
     """What is no message is not forwarded."""
-    assert not is_welcome(data)
+    assert not is_allowed(data)
 
 
 def test_a_message_from_nowhere_does_not_end_the_connection(session: Session, site: Site) -> None:
@@ -133,7 +133,7 @@ def test_a_browser_that_says_too_much_is_heard_slowly(
         heard += 1
         return False
 
-    monkeypatch.setattr(sys.modules[bridge.__module__], "is_welcome", count)
+    monkeypatch.setattr(sys.modules[bridge.__module__], "is_allowed", count)
     with Peer(site.scene) as peer:
         wait_for(lambda: heard == 1)
         begun = time.monotonic()

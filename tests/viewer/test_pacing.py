@@ -40,9 +40,9 @@ def test_a_line_is_held_once_the_answer_is_overdue() -> None:
     pace = Pace(line)
     expected = []
     for _ in range(3):
-        pace.asked()
-        pace.answered()
-        pace.asked()
+        pace.note_question()
+        pace.note_answer()
+        pace.note_question()
         expected.append(line.patience_s)
     assert expected == pytest.approx([0.4 + LATE_S, 0.4 + LATE_S, 0.02 + LATE_S])
 
@@ -51,9 +51,9 @@ def test_a_browser_that_is_loading_is_not_held() -> None:
     """Its first answer may take seconds."""
     line = Line(4.0)
     pace = Pace(line)
-    pace.asked()
+    pace.note_question()
     pace.silent()
-    pace.asked()
+    pace.note_question()
     assert line.patience_s == math.inf
 
 
@@ -61,11 +61,11 @@ def test_a_question_that_was_given_up_says_nothing_of_the_distance() -> None:
     """A frozen tab gets a few frames, so that it finds the newest when it thaws, and is held again."""
     line = Line(0.5, 0.02)
     pace = Pace(line)
-    pace.asked()
-    pace.answered()
-    pace.asked()
+    pace.note_question()
+    pace.note_answer()
+    pace.note_question()
     pace.silent()
-    pace.asked()
+    pace.note_question()
     assert line.patience_s == pytest.approx(0.5 + LATE_S)
 
 

@@ -58,7 +58,7 @@ def session() -> Iterator[Session]:
 
 def test_a_world_stands_to_the_right_of_the_picture() -> None:
     """Its ball is as high as the picture and clear of it; up is up and its front looks at the viewer."""
-    placed = dict(worlds.placed(with_worlds(inside())))
+    placed = dict(worlds.place_worlds(with_worlds(inside())))
     points = placed["world head: points"]
     assert isinstance(points, Points)
     scale = 240 / 2 / 50
@@ -71,7 +71,7 @@ def test_a_world_stands_to_the_right_of_the_picture() -> None:
 
 def test_worlds_stand_side_by_side() -> None:
     """The second is as far from the first as that is from the picture."""
-    placed = dict(worlds.placed(with_worlds(inside(), replace(inside(), world=replace(HEAD, name="other")))))
+    placed = dict(worlds.place_worlds(with_worlds(inside(), replace(inside(), world=replace(HEAD, name="other")))))
     first, second = placed["world head: points"], placed["world other: points"]
     assert isinstance(first, Points)
     assert isinstance(second, Points)
@@ -80,7 +80,7 @@ def test_worlds_stand_side_by_side() -> None:
 
 def test_a_world_has_its_title_and_its_ruler_beside_it() -> None:
     """They say the unit, and the ruler is as long as it says, in each direction."""
-    placed = dict(worlds.placed(with_worlds(inside())))
+    placed = dict(worlds.place_worlds(with_worlds(inside())))
     title, line, length = (placed[f"world head: {name}"] for name in ("title", "ruler", "ruler length"))
     assert isinstance(title, Text)
     assert isinstance(line, Links)

@@ -9,10 +9,10 @@ from starlette.requests import HTTPConnection
 from pftrack.experiment import Experiment
 from pftrack_server.comparisons.service import Comparisons
 from pftrack_server.errors import NotFoundError, RefusedError
-from pftrack_server.experiments import asked_for
+from pftrack_server.experiments import find_experiment
 from pftrack_server.follow.follow import Follow
 from pftrack_server.follow.follows import Follows
-from pftrack_server.follow.guest import Guest, guest_of
+from pftrack_server.follow.participant import Participant, participant_of
 from pftrack_server.lessons.service import Lessons
 from pftrack_server.middleware.body_limit import lift_limit
 from pftrack_server.runs.exports import Exports
@@ -52,7 +52,7 @@ __all__ = [
     "TheServices",
     "TheTasks",
     "Ticket",
-    "gone",
+    "wait_until_gone",
 ]
 
 
@@ -81,10 +81,10 @@ def _sweeps(services: TheServices) -> Sweeps:
 
 
 def _tasks(request: Request, services: TheServices) -> ChildTasks:
-    return replace(services.tasks, gone=lambda: gone(request))
+    return replace(services.tasks, gone=lambda: wait_until_gone(request))
 
 
-async def gone(request: Request) -> None:
+async def wait_until_gone(request: Request) -> None:
     """Wait until the client of a request whose body has been read hangs up."""
     while (await request.receive())["type"] != "http.disconnect":
         pass
@@ -99,7 +99,7 @@ class Begins(Protocol):
 
 def _begin(request: Request, manager: Annotated[Manager, Depends(_manager)]) -> Begins:
     async def begin(spec: SessionSpec, prepare: Prepare | None = None) -> Session:
-        return await unless_gone(manager.create(spec, prepare), lambda: gone(request))
+        return await unless_gone(manager.create(spec, prepare), lambda: wait_until_gone(request))
 
     return begin
 
@@ -155,7 +155,7 @@ TheFollows = Annotated[Follows, Depends(_follows)]
 
 def _experiment(experiment: Annotated[str, Path(max_length=64)]) -> Experiment:
     try:
-        return asked_for(experiment)
+        return find_experiment(experiment)
     except RefusedError as error:
         raise NotFoundError(str(error)) from None
 
@@ -186,15 +186,15 @@ def _follow(follow: Annotated[str, Path(max_length=64)], follows: TheFollows) ->
     return follows.get(follow)
 
 
-def _follower(connection: HTTPConnection) -> Guest:
-    guest = guest_of(connection.scope)
-    if guest is None:
+def _follower(connection: HTTPConnection) -> Participant:
+    participant = participant_of(connection.scope)
+    if participant is None:
         raise NotFoundError("This address belongs to followers; open the link of the class.")
-    return guest
+    return participant
 
 
 AFollow = Annotated[Follow, Depends(_follow)]
-AFollower = Annotated[Guest, Depends(_follower)]
+AFollower = Annotated[Participant, Depends(_follower)]
 AnExperiment = Annotated[Experiment, Depends(_experiment)]
 ASession = Annotated[Session, Depends(_session)]
 ASweep = Annotated[Sweep, Depends(_sweep)]

@@ -11,11 +11,11 @@ from pftrack.exports.formats import exports_of
 from pftrack.runs.record import Record
 from pftrack_server.api.dependencies import ARun, ASession, AStore, TheExports, TheTasks
 from pftrack_server.errors import ConflictError, NotFoundError
-from pftrack_server.experiments import asked_for
+from pftrack_server.experiments import find_experiment
 from pftrack_server.runs.exports import Exporting, Subject
 from pftrack_server.schemas.exports import ExportJobPublic, ExportsPublic, PlotChoice
 from pftrack_server.sessions.view import EXPORTS
-from pftrack_server.system_errors import failure
+from pftrack_server.system_errors import failure_message
 from pftrack_server.tasks.functions import read_record
 
 __all__ = ["router"]
@@ -38,7 +38,7 @@ async def export_session(session: ASession, export: Name, exports: TheExports, p
 @router.get("/runs/{run}/exports")
 def list_exports(run: ARun) -> ExportsPublic:
     """List what a saved run can be exported as."""
-    experiment = asked_for(run.experiment)
+    experiment = find_experiment(run.experiment)
     return ExportsPublic(
         exports=EXPORTS.validate_python(exports_of(experiment), from_attributes=True),
         plots=[PlotChoice(id=plot.id, title=plot.title) for plot in experiment.plots],
@@ -86,7 +86,7 @@ def _view(job: Exporting) -> ExportJobPublic:
     state, message = "writing", None
     if job.task.done():
         error = asyncio.CancelledError() if job.task.cancelled() else job.task.exception()
-        state, message = ("done", None) if error is None else ("failed", failure(error))
+        state, message = ("done", None) if error is None else ("failed", failure_message(error))
     return ExportJobPublic(
         id=job.id,
         title=job.about.kind.title,

@@ -17,32 +17,32 @@ FAREWELL = "The class has ended."
 
 
 @router.get("")
-async def show(guest: AFollower) -> FollowPublic:
+async def show(participant: AFollower) -> FollowPublic:
     """Tell a follower what the class follows and is asked, and what is the follower's own."""
-    return guest.follow.view(guest.seat)
+    return participant.follow.view(participant.seat)
 
 
 @router.put("/vote")
-async def vote(guest: AFollower, body: VoteRequest) -> VotePublic:
+async def vote(participant: AFollower, body: VoteRequest) -> VotePublic:
     """Answer what the class is asked, in place of an earlier answer."""
-    return guest.follow.vote(guest.seat, body.poll, body.answer)
+    return participant.follow.vote(participant.seat, body.poll, body.answer)
 
 
 @router.post("/fork", status_code=HTTPStatus.CREATED)
-async def fork(guest: AFollower, body: ForkCreate, follows: TheFollows) -> ForkPublic:
+async def fork(participant: AFollower, body: ForkCreate, follows: TheFollows) -> ForkPublic:
     """Begin a session of the follower's own where one of the class's stands, or let the follower turn the figure."""
-    return guest.follow.fork_view(await follows.fork(guest, body))
+    return participant.follow.fork_view(await follows.fork(participant, body))
 
 
 @router.delete("/fork", status_code=HTTPStatus.NO_CONTENT)
-async def give_back(guest: AFollower, follows: TheFollows) -> None:
+async def give_back(participant: AFollower, follows: TheFollows) -> None:
     """End what the follower tries, so that somebody else can."""
-    follows.give_back(guest)
+    follows.end_fork(participant)
 
 
 @router.websocket("/stream")
-async def stream(websocket: WebSocket, guest: AFollower) -> None:
+async def stream(websocket: WebSocket, participant: AFollower) -> None:
     """Greet a follower, then tell of all that changes."""
     await websocket.accept()
-    with guest.follow.listen(guest.seat) as listener:
+    with participant.follow.listen(participant.seat) as listener:
         await converse(websocket, listener, lambda text: listener.answer(ping(text).sent), FAREWELL)

@@ -10,7 +10,7 @@ from starlette.responses import Response
 
 from pftrack_server.api.dependencies import AFollow, TheFollows, TheLessons, TheServices
 from pftrack_server.errors import ConflictError, NotFoundError
-from pftrack_server.follow.guest import guest_of
+from pftrack_server.follow.participant import participant_of
 from pftrack_server.follow.poll import Poll
 from pftrack_server.schemas.follows import FollowCreate, FollowOwned, FollowUpdate, PollCreate
 from pftrack_server.schemas.lessons import FigurePublic, FigureRequest
@@ -29,26 +29,26 @@ async def begin_follow(body: FollowCreate, follows: TheFollows, request: Request
     """Let a class follow up to four sessions, a lesson, or both."""
     origin = request.headers.get("origin") or str(request.base_url).rstrip("/")
     follow = await follows.begin(body, origin)
-    return follow.owned()
+    return follow.owner_view()
 
 
 @router.get("")
 async def list_follows(follows: TheFollows) -> list[FollowOwned]:
     """List all classes that follow, the newest first."""
-    return [follow.owned() for follow in follows.all]
+    return [follow.owner_view() for follow in follows.all]
 
 
 @router.get("/{follow}")
 async def show_follow(follow: AFollow) -> FollowOwned:
     """Tell everything about a class."""
-    return follow.owned()
+    return follow.owner_view()
 
 
 @router.patch("/{follow}")
 async def change_follow(follow: AFollow, body: FollowUpdate, follows: TheFollows, request: Request) -> FollowOwned:
     """Change what a class follows, or its limits."""
-    await follows.change(follow, body, guest_of(request.scope))
-    return follow.owned()
+    await follows.change(follow, body, participant_of(request.scope))
+    return follow.owner_view()
 
 
 @router.delete("/{follow}", status_code=HTTPStatus.NO_CONTENT)
@@ -60,7 +60,7 @@ async def end_follow(follow: AFollow, follows: TheFollows) -> None:
 @router.get("/{follow}/qr.svg", response_class=Response, responses={200: {"content": {"image/svg+xml": {}}}})
 async def qr_code(follow: AFollow, link: Annotated[int, Query(ge=0)] = 0) -> Response:
     """Return a link for followers as a QR code."""
-    links = follow.owned().links
+    links = follow.owner_view().links
     if link >= len(links):
         raise NotFoundError(f"The class has {len(links)} links, counted from 0.")
     picture = io.BytesIO()
@@ -73,9 +73,9 @@ async def qr_code(follow: AFollow, link: Annotated[int, Query(ge=0)] = 0) -> Res
 @router.post("/{follow}/figure", response_class=Response, responses={200: {"model": FigurePublic}})
 async def show_figure(follow: AFollow, body: FigureRequest, lessons: TheLessons) -> Response:
     """Return what the lesson that is followed comes to at some parameters, and show it to the class."""
-    if follow.shown.lesson_id is None:
+    if follow.content.lesson_id is None:
         raise ConflictError("The class follows no lesson.")
-    lesson = await lessons.get(follow.shown.lesson_id)
+    lesson = await lessons.get(follow.content.lesson_id)
     figure = await lessons.figure(lesson, body)
     follow.show_figure(lesson.id, figure)
     return Response(figure, media_type="application/json")
@@ -85,14 +85,14 @@ async def show_figure(follow: AFollow, body: FigureRequest, lessons: TheLessons)
 async def ask(follow: AFollow, body: PollCreate) -> FollowOwned:
     """Ask the class something, in place of what it was asked before."""
     follow.ask(Poll.ask(body.question, body.answers))
-    return follow.owned()
+    return follow.owner_view()
 
 
 @router.post("/{follow}/poll/reveal")
 async def reveal(follow: AFollow) -> FollowOwned:
     """Show everybody how many gave which answer; nobody can answer any more."""
-    follow.ask(_asked(follow).reveal())
-    return follow.owned()
+    follow.ask(_current_poll(follow).reveal())
+    return follow.owner_view()
 
 
 @router.delete("/{follow}/poll", status_code=HTTPStatus.NO_CONTENT)
@@ -114,7 +114,7 @@ async def stream(websocket: WebSocket, follow: str, services: TheServices) -> No
         await converse(websocket, listener, lambda text: listener.answer(ping(text).sent), FAREWELL)
 
 
-def _asked(follow: AFollow) -> Poll:
+def _current_poll(follow: AFollow) -> Poll:
     if follow.poll is None:
         raise ConflictError("The class is asked nothing at the moment.")
     return follow.poll

@@ -8,7 +8,7 @@ from starlette.responses import Response
 
 from pftrack.lessons import Lesson
 from pftrack_server.api.dependencies import TheLessons
-from pftrack_server.lessons.computed import Job
+from pftrack_server.lessons.results import Job
 from pftrack_server.lessons.views import checks_view, detail_view, list_view, verdict_view
 from pftrack_server.schemas.lessons import (
     AnswerRequest,

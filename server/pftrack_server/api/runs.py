@@ -17,7 +17,7 @@ from pftrack_server.api.dependencies import (
     TakesFiles,
     TheImports,
     TheTasks,
-    gone,
+    wait_until_gone,
 )
 from pftrack_server.api.uploads import MULTIPART
 from pftrack_server.errors import ClientGoneError, NotFoundError
@@ -31,7 +31,7 @@ from pftrack_server.tasks.jobs import failure_of
 from pftrack_server.tasks.queue import unless_gone
 from pftrack_server.uploads.multipart import receive
 
-__all__ = ["router", "shown"]
+__all__ = ["router", "run_view"]
 
 router = APIRouter(prefix="/runs", tags=["runs"])
 
@@ -48,7 +48,7 @@ async def save_run(body: RunCreate, manager: AManager, store: AStore, settings: 
     """Save the active branch of a session."""
     session = manager.get(body.session)
     await asyncio.to_thread(check_room, store, settings)
-    return shown(await save(store, session, body.title))
+    return run_view(await save(store, session, body.title))
 
 
 @router.post(
@@ -67,12 +67,12 @@ async def import_run(
     received = await receive(request, folder, store.disk_budget, most_bytes=settings.max_record_bytes, most_files=1)
     begun = imports.bring_in(folder, received)
     try:
-        await unless_gone(asyncio.wait({begun.task}, timeout=IMPORT_S), lambda: gone(request))
+        await unless_gone(asyncio.wait({begun.task}, timeout=IMPORT_S), lambda: wait_until_gone(request))
     except ClientGoneError:
         await imports.cancel(begun.id)
         raise
     if begun.task.done():
-        return shown(await begun.task)
+        return run_view(await begun.task)
     answer.status_code = HTTPStatus.ACCEPTED
     return _job(begun)
 
@@ -98,13 +98,13 @@ async def cancel_import(name: Name, imports: TheImports) -> None:
 @router.get("")
 def list_runs(store: AStore) -> list[RunPublic]:
     """List all saved runs, the newest first."""
-    return [shown(row) for row in store.runs()]
+    return [run_view(row) for row in store.runs()]
 
 
 @router.get("/{run}")
 def show_run(run: ARun) -> RunPublic:
     """Tell about a saved run."""
-    return shown(run)
+    return run_view(run)
 
 
 @router.delete("/{run}", status_code=HTTPStatus.NO_CONTENT)
@@ -149,7 +149,7 @@ def _job(job: Import) -> ImportPublic:
     return ImportPublic(**known, state="failed", run=None, message=message)
 
 
-def shown(row: RunRow) -> RunPublic:
+def run_view(row: RunRow) -> RunPublic:
     """Return a saved run as everybody outside sees it."""
     return RunPublic(
         id=row.id,

@@ -5,7 +5,7 @@ from starlette.responses import RedirectResponse, Response
 
 from pftrack_server.api.dependencies import ASession, TheServices
 from pftrack_server.errors import NotFoundError
-from pftrack_server.follow.guest import guest_of
+from pftrack_server.follow.participant import participant_of
 from pftrack_server.stream.duplex import GONE
 
 __all__ = ["router", "warm"]
@@ -62,6 +62,8 @@ async def websocket(websocket: WebSocket, session: str, services: TheServices) -
         await websocket.close(GONE, "There is no such session; it may have been ended.")
         return
     endpoint = await found.open_scene()
-    guest = guest_of(websocket.scope)
+    participant = participant_of(websocket.scope)
     with found.scene_feed.watch():
-        await bridge(websocket, endpoint, looks_only=guest is not None and session not in guest.reach.steered)
+        await bridge(
+            websocket, endpoint, looks_only=participant is not None and session not in participant.reach.steered
+        )

@@ -28,7 +28,7 @@ async def stream(websocket: WebSocket, session: str, services: TheServices) -> N
     """Greet a page, then tell it everything that happens until one of the two leaves."""
     found = await _accept(websocket, session, services)
     if found is not None:
-        async with _awake(found, services):
+        async with _keep_awake(found, services):
             with found.listeners.join() as listener:
                 await converse(websocket, listener, lambda text: listener.answer(ping(text).sent), FAREWELL)
 
@@ -38,9 +38,9 @@ async def drawings(websocket: WebSocket, session: str, services: TheServices) ->
     """Send a page the newest drawing again and again, as fast as it says that it has painted them."""
     found = await _accept(websocket, session, services)
     if found is not None:
-        async with _awake(found, services):
+        async with _keep_awake(found, services):
             with found.drawing_feed.join() as watcher:
-                await converse(websocket, watcher, lambda text: watcher.painted(painted(text).count), FAREWELL)
+                await converse(websocket, watcher, lambda text: watcher.acknowledge(painted(text).count), FAREWELL)
 
 
 async def _accept(websocket: WebSocket, name: str, services: Services) -> Session | None:
@@ -53,7 +53,7 @@ async def _accept(websocket: WebSocket, name: str, services: Services) -> Sessio
 
 
 @asynccontextmanager
-async def _awake(session: Session, services: Services) -> AsyncIterator[None]:
+async def _keep_awake(session: Session, services: Services) -> AsyncIterator[None]:
     """Have a suspended session go on, since somebody is here again."""
     waking = asyncio.ensure_future(_wake(session, services))
     try:

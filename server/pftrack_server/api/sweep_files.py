@@ -64,7 +64,7 @@ async def download(
         if form == "html":
             page = next(folder.glob("*.html"))
             return FileResponse(page, media_type="text/html", filename=f"{name}.html", background=after)
-        path = await asyncio.to_thread(_zipped, folder, f"{name}.zip")
+        path = await asyncio.to_thread(_zip, folder, f"{name}.zip")
         return FileResponse(path, media_type="application/zip", filename=f"{name}.zip", background=after)
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)
@@ -94,7 +94,7 @@ def _gather(sweep: Sweep, path: Path) -> Path:
     return path
 
 
-def _zipped(folder: Path, name: str) -> Path:
+def _zip(folder: Path, name: str) -> Path:
     path = folder / name
     with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
         for picture in _pictures(folder):

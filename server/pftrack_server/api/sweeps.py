@@ -12,7 +12,7 @@ from pftrack_server.schemas.messages import SessionPublic
 from pftrack_server.schemas.sweep_views import CellsPublic, Correction, EstimatePublic, RowsPublic, SweepPublic, Test
 from pftrack_server.schemas.sweeps import EstimateRequest, OpenRequest, SweepCreate
 from pftrack_server.sweeps.examples import example
-from pftrack_server.sweeps.opening import opened
+from pftrack_server.sweeps.opening import session_spec
 
 __all__ = ["router"]
 
@@ -120,5 +120,5 @@ async def open_row(
 ) -> SessionPublic:
     """Start a session with exactly this run, or the same with another method, ten frames before the first loss."""
     tracker = body.tracker if body else None
-    spec = await asyncio.to_thread(opened, sweep.id, sweep.plan, sweep.results, run, tracker)
+    spec = await asyncio.to_thread(session_spec, sweep.id, sweep.plan, sweep.results, run, tracker)
     return (await begin(spec)).view()

@@ -21,17 +21,17 @@ from pftrack_server.api.dependencies import (
     TheServices,
     TheTasks,
     Ticket,
-    gone,
+    wait_until_gone,
 )
 from pftrack_server.errors import ConflictError, NotFoundError, RefusedError
 from pftrack_server.schemas.uploads import SightingPublic, SuitabilityPublic, TruthPublic, UploadPublic
 from pftrack_server.store.files import is_name
 from pftrack_server.store.tables import UploadRow
-from pftrack_server.tasks.functions import Question, find_mark, frame_jpeg
+from pftrack_server.tasks.functions import TargetSearch, find_mark, frame_jpeg
 from pftrack_server.tasks.queue import unless_gone
 from pftrack_server.uploads.intake import check_room, index_of, limits_of, take_in
 from pftrack_server.uploads.multipart import receive
-from pftrack_server.uploads.truth import forget_truth, keep_truth, kept_truth
+from pftrack_server.uploads.truth import discard_truth, load_truth, store_truth
 
 __all__ = ["router"]
 
@@ -114,12 +114,12 @@ async def add_upload(
     )
     queue = services.queues.light if received.size_bytes <= LIGHT_BYTES else services.queues.heavy
 
-    async def looked_through() -> UploadRow:
+    async def inspect() -> UploadRow:
         async with queue.place(ticket):
             return await take_in(store, settings, tasks, folder, received, services.stopping.is_set)
 
     try:
-        row = await unless_gone(looked_through(), lambda: gone(request))
+        row = await unless_gone(inspect(), lambda: wait_until_gone(request))
     finally:
         await asyncio.to_thread(shutil.rmtree, folder, ignore_errors=True)
     return UploadPublic.model_validate(row)
@@ -180,7 +180,7 @@ async def find_target(
 ) -> SightingPublic:
     """Look for an experiment's target from a frame on, or by a hint there; ask again with `looked` to go on looking."""
     experiment.check_footage(upload.kind)
-    question = Question(experiment.id, frame, last, looked, hint)
+    question = TargetSearch(experiment.id, frame, last, looked, hint)
     where = str(store.files.upload(upload.id))
     index = await index_of(store, settings, tasks, upload.id)
     return SightingPublic(**await tasks.run(find_mark, where, index, question, limits_of(settings)))
@@ -207,16 +207,16 @@ async def give_truth(
     """Take in a table of what is truly so in an upload; sessions that begin from then on are measured by it."""
     folder = store.files.new_incoming()
     received = await receive(request, folder, store.disk_budget, most_bytes=LARGEST_FILE_BYTES, most_files=1)
-    return await keep_truth(store, tasks, upload, experiment, folder, received)
+    return await store_truth(store, tasks, upload, experiment, folder, received)
 
 
 @router.get("/{upload}/truth")
 def show_truth(upload: AnUpload, experiment: ForExperiment, store: AStore) -> TruthPublic | None:
     """Tell in short what truth was given for an upload, of the kind that goes with an experiment; null if none was."""
-    return kept_truth(store, upload.id, experiment)
+    return load_truth(store, upload.id, experiment)
 
 
 @router.delete("/{upload}/truth", status_code=HTTPStatus.NO_CONTENT)
 def remove_truth(upload: AnUpload, experiment: ForExperiment, store: AStore) -> None:
     """Forget the truth that was given for an upload."""
-    forget_truth(store, upload.id, experiment)
+    discard_truth(store, upload.id, experiment)

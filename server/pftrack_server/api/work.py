@@ -9,12 +9,12 @@ from zoneinfo import ZoneInfo
 from fastapi import APIRouter, Query
 
 from pftrack_server.api.dependencies import AManager, AStore, ASweeps
-from pftrack_server.api.runs import shown
+from pftrack_server.api.runs import run_view
 from pftrack_server.schemas.messages import SessionPublic
 from pftrack_server.schemas.sweep_views import SweepPublic
 from pftrack_server.schemas.uploads import UploadPublic
 from pftrack_server.schemas.work import Kind, WorkCounts, WorkPublic
-from pftrack_server.search import Words, dated, named
+from pftrack_server.search import Words, date_words, experiment_words
 from pftrack_server.store.tables import RunRow, UploadRow
 
 __all__ = ["router"]
@@ -51,7 +51,7 @@ async def find_work(
 
     return WorkPublic(
         sessions=these[: most("sessions")],
-        runs=[shown(row) for row in saved[: most("runs")]],
+        runs=[run_view(row) for row in saved[: most("runs")]],
         sweeps=swept[: most("sweeps")],
         uploads=[UploadPublic.model_validate(row) for row in sent[: most("uploads")]],
         found=WorkCounts(sessions=len(these), runs=len(saved), sweeps=len(swept), uploads=len(sent)),
@@ -62,20 +62,20 @@ async def find_work(
 def _having(
     words: Words, zone: tzinfo, things: Sequence[Thing], texts: Callable[[Thing], tuple[object, ...]]
 ) -> list[Thing]:
-    return [thing for thing in things if words.are_in(*texts(thing), dated(thing.created, zone))]
+    return [thing for thing in things if words.occur_in(*texts(thing), date_words(thing.created, zone))]
 
 
 def _of_session(session: SessionPublic) -> tuple[object, ...]:
-    kept = named(session.recipe.experiment, [session.tracker])
+    kept = experiment_words(session.recipe.experiment, [session.tracker])
     return session.title, kept, f"seed {session.recipe.seed}", session.state
 
 
 def _of_run(row: RunRow) -> tuple[object, ...]:
-    return row.title, named(row.experiment, [row.tracker]), row.outcome, f"seed {row.seed}"
+    return row.title, experiment_words(row.experiment, [row.tracker]), row.outcome, f"seed {row.seed}"
 
 
 def _of_sweep(sweep: SweepPublic) -> tuple[object, ...]:
-    methods = named(sweep.experiment, [tracker.id for tracker in sweep.trackers])
+    methods = experiment_words(sweep.experiment, [tracker.id for tracker in sweep.trackers])
     return sweep.title, methods, sweep.outcome, sweep.state
 
 

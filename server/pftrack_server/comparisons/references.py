@@ -12,7 +12,7 @@ import asyncio
 from typing import NamedTuple
 
 from pftrack_server.errors import NotFoundError, RefusedError
-from pftrack_server.experiments import asked_for
+from pftrack_server.experiments import find_experiment
 from pftrack_server.runs.service import reopen
 from pftrack_server.schemas.comparisons import ComparedRun
 from pftrack_server.schemas.sessions import SessionCreate
@@ -21,13 +21,13 @@ from pftrack_server.sessions.create import as_spec, new_spec
 from pftrack_server.sessions.manager import Manager
 from pftrack_server.store import Store
 from pftrack_server.sweeps.manager import Sweeps
-from pftrack_server.sweeps.opening import opened
+from pftrack_server.sweeps.opening import session_spec
 from pftrack_server.tasks.child_tasks import ChildTasks
 
-__all__ = ["House", "Named", "found"]
+__all__ = ["NamedRun", "RunSources", "find_run"]
 
 
-class House(NamedTuple):
+class RunSources(NamedTuple):
     """Where runs can be."""
 
     store: Store
@@ -36,14 +36,14 @@ class House(NamedTuple):
     tasks: ChildTasks
 
 
-class Named(NamedTuple):
+class NamedRun(NamedTuple):
     """What makes a run, and what people call it, where it has a name."""
 
     spec: SessionSpec
     title: str | None
 
 
-async def found(run: ComparedRun, house: House) -> Named:
+async def find_run(run: ComparedRun, house: RunSources) -> NamedRun:
     """Return what makes a run that somebody wants to compare.
 
     Raises:
@@ -54,11 +54,11 @@ async def found(run: ComparedRun, house: House) -> Named:
     """
     if run.recipe is not None:
         body = SessionCreate(recipe=run.recipe, upload=run.upload)
-        return Named(await asyncio.to_thread(as_spec, body, house.store), None)
+        return NamedRun(await asyncio.to_thread(as_spec, body, house.store), None)
     reference = run.reference or ""
     match reference.split(":"):
         case [name]:
-            return await _saved(name, house)
+            return await _of_saved_run(name, house)
         case [name, place, *tracker] if len(tracker) <= 1:
             if place.isdecimal():
                 return await _of_sweep(name, int(place), *tracker, house=house)
@@ -70,21 +70,21 @@ async def found(run: ComparedRun, house: House) -> Named:
     )
 
 
-async def _saved(name: str, house: House) -> Named:
+async def _of_saved_run(name: str, house: RunSources) -> NamedRun:
     row = await asyncio.to_thread(house.store.run, name)
     if row is None:
         raise NotFoundError(f"There is no saved run {name[:32]!r} any more; it was deleted, or is on another server.")
-    return Named(await reopen(house.store, house.tasks, row), row.title)
+    return NamedRun(await reopen(house.store, house.tasks, row), row.title)
 
 
-def _of_session(name: str, place: str, tracker: str | None = None, *, house: House) -> Named:
+def _of_session(name: str, place: str, tracker: str | None = None, *, house: RunSources) -> NamedRun:
     session = house.manager.find(name)
     branch = session.spec.branches.get(place) if session else None
     if session is None or branch is None:
         raise NotFoundError(f"There is no branch {place[:32]!r} of a session {name[:32]!r} any more; it was ended.")
     recipe, title = branch.recipe, f"{session.card.title}, {branch.title}"
     if tracker is not None:
-        trackers = asked_for(recipe.experiment).trackers
+        trackers = find_experiment(recipe.experiment).trackers
         if tracker not in trackers:
             known = ", ".join(trackers)
             raise RefusedError(
@@ -92,10 +92,10 @@ def _of_session(name: str, place: str, tracker: str | None = None, *, house: Hou
             )
         recipe = recipe.model_copy(update={"tracker": tracker})
     recipe = recipe.with_footage(truth=session.spec.truth)
-    return Named(new_spec(recipe, upload=session.spec.upload), None if tracker else title)
+    return NamedRun(new_spec(recipe, upload=session.spec.upload), None if tracker else title)
 
 
-async def _of_sweep(name: str, run: int, tracker: str | None = None, *, house: House) -> Named:
+async def _of_sweep(name: str, run: int, tracker: str | None = None, *, house: RunSources) -> NamedRun:
     sweep = house.sweeps.get(name)
-    spec = await asyncio.to_thread(opened, sweep.id, sweep.plan, sweep.results, run, tracker)
-    return Named(spec, f"{sweep.view().title}, run {run}")
+    spec = await asyncio.to_thread(session_spec, sweep.id, sweep.plan, sweep.results, run, tracker)
+    return NamedRun(spec, f"{sweep.view().title}, run {run}")

@@ -6,7 +6,7 @@ from typing import Any, TypeAlias
 
 from pftrack.comparison import MOST_RUNS
 from pftrack.model.recipe import Recipe
-from pftrack_server.comparisons.references import House, Named, found
+from pftrack_server.comparisons.references import NamedRun, RunSources, find_run
 from pftrack_server.errors import RefusedError
 from pftrack_server.schemas.comparisons import (
     ComparedPublic,
@@ -21,7 +21,7 @@ from pftrack_server.tasks.comparing import compare_runs, outline_comparison
 from pftrack_server.tasks.jobs import Job, Jobs, failure_of
 from pftrack_server.worker.protocol import WorkerConfig
 
-__all__ = ["Comparing", "Comparisons", "shown"]
+__all__ = ["Comparing", "Comparisons", "comparison_view"]
 
 Comparing: TypeAlias = Job[ComparisonOutline, ComparisonResult]
 
@@ -29,7 +29,7 @@ Comparing: TypeAlias = Job[ComparisonOutline, ComparisonResult]
 class Comparisons(Jobs[ComparisonOutline, ComparisonResult]):
     """All comparisons of a server."""
 
-    def __init__(self, settings: Settings, house: House, wait_for: Callable[[str], Awaitable[None]]) -> None:
+    def __init__(self, settings: Settings, house: RunSources, wait_for: Callable[[str], Awaitable[None]]) -> None:
         """Begin with none.
 
         Args:
@@ -54,24 +54,24 @@ class Comparisons(Jobs[ComparisonOutline, ComparisonResult]):
         if not 2 <= len(runs) <= MOST_RUNS:
             raise RefusedError(f"Expected two to four runs to compare, got {len(runs)}.", field="runs", value=len(runs))
         self.check_room()
-        named = [await found(run, self._house) for run in runs]
+        named = [await find_run(run, self._house) for run in runs]
         for experiment in dict.fromkeys(each.spec.recipe.experiment for each in named):
             await self._wait_for(experiment)
         configs = [self._config(each) for each in named]
         outlined = await self._house.tasks.run(outline_comparison, configs)
 
-        async def computed(on_step: Callable[[int, int], None]) -> ComparisonResult:
+        async def compute(on_step: Callable[[int, int], None]) -> ComparisonResult:
             seconds = self._settings.worker_cpu_seconds
             told = await self._house.tasks.run_long(compare_runs, configs, cpu_seconds=seconds, on_step=on_step)
             return ComparisonResult.model_validate(told)
 
-        return self.begin(_outline(named, outlined), computed)
+        return self.begin(_outline(named, outlined), compute)
 
-    def _config(self, named: Named) -> WorkerConfig:
+    def _config(self, named: NamedRun) -> WorkerConfig:
         return dataclasses.replace(self._house.manager.config(named.spec), states=None)
 
 
-def shown(job: Comparing) -> RunComparisonPublic:
+def comparison_view(job: Comparing) -> RunComparisonPublic:
     """Return a comparison as everybody outside sees it."""
     known = {**dict(job.about), "id": job.id, "done": job.done, "total": job.total}
     if not job.task.done():
@@ -82,7 +82,7 @@ def shown(job: Comparing) -> RunComparisonPublic:
     return RunComparisonPublic(**known, state="failed", result=None, message=message)
 
 
-def _outline(named: Sequence[Named], told: dict[str, Any]) -> ComparisonOutline:
+def _outline(named: Sequence[NamedRun], told: dict[str, Any]) -> ComparisonOutline:
     described = zip(named, told["names"], told["colours"], told["firsts"], strict=True)
     return ComparisonOutline(
         unit=told["unit"],
@@ -92,7 +92,7 @@ def _outline(named: Sequence[Named], told: dict[str, Any]) -> ComparisonOutline:
     )
 
 
-def _compare(named: Named, name: str, colour: str, first: int, *, frames: int) -> ComparedPublic:
+def _compare(named: NamedRun, name: str, colour: str, first: int, *, frames: int) -> ComparedPublic:
     # The truth belongs to the upload, from which whoever makes the run takes it.
     recipe: Recipe = named.spec.recipe.with_footage(truth=None)
     return ComparedPublic(

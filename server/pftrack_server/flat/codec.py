@@ -112,7 +112,7 @@ class DrawingEncoder:
             described.append(_describe(name, item, arrays))
             if isinstance(item, Picture):
                 described[-1]["image_rgb"] = {"key": pictures[name].key, "shape": item.image_rgb.shape}
-        worlds = [_described_world(each, arrays) for each in drawing.worlds]
+        worlds = [_describe_world(each, arrays) for each in drawing.worlds]
         body = arrays.bytes()
         head = {
             "frame": frame,
@@ -138,7 +138,7 @@ def _describe(name: str, item: Primitive, arrays: "_Arrays") -> dict[str, Any]:
     return {"name": name, "kind": type(item).__name__.lower(), **named}
 
 
-def _described_world(drawn: WorldDrawing, arrays: "_Arrays") -> dict[str, Any]:
+def _describe_world(drawn: WorldDrawing, arrays: "_Arrays") -> dict[str, Any]:
     primitives = [_describe(name, item, arrays) for name, item in drawn.primitives.items()]
     return {"world": {**dataclasses.asdict(drawn.world), "ruler": drawn.world.ruler}, "primitives": primitives}
 

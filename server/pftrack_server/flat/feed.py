@@ -37,7 +37,7 @@ class Watcher:
         """Whether it could take one more drawing."""
         return self._sent - self._painted < WINDOW
 
-    def painted(self, count: int) -> None:
+    def acknowledge(self, count: int) -> None:
         """Take note of how many drawings the page has painted, or left out for newer ones, since it came.
 
         Raises:
@@ -118,7 +118,7 @@ class DrawingFeed:
         for watcher in self._watchers:
             watcher.wake()
 
-    def resumed(self) -> None:
+    def on_worker_started(self) -> None:
         """Ask a new worker for its first drawing."""
         for watcher in self._watchers:
             watcher.forget()

@@ -19,7 +19,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from pftrack_server import errors
 from pftrack_server.errors import ApiError, ForbiddenError
 from pftrack_server.follow.follows import Follows
-from pftrack_server.follow.guest import PREFIX, Guest
+from pftrack_server.follow.participant import PREFIX, Participant
 from pftrack_server.follow.places import LECTURER
 from pftrack_server.follow.roles import Standing, is_allowed
 from pftrack_server.frontend import FRONTEND
@@ -56,17 +56,17 @@ class AccessGuard:
             await self._app(scope, receive, send)
             return
         try:
-            guest, inner = self._let_in(scope)
+            participant, inner = self._admit(scope)
             if inner["path"] == "/":
-                await RedirectResponse(_start(guest))(scope, receive, send)
+                await RedirectResponse(_start_address(participant))(scope, receive, send)
             elif scope["type"] == "websocket":
-                await self._serve_socket(guest, inner, receive, send)
+                await self._serve_socket(participant, inner, receive, send)
             else:
-                await self._app(inner, receive, _seated(guest, inner, send))
+                await self._app(inner, receive, _send_with_seat(participant, inner, send))
         except ApiError as error:
             await _refuse(scope, receive, send, error)
 
-    def _let_in(self, scope: Scope) -> tuple[Guest, Scope]:
+    def _admit(self, scope: Scope) -> tuple[Participant, Scope]:
         """Return who comes, and the request as the app is to see it.
 
         Raises:
@@ -74,26 +74,28 @@ class AccessGuard:
         """
         follows: Follows = scope["app"].state.services.follows
         link, _, rest = scope["path"].removeprefix(f"{PREFIX}/").partition("/")
-        claim, follow = follows.claimed(link)
+        claim, follow = follows.resolve(link)
         path = f"/{rest}"
         if path == "/" and claim.role == "follower" and link == claim.link:
             path = PAGE
-        seat = LECTURER if claim.role == "owner" else follows.links.seat(claim.follow, _kept(scope))
+        seat = LECTURER if claim.role == "owner" else follows.links.read_seat(claim.follow, _seat_cookie(scope))
         role: Standing = claim.role if seat is not None else "stranger"
-        guest = Guest(follow, claim, seat if seat is not None else follows.links.new_seat(claim.follow), role)
+        participant = Participant(
+            follow, claim, seat if seat is not None else follows.links.new_seat(claim.follow), role
+        )
         method = "WS" if scope["type"] == "websocket" else scope["method"]
-        if path != "/" and not is_allowed(role, guest.reach, method, path):
+        if path != "/" and not is_allowed(role, participant.reach, method, path):
             if role == "stranger":
                 raise UnknownError("Open the link of the class first; its page lets this browser in.")
             raise ForbiddenError("Who follows may look, answer and try a copy; this is for the lecturer.")
-        follow.forks.touch(guest.seat, path)
+        follow.forks.touch(participant.seat, path)
         inner = {**scope, "path": path, "raw_path": quote(path).encode()}
-        guest.put_into(inner)
-        return guest, inner
+        participant.put_into(inner)
+        return participant, inner
 
-    async def _serve_socket(self, guest: Guest, scope: Scope, receive: Receive, send: Send) -> None:
+    async def _serve_socket(self, participant: Participant, scope: Scope, receive: Receive, send: Send) -> None:
         scope["app"].state.services.follows.check_room()
-        with guest.follow.places.take(guest.seat, scope["path"]) as hold:
+        with participant.follow.places.take(participant.seat, scope["path"]) as hold:
             try:
                 async with hold:
                     await self._app(scope, receive, send)
@@ -102,25 +104,30 @@ class AccessGuard:
                     raise
                 # It may have closed just before by itself.
                 with contextlib.suppress(RuntimeError, OSError):
-                    await send(_closing(GONE, guest.follow.ended or ELSEWHERE))
+                    await send(_close_message(GONE, participant.follow.ended or ELSEWHERE))
 
 
-def _start(guest: Guest) -> str:
+def _start_address(participant: Participant) -> str:
     """Return where somebody begins: the followers' page, or what the lecturer shows."""
-    shown = guest.follow.shown
-    if guest.claim.role == "follower":
-        return guest.prefix
+    shown = participant.follow.content
+    if participant.claim.role == "follower":
+        return participant.prefix
     session = next(iter(shown.sessions), None)
-    return f"{guest.prefix}/session/{session}" if session else f"{guest.prefix}/learn/{shown.lesson_id}"
+    return f"{participant.prefix}/session/{session}" if session else f"{participant.prefix}/learn/{shown.lesson_id}"
 
 
-def _seated(guest: Guest, scope: Scope, send: Send) -> Send:
+def _send_with_seat(participant: Participant, scope: Scope, send: Send) -> Send:
     """Give a browser that comes for the first time a seat, together with the page."""
-    if guest.role != "stranger" or scope["path"] != PAGE:
+    if participant.role != "stranger" or scope["path"] != PAGE:
         return send
     carrier = Response()
     carrier.set_cookie(
-        COOKIE, guest.seat, path=guest.prefix, httponly=True, samesite="lax", secure=scope["scheme"] == "https"
+        COOKIE,
+        participant.seat,
+        path=participant.prefix,
+        httponly=True,
+        samesite="lax",
+        secure=scope["scheme"] == "https",
     )
 
     async def send_with_cookie(message: Message) -> None:
@@ -131,7 +138,7 @@ def _seated(guest: Guest, scope: Scope, send: Send) -> Send:
     return send_with_cookie
 
 
-def _kept(scope: Scope) -> str:
+def _seat_cookie(scope: Scope) -> str:
     """Return what a browser keeps of its seat, or nothing."""
     try:
         cookies = SimpleCookie(Headers(scope=scope).get("cookie", ""))
@@ -146,7 +153,7 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, error: ApiError) -
         await receive()
         with contextlib.suppress(OSError):
             await send({"type": "websocket.accept"})
-            await send(_closing(CODES.get(HTTPStatus(error.status), FORBIDDEN), str(error)))
+            await send(_close_message(CODES.get(HTTPStatus(error.status), FORBIDDEN), str(error)))
         return
     is_page = scope["method"] == "GET" and "text/html" in Headers(scope=scope).get("accept", "")
     answer = (
@@ -158,5 +165,5 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, error: ApiError) -
     await answer(scope, receive, send)
 
 
-def _closing(code: int, reason: str) -> Message:
+def _close_message(code: int, reason: str) -> Message:
     return {"type": "websocket.close", "code": code, "reason": reason}

@@ -10,9 +10,9 @@ from typing import Any
 from pftrack_server.errors import ConflictError, ForbiddenError
 from pftrack_server.follow.addresses import NOTICE, Address
 from pftrack_server.follow.forks import Fork, Forks
-from pftrack_server.follow.guest import PREFIX
 from pftrack_server.follow.links import Links
 from pftrack_server.follow.listeners import NewestListener
+from pftrack_server.follow.participant import PREFIX
 from pftrack_server.follow.places import LECTURER, Places
 from pftrack_server.follow.poll import Poll
 from pftrack_server.follow.roles import Reach, Standing, is_allowed
@@ -20,11 +20,11 @@ from pftrack_server.schemas import follows as schemas
 from pftrack_server.schemas.stream import encode
 from pftrack_server.stream.listeners import Listeners
 
-__all__ = ["Follow", "Shown"]
+__all__ = ["Follow", "FollowedContent"]
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class FollowedContent:
     """What a class follows.
 
     Attributes:
@@ -70,7 +70,7 @@ class Follow:
     def __init__(
         self,
         name: str,
-        shown: Shown,
+        shown: FollowedContent,
         limits: schemas.FollowCreate,
         expires: datetime,
         links: Links,
@@ -113,11 +113,11 @@ class Follow:
     # ------------------------------------------------------------ what a lecturer does
 
     @property
-    def shown(self) -> Shown:
+    def content(self) -> FollowedContent:
         """What it follows."""
         return self._shown
 
-    def show(self, shown: Shown) -> None:
+    def show(self, shown: FollowedContent) -> None:
         """Let the class follow something else, or otherwise; who looked at what is not followed any more must leave."""
         if shown.lesson != self._shown.lesson:
             self._news.pop("figure", None)
@@ -144,7 +144,7 @@ class Follow:
 
     # ------------------------------------------------------------ what a follower does
 
-    def check_there(self, seat: str) -> None:
+    def check_present(self, seat: str) -> None:
         """Refuse somebody who is not there.
 
         Raises:
@@ -161,7 +161,7 @@ class Follow:
             ForbiddenError: The follower has no place.
             RefusedError: There is no such answer.
         """
-        self.check_there(seat)
+        self.check_present(seat)
         if self._poll is None:
             raise ConflictError("The lecturer asks nothing at the moment.")
         self.ask(self._poll.vote(seat, poll, answer))
@@ -178,26 +178,30 @@ class Follow:
     def listen_as_lecturer(self) -> AbstractContextManager[NewestListener]:
         """Add a lecturer for as long as the context lasts."""
         return self._lecturers.add(
-            NewestListener(lambda: encode(schemas.OwnedHello(follow=self.owned())), lambda: self._news_of_lecturers)
+            NewestListener(
+                lambda: encode(schemas.OwnedHello(follow=self.owner_view())), lambda: self._news_of_lecturers
+            )
         )
 
     def tell(self) -> None:
         """Tell lecturers and followers what has changed, if anything has."""
         if self._tell(self._news, schemas.FollowNews(follow=self.view())):
             _wake(self._followers)
-        if self._tell(self._news_of_lecturers, schemas.OwnedNews(follow=self.owned())):
+        if self._tell(self._news_of_lecturers, schemas.OwnedNews(follow=self.owner_view())):
             _wake(self._lecturers)
 
     def view(self, seat: str | None = None) -> schemas.FollowPublic:
         """Return it as all followers see it, or as one does."""
-        return schemas.FollowPublic(**self._common(to_owner=False), mine=None if seat is None else self._mine(seat))
+        return schemas.FollowPublic(
+            **self._shared_fields(to_owner=False), mine=None if seat is None else self._own_view(seat)
+        )
 
-    def owned(self) -> schemas.FollowOwned:
+    def owner_view(self) -> schemas.FollowOwned:
         """Return it as a lecturer sees it."""
         best = self._addresses[0]
         link = self._links.of(self.name, "follower")
         return schemas.FollowOwned(
-            **self._common(to_owner=True),
+            **self._shared_fields(to_owner=True),
             id=self.name,
             links=[
                 schemas.LinkPublic(address=f"{each.origin}{PREFIX}/{link}", everybody=each.everybody)
@@ -209,7 +213,7 @@ class Follow:
             most_followers=self.places.most,
         )
 
-    def _common(self, *, to_owner: bool) -> dict[str, Any]:
+    def _shared_fields(self, *, to_owner: bool) -> dict[str, Any]:
         shown = self._shown
         return {
             "title": shown.title,
@@ -223,7 +227,7 @@ class Follow:
             "poll": self._poll and self._poll.view(to_owner=to_owner),
         }
 
-    def _mine(self, seat: str) -> schemas.MinePublic:
+    def _own_view(self, seat: str) -> schemas.MinePublic:
         fork = self.forks.of(seat)
         is_made = fork is not None and (fork.session or fork.lesson)
         vote = self._poll.votes.get(seat) if self._poll else None

@@ -7,10 +7,10 @@ from datetime import UTC, datetime, timedelta
 from pftrack_server.connections import most_connections
 from pftrack_server.errors import ConflictError, CrowdedError, EndedError, ForbiddenError, NotFoundError, RefusedError
 from pftrack_server.follow.addresses import addresses
-from pftrack_server.follow.follow import Follow, Shown
+from pftrack_server.follow.follow import Follow, FollowedContent
 from pftrack_server.follow.forks import Fork
-from pftrack_server.follow.guest import Guest
 from pftrack_server.follow.links import Claim, Links
+from pftrack_server.follow.participant import Participant
 from pftrack_server.lessons.service import Lessons
 from pftrack_server.schemas.follows import FollowCreate, FollowUpdate, ForkCreate
 from pftrack_server.schemas.spec import SessionSpec
@@ -45,7 +45,7 @@ class Follows:
         self._follows: dict[str, Follow] = {}
         self._timers: dict[str, asyncio.TimerHandle] = {}
         self._endings: set[asyncio.Task[None]] = set()
-        self._rounds = asyncio.create_task(self._go_round())
+        self._rounds = asyncio.create_task(self._end_unused_forks())
 
     async def close(self) -> None:
         """End all of them."""
@@ -79,7 +79,7 @@ class Follows:
         if sum(follow.places.sockets for follow in self._follows.values()) >= SOCKETS_SHARE * most_connections():
             raise CrowdedError("The server's shell allows it no more connections (ulimit -n). Try again in a while.")
 
-    def claimed(self, link: str) -> tuple[Claim, Follow]:
+    def resolve(self, link: str) -> tuple[Claim, Follow]:
         """Return what a link says, and the class that it leads to.
 
         Raises:
@@ -110,7 +110,7 @@ class Follows:
             raise ConflictError(f"{MOST} classes follow already; end one first.")
         self._check_forks(wanted.most_forks)
         lesson = await self._lesson(wanted.lesson)
-        shown = Shown(wanted.title, self._titles(wanted.sessions), lesson, wanted.arrangement)
+        shown = FollowedContent(wanted.title, self._titles(wanted.sessions), lesson, wanted.arrangement)
         name = next(name for name in iter(self.links.new_name, None) if name not in self._follows)
         expires = datetime.now(UTC) + timedelta(hours=wanted.hours)
         places = addresses(origin, self._settings)
@@ -119,27 +119,27 @@ class Follows:
         self._expire(follow, wanted.hours)
         return follow
 
-    async def change(self, follow: Follow, wanted: FollowUpdate, guest: Guest | None = None) -> None:
+    async def change(self, follow: Follow, wanted: FollowUpdate, participant: Participant | None = None) -> None:
         """Change what a class follows, or its limits.
 
         Args:
             follow: The class.
             wanted: What changes.
-            guest: Who changes it, if somebody who has rights over this class alone.
+            participant: Who changes it, if somebody who has rights over this class alone.
 
         Raises:
             EndedError: The class ended meanwhile.
-            ForbiddenError: The guest has no rights over a session.
+            ForbiddenError: The participant has no rights over a session.
             NotFoundError: There is no such session or lesson.
             RefusedError: There are fewer places for sessions than followers may have.
         """
         lesson = await self._lesson(wanted.lesson)
         if follow.ended is not None:
             raise EndedError(follow.ended)
-        if guest is not None and not guest.reach.steered.issuperset(wanted.sessions or ()):
+        if participant is not None and not participant.reach.steered.issuperset(wanted.sessions or ()):
             raise ForbiddenError("This link gives rights over what the class follows already, and no other session.")
-        before = follow.shown
-        shown = Shown(
+        before = follow.content
+        shown = FollowedContent(
             wanted.title or before.named,
             before.sessions if wanted.sessions is None else self._titles(wanted.sessions),
             lesson if "lesson" in wanted.model_fields_set else before.lesson,
@@ -168,7 +168,7 @@ class Follows:
         for name in follow.forks.sessions:
             self._end_session(name)
 
-    async def fork(self, guest: Guest, wanted: ForkCreate) -> Fork:
+    async def fork(self, participant: Participant, wanted: ForkCreate) -> Fork:
         """Begin a session of a follower's own where one of the class's stands, or let the follower turn the figure.
 
         Raises:
@@ -179,19 +179,19 @@ class Follows:
             RefusedError: The frame has not been computed.
             UnavailableError: All places are taken.
         """
-        follow, seat = guest.follow, guest.seat
-        follow.check_there(seat)
+        follow, seat = participant.follow, participant.seat
+        follow.check_present(seat)
         if wanted.session is None:
-            if follow.shown.lesson_id is None:
+            if follow.content.lesson_id is None:
                 raise NotFoundError("The class follows no lesson; name one of its sessions.")
-            with follow.forks.room(seat) as fork:
-                fork.lesson = follow.shown.lesson_id
+            with follow.forks.reserve(seat) as fork:
+                fork.lesson = follow.content.lesson_id
             return fork
-        if wanted.session not in follow.shown.sessions:
+        if wanted.session not in follow.content.sessions:
             raise NotFoundError("The class does not follow such a session any more.")
-        spec = _forked(self._manager.get(wanted.session).spec, wanted.frame)
+        spec = _fork_spec(self._manager.get(wanted.session).spec, wanted.frame)
         spec.follow = follow.name
-        with follow.forks.room(seat) as fork:
+        with follow.forks.reserve(seat) as fork:
             await self._manager.create(spec)
             if follow.ended is not None or follow.forks.of(seat) is not fork:
                 self._end_session(spec.id)
@@ -199,9 +199,9 @@ class Follows:
             fork.session = spec.id
         return fork
 
-    def give_back(self, guest: Guest) -> None:
+    def end_fork(self, participant: Participant) -> None:
         """End what a follower has."""
-        fork = guest.follow.forks.give_back(guest.seat)
+        fork = participant.follow.forks.release(participant.seat)
         if fork is not None and fork.session:
             self._end_session(fork.session)
 
@@ -232,12 +232,12 @@ class Follows:
             earlier.cancel()
         self._timers[follow.name] = asyncio.get_running_loop().call_later(3600 * hours, self.end, follow, EXPIRED)
 
-    async def _go_round(self) -> None:
+    async def _end_unused_forks(self) -> None:
         """End sessions of followers' own that nobody visits any more, and tell of those that are gone."""
         while True:
             await asyncio.sleep(ROUND_S)
             for follow in self.all:
-                for name in follow.forks.left(self._is_visited):
+                for name in follow.forks.unused_sessions(self._is_visited):
                     self._end_session(name)
                 follow.tell()
 
@@ -253,7 +253,7 @@ class Follows:
             task.add_done_callback(self._endings.discard)
 
 
-def _forked(source: SessionSpec, wanted: int | None) -> SessionSpec:
+def _fork_spec(source: SessionSpec, wanted: int | None) -> SessionSpec:
     """Return the spec of a session that begins where another one stands, or stood.
 
     Raises:

@@ -51,22 +51,22 @@ class Forks:
 
     def __len__(self) -> int:
         """Return how many there are, those that are being made included."""
-        return len(self._lasting())
+        return len(self._active())
 
     @property
     def sessions(self) -> list[str]:
         """Names of the sessions."""
-        return [fork.session for fork in self._lasting().values() if fork.session]
+        return [fork.session for fork in self._active().values() if fork.session]
 
     def of(self, seat: str) -> Fork | None:
         """Return what a follower has."""
         fork = self._forks.get(seat)
-        return fork if fork is not None and self._lasts(fork) else None
+        return fork if fork is not None and self._is_active(fork) else None
 
-    def left(self, is_visited: Callable[[str], bool]) -> list[str]:
+    def unused_sessions(self, is_visited: Callable[[str], bool]) -> list[str]:
         """Return the names of the sessions that nobody has visited for a while."""
         now = time.monotonic()
-        for fork in self._lasting().values():
+        for fork in self._active().values():
             if fork.session and is_visited(fork.session):
                 fork.used = now
         return [fork.session for fork in self._forks.values() if fork.session and now - fork.used >= UNUSED_S]
@@ -78,14 +78,14 @@ class Forks:
             fork.used = time.monotonic()
 
     @contextmanager
-    def room(self, seat: str) -> Iterator[Fork]:
+    def reserve(self, seat: str) -> Iterator[Fork]:
         """Keep a place for a follower; whoever is given it says what it is for, or the place is given back.
 
         Raises:
             ConflictError: The follower has one.
             UnavailableError: All places are taken, or there are none.
         """
-        self._forks = self._lasting()
+        self._forks = self._active()
         if seat in self._forks:
             raise ConflictError("You are trying something already; end that first.")
         if not self.most:
@@ -101,16 +101,16 @@ class Forks:
                 del self._forks[seat]
             self._changed()
 
-    def give_back(self, seat: str) -> Fork | None:
+    def release(self, seat: str) -> Fork | None:
         """Take away what a follower has, and return it."""
         fork = self._forks.pop(seat, None)
         self._changed()
         return fork
 
-    def _lasting(self) -> dict[str, Fork]:
-        return {seat: fork for seat, fork in self._forks.items() if self._lasts(fork)}
+    def _active(self) -> dict[str, Fork]:
+        return {seat: fork for seat, fork in self._forks.items() if self._is_active(fork)}
 
-    def _lasts(self, fork: Fork) -> bool:
+    def _is_active(self, fork: Fork) -> bool:
         if fork.session:
             return self._is_there(fork.session)
         return not fork.lesson or time.monotonic() - fork.used < UNUSED_S

@@ -67,7 +67,7 @@ class Links:
         """Return what a browser keeps to be known again as the same follower of one follow."""
         return self._signer("seat", follow).sign(secrets.token_urlsafe(12)).decode()
 
-    def seat(self, follow: str, kept: str) -> str | None:
+    def read_seat(self, follow: str, kept: str) -> str | None:
         """Return the name of the follower who keeps this; None if this server has not signed it for this follow."""
         try:
             return self._signer("seat", follow).unsign(kept).decode()

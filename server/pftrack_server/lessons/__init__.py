@@ -2,7 +2,7 @@
 
 - `library`: which lessons there are, those of lecturers among them;
 - `functions`: what is computed of them, in other processes: by a pool of workers, or as a child task;
-- `computed`: checks and whole runs, computed once and kept;
+- `results`: checks and whole runs, computed once and kept;
 - `service`: all of it together, and `views`: lessons as pages see them;
 - `text`: their Markdown as HTML.
 """

@@ -18,8 +18,8 @@ from pftrack.model.parameters import ParameterError
 from pftrack.process import MEBIBYTE, Budget, CallError, Ending, Pool, WorkerLostError
 from pftrack_server.errors import NotFoundError, RefusedError, UnavailableError
 from pftrack_server.lessons import functions
-from pftrack_server.lessons.computed import Computed, Job
 from pftrack_server.lessons.library import lesson_of
+from pftrack_server.lessons.results import Job, LessonResults
 from pftrack_server.log import RateLimitedLogger
 from pftrack_server.processes import FORK_SERVER
 from pftrack_server.schemas.lessons import ComputingPublic, FigureRequest
@@ -57,7 +57,7 @@ class Lessons:
     def __init__(self, folder: Path, kept: Path, tasks: ChildTasks) -> None:
         self._folder = folder
         self._pool = Pool(FORK_SERVER, most=AT_ONCE, kept=KEPT, budget=BUDGET, refusals=REFUSALS)
-        self._computed = Computed(kept, tasks)
+        self._computed = LessonResults(kept, tasks)
 
     async def open(self) -> None:
         """Look at what was kept."""

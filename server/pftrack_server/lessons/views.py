@@ -7,7 +7,7 @@ from pftrack.lessons.lesson import Demonstration, Question, Scenario
 from pftrack.lessons.running import asked
 from pftrack.model.parameters import declarations, flat, revise
 from pftrack.model.recipe import Recipe
-from pftrack_server.lessons.computed import Job
+from pftrack_server.lessons.results import Job
 from pftrack_server.lessons.service import missing
 from pftrack_server.lessons.text import inline, paragraphs
 from pftrack_server.schemas.controls import controls_of

@@ -52,7 +52,7 @@ class BodyLimit:
         ended = answered = False
         refusal: _CutOffError | None = None
 
-        async def counted() -> Message:
+        async def count_received() -> Message:
             nonlocal come, ended, refusal
             try:
                 self._check(scope, max(total, come))
@@ -68,7 +68,7 @@ class BodyLimit:
                 raise
             return message
 
-        async def noted(message: Message) -> None:
+        async def note_start(message: Message) -> None:
             nonlocal answered
             # FastAPI takes any exception while it reads for a body that does not parse; ours is the better answer.
             if refusal is None:
@@ -76,7 +76,7 @@ class BodyLimit:
                 await send(message)
 
         with contextlib.suppress(_CutOffError):
-            await self._app(scope, counted, noted)
+            await self._app(scope, count_received, note_start)
         if refusal is not None and not answered:
             answer = errors.response(refusal.status, refusal.detail, {"Connection": "close"})
             await answer(scope, receive, send)

@@ -20,7 +20,7 @@ from pftrack.sources.sequence import SourceError
 from pftrack.sweep import SweepError
 from pftrack_server.errors import ApiError, response, shape
 from pftrack_server.middleware.long_numbers import field_of_long_number
-from pftrack_server.system_errors import told
+from pftrack_server.system_errors import describe
 
 __all__ = ["ErrorBoundary", "install"]
 
@@ -37,13 +37,13 @@ class ErrorBoundary:
         """Pass a request on and answer it if it fails."""
         begun = False
 
-        async def noted(message: Message) -> None:
+        async def note_start(message: Message) -> None:
             nonlocal begun
             begun = begun or message["type"] == "http.response.start"
             await send(message)
 
         try:
-            await self._app(scope, receive, noted)
+            await self._app(scope, receive, note_start)
         except Exception:
             if scope["type"] != "http":
                 raise
@@ -87,7 +87,7 @@ def install(app: FastAPI) -> None:
     @app.exception_handler(DBAPIError)
     async def _system(request: Request, error: Exception) -> Response:
         # An operating system's message names paths.
-        status, message = told(error)
+        status, message = describe(error)
         unknown = status == HTTPStatus.INTERNAL_SERVER_ERROR
         log.error("system", path=request.url.path, error=message, exc_info=error if unknown else None)
         return response(status, shape(message))

@@ -22,7 +22,7 @@ from starlette.responses import HTMLResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from pftrack_server import errors
-from pftrack_server.follow.guest import PREFIX
+from pftrack_server.follow.participant import PREFIX
 from pftrack_server.frontend import FRONTEND
 from pftrack_server.log import RateLimitedLogger
 from pftrack_server.settings import Settings
@@ -79,8 +79,8 @@ class Guard:
             await _refuse(scope, receive, send, refusal)
             return
         # Asked again, since some paths are open to whoever knows no token.
-        if self._token and _offered(scope) and self._knows(scope, headers):
-            await self._welcome(scope)(scope, receive, send)
+        if self._token and _tokens_in_address(scope) and self._knows(scope, headers):
+            await self._trade_token(scope)(scope, receive, send)
             return
 
         async def send_with_headers(message: Message) -> None:
@@ -104,7 +104,7 @@ class Guard:
         is_open = scope["path"] in OPEN_PATHS or scope["path"].startswith(f"{PREFIX}/")
         if not self._token or is_open or self._knows(scope, headers):
             return None
-        if _offered(scope):
+        if _tokens_in_address(scope):
             return (
                 401,
                 "The token of this link is not this server's; it may have been started again since, with a new one.",
@@ -121,11 +121,11 @@ class Guard:
         scheme, _, credentials = headers.get("authorization", "").partition(" ")
         if scheme.lower() == "bearer":
             offered.append(credentials)
-        offered += _offered(scope)
+        offered += _tokens_in_address(scope)
         expected = (self._token or "").encode()
         return any(hmac.compare_digest(value.encode("utf-8", "replace"), expected) for value in offered)
 
-    def _welcome(self, scope: Scope) -> Response:
+    def _trade_token(self, scope: Scope) -> Response:
         """Trade the token of a link for a cookie and take it out of the address."""
         rest = [(key, value) for key, value in _query(scope) if key != "token"]
         # One slash only: `//other.site` would be an address elsewhere.
@@ -150,7 +150,11 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, refusal: tuple[int
         return
     wants_page = _is_page(scope) and "text/html" in Headers(scope=scope).get("accept", "")
     if status == UNKNOWN and wants_page:
-        text = TOKEN_PAGE.read_text(encoding="utf-8").replace("{message}", message).replace("{rest}", _rest(scope))
+        text = (
+            TOKEN_PAGE.read_text(encoding="utf-8")
+            .replace("{message}", message)
+            .replace("{rest}", _hidden_fields(scope))
+        )
         answer: Response = HTMLResponse(text, status, {**HEADERS, "Cache-Control": "no-store"})
     else:
         answer = errors.response(status, errors.shape(message), dict(HEADERS))
@@ -162,7 +166,7 @@ def _is_page(scope: Scope) -> bool:
     return scope["type"] == "http" and scope["method"] == "GET" and not scope["path"].startswith("/api/")
 
 
-def _offered(scope: Scope) -> list[str]:
+def _tokens_in_address(scope: Scope) -> list[str]:
     """Return the tokens in the address of a page, where they become a cookie."""
     if not _is_page(scope):
         return []
@@ -173,7 +177,7 @@ def _query(scope: Scope) -> list[tuple[str, str]]:
     return parse_qsl(scope["query_string"].decode("latin-1"), keep_blank_values=True)
 
 
-def _rest(scope: Scope) -> str:
+def _hidden_fields(scope: Scope) -> str:
     """Return what else stands in the address as hidden fields: a form sends its own fields in place of all others."""
     fields = ((html.escape(key), html.escape(value)) for key, value in _query(scope) if key != "token")
     return "".join(f'<input type="hidden" name="{key}" value="{value}">' for key, value in fields)

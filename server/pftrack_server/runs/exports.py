@@ -14,7 +14,7 @@ from pftrack.exports.formats import RunExport, check_plot, exports_of
 from pftrack.model.export import export_named
 from pftrack.model.recipe import Footage, Recipe
 from pftrack_server.errors import NotFoundError
-from pftrack_server.experiments import asked_for
+from pftrack_server.experiments import find_experiment
 from pftrack_server.runs.service import footage_here
 from pftrack_server.schemas.messages import ExportPublic
 from pftrack_server.settings import Settings
@@ -84,7 +84,7 @@ class Exports(Jobs[Ordered, Path]):
             DiskFullError: The disk has no room.
             UnavailableError: There are as many under way as there may be.
         """
-        experiment = asked_for(subject.recipe.experiment)
+        experiment = find_experiment(subject.recipe.experiment)
         try:
             kind = export_named(exports_of(experiment), name)
         except LookupError as error:
@@ -126,7 +126,7 @@ class Exports(Jobs[Ordered, Path]):
             on_step=on_step,
         )
 
-    def dropped(self, job: Exporting) -> None:
+    def on_drop(self, job: Exporting) -> None:
         """Remove the file of a job that nobody can ask for any more."""
         shutil.rmtree(job.about.folder, ignore_errors=True)
 

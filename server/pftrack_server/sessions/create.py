@@ -7,7 +7,7 @@ from pftrack.experiment import Experiment
 from pftrack.model.parameters import ParameterError
 from pftrack.model.recipe import Footage, Recipe
 from pftrack_server.errors import RefusedError
-from pftrack_server.experiments import asked_for
+from pftrack_server.experiments import find_experiment
 from pftrack_server.schemas.sessions import SessionCreate
 from pftrack_server.schemas.spec import FIRST, Bookmark, BranchSpec, SessionSpec
 from pftrack_server.store import Store
@@ -26,7 +26,7 @@ def as_spec(body: SessionCreate, store: Store) -> SessionSpec:
         RefusedError: There is no such upload.
     """
     recipe = body.recipe
-    experiment = asked_for(recipe.experiment)
+    experiment = find_experiment(recipe.experiment)
     upload = _upload(body, store)
     if upload is None:
         return new_spec(recipe, position=body.position)
@@ -63,7 +63,7 @@ def new_spec(
         id=FIRST,
         title="Main",
         recipe=recipe.with_footage(truth=None),
-        tracker=recipe.tracker or asked_for(recipe.experiment).default_tracker,
+        tracker=recipe.tracker or find_experiment(recipe.experiment).default_tracker,
         computed=position if computed is None else computed,
         position=position,
     )

@@ -15,7 +15,7 @@ from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
 from pftrack.sources.sequence import SourceError
 from pftrack_server.errors import ApiError, shape
-from pftrack_server.system_errors import failure
+from pftrack_server.system_errors import failure_message
 
 __all__ = ["PanelCommands"]
 
@@ -79,7 +79,7 @@ class PanelCommands:
             self._on_refusal(shape(str(error), **known))
         except Exception as error:
             log.exception("a command of the panel failed")
-            self._on_refusal(shape(failure(error)))
+            self._on_refusal(shape(failure_message(error)))
 
     def _later(self, command: Coroutine[Any, Any, None]) -> None:
         task = asyncio.ensure_future(command)

@@ -139,7 +139,7 @@ class Session:
             finally:
                 self._starting = None
             self.scene_feed.resumed()
-            self.drawing_feed.resumed()
+            self.drawing_feed.on_worker_started()
 
     async def opened(self, patience_s: float) -> None:
         """Wait for the run to be where it was, but no longer than this; who wants to see it can watch it on its way.

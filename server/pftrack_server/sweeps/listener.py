@@ -53,7 +53,7 @@ class SweepListener(Listener):
             await asyncio.sleep(max(0.0, told + EVERY_S - time.monotonic()))
             told = time.monotonic()
             now = await self._sweep.cells(*self._axes)
-            changed = _changed(known, now)
+            changed = _changed_cells(known, now)
             known = now
             if changed is not None:
                 yield encode(changed)
@@ -66,7 +66,7 @@ class SweepListener(Listener):
         return Progress(**{name: getattr(view, name) for name in Progress.model_fields if hasattr(view, name)})
 
 
-def _changed(before: CellsPublic, now: CellsPublic) -> Cells | None:
+def _changed_cells(before: CellsPublic, now: CellsPublic) -> Cells | None:
     """Return the cells in which runs have been added, or None."""
     if before is now:
         return None

@@ -8,10 +8,10 @@ from pftrack_server.schemas.sweep_views import RowPublic
 from pftrack_server.sessions.create import new_spec
 from pftrack_server.sweeps.results import Results
 
-__all__ = ["opened"]
+__all__ = ["session_spec"]
 
 
-def opened(sweep: str, plan: Plan, results: Results, run: int, tracker: str | None) -> SessionSpec:
+def session_spec(sweep: str, plan: Plan, results: Results, run: int, tracker: str | None) -> SessionSpec:
     """Return the spec of a session with exactly one run of a sweep, or the same with another method.
 
     The session stands ten frames before the first lost frame; with another method that lost nothing, where the run of

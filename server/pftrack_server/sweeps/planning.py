@@ -10,7 +10,7 @@ from pftrack.model.parameters import ParameterError, declarations, flat, limit_p
 from pftrack.sweep import Axis, Plan, SweepError, parse_axis
 from pftrack.sweep.axis import TRACKER, check
 from pftrack_server.errors import RefusedError
-from pftrack_server.experiments import asked_for
+from pftrack_server.experiments import find_experiment
 from pftrack_server.schemas.sweeps import SweepAxis, SweepCreate
 from pftrack_server.settings import Settings
 
@@ -31,7 +31,7 @@ def as_plan(body: SweepCreate, settings: Settings) -> Plan:
     Raises:
         RefusedError: Something of it is unknown, out of bounds, given twice or too much, with the field.
     """
-    experiment = asked_for(body.experiment)
+    experiment = find_experiment(body.experiment)
     axes = tuple(_axis(experiment, index, axis) for index, axis in enumerate(body.axes))
     if not axes:
         raise RefusedError("A sweep needs at least one axis.", field="axes")
@@ -89,12 +89,12 @@ def cells_of(plan: Plan) -> int:
 def _axis(experiment: Experiment, index: int, body: SweepAxis) -> Axis:
     if body.values is not None:
         axis = Axis(body.name, tuple(body.values))
-        return _part(f"axes.{index}.{_blamed(experiment, body)}", partial(check, experiment, axis))
+        return _part(f"axes.{index}.{_faulty_part(experiment, body)}", partial(check, experiment, axis))
     text = f"{body.name}={_plain(body.start)}:{_plain(body.stop)}:{_plain(body.step)}"
-    return _part(f"axes.{index}.{_blamed(experiment, body)}", partial(parse_axis, experiment, text))
+    return _part(f"axes.{index}.{_faulty_part(experiment, body)}", partial(parse_axis, experiment, text))
 
 
-def _blamed(experiment: Experiment, body: SweepAxis) -> str:
+def _faulty_part(experiment: Experiment, body: SweepAxis) -> str:
     """Return which part of an axis is most likely the one that is wrong."""
     known = {it.name: it for it in declarations(type(experiment.simulate().parameters))}
     if body.name != TRACKER and body.name not in known:

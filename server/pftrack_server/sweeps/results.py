@@ -56,7 +56,7 @@ class Results:
         pair = self._pair(x, y)
         with self._lock:
             if pair not in self._views:
-                maps = cells(self._tally.counted(pair))
+                maps = cells(self._tally.counts(pair))
                 self._views[pair] = cells_view(self._plan, pair, maps, self._tally.done)
             return self._views[pair]
 
@@ -74,7 +74,7 @@ class Results:
         for field, name in (("first", first), ("second", second)):
             self._check_tracker(name, field)
         with self._lock:
-            maps = cells(self._tally.counted(pair))
+            maps = cells(self._tally.counts(pair))
             result = self._tally.result()
         values = samples(result, quantity, *pair)
         found = compare(quantity, maps, values, first, second, test="fisher" if test == "fisher" else "chi-square")
@@ -112,7 +112,7 @@ class Results:
             where["tracker"] = tracker
         self.refresh()
         with self._lock:
-            maps = cells(self._tally.counted(pair))
+            maps = cells(self._tally.counts(pair))
             result = self._tally.result()
         chosen = [maps[name] for name in self._plan.trackers if tracker in {None, name}]
         at = (place[1], place[0])

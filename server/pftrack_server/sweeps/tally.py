@@ -52,7 +52,7 @@ class Tally:
             self._counts = {pair: count(self._plan, None, *pair) for pair in self._counts}
         return self._add(sorted(there - self._files))
 
-    def counted(self, pair: Pair) -> Counts:
+    def counts(self, pair: Pair) -> Counts:
         """Return the sums for a pair of axes.
 
         Raises:

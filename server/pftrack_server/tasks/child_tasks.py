@@ -56,7 +56,7 @@ class ChildTasks:
             UnavailableError: They do not answer.
         """
         async with self.queues.check.place():
-            _result(await self.answer(functions.nothing))
+            _result(await self.answer(functions.do_nothing))
 
     async def run(self, function: Callable[..., Any], *arguments: object) -> Any:  # noqa: ANN401 - whatever the function returns
         """Return the result of a function of `pftrack_server.tasks.functions`, of values that JSON can say and bytes.

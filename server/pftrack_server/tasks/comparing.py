@@ -16,7 +16,7 @@ def outline_comparison(configs: Sequence[WorkerConfig]) -> dict[str, Any]:
     Raises:
         ComparisonError: The runs cannot be compared.
     """
-    compared = _begun(configs)
+    compared = _start(configs)
     return {
         "unit": compared.unit,
         "frames": compared.alignment.frames,
@@ -29,10 +29,10 @@ def outline_comparison(configs: Sequence[WorkerConfig]) -> dict[str, Any]:
 
 def compare_runs(configs: Sequence[WorkerConfig]) -> Generator[tuple[int, int], None, dict[str, Any]]:
     """Compute all frames that runs have in common, and return what they come to; a step is a frame of a run."""
-    compared = _begun(configs)
+    compared = _start(configs)
     yield from compared.computing()
     return compared.as_dict()
 
 
-def _begun(configs: Sequence[WorkerConfig]) -> Comparison:
+def _start(configs: Sequence[WorkerConfig]) -> Comparison:
     return Comparison.of(*(RunTree(config).run for config in configs))

@@ -11,7 +11,7 @@ from pftrack.model.export import export_named
 from pftrack.model.recipe import Recipe
 from pftrack.runs import record
 from pftrack.sources.sequence import Limits
-from pftrack_server.tasks.functions import Steps, reopened
+from pftrack_server.tasks.functions import Steps, reopen_footage
 
 __all__ = ["Order", "write_export"]
 
@@ -46,7 +46,7 @@ def write_export(order: Order, video: tuple[str, str] | None, limits: Limits) ->
         limits: How large its frames may be.
     """
     recipe = Recipe.model_validate(order.recipe)
-    run = record.make(recipe, open_sequence=partial(reopened, video, limits))
+    run = record.make(recipe, open_sequence=partial(reopen_footage, video, limits))
     last = min(order.computed, run.frames - 1)
     frames = last + 1
     for step in run.seeking(last):

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiments import EXPERIMENTS, find
-from pftrack.failures import Enacted, enact, entry
+from pftrack.failures import FailureRun, entry, run_failure
 from pftrack.model.finder import Sighting
 from pftrack.model.marks import read_mark
 from pftrack.model.parameters import ParameterError
@@ -35,16 +35,16 @@ from pftrack.sources.truth import TruthError
 from pftrack_server.worker.run_tree import check_timeline
 
 __all__ = [
-    "Question",
+    "TargetSearch",
+    "do_nothing",
     "draw_experiment",
-    "enact_failure",
     "find_mark",
     "frame_jpeg",
-    "nothing",
+    "index_frames",
     "read_record",
     "read_truth",
-    "reopened",
-    "survey",
+    "reopen_footage",
+    "run_with_and_without_cure",
     "weigh_record",
     "weigh_target",
 ]
@@ -58,12 +58,12 @@ MEBIBYTE = 1024**2
 Steps: TypeAlias = Generator[tuple[int, int], None, dict[str, Any]]
 
 
-def nothing() -> bool:
+def do_nothing() -> bool:
     """Do nothing; the answer proves that processes can be started."""
     return True
 
 
-def survey(path: str, limits: Limits, memory_bytes: int) -> str:
+def index_frames(path: str, limits: Limits, memory_bytes: int) -> str:
     """Decode every frame of a file from a stranger, and return the index of it as JSON.
 
     Args:
@@ -98,14 +98,14 @@ def draw_experiment(experiment_id: str) -> bytes:
     return png(render(drawing, layers=experiment.shown_layers, scale=scale, caption=False))
 
 
-def enact_failure(failure_id: str) -> dict[str, Any]:
+def run_with_and_without_cure(failure_id: str) -> dict[str, Any]:
     """Return how the run of a failure went, and the cured one."""
     shown = entry(EXPERIMENTS, failure_id)
-    failing, cured = (_course(enact(shown, cured=cured)) for cured in (False, True))
+    failing, cured = (_run_json(run_failure(shown, cured=cured)) for cured in (False, True))
     return {"unit": shown.experiment.unit, "failing": failing, "cured": cured}
 
 
-def _course(done: Enacted) -> dict[str, Any]:
+def _run_json(done: FailureRun) -> dict[str, Any]:
     finding = done.finding
     return {
         "errors": [to_json(math.nan if row.error is None else row.error) for row in done.rows],
@@ -118,7 +118,7 @@ def _course(done: Enacted) -> dict[str, Any]:
 
 def frame_jpeg(path: str, index: str | None, number: int, limits: Limits) -> bytes:
     """Return a frame of an upload as JPEG."""
-    sequence = _opened(path, index, number, limits)
+    sequence = _open_upload(path, index, number, limits)
     return _jpeg(sequence.picture(number))
 
 
@@ -130,7 +130,7 @@ def _jpeg(picture_rgb: NDArray[np.uint8]) -> bytes:
 
 
 @dataclass(frozen=True, slots=True)
-class Question:
+class TargetSearch:
     """Where to look for a target.
 
     Attributes:
@@ -148,12 +148,12 @@ class Question:
     hint: Mapping[str, Any] | None = None
 
 
-def find_mark(path: str, index: str | None, question: Question, limits: Limits) -> dict[str, Any]:
+def find_mark(path: str, index: str | None, question: TargetSearch, limits: Limits) -> dict[str, Any]:
     """Look for a target in an upload for a while, and return what came of it."""
     finder = find(question.experiment).finder
     if finder is None:
         raise SourceError(f"the experiment {question.experiment} does not find its target by itself; mark it")
-    sequence = _opened(path, index, question.frame, limits)
+    sequence = _open_upload(path, index, question.frame, limits)
     if question.hint is not None:
         hint = read_mark(finder.hints, question.hint)
         if finder.within is None:
@@ -162,7 +162,7 @@ def find_mark(path: str, index: str | None, question: Question, limits: Limits) 
             seen = finder.within(sequence, question.frame, hint)
         except ValueError as error:
             raise SourceError(str(error)) from None
-        return _told(seen, 1, 1)
+        return _sighting_json(seen, 1, 1)
     end = sequence.frame_count - 1
     last = end if question.last is None else min(question.last, end)
     if last < question.frame:
@@ -177,7 +177,7 @@ def find_mark(path: str, index: str | None, question: Question, limits: Limits) 
     if seen.sure and question.last is None:
         seen = finder.better(sequence, seen)
     guessed = seen.mark is not None and not seen.sure and len(frames) > 1
-    return _told(Sighting(seen.frame) if guessed else seen, looked, len(frames))
+    return _sighting_json(Sighting(seen.frame) if guessed else seen, looked, len(frames))
 
 
 def weigh_target(
@@ -185,7 +185,7 @@ def weigh_target(
 ) -> dict[str, Any]:
     """Look whether the trackers of an experiment can follow a target that is marked in a frame of an upload."""
     experiment = find(experiment_id)
-    sequence = _opened(path, index, frame, limits)
+    sequence = _open_upload(path, index, frame, limits)
     experiment.check_footage(sequence.index.kind)
     if experiment.on_video is None or experiment.suits is None:
         raise SourceError(f"the experiment {experiment_id} cannot tell beforehand whether it can follow a target")
@@ -212,7 +212,7 @@ def weigh_target(
     }
 
 
-def _told(seen: Sighting, looked: int, of: int) -> dict[str, Any]:
+def _sighting_json(seen: Sighting, looked: int, of: int) -> dict[str, Any]:
     return {
         "frame": seen.frame,
         "mark": seen.mark.model_dump(mode="json") if seen.mark else None,
@@ -244,7 +244,7 @@ def read_truth(path: str, experiment_id: str, frames: int) -> dict[str, Any]:
     return {**view, "warnings": warnings, "rows": rows}
 
 
-def _opened(path: str, index: str | None, number: int, limits: Limits) -> FrameSequence:
+def _open_upload(path: str, index: str | None, number: int, limits: Limits) -> FrameSequence:
     """Open an upload that has a frame."""
     known = FrameIndex.from_json(index) if index else None
     sequence = open_sequence(Path(path), limits, index=known)
@@ -266,14 +266,14 @@ def weigh_record(path: str, video: tuple[str, str] | None, limits: Limits) -> St
         video: Path and index of the upload that it was made on, if that is here.
         limits: How large their frames may be.
     """
-    saved = _saved(path)
+    saved = _read_record(path)
     found = saved.record
     recipe = found.recipe
     if recipe.frames is not None and recipe.frames > limits.frames:
         raise ParameterError("frames", recipe.frames, f"at most {limits.frames} on this server")
     if recipe.seed > LARGEST_SEED:
         raise ParameterError("seed", recipe.seed, f"at most {LARGEST_SEED}, since browsers round beyond it")
-    run = record.make(recipe, open_sequence=partial(reopened, video, limits))
+    run = record.make(recipe, open_sequence=partial(reopen_footage, video, limits))
     check_timeline(run.timeline.changes, run.frames)
     last = min(max(found.computed, 1), run.frames) - 1
     for step in run.seeking(last):
@@ -291,7 +291,7 @@ def weigh_record(path: str, video: tuple[str, str] | None, limits: Limits) -> St
     }
 
 
-def reopened(video: tuple[str, str] | None, limits: Limits, footage: Footage) -> FrameSequence:
+def reopen_footage(video: tuple[str, str] | None, limits: Limits, footage: Footage) -> FrameSequence:
     """Open the upload that a run was made on.
 
     Args:
@@ -310,16 +310,16 @@ def reopened(video: tuple[str, str] | None, limits: Limits, footage: Footage) ->
 
 
 def _record(path: str) -> record.Record:
-    return _saved(path).record
+    return _read_record(path).record
 
 
 def compare_record(path: str, estimates: list[list[float]]) -> str | None:
     """Say where estimates differ from those of a record, in the frames that both have; None where they do not."""
-    apart = departure(estimates, _saved(path))
+    apart = departure(estimates, _read_record(path))
     return None if apart is None else f"{apart.sentence[:1].upper()}{apart.sentence[1:]}."
 
 
-def _saved(path: str) -> record.Saved:
+def _read_record(path: str) -> record.Saved:
     try:
         return record.read_saved(Path(path))
     except record.RecordError as error:

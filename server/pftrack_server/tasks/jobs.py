@@ -16,7 +16,7 @@ import structlog
 
 from pftrack_server.errors import ApiError, ClientGoneError, NotFoundError, UnavailableError
 from pftrack_server.store.files import new_name
-from pftrack_server.system_errors import failure
+from pftrack_server.system_errors import failure_message
 
 __all__ = ["Job", "Jobs", "Work", "failure_of"]
 
@@ -116,7 +116,7 @@ class Jobs(Generic[About, Result]):
         """
         self.check_room()
         made: Job[About, Result] = Job(new_name(), about)
-        made.task = asyncio.ensure_future(self._to_the_end(made, work(made.step)))
+        made.task = asyncio.ensure_future(self._run(made, work(made.step)))
         # Nobody has to ask for what came of it.
         made.task.add_done_callback(lambda task: None if task.cancelled() else task.exception())
         self._all[made.id] = made
@@ -144,14 +144,14 @@ class Jobs(Generic[About, Result]):
     def _drop(self, name: str) -> None:
         dropped = self._all.pop(name, None)
         if dropped is not None:
-            self.dropped(dropped)
+            self.on_drop(dropped)
 
-    def dropped(self, job: Job[About, Result]) -> None:
+    def on_drop(self, job: Job[About, Result]) -> None:
         """Let go of what a job has left behind, now that nobody can ask for it any more; as it is, that is nothing."""
 
-    async def _to_the_end(self, job: Job[About, Result], work: Coroutine[Any, Any, Result]) -> Result:
+    async def _run(self, job: Job[About, Result], work: Coroutine[Any, Any, Result]) -> Result:
         try:
-            return await self._while_wanted(job, work)
+            return await self._run_while_asked(job, work)
         except ApiError:
             raise
         except Exception:
@@ -163,7 +163,7 @@ class Jobs(Generic[About, Result]):
             # What it left behind goes also if nobody asks again.
             asyncio.get_running_loop().call_later(KEPT_S + 1.0, self._forget)
 
-    async def _while_wanted(self, job: Job[About, Result], work: Coroutine[Any, Any, Result]) -> Result:
+    async def _run_while_asked(self, job: Job[About, Result], work: Coroutine[Any, Any, Result]) -> Result:
         working = asyncio.ensure_future(work)
         try:
             while not (await asyncio.wait({working}, timeout=LOOK_S))[0]:
@@ -182,7 +182,7 @@ class Jobs(Generic[About, Result]):
 def failure_of(job: Job[About, Result]) -> str | None:
     """Return why a job that has ended has failed, a sentence; None if it has not."""
     error = asyncio.CancelledError() if job.task.cancelled() else job.task.exception()
-    return None if error is None else failure(error)
+    return None if error is None else failure_message(error)
 
 
 async def _cancel(job: Job[About, Result]) -> None:

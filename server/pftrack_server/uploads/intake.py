@@ -68,7 +68,7 @@ async def index_of(store: Store, settings: Settings, tasks: ChildTasks, upload: 
     Raises:
         SourceError: The upload itself is damaged.
     """
-    text = await asyncio.to_thread(_kept_index, store, upload)
+    text = await asyncio.to_thread(_read_index, store, upload)
     if text is None:
         log.warning("what was found in an upload is damaged or missing; it is decoded again", upload=upload)
         text = (await probe(tasks, store.files.upload(upload), limits_of(settings))).to_json()
@@ -77,7 +77,7 @@ async def index_of(store: Store, settings: Settings, tasks: ChildTasks, upload: 
     return text
 
 
-def _kept_index(store: Store, upload: str) -> str | None:
+def _read_index(store: Store, upload: str) -> str | None:
     try:
         text = store.files.index(upload)
         FrameIndex.from_json(text)

@@ -11,7 +11,7 @@ from pftrack.model.sequence import FrameIndex
 from pftrack.process import MEBIBYTE, Budget, Ending, Refusal, Reply
 from pftrack.sources.sequence import Limits, SourceError
 from pftrack_server.tasks.child_tasks import ChildTasks
-from pftrack_server.tasks.functions import survey
+from pftrack_server.tasks.functions import index_frames
 
 __all__ = ["probe"]
 
@@ -38,7 +38,7 @@ async def probe(
     Raises:
         SourceError: It is not a sequence of pictures, is broken, exceeds the limits, or the decoder came to grief.
     """
-    answer = await tasks.answer(survey, str(path), limits, budget.memory_bytes, budget=budget, stopped=stopped)
+    answer = await tasks.answer(index_frames, str(path), limits, budget.memory_bytes, budget=budget, stopped=stopped)
     match answer:
         case Reply(value=str(text)):
             try:

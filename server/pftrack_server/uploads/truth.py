@@ -20,12 +20,12 @@ from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.functions import read_truth
 from pftrack_server.uploads.multipart import Received
 
-__all__ = ["forget_truth", "keep_truth", "kept_truth", "rows_of"]
+__all__ = ["discard_truth", "load_truth", "rows_of", "store_truth"]
 
 log = structlog.get_logger(__name__)
 
 
-class _Kept(TruthPublic):
+class _StoredTruth(TruthPublic):
     """What is kept beside an upload: the summary, and the rows by number of the frame."""
 
     rows: dict[int, tuple[float, ...]]
@@ -34,7 +34,7 @@ class _Kept(TruthPublic):
         return TruthPublic(**self.model_dump(exclude={"rows"}))
 
 
-async def keep_truth(
+async def store_truth(
     store: Store, tasks: ChildTasks, upload: UploadRow, experiment: Experiment, folder: Path, received: Received
 ) -> TruthPublic:
     """Keep a table that has just arrived, in place of one of its kind that was there.
@@ -44,7 +44,7 @@ async def keep_truth(
         ConflictError: The upload was deleted while the table was read.
     """
     try:
-        read = _Kept(**await tasks.run(read_truth, str(received.paths[0]), experiment.id, upload.frames))
+        read = _StoredTruth(**await tasks.run(read_truth, str(received.paths[0]), experiment.id, upload.frames))
     finally:
         await asyncio.to_thread(shutil.rmtree, folder, ignore_errors=True)
     try:
@@ -55,26 +55,26 @@ async def keep_truth(
     return read.summary()
 
 
-def kept_truth(store: Store, upload: str, experiment: Experiment) -> TruthPublic | None:
+def load_truth(store: Store, upload: str, experiment: Experiment) -> TruthPublic | None:
     """Return in short what is kept, if anything is."""
-    kept = _kept(store, upload, experiment)
+    kept = _load(store, upload, experiment)
     return kept.summary() if kept else None
 
 
 def rows_of(store: Store, upload: str, experiment: Experiment) -> dict[int, tuple[float, ...]] | None:
     """Return what is kept, by number of the frame, if anything is."""
-    kept = _kept(store, upload, experiment)
+    kept = _load(store, upload, experiment)
     return kept.rows if kept else None
 
 
-def forget_truth(store: Store, upload: str, experiment: Experiment) -> None:
+def discard_truth(store: Store, upload: str, experiment: Experiment) -> None:
     """Keep it no longer."""
     _place(store, upload, experiment).unlink(missing_ok=True)
 
 
-def _kept(store: Store, upload: str, experiment: Experiment) -> _Kept | None:
+def _load(store: Store, upload: str, experiment: Experiment) -> _StoredTruth | None:
     try:
-        return _Kept.model_validate_json(_place(store, upload, experiment).read_bytes())
+        return _StoredTruth.model_validate_json(_place(store, upload, experiment).read_bytes())
     except FileNotFoundError:
         return None
     except ValueError:

@@ -17,7 +17,7 @@ from typing import Any
 from fastapi import WebSocket
 from starlette.websockets import WebSocketDisconnect
 
-from pftrack_server.viewer.viser_adapter import Connection, Endpoint, is_welcome
+from pftrack_server.viewer.viser_adapter import Connection, Endpoint, is_allowed
 
 __all__ = ["MAXIMUM_BYTES", "bridge"]
 
@@ -60,7 +60,7 @@ async def bridge(websocket: WebSocket, endpoint: Endpoint, *, looks_only: bool =
         return
     try:
         async with endpoint.connect(subprotocol, websocket.send_bytes, looks_only=looks_only) as connection:
-            ending = await _first(_from_browser(websocket, connection), connection.ended())
+            ending = await _first(_from_browser(websocket, connection), connection.wait_closed())
     except WebSocketDisconnect:
         return
     except ConnectionRefusedError:
@@ -95,7 +95,7 @@ async def _from_browser(websocket: WebSocket, connection: Connection) -> Ending:
             return CLOSE_UNSUPPORTED, "Binary messages only"
         if len(data) > MAXIMUM_BYTES:
             return CLOSE_TOO_BIG, f"A message must not exceed {MAXIMUM_BYTES} bytes"
-        if is_welcome(data, looks_only=connection.looks_only):
+        if is_allowed(data, looks_only=connection.looks_only):
             connection.deliver(data)
 
 

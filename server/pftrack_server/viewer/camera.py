@@ -207,7 +207,7 @@ class Cameras:
 
         @client.camera.on_update
         async def _(camera: viser.CameraHandle) -> None:
-            self._moved(watcher, camera)
+            self._on_move(watcher, camera)
 
     def leave(self, client_id: int) -> None:
         """Forget a browser that has gone."""
@@ -246,7 +246,7 @@ class Cameras:
             return fit(PRESETS[preset], box, aspect)
         return self._sides[preset](box, aspect)
 
-    def _moved(self, watcher: _Watcher, camera: viser.CameraHandle) -> None:
+    def _on_move(self, watcher: _Watcher, camera: viser.CameraHandle) -> None:
         view = watcher.view
         if view is None:
             self._point(watcher)

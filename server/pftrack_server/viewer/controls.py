@@ -36,19 +36,19 @@ class Control:
         self._handles: tuple[Handle, ...] = _make(server, declaration, value)
         self._shown = True
 
-        async def moved(event: viser.GuiEvent[Any]) -> None:
+        async def on_change(event: viser.GuiEvent[Any]) -> None:
             if event.client_id is not None:
                 on_move(declaration.name, _from_handle(declaration, event.target.value))
 
-        async def pressed(event: viser.GuiEvent[Any]) -> None:
+        async def on_press(event: viser.GuiEvent[Any]) -> None:
             if event.client_id is not None:
                 on_move(declaration.name, int(self._value) + 1)
 
         for handle in self._handles:
             if isinstance(handle, viser.GuiButtonHandle):
-                handle.on_click(pressed)
+                handle.on_click(on_press)
             else:
-                handle.on_update(moved)
+                handle.on_update(on_change)
 
     def show(self, value: Value, *, insist: bool = False) -> None:
         """Show a value.

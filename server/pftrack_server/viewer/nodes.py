@@ -199,7 +199,7 @@ def _show_mesh(server: viser.ViserServer, name: str, node: Node, item: Mesh, sta
         assert not isinstance(item.opacity, np.ndarray)  # noqa: S101
         node.handle = server.scene.add_mesh_simple(
             f"/{name}",
-            _pressed(item, stance),
+            _flatten(item, stance),
             shapes.turn_over(item.faces),
             color=item.colour,
             opacity=item.opacity,
@@ -212,7 +212,7 @@ def _show_mesh(server: viser.ViserServer, name: str, node: Node, item: Mesh, sta
     before = node.source
     assert isinstance(before, Mesh)  # noqa: S101 - for mypy: a node shows one kind of primitive
     if node.stance != stance or not np.array_equal(before.vertices, item.vertices):
-        node.handle.vertices = _pressed(item, stance)
+        node.handle.vertices = _flatten(item, stance)
     if not np.array_equal(before.faces, item.faces):
         node.handle.faces = shapes.turn_over(item.faces)
     if (before.colour, before.opacity) != (item.colour, item.opacity):
@@ -221,14 +221,14 @@ def _show_mesh(server: viser.ViserServer, name: str, node: Node, item: Mesh, sta
 
 
 def _show_coloured_mesh(server: viser.ViserServer, name: str, node: Node, item: Mesh, stance: Stance) -> None:
-    parts = _pressed(item, stance), shapes.turn_over(item.faces), item.rgba
+    parts = _flatten(item, stance), shapes.turn_over(item.faces), item.rgba
     if node.handle is None:
         node.handle = viser_adapter.ColouredMesh(server, f"/{name}", *parts)
     else:
         node.handle.update(*parts)
 
 
-def _pressed(item: Mesh, stance: Stance) -> shapes.Floats:
+def _flatten(item: Mesh, stance: Stance) -> shapes.Floats:
     """Return a mesh's vertices in the scene.
 
     Pressed flat it still fills its own layer, so that what is behind does not shine through what is before it.

@@ -60,12 +60,12 @@ class Pace:
         """Whether the browser is sent nothing, because its answer is overdue."""
         return self._line.held
 
-    def asked(self) -> None:
+    def note_question(self) -> None:
         """Take note that a question goes out; the line is held when the answer is overdue."""
         # One that has never answered is still loading, which may take seconds: the best is infinite.
         self._line.expect(self._best_s + LATE_S)
 
-    def answered(self) -> None:
+    def note_answer(self) -> None:
         """Take note of an answer."""
         self._best_s = min(self._line.release(), self._best_s)
 
@@ -94,7 +94,7 @@ class Pacer:
         """Whether there are browsers, and all of them are held: a frame would be sent to nobody."""
         return bool(self._paces) and all(pace.held for pace in self._paces.values())
 
-    def sent(self) -> None:
+    def note_frame(self) -> None:
         """Take note that a frame is on its way."""
         for frame in self._frames.values():
             frame.set()
@@ -126,9 +126,9 @@ class Pacer:
             await frame.wait()
             frame.clear()
             begun = time.monotonic()
-            pace.asked()
+            pace.note_question()
             if await viser_adapter.echo(client, ANSWER_S):
-                pace.answered()
+                pace.note_answer()
             else:
                 pace.silent()
             self._on_release()

@@ -167,7 +167,7 @@ class Panel:
             self._choice.value = title
             self._seed.show(insist=True)
 
-    def _moved(self, name: str, value: Value) -> None:
+    def _on_change(self, name: str, value: Value) -> None:
         self._touch(name)
         self._requests.change({name: value})
 
@@ -193,7 +193,7 @@ class Panel:
         @choice.on_update
         async def _(event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
             if event.client_id is not None and choice.value in identifiers:
-                self._moved(TRACKER, identifiers[choice.value])
+                self._on_change(TRACKER, identifiers[choice.value])
 
         return choice
 
@@ -249,7 +249,7 @@ class Panel:
 
     def _add_control(self, declaration: Declaration) -> None:
         value = self._values[declaration.name]
-        self._controls[declaration.name] = Control(self._server, declaration, value, self._moved)
+        self._controls[declaration.name] = Control(self._server, declaration, value, self._on_change)
 
     def set_layer(self, layer: str, *, shown: bool) -> bool:
         """Switch a layer on or off; return whether that changes anything."""
@@ -262,10 +262,10 @@ class Panel:
     def _add_layer(self, layer: Layer) -> None:
         box: Handle = self._server.gui.add_checkbox(layer.title, layer.shown)
 
-        async def switched(event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
+        async def on_switch(event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
             self._requests.set_layer(layer.name, event.target.value)
 
-        box.on_update(switched)
+        box.on_update(on_switch)
         self._layers[layer.name] = box
 
     def _add_speed(self, speed: float) -> Handle:

@@ -42,14 +42,14 @@ class Player:
         self._news, self._is_closed = threading.Condition(), False
         self._encoder = PictureEncoder()
         self.viewer = Viewer(
-            _describe(run), self._in_force, on_change=self._wish_values, on_transport=self._wish_transport
+            _describe(run), self._in_force, on_change=self._request_values, on_transport=self._request_transport
         )
         self._thread = threading.Thread(target=self._work, name="pftrack-player", daemon=True)
         self._thread.start()
 
     def go(self, frame: int) -> None:
         """Pause, and show a frame as soon as it can be had."""
-        self._wish("go", frame)
+        self._request("go", frame)
 
     def close(self) -> None:
         """End player and viewer; a second call does nothing."""
@@ -65,18 +65,18 @@ class Player:
         following = min(run.position + 1, run.frames - 1)
         return InForce(flat(run.parameters_at(following)), run.tracker_at(following), run.seed, self._speed)
 
-    def _wish_values(self, values: dict[str, Value]) -> None:
+    def _request_values(self, values: dict[str, Value]) -> None:
         with self._news:
             self._wishes["change"] = {**self._wishes.get("change", {}), **values}
             self._news.notify()
 
-    def _wish_transport(self, command: dict[str, Any]) -> None:
+    def _request_transport(self, command: dict[str, Any]) -> None:
         known = {"speed": "speed", "restart": "seed", "go": "frame", "toggle": None}
         action = command["action"]
         field = known[action]
-        self._wish(action, command[field] if field else True)
+        self._request(action, command[field] if field else True)
 
-    def _wish(self, what: str, value: object) -> None:
+    def _request(self, what: str, value: object) -> None:
         with self._news:
             self._wishes[what] = value
             self._news.notify()

@@ -75,7 +75,7 @@ class Scene:
             summit = max(summit, shapes.summit(item))
             lift = order * LAYER_GAP_PX + (summit * relief if shapes.is_flat(item) else 0.0)
             self._show(name, what.pictures.get(name, item), Stance(relief, lift, apex))
-        for name, item in worlds.placed(drawing):
+        for name, item in worlds.place_worlds(drawing):
             if self._is_seen(item):
                 shown.add(name)
                 self._show(name, item, shapes.FREE)

@@ -31,11 +31,11 @@ class SeedBox:
         hint = "The same seed gives the same scene and the same run, to the bit. A change starts the run again."
         self._box: Handle = server.gui.add_number("Seed", seed, min=0, max=LARGEST_SEED, step=1, hint=hint)
 
-        async def moved(event: viser.GuiEvent[viser.GuiNumberHandle[int]]) -> None:
+        async def on_change(event: viser.GuiEvent[viser.GuiNumberHandle[int]]) -> None:
             if event.client_id is not None:
                 on_move(_whole(event.target.value))
 
-        self._box.on_update(moved)
+        self._box.on_update(on_change)
 
     def show(self, *, insist: bool = False) -> None:
         """Show the seed, even if it is believed to be shown already when `insist` is given."""

@@ -232,4 +232,4 @@ class Viewer:
             self._panel.caption(drawing.caption or f"Frame {frame}")
             self._panel.frame(frame)
         self._server.flush()
-        self._pacer.sent()
+        self._pacer.note_frame()

@@ -17,7 +17,7 @@ from pftrack.model.world import Viewpoint, World
 from pftrack.rendering.projection import Projection
 from pftrack_server.viewer.camera import Box, Side, View
 
-__all__ = ["placed", "preset", "sides", "view"]
+__all__ = ["place_worlds", "preset", "sides", "view"]
 
 GAP = 4.0
 """Between the picture and the first world, and between two worlds, in heights of the picture."""
@@ -29,7 +29,7 @@ STEEPEST_DEG = 89.0
 """Straight from above no direction would be up for whoever goes on to turn the scene."""
 
 
-def placed(drawing: Drawing) -> Iterator[tuple[str, Primitive]]:
+def place_worlds(drawing: Drawing) -> Iterator[tuple[str, Primitive]]:
     """Yield the primitives of a drawing's worlds, in the drawing's px, each by a name of its own."""
     for order, each in enumerate(drawing.worlds):
         world, side = each.world, float(drawing.height)

@@ -62,7 +62,7 @@ class Page:
             self.sizes.append(len(message))
 
     def paints(self) -> None:
-        self.watcher.painted(len(self.frames))
+        self.watcher.acknowledge(len(self.frames))
 
 
 def test_nobody_draws_for_an_empty_room() -> None:
@@ -166,7 +166,7 @@ def test_another_worker_is_asked_anew_and_its_pictures_are_sent() -> None:
             page = Page(watcher)
             worker.draws()
             await page.reads()
-            worker.feed.resumed()
+            worker.feed.on_worker_started()
             assert worker.asked == 3
             assert await told(aiter(watcher)) is None
             again = DrawingEncoder().encode(Drawing(16, 12, {"picture": Picture(np.full((12, 16, 3), 9, np.uint8))}), 0)
@@ -196,6 +196,6 @@ def test_a_page_cannot_have_painted_what_it_was_not_sent() -> None:
     async def scenario() -> None:
         refused = pytest.raises(ValueError, match="expected between 0 and 0 painted drawings, got 1")
         with Worker().feed.join() as watcher, refused:
-            watcher.painted(1)
+            watcher.acknowledge(1)
 
     run(scenario())

@@ -68,10 +68,10 @@ def test_another_server_signs_otherwise(links: Links) -> None:
 def test_a_seat_belongs_to_one_class(links: Links) -> None:
     """What a browser keeps is read for the class that gave it, and not when it was changed."""
     kept = links.new_seat("k7q2")
-    seat = links.seat("k7q2", kept)
+    seat = links.read_seat("k7q2", kept)
     assert seat
     assert links.new_seat("k7q2") != kept
-    assert links.seat("m4xb", kept) is None
-    assert links.seat("k7q2", kept.replace(".", ".A")) is None
-    assert links.seat("k7q2", "other." + kept.partition(".")[2]) is None
-    assert [links.seat("k7q2", text) for text in ("", ".", "\N{SNOWMAN}", seat, "\ud800")] == [None] * 5
+    assert links.read_seat("m4xb", kept) is None
+    assert links.read_seat("k7q2", kept.replace(".", ".A")) is None
+    assert links.read_seat("k7q2", "other." + kept.partition(".")[2]) is None
+    assert [links.read_seat("k7q2", text) for text in ("", ".", "\N{SNOWMAN}", seat, "\ud800")] == [None] * 5

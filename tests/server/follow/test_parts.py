@@ -136,36 +136,36 @@ class TestForks:
         """Places are counted from when a session is begun, and come back when it is gone."""
         sessions = {"x", "y"}
         forks = Forks(2, sessions.__contains__, lambda: None)
-        with forks.room("a") as first:
+        with forks.reserve("a") as first:
             assert len(forks) == 1
             assert forks.of("a") is first
-            with pytest.raises(ConflictError), forks.room("a"):
+            with pytest.raises(ConflictError), forks.reserve("a"):
                 pass
             first.session = "x"
-        with forks.room("b") as second:
+        with forks.reserve("b") as second:
             second.session = "y"
-        with pytest.raises(UnavailableError, match="All 2"), forks.room("c"):
+        with pytest.raises(UnavailableError, match="All 2"), forks.reserve("c"):
             pass
         sessions.remove("x")
         assert (len(forks), forks.sessions, forks.of("a")) == (1, ["y"], None)
-        with forks.room("c") as third:
+        with forks.reserve("c") as third:
             third.lesson = "bayes"
         assert len(forks) == 2
-        given_back = forks.give_back("c")
+        given_back = forks.release("c")
         assert given_back is not None
         assert given_back.lesson == "bayes"
-        assert forks.give_back("c") is None
+        assert forks.release("c") is None
 
     def test_a_session_that_could_not_be_made_takes_no_place(self) -> None:
         """The place is given back with the error."""
         forks = Forks(1, lambda _: True, lambda: None)
-        with pytest.raises(OSError, match="disk"), forks.room("a"):
+        with pytest.raises(OSError, match="disk"), forks.reserve("a"):
             raise OSError("disk")
         assert len(forks) == 0
 
     def test_without_places(self) -> None:
         """Where there are none, that is what is said."""
-        with pytest.raises(UnavailableError, match="no places"), Forks(0, lambda _: True, lambda: None).room("a"):
+        with pytest.raises(UnavailableError, match="no places"), Forks(0, lambda _: True, lambda: None).reserve("a"):
             pass
 
     def test_a_lesson_that_nobody_turns_is_given_back(self, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -173,7 +173,7 @@ class TestForks:
         now = 0.0
         monkeypatch.setattr("pftrack_server.follow.forks.time.monotonic", lambda: now)
         forks = Forks(1, lambda _: True, lambda: None)
-        with forks.room("a") as fork:
+        with forks.reserve("a") as fork:
             fork.lesson = "bayes"
         now = UNUSED_S - 1.0
         forks.touch("a", "/api/v1/follow")
@@ -191,19 +191,19 @@ class TestForks:
         monkeypatch.setattr("pftrack_server.follow.forks.time.monotonic", lambda: now)
         forks = Forks(2, lambda _: True, lambda: None)
         for seat, session in (("a", "x"), ("b", "y")):
-            with forks.room(seat) as fork:
+            with forks.reserve(seat) as fork:
                 fork.session = session
         now = UNUSED_S - 1.0
-        assert forks.left(lambda session: session == "x") == []
+        assert forks.unused_sessions(lambda session: session == "x") == []
         now += 1.0
-        assert forks.left(lambda _: False) == ["y"]
+        assert forks.unused_sessions(lambda _: False) == ["y"]
 
     def test_what_is_given_back_while_it_is_made(self) -> None:
         """Another one may be begun meanwhile, and stays."""
         forks = Forks(1, lambda _: True, lambda: None)
-        with forks.room("a"):
-            forks.give_back("a")
-            with forks.room("a") as second:
+        with forks.reserve("a"):
+            forks.release("a")
+            with forks.reserve("a") as second:
                 second.session = "x"
         assert forks.of("a") is second
 

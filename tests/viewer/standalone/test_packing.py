@@ -9,7 +9,7 @@ import pytest
 
 from pftrack_server.viewer.standalone.lines import Lines
 from pftrack_server.viewer.standalone.packing import Packing
-from pftrack_server.viewer.standalone.pictures import fitted
+from pftrack_server.viewer.standalone.pictures import shrink
 from pftrack_server.viewer.viser_adapter import NodeState
 
 
@@ -51,7 +51,7 @@ def test_places_come_back_within_a_32nd_of_a_pixel() -> None:
     points[3, 1], points[5] = np.nan, 1e20
     packing = Packing()
     states = packing.moment({"/cloud": NodeState(1, "PointCloudMessage", {"points": points.ravel()})}, {})
-    described, blob = _unpacked(packing.packed([[states, states]]))
+    described, blob = _unpacked(packing.pack([[states, states]]))
     columns = described["nodes"][0]["props"]["points"]["columns"]
     read = np.stack([_column(described, blob, index) for index in columns], axis=1) / 16.0
     assert read[3, 1] == -(2**31) / 16.0
@@ -68,7 +68,7 @@ def test_what_does_not_change_is_written_once() -> None:
     packing = Packing()
     first = packing.moment({"/a": node, "/b": twin}, {})
     assert packing.moment({"/a": node, "/b": twin}, {}) == first
-    described, _ = _unpacked(packing.packed([[first, first]]))
+    described, _ = _unpacked(packing.pack([[first, first]]))
     assert len(described["states"]) == 2
     assert len(described["columns"]) == 3
 
@@ -82,13 +82,13 @@ def test_pictures_that_are_too_large_are_made_coarser_until_they_fit() -> None:
     """All pictures of a recording together keep to what they may take; those that fit stay as they are."""
     files = [_noise(seed) for seed in range(6)]
     whole = sum(map(len, files))
-    assert fitted(files, whole) == files
-    assert sum(map(len, fitted(files, whole // 3))) <= whole // 3
-    smallest = fitted(files, 1)
+    assert shrink(files, whole) == files
+    assert sum(map(len, shrink(files, whole // 3))) <= whole // 3
+    smallest = shrink(files, 1)
     assert sum(map(len, smallest)) < whole // 3, "what cannot fit is as small as it gets"
 
 
 def test_a_damaged_picture_is_refused() -> None:
     """What is no JPEG file cannot be made coarser, and says so."""
     with pytest.raises(ValueError, match="no JPEG"):
-        fitted([b"no picture"], 1)
+        shrink([b"no picture"], 1)

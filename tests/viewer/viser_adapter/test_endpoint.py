@@ -144,7 +144,7 @@ def test_a_message_that_cannot_be_taken_ends_the_connection() -> None:
             raise RuntimeError(f"nobody is there for {len(message)} bytes")
 
         async with asyncio.timeout(5), reached.connect(PROTOCOL, take) as connection:
-            await connection.ended()
+            await connection.wait_closed()
 
     play(scene)
 
@@ -157,7 +157,7 @@ def test_a_client_of_another_version_is_told_so() -> None:
             raise AssertionError(message)
 
         async with asyncio.timeout(5), reached.connect("viser-v0.0.1", take) as connection:
-            code, reason = await connection.ended()
+            code, reason = await connection.wait_closed()
         assert code == 1002
         assert "0.0.1" in reason
 
@@ -176,7 +176,7 @@ def test_a_message_that_viser_cannot_read_ends_only_its_own_connection(caplog: p
 
         async with asyncio.timeout(5), reached.connect(PROTOCOL, take) as connection:
             connection.deliver(CAMERA)
-            code, _ = await connection.ended()
+            code, _ = await connection.wait_closed()
         assert code == 1011
         assert "a connection to the scene failed" in caplog.text
         begun.clear()
@@ -195,10 +195,10 @@ def test_a_server_that_ends_tells_its_connections_and_takes_no_more() -> None:
 
         async with asyncio.timeout(10), reached.connect(PROTOCOL, take) as connection:
             ending = asyncio.create_task(asyncio.to_thread(viser_adapter.stop, server))
-            endings = [await connection.ended()]
+            endings = [await connection.wait_closed()]
             while reached.is_open:
                 async with reached.connect(PROTOCOL, take) as late:
-                    endings.append(await late.ended())
+                    endings.append(await late.wait_closed())
             await ending
         assert {code for code, _ in endings} == {1001}
         with pytest.raises(ConnectionRefusedError):

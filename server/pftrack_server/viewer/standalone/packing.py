@@ -62,7 +62,7 @@ class Packing:
         """Names of the layers that any node is on."""
         return {node["layer"] for node in self._nodes}
 
-    def packed(self, moments: list[list[list[int]]]) -> bytes:
+    def pack(self, moments: list[list[list[int]]]) -> bytes:
         """Return all but the pictures, packed by gzip: the length of a description, the description, and columns.
 
         Args:

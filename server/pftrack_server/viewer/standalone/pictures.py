@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 import cv2
 import numpy as np
 
-__all__ = ["fitted"]
+__all__ = ["shrink"]
 
 FORMS = ((960, 80), (960, 70), (800, 65), (720, 55), (640, 50), (560, 45), (480, 40), (400, 35), (320, 30))
 """Longest side of a picture, px, and quality, from fine to coarse."""
@@ -13,7 +13,7 @@ SAMPLE = 12
 """So many pictures tell how large all of them will be."""
 
 
-def fitted(pictures: Sequence[bytes], most_bytes: int) -> list[bytes]:
+def shrink(pictures: Sequence[bytes], most_bytes: int) -> list[bytes]:
     """Return JPEG files that together are no larger than that, or as small as they get.
 
     Args:

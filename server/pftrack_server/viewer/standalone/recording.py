@@ -24,7 +24,7 @@ from pftrack_server.viewer import viser_adapter, worlds
 from pftrack_server.viewer.camera import PRESETS, Box, Side, fit
 from pftrack_server.viewer.scene import Scene
 from pftrack_server.viewer.standalone.packing import Packing
-from pftrack_server.viewer.standalone.pictures import fitted
+from pftrack_server.viewer.standalone.pictures import shrink
 
 __all__ = ["Recorded", "Recording", "record"]
 
@@ -76,12 +76,12 @@ def record(run: Run, most_bytes: int) -> Recorded:
     """
     server, _ = viser_adapter.start(run.experiment.title)
     try:
-        return (yield from _recorded(run, server, most_bytes))
+        return (yield from _record(run, server, most_bytes))
     finally:
         viser_adapter.stop(server)
 
 
-def _recorded(run: Run, server: viser.ViserServer, most_bytes: int) -> Recorded:
+def _record(run: Run, server: viser.ViserServer, most_bytes: int) -> Recorded:
     recorder, packing = viser_adapter.Recorder(server), Packing()
     scene = Scene(server, run.experiment.layers)
     player = viser_adapter.player_page(server)
@@ -94,18 +94,18 @@ def _recorded(run: Run, server: viser.ViserServer, most_bytes: int) -> Recorded:
         for_scene, layers, both = encoder.for_scene(drawn), _layers(drawn), []
         for relief in (0.0, 1.0):
             scene.apply(for_scene, relief)
-            both.append(packing.moment(_seen(recorder.moment), layers))
+            both.append(packing.moment(_visible(recorder.moment), layers))
         kept.append(frame)
         captions.append(drawing.caption)
         moments.append(both)
         box = _larger(box, scene.box(drawn))
         keys.update(key for _, key in drawn_keys(drawing, run.experiment.layers))
         yield frame + 1, run.computed + 1
-    packed = packing.packed(moments)
+    packed = packing.pack(moments)
     return Recording(
         player=player,
         packed=packed,
-        pictures=tuple(fitted(packing.pictures, max(0, most_bytes - len(packed)))),
+        pictures=tuple(shrink(packing.pictures, max(0, most_bytes - len(packed)))),
         kept=kept,
         captions=captions,
         views=_views(run, box),
@@ -141,11 +141,11 @@ def _order(cloud: Points) -> Points:
 
 def _layers(drawing: Drawing) -> dict[str, str]:
     """Return the layers of a drawing by the names of their nodes."""
-    items = [*drawing.primitives.items(), *worlds.placed(drawing)]
+    items = [*drawing.primitives.items(), *worlds.place_worlds(drawing)]
     return {f"/{name}": item.layer for name, item in items}
 
 
-def _seen(moment: viser_adapter.Moment) -> viser_adapter.Moment:
+def _visible(moment: viser_adapter.Moment) -> viser_adapter.Moment:
     """Return the nodes that are shown, and those that carry the colours of others."""
     return {name: node for name, node in moment.items() if node.visible or viser_adapter.is_companion(name)}
 

@@ -42,7 +42,7 @@ from pftrack_server.viewer.viser_adapter.client_page import (
 from pftrack_server.viewer.viser_adapter.coloured_mesh import ColouredMesh, is_companion
 from pftrack_server.viewer.viser_adapter.echo import echo
 from pftrack_server.viewer.viser_adapter.endpoint import Connection, Endpoint
-from pftrack_server.viewer.viser_adapter.messages import is_welcome
+from pftrack_server.viewer.viser_adapter.messages import is_allowed
 from pftrack_server.viewer.viser_adapter.pictures import add_jpeg, replace_jpeg
 from pftrack_server.viewer.viser_adapter.player_page import player_page
 from pftrack_server.viewer.viser_adapter.recorder import Moment, NodeState, Recorder
@@ -61,8 +61,8 @@ __all__ = [
     "client_page",
     "connection_of",
     "echo",
+    "is_allowed",
     "is_companion",
-    "is_welcome",
     "player_page",
     "replace_jpeg",
     "start",

@@ -57,7 +57,7 @@ CLIENT = Path(__file__).parent / "client"
 @cache
 def client_page() -> bytes:
     """Return the page for `/viz/{session}/`, to be sent with `CONTENT_SECURITY_POLICY`."""
-    page = _opened() or original_page()
+    page = _split_page() or original_page()
     page = page.replace("<title>Viser</title>", "<title>pftrack scene</title>", 1)
     head = page.index("<head>") + len("<head>")
     body = page.index("</head>")
@@ -86,7 +86,7 @@ def client_asset(name: str) -> Asset | None:
     return next((file for file in files if file.name == name), None)
 
 
-def _opened() -> str | None:
+def _split_page() -> str | None:
     """Return viser's page with its script and its style sheet as files."""
     parts = client_parts()
     if parts is None:

@@ -89,7 +89,7 @@ class Connection:
         """Hand viser a message; one that comes after the end is dropped."""
         self._put(message)
 
-    async def ended(self) -> tuple[int, str]:
+    async def wait_closed(self) -> tuple[int, str]:
         """Wait until viser has dealt with the end of the connection; return its closing code and reason."""
         await self._ended.wait()
         return self._closing
@@ -135,7 +135,7 @@ class Connection:
         self._released.set()
         self._released.clear()
 
-    def _has_left(self) -> None:
+    def _note_taken(self) -> None:
         """Take note that a message was taken, which may have been the one with the question."""
         if self._leaving:
             self._leaving, self._left = self._leaving - 1, time.monotonic()
@@ -163,7 +163,7 @@ class Connection:
         except Exception:  # noqa: BLE001 - whatever it was, the message cannot be taken
             taking.close()
             raise ConnectionClosedError(None, None) from None
-        self._has_left()
+        self._note_taken()
 
     async def recv(self) -> bytes:
         """Return the next message.
@@ -185,7 +185,7 @@ class Connection:
             self._released.set()
             self._inbox.put_nowait(None)
 
-    def has_ended(self) -> None:
+    def mark_closed(self) -> None:
         """Tell whoever has connected that viser has dealt with the end."""
         with suppress(RuntimeError):  # their loop has been closed, so nobody waits
             self._loop.call_soon_threadsafe(self._ended.set)
@@ -253,7 +253,7 @@ class Endpoint:
         task.add_done_callback(self._end)
 
     def _end(self, task: asyncio.Task[None]) -> None:
-        self._handling.pop(task).has_ended()
+        self._handling.pop(task).mark_closed()
 
     async def _handle(self, connection: Connection) -> None:
         assert self._handler is not None  # noqa: S101 - for mypy: it is given before the loop is known

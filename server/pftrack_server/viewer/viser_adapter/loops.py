@@ -2,7 +2,7 @@
 
 With a loop for each session every frame goes back and forth between threads, which wait for each other and for the
 interpreter: with sixteen sessions that takes longer than what the threads do. viser has no public way to be given a
-loop, so where it makes one it gets a `_Guest`.
+loop, so where it makes one it gets a `_BorrowedLoop`.
 """
 
 import asyncio
@@ -18,7 +18,7 @@ __all__ = ["install", "working_in"]
 Loop = asyncio.AbstractEventLoop
 
 
-class _Guest:
+class _BorrowedLoop:
     """A loop as viser's thread sees it: not its own, so it may give it work, but neither stop nor close it."""
 
     def __init__(self, loop: Loop) -> None:
@@ -47,13 +47,13 @@ class _Asyncio:
     def __getattr__(self, name: str) -> Any:  # noqa: ANN401 - a module's
         return getattr(asyncio, name)
 
-    def new_event_loop(self) -> Loop | _Guest:
+    def new_event_loop(self) -> Loop | _BorrowedLoop:
         """Return the loop in which the server that is being started is to work."""
-        return asyncio.new_event_loop() if self.wanted is None else _Guest(self.wanted)
+        return asyncio.new_event_loop() if self.wanted is None else _BorrowedLoop(self.wanted)
 
-    def set_event_loop(self, loop: Loop | _Guest) -> None:
+    def set_event_loop(self, loop: Loop | _BorrowedLoop) -> None:
         """Make a loop that of viser's thread, if it is."""
-        if not isinstance(loop, _Guest):
+        if not isinstance(loop, _BorrowedLoop):
             asyncio.set_event_loop(loop)
 
 

@@ -15,7 +15,7 @@ from viser.infra import _messages as infra_messages
 
 from pftrack_server.log import RateLimitedLogger
 
-__all__ = ["drop_bad_values", "is_welcome", "remove_handlers"]
+__all__ = ["drop_bad_values", "is_allowed", "remove_handlers"]
 
 CONTROL = _messages.GuiUpdateMessage.__name__
 LOOKING = frozenset({_messages.ViewerCameraMessage.__name__, _messages.LocalStorageGetItemResponseMessage.__name__})
@@ -40,7 +40,7 @@ class _Message(msgspec.Struct):
 _DECODER = msgspec.msgpack.Decoder(_Message)
 
 
-def is_welcome(data: bytes, *, looks_only: bool = False) -> bool:
+def is_allowed(data: bytes, *, looks_only: bool = False) -> bool:
     """Whether a message from a browser is one that the scene or the panel needs.
 
     Args:
@@ -82,6 +82,6 @@ def drop_bad_values(server: viser.ViserServer) -> None:
 
 
 def remove_handlers(server: viser.ViserServer) -> None:
-    """Make a server deaf to requests for a tunnel and to uploads, should any ever get past `is_welcome`."""
+    """Make a server deaf to requests for a tunnel and to uploads, should any ever get past `is_allowed`."""
     for message in UNWANTED:
         server._websock_server.unregister_handler(message)  # noqa: SLF001 - there is no public way

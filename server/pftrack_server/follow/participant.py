@@ -1,4 +1,4 @@
-"""A guest: whoever came by the link of a class, as handlers learn of it."""
+"""A participant: whoever came by the link of a class, as handlers learn of it."""
 
 from collections.abc import MutableMapping
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -9,21 +9,21 @@ from pftrack_server.follow.roles import Reach, Standing
 if TYPE_CHECKING:
     from pftrack_server.follow.follow import Follow
 
-__all__ = ["PREFIX", "Guest", "guest_of"]
+__all__ = ["PREFIX", "Participant", "participant_of"]
 
 PREFIX = "/f"
 """Where the addresses of all links are."""
-GUEST = "pftrack.guest"
+PARTICIPANT = "pftrack.participant"
 
 
-class Guest(NamedTuple):
+class Participant(NamedTuple):
     """Whoever came by a link.
 
     Attributes:
         follow: The class.
         claim: What the link says.
         seat: The follower's name within it; empty for an owner.
-        role: What the guest is.
+        role: What the participant is.
     """
 
     follow: "Follow"
@@ -38,15 +38,15 @@ class Guest(NamedTuple):
 
     @property
     def prefix(self) -> str:
-        """What stands before the app's own addresses in those of this guest."""
+        """What stands before the app's own addresses in those of this participant."""
         return f"{PREFIX}/{self.claim.link}"
 
     def put_into(self, scope: MutableMapping[str, Any]) -> None:
         """Let the handlers of a request or websocket know."""
-        scope[GUEST] = self
+        scope[PARTICIPANT] = self
 
 
-def guest_of(scope: MutableMapping[str, Any]) -> Guest | None:
+def participant_of(scope: MutableMapping[str, Any]) -> Participant | None:
     """Return who came by a link; None for somebody with the rights of the whole server."""
-    found: Guest | None = scope.get(GUEST)
+    found: Participant | None = scope.get(PARTICIPANT)
     return found

@@ -11,7 +11,7 @@ from pftrack.files import write_whole
 from pftrack.numerics import machine
 from pftrack.warming import source_hash
 
-__all__ = ["Kept", "digest"]
+__all__ = ["DiskCache", "digest"]
 
 
 def digest(about: str) -> str:
@@ -23,7 +23,7 @@ def digest(about: str) -> str:
     return hashlib.sha256(about.encode()).hexdigest()[:32]
 
 
-class Kept:
+class DiskCache:
     """A folder of results, each a file; what cannot be read, or written, is computed again.
 
     Args:

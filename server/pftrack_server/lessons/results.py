@@ -16,10 +16,10 @@ import structlog
 
 from pftrack.process import Budget, Ending, Outcome, Refusal, Reply
 from pftrack_server.tasks.child_tasks import ChildTasks
-from pftrack_server.tasks.kept import Kept, digest
+from pftrack_server.tasks.disk_cache import DiskCache, digest
 from pftrack_server.tasks.queue import Queue
 
-__all__ = ["Computed", "Job"]
+__all__ = ["Job", "LessonResults"]
 
 BUDGET = Budget(cpu_seconds=1800.0, silence_s=600.0)
 """A check may take a minute on a slow machine, and says nothing meanwhile."""
@@ -64,7 +64,7 @@ class Job:
         self.done, self.total = done, total
 
 
-class Computed:
+class LessonResults:
     """What was computed, and what is.
 
     Args:
@@ -73,7 +73,7 @@ class Computed:
     """
 
     def __init__(self, folder: Path, tasks: ChildTasks) -> None:
-        self._kept = Kept(folder)
+        self._kept = DiskCache(folder)
         self._tasks = tasks
         self._turn = Queue(1)
         self._jobs: dict[str, Job] = {}
