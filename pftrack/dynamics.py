@@ -1,6 +1,6 @@
 """Dynamics: how a state moves from one frame to the next, and how uncertain that is.
 
-All models of the documents are linear with Gaussian noise, x' = A x + d + B u with u white and of unit variance, so one
+The models here are linear with Gaussian noise, x' = A x + d + B u with u white and of unit variance, so one
 type serves them all; the functions below build the usual members. A second-order model of a position carries the two
 newest positions in its state, (x_t, x_{t-1}).
 

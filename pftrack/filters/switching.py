@@ -27,7 +27,7 @@ def exceeds(sigma: NDArray[np.float64], gamma: float) -> bool:
 def hard(sigma: NDArray[np.float64], gamma: float, count: int) -> int:
     """All particles from the observation sampler if any sigma exceeds gamma, else none.
 
-    This is the rule of the h-SPF (Bando 2007, ch. 3 section 3).
+    This is the rule of the h-SPF (Bando 2007, ch. 3 section 2.1).
 
     Args:
         sigma: (d,) posterior standard deviations of the last frame.

@@ -6,7 +6,7 @@ that the later ones carry along. Angles are always written in the order (theta_x
 
 Filters linearise R, so its derivatives are here as well; all are compiled, for use inside the loops of filters.
 
-Source: Bando 2007, ch. 4 section 3.2 and Appendix D, corrected (docs/methods/adaptive.md).
+Source: Bando 2007, Appendix D, eq. A.32, whose expansions are corrected (docs/methods/adaptive.md).
 """
 
 import math

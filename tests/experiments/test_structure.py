@@ -42,7 +42,7 @@ def test_presets_do_what_they_say(preset: Preset) -> None:
         assert run.summary().verdict.success == preset.title.startswith("works")
 
 
-def test_the_error_is_the_document_s() -> None:
+def test_the_error_is_that_of_bando() -> None:
     """It is eq. 4.19 in percent for a solid shape, also of many at once, and is known of a flat one."""
     rng = np.random.default_rng(0)
     truths, estimates = rng.standard_normal((2, 5, 9, 3))

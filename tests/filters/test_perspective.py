@@ -26,7 +26,7 @@ def test_the_jacobian_is_that_of_differences() -> None:
         assert np.abs(jacobian[:, :, entry] - difference).max() < 1e-5
 
 
-def test_the_document_s_linear_form_is_the_same_camera() -> None:
+def test_bando_s_linear_form_is_the_same_camera() -> None:
     """Eq. A.39, with its lost terms restored, gives the projection and the Jacobian to 1e-12."""
     turn, slopes, angles = rotation(STATE[:3]), derivatives(STATE[:3]), STATE[:3]
     rests = turn - np.einsum("kij,k->ij", slopes, angles)

@@ -76,7 +76,7 @@ def test_correlations_can_be_switched_off_and_the_width_scaled() -> None:
     assert not whole.mean.any()
 
 
-def test_the_world_reading_learns_what_the_document_does() -> None:
+def test_the_world_reading_learns_what_the_paper_does() -> None:
     """Readings (i) and (iii) differ in how they move, not in what they learn; (ii) learns something else."""
     document = LEARNED.diffusion("document").covariance
     assert np.array_equal(LEARNED.diffusion("world").covariance, document)

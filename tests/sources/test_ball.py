@@ -21,7 +21,7 @@ def red(image: np.ndarray) -> np.ndarray:
     return (image == (200, 50, 50)).all(axis=-1)
 
 
-def test_path_is_the_document_s() -> None:
+def test_path_is_a_swing_about_the_middle() -> None:
     """U = 160 - 100 cos(2 pi t / 30), v = 120."""
     parameters = scene()
     source = BallSource(0, parameters)

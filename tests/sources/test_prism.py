@@ -60,7 +60,7 @@ def test_what_is_measured_is_the_truth_with_the_noise_that_is_said() -> None:
     assert np.std(np.array(scores)[np.array(hidden)]) == pytest.approx(1.0, abs=0.05)
 
 
-def test_the_motion_is_the_document_s() -> None:
+def test_the_motion_is_that_of_the_study() -> None:
     """Angles and translation are the sinusoids of docs/methods/adaptive.md, from where it faces the camera."""
     still = sight(0, 0, SCENE)
     assert not still.theta_rad.any()

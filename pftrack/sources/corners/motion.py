@@ -27,7 +27,7 @@ def shifts_px(phases: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return how far wall, book and box have moved from where they would be without motion, (n, 3, 2) px.
 
     Args:
-        phases: (n,) frames at the specified speed.
+        phases: (n,) frames at the speed of the study.
     """
     drift = FRAMES - np.abs(FRAMES - phases % (2 * FRAMES))
     turns = 2.0 * np.pi * phases

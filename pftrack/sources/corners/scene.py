@@ -46,7 +46,7 @@ class CornerSceneParameters(DetectorParameters, SelectionParameters):
     gain_jump_share: float = parameter(
         0.12, "Share of frames with a jump", "How often the light jumps.", ge=0, le=1, step=0.01, group=LIGHT)
     scene_speed: float = parameter(
-        1, "Speed", "How fast wall, book and box move, relative to the specified sequence.",
+        1, "Speed", "How fast wall, book and box move, relative to the sequence of the study.",
         ge=0, le=4, step=0.1, group=MOTION)
     # fmt: on
 

@@ -14,7 +14,7 @@ def moved(**values: float) -> HeadSceneParameters:
     return revise(HeadSceneParameters(), values)
 
 
-def test_script_has_the_document_s_motions_in_order() -> None:
+def test_script_has_its_motions_in_order() -> None:
     """Turns of 35 degrees, then nods and rolls of 25, two of each, and rests between them."""
     degrees = script_deg()
     assert degrees[0].tolist() == [0, 0, 0]

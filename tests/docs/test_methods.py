@@ -1,0 +1,81 @@
+"""Pages on methods: what they name exists, their formulas can be read, and sources are cited by author everywhere."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from pftrack_server.lessons.text import paragraphs
+
+ROOT = Path(__file__).parents[2]
+METHODS = ROOT / "docs" / "methods"
+PAGES = sorted(METHODS.glob("*.md"))
+
+ROOMS = ("pftrack", "server", "frontend_static", "docs", "tests", "benchmarks", "examples", "tools", "docker")
+ENDINGS = {".css", ".html", ".js", ".md", ".py", ".toml"}
+GENERATED = {"node_modules", "__pycache__", "data"}
+
+NUMBERED = re.compile(r"\b(?:document|spec|specification)s?,? (?:section )?\d", re.IGNORECASE)
+UNNAMED = re.compile(r"\bthe (?:source )?(?:document|specification)\b", re.IGNORECASE)
+MEANT = {
+    "frontend_static/shared/theme.js": "the page's document",
+}
+"""Files in which the words mean something else."""
+
+
+def named_paths(page: Path) -> set[str]:
+    """The files that a page names in backticks."""
+    return set(re.findall(r"`((?:pftrack|server|frontend_static|docs|tests)/[^`\s]+)`", page.read_text("utf-8")))
+
+
+def sources() -> list[Path]:
+    """Every file in which a person reads prose or comments."""
+    files = [path for room in ROOMS for path in sorted((ROOT / room).rglob("*")) if path.suffix in ENDINGS]
+    return [path for path in files if not GENERATED.intersection(path.relative_to(ROOT).parts)]
+
+
+def prose(path: Path) -> str:
+    """The text of a file with lines joined, and without what begins a line of a comment."""
+    return re.sub(r"\s*\n\s*(?:#|//|\*)?\s*", " ", path.read_text("utf-8"))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_every_file_that_a_page_names_exists(page: Path) -> None:
+    """A module that is renamed or moved is renamed on the pages, too."""
+    assert [name for name in sorted(named_paths(page)) if not (ROOT / name).exists()] == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_every_formula_can_be_read(page: Path) -> None:
+    """Formulas are those of lessons: the reader that makes pages of these reads all of them."""
+    html = paragraphs(page.read_text("utf-8"))
+    assert re.findall(r'<code class="unread"[^>]*>(.*?)</code>', html) == []
+    assert "$" not in re.sub(r"<(pre|code)>.*?</\1>", "", html, flags=re.DOTALL)
+
+
+def test_the_index_has_every_page() -> None:
+    """The index links to each page, and each page says which modules it describes."""
+    index = (METHODS / "README.md").read_text("utf-8")
+    for page in PAGES:
+        if page.name != "README.md":
+            assert f"]({page.name})" in index
+            assert named_paths(page)
+
+
+def test_sources_are_cited_by_author_and_year() -> None:
+    """No text says which of a pile of papers is meant by a number, or speaks of a paper without naming it."""
+    found = []
+    for path in sources():
+        name, text = str(path.relative_to(ROOT)), prose(path)
+        found += [(name, hit.group()) for hit in NUMBERED.finditer(text)]
+        if name not in MEANT:
+            found += [(name, hit.group()) for hit in UNNAMED.finditer(text)]
+    assert [hit for hit in found if hit[0] != "tests/docs/test_methods.py"] == []
+
+
+def test_a_numbered_reference_is_found() -> None:
+    """The search itself finds what it is for, across the ends of lines."""
+    hits = ("Document 1, ch. 3", "specification 10.3", "specification, section 5", "specs 6")
+    assert all(NUMBERED.search(hit) for hit in hits)
+    assert not NUMBERED.search("Bando 2007, ch. 3 section 2.1")
+    assert UNNAMED.search("as the document has it")
