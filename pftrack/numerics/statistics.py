@@ -1,8 +1,8 @@
 """Statistics of success and error: intervals, tests of two methods against each other, and what many tests cost.
 
 Every function says under which conditions its answer means something; where they do not hold the answer is NaN, "not
-applicable", rather than a number that looks like one. The tests are those of Bando 2007 (ch. 3 sections 3.1 and 3.2), and
-what one should have beside them: intervals, Fisher's exact test for small counts, effect sizes, and Holm's
+applicable", rather than a number that looks like one. The tests are those of Bando 2007 (ch. 3 sections 3.1 and 3.2),
+and what one should have beside them: intervals, Fisher's exact test for small counts, effect sizes, and Holm's
 correction for a map of hundreds of tests, of which one in a hundred would otherwise come out at 1 % by chance alone.
 """
 
