@@ -4,16 +4,16 @@
  */
 
 import { fill, h } from "../shared/dom.js";
-import { begin, follow } from "./asking.js";
+import { begin, follow } from "./comparison_request.js";
 import { column } from "./column.js";
 import { Table } from "./table.js";
-import { Together } from "./together.js";
+import { JointView } from "./joint_view.js";
 
 /** @import { ViewKind } from "../session/view_choice.js" */
 /** @import { ComparedPublic, ComparedRun, ComparisonOutline, Recipe, RunComparisonPublic } from "../shared/messages.js" */
 /** @import { Column } from "./column.js" */
 /** @import { Arrangement, Wanted } from "../shared/comparison_link.js" */
-/** @import { Member } from "./together.js" */
+/** @import { Member } from "./joint_view.js" */
 
 /**
  * What others need to show the same sessions, as a lecturer's page tells a class; what makes the runs is none of it, which
@@ -33,7 +33,7 @@ import { Together } from "./together.js";
  * @typedef {object} Options
  * @property {ViewKind} [view] How the runs are seen; flat if not given.
  * @property {Partial<import("../session/keys.js").Actions>} [actions] What keys do beyond moving through the runs.
- * @property {(compared: Compared) => void} [onChange] Called when its link, or what is told of it, has changed.
+ * @property {(compared: RunComparison) => void} [onChange] Called when its link, or what is told of it, has changed.
  * @property {(runs: ComparedRun[]) => void} [onFewer] Called with the runs that stay when one is taken away.
  */
 
@@ -45,14 +45,14 @@ import { Together } from "./together.js";
  * @param {(sentence: string) => void} tell What to say while it has to be waited for; empty when there is nothing to wait for.
  * @param {AbortSignal} signal
  * @param {Options} [options]
- * @returns {Promise<Compared>} Rejects where the runs cannot be compared.
+ * @returns {Promise<RunComparison>} Rejects where the runs cannot be compared.
  */
 export async function compare(element, { runs, position = 0, arrangement = "side" }, tell, signal, options = {}) {
   const comparison = await begin(runs, tell, signal);
   const known = comparison.runs.map(({ recipe }) => ({ recipe }));
   const at = Math.min(position, comparison.frames - 1);
   const members = comparison.runs.map(({ shown, upload, first }) => ({ recipe: { recipe: shown, upload, position: first + at } }));
-  const compared = new Compared(element, comparison, members, { ...options, arrangement, readOnly: false });
+  const compared = new RunComparison(element, comparison, members, { ...options, arrangement, readOnly: false });
   follow(comparison, known, (now) => compared.know(now), compared.signal).catch((error) => compared.fail(error));
   return compared;
 }
@@ -66,18 +66,18 @@ export async function compare(element, { runs, position = 0, arrangement = "side
  * @param {Options} [options]
  */
 export function watch(element, { outline, outcome, arrangement }, sessions, options = {}) {
-  const compared = new Compared(element, outline, sessions.map((session) => ({ session })), { ...options, arrangement, readOnly: true });
+  const compared = new RunComparison(element, outline, sessions.map((session) => ({ session })), { ...options, arrangement, readOnly: true });
   if (outcome !== null) compared.know(outcome);
   return compared;
 }
 
-export class Compared {
+export class RunComparison {
   #outline;
   /** @type {Outcome|null} */
   #outcome = null;
   /** @type {Arrangement} */
   #arrangement = "side";
-  /** @type {Together} */
+  /** @type {JointView} */
   #together;
   /** @type {Column[]} */
   #columns;
@@ -112,7 +112,7 @@ export class Compared {
     this.#root.style.setProperty("--runs", String(runs.length));
     fill(element, this.#root);
     const members = runs.map(({ name, colour, first }, place) => ({ name, colour, first, place: this.#columns[place].place, ...sessions[place] }));
-    this.#together = new Together(members, { view: options.view, readOnly: options.readOnly });
+    this.#together = new JointView(members, { view: options.view, readOnly: options.readOnly });
     this.#difference = h("button", { type: "button", disabled: true, on: { click: () => this.toDifference() } }, "First difference");
     this.#together.deck(deck, [this.#difference]);
     this.#together.plotInto(plots);

@@ -10,15 +10,15 @@ import { notice } from "../shared/notice.js";
 import { present, presentationButton } from "../shared/presentation.js";
 import { themeButton } from "../shared/theme.js";
 import { later } from "../shared/timing.js";
-import { followChip } from "../lead/chip.js";
-import { Lead } from "../lead/lead.js";
+import { followChip } from "../lecturer/chip.js";
+import { ClassControl } from "../lecturer/class_control.js";
 import { viewSwitch } from "../session/scene.js";
 import { compare } from "./compare.js";
 import { help } from "./help.js";
 import { linkTo, wantedOf } from "../shared/comparison_link.js";
 
 /** @import { ComparedRun } from "../shared/messages.js" */
-/** @import { Compared } from "./compare.js" */
+/** @import { RunComparison } from "./compare.js" */
 /** @import { Arrangement, Wanted } from "../shared/comparison_link.js" */
 
 const SKELETON_AFTER_MS = 200;
@@ -26,13 +26,13 @@ const WORK = { label: "Choose saved runs", href: "/work?show=runs" };
 const EMPTY = "Compare a session with its branches or with other methods (key C on its page), two saved runs (My work), or two methods on one row of a sweep.";
 const RECORDING = "A recording is not in the link: where it is opened, it has to be uploaded, if it is not there already.";
 const root = part("comparison");
-/** @type {Compared|null} */
+/** @type {RunComparison|null} */
 let compared = null;
 /** @type {string[]} */
 let sessions = [];
 /** Nothing ends what listens here but the page itself. */
 const { signal } = new AbortController();
-const lead = new Lead(() => {
+const control = new ClassControl(() => {
   if (compared === null || sessions.length === 0) return null;
   return { title: compared.title, sessions, lesson: null, arrangement: { comparison: compared.told } };
 }, signal);
@@ -50,7 +50,7 @@ const share = h(
   h("span", { class: "wide-only" }, "Share"),
 );
 const keys = h("button", { type: "button", class: "quiet icon-only", title: "Keys (?)", "aria-label": "Keys", on: { click: help } }, "?");
-part("tools").append(arrangements.element, views, followChip(lead, signal), share, themeButton(), presentationButton({ hears: false }), keys);
+part("tools").append(arrangements.element, views, followChip(control, signal), share, themeButton(), presentationButton({ hears: false }), keys);
 // The sessions are the page's own; whoever comes back by the browser's cache begins anew.
 addEventListener("pageshow", (event) => event.persisted && location.reload());
 addEventListener("hashchange", () => location.reload());
@@ -85,7 +85,7 @@ async function show(wanted) {
     share.disabled = false;
     compared.begun.then((ids) => {
       sessions = ids;
-      lead.find();
+      control.find();
     }, () => {});
   } catch (error) {
     there();
@@ -97,12 +97,12 @@ async function show(wanted) {
 /**
  * The address holds what makes the runs as soon as that is known, so that it can be kept, sent and reloaded.
  *
- * @param {Compared} shown
+ * @param {RunComparison} shown
  */
 function keepAddress(shown) {
   if (shown !== compared) return;
   history.replaceState(null, "", linkTo({ ...shown.wanted, position: 0 }));
-  lead.update();
+  control.update();
 }
 
 /** @param {ComparedRun[]} runs */

@@ -2,7 +2,7 @@
 
 import { fill, h } from "../shared/dom.js";
 import { count } from "../shared/format.js";
-import { outcomeLines } from "./words.js";
+import { outcomeLines } from "./outcome_text.js";
 
 /** @import { SettingPublic } from "../shared/messages.js" */
 /** @import { Outcome, Outline } from "./compare.js" */
@@ -93,7 +93,7 @@ function settingRow({ name, title, values }, isShort) {
   return h("tr", { data: { setting: name } }, h("th", { scope: "row" }, title), cells);
 }
 
-/** @param {import("./words.js").Cell} cell */
+/** @param {import("./outcome_text.js").Cell} cell */
 function figure({ text, more, hint }) {
   return h("td", { title: hint, class: "figure" }, text, more && h("span", { class: "hint" }, more));
 }

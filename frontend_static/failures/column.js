@@ -2,7 +2,7 @@
 
 import { fill, h } from "../shared/dom.js";
 import { linkTo } from "../shared/share_link.js";
-import { settings } from "./words.js";
+import { settings } from "./difference_text.js";
 
 /** @import { FailureCourse, FailurePublic } from "../shared/messages.js" */
 /** @typedef {"failing"|"cured"} Side */

@@ -8,7 +8,7 @@ import { notice } from "../shared/notice.js";
 import { themeButton } from "../shared/theme.js";
 import { later } from "../shared/timing.js";
 import { curve } from "./curve.js";
-import { differences } from "./words.js";
+import { differences } from "./difference_text.js";
 
 /** @import { FailurePublic } from "../shared/messages.js" */
 

@@ -2,7 +2,7 @@
 
 import { h } from "../shared/dom.js";
 import { tokens } from "../shared/theme.js";
-import { Together } from "../compare/together.js";
+import { JointView } from "../compare/joint_view.js";
 
 /** @import { FailurePublic } from "../shared/messages.js" */
 /** @import { Column } from "./column.js" */
@@ -21,7 +21,7 @@ export function pair(columns, deck, failure) {
     const colour = tokens(COLOURS[side])[COLOURS[side]];
     return { place, name, colour, first: 0, recipe: { recipe: failure[side], position: frame } };
   });
-  const together = new Together(members);
+  const together = new JointView(members);
   const before = h("button", { type: "button", on: { click: () => together.steering.seek(frame) } }, `Frame ${frame}, before it happens`);
   together.deck(deck, [before]);
   together.store.know({ beforeLoss: frame, notes: [{ frame, note: "before it happens" }] });

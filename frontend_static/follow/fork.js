@@ -3,18 +3,18 @@
 import { openDialog } from "../shared/dialog.js";
 import { fill, h, setText } from "../shared/dom.js";
 import { attempt } from "../shared/toast.js";
-import { followed as api } from "../lead/api.js";
+import { followed as api } from "../lecturer/api.js";
 import { sessionTitle } from "./sessions_view.js";
 
 /** @import { Mounted } from "../session/mount.js" */
 /** @import { FollowPublic } from "../shared/messages.js" */
-/** @import { Followed } from "./followed.js" */
+/** @import { ClassStream } from "./class_stream.js" */
 
 const TRY = "Try it yourself";
 
 /**
  * @param {HTMLElement} place
- * @param {Followed} followed
+ * @param {ClassStream} followed
  * @param {() => readonly Mounted[]} views Of the sessions that are shown.
  */
 export function forkButton(place, followed, views) {
@@ -81,7 +81,7 @@ function isEmpty({ sessions, lesson }) {
 /**
  * Whether there is something of one's own that can be opened; a lesson of one's own ends when the class goes on to another.
  *
- * @param {Followed} followed
+ * @param {ClassStream} followed
  */
 function isOpen({ follow, mine: { fork } }) {
   return fork !== null && (fork.id !== null || fork.page.endsWith(`/learn/${follow?.lesson}`));

@@ -4,7 +4,7 @@ import { lessons } from "../learn/api.js";
 import { FigureView } from "../shared/figure/figure.js";
 import { showNumbers } from "../learn/numbers.js";
 import { fill, h } from "../shared/dom.js";
-import { ofLesson, showInForce } from "./in_force.js";
+import { ofLesson, showParameters } from "./parameter_list.js";
 
 /** @import { FigurePublic, LessonDetail } from "../shared/messages.js" */
 /** @import { Figure } from "../shared/figure/types.js" */
@@ -50,7 +50,7 @@ export class LessonView {
 
   #list() {
     if (this.#known === null || this.#shown === null) return;
-    showInForce(this.#inForce, ofLesson(this.#known, this.#shown.parameters, this.#shown.seed));
+    showParameters(this.#inForce, ofLesson(this.#known, this.#shown.parameters, this.#shown.seed));
   }
 
   /** @param {string} name */

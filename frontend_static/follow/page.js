@@ -4,25 +4,25 @@ import { dialogIsOpen } from "../shared/dialog.js";
 import { fill, h, part, setText } from "../shared/dom.js";
 import { notice } from "../shared/notice.js";
 import { later } from "../shared/timing.js";
-import { Followed } from "./followed.js";
+import { ClassStream } from "./class_stream.js";
 import { forkButton } from "./fork.js";
-import { followingLine } from "./line.js";
-import { PollView } from "../lead/poll.js";
-import { Shown } from "./shown.js";
+import { followingLine } from "./following_line.js";
+import { PollView } from "../lecturer/poll.js";
+import { ClassView } from "./class_view.js";
 
 const SKELETON_AFTER_MS = 200;
 const { signal } = new AbortController();
 
-const followed = new Followed(signal);
+const followed = new ClassStream(signal);
 const place = part("shown");
 const waiting = later(() => fill(place, h("div", { class: "follow-wait" }, h("div", { class: "shimmer" }))), SKELETON_AFTER_MS);
 followed.on(["follow"], waiting);
-const shown = new Shown(place, followed, () => line.watch());
+const shown = new ClassView(place, followed, () => line.watch());
 const line = followingLine(part("following"), followed, () => shown.views);
 forkButton(part("fork"), followed, () => shown.views);
 poll();
 followed.on(["follow"], () => {
-  const { title } = /** @type {NonNullable<Followed["follow"]>} */ (followed.follow);
+  const { title } = /** @type {NonNullable<ClassStream["follow"]>} */ (followed.follow);
   setText(part("title"), title);
   document.title = `${title} · pftrack`;
 });

@@ -5,7 +5,7 @@ import { SessionStart } from "../session/session_start.js";
 import { trackerTitle } from "../session/timeline.js";
 import { fill, h, setText } from "../shared/dom.js";
 import { coalesce } from "../shared/timing.js";
-import { ofSession, showInForce } from "./in_force.js";
+import { ofSession, showParameters } from "./parameter_list.js";
 
 /** @import { Mounted } from "../session/mount.js" */
 /** @import { FollowedPublic, SessionPublic } from "../shared/messages.js" */
@@ -48,7 +48,7 @@ function whole(place, session, plots, layers) {
   const view = mount(element, { start, plots, readOnly: true });
   const inForce = h("section", { class: "in-force", "aria-label": "Parameters in force" });
   start.places.readout?.after(inForce);
-  const draw = coalesce(() => view.store.session !== null && showInForce(inForce, ofSession(view.store.session)), view.signal);
+  const draw = coalesce(() => view.store.session !== null && showParameters(inForce, ofSession(view.store.session)), view.signal);
   view.store.on(["session", "branches"], draw);
   return view;
 }

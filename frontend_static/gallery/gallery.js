@@ -8,7 +8,7 @@ import { followCompiling, inSentenceCase } from "../shared/compiling.js";
 import { fill, h, part, setText } from "../shared/dom.js";
 import { navigation } from "../shared/navigation.js";
 import { pluginProblems } from "./plugins.js";
-import { offer } from "./offer.js";
+import { offer } from "./tour_offer.js";
 import { TargetForm } from "../upload/target.js";
 import { themeButton } from "../shared/theme.js";
 import { attempt, toast } from "../shared/toast.js";

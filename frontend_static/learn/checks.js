@@ -5,7 +5,7 @@ import { fill, h } from "../shared/dom.js";
 import { after } from "../shared/timing.js";
 import { lessons } from "./api.js";
 import { mark } from "./numbers.js";
-import { checked } from "./words.js";
+import { checked } from "./number_text.js";
 
 /** @import { ChecksPublic, LessonDetail } from "../shared/messages.js" */
 

@@ -3,11 +3,11 @@
 import { messageOf } from "../shared/api.js";
 import { h } from "../shared/dom.js";
 import { toast } from "../shared/toast.js";
-import { follows } from "../lead/api.js";
+import { follows } from "../lecturer/api.js";
 import { lessons } from "./api.js";
 import { Controls, SEED, declared, seedControl } from "./controls.js";
 import { FigureView } from "../shared/figure/figure.js";
-import { Newest } from "./newest.js";
+import { NewestRequest } from "./newest_request.js";
 import { showNumbers } from "./numbers.js";
 
 /** @import { FigurePublic, FigureRequest, LessonDetail, VerdictPublic } from "../shared/messages.js" */
@@ -70,7 +70,7 @@ export class Demonstration {
       reset: (name) => this.#turn(name, name === SEED ? seed : lesson.defaults[name], false),
       ...(random && { draw: () => this.draw() }),
     });
-    this.#newest = new Newest((/** @type {FigureRequest} */ wanted) => this.#figureOf(wanted, signal), {
+    this.#newest = new NewestRequest((/** @type {FigureRequest} */ wanted) => this.#figureOf(wanted, signal), {
       answer: (answer, wanted, isNewest) => this.#show(answer, wanted, isNewest),
       refused: (error) => this.#refused(error),
       lost: on.lost,

@@ -1,7 +1,7 @@
 /** A lesson that a class follows: its figure, or the run that stands in its place. */
 
-import { followChip } from "../lead/chip.js";
-import { Lead } from "../lead/lead.js";
+import { followChip } from "../lecturer/chip.js";
+import { ClassControl } from "../lecturer/class_control.js";
 
 /** @import { LessonDetail } from "../shared/messages.js" */
 /** @import { Course } from "./course.js" */
@@ -15,15 +15,15 @@ import { Lead } from "../lead/lead.js";
  */
 export function followLesson(lesson, { course, uses }, signal) {
   const run = () => uses.stage ?? course.run;
-  const lead = new Lead(() => {
+  const control = new ClassControl(() => {
     const { title, id } = lesson;
     const stage = run();
     if (stage === null) return { title, sessions: [], lesson: id };
     const { session, scenario: { plots, layers } } = stage;
     return session === null ? null : { title, sessions: [session], lesson: id, arrangement: { plots, layers } };
   }, signal);
-  lead.on(["follow"], () => course.followedBy(lead.isHere && run() === null ? (lead.follow?.id ?? null) : null), signal);
-  for (const part of [course, uses]) part.onRun(() => lead.update());
-  lead.find();
-  return followChip(lead, signal);
+  control.on(["follow"], () => course.followedBy(control.isHere && run() === null ? (control.follow?.id ?? null) : null), signal);
+  for (const part of [course, uses]) part.onRun(() => control.update());
+  control.find();
+  return followChip(control, signal);
 }

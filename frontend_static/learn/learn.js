@@ -8,9 +8,9 @@ import { notice } from "../shared/notice.js";
 import { presentationButton } from "../shared/presentation.js";
 import { themeButton } from "../shared/theme.js";
 import { lessons } from "./api.js";
-import { Newest } from "./newest.js";
+import { NewestRequest } from "./newest_request.js";
 import { Progress } from "./progress.js";
-import { standing, stateOf } from "./words.js";
+import { standing, stateOf } from "./number_text.js";
 
 /** @import { LessonPublic, LessonsPublic, ProblemPublic } from "../shared/messages.js" */
 
@@ -25,7 +25,7 @@ const page = new AbortController();
 const progress = new Progress();
 navigation("learn");
 fill(part("tools"), presentationButton(), themeButton());
-const listing = new Newest(() => lessons.all(), {
+const listing = new NewestRequest(() => lessons.all(), {
   answer: (all) => show(all),
   refused: (error) => fill(part("learn"), notice("The lessons cannot be listed", messageOf(error), { label: "Back to the experiments", href: "/" })),
   lost: (isLost) => (part("disconnected").hidden = !isLost),

@@ -1,9 +1,9 @@
 /** The page of a lesson: it finds the lesson, and says so where there is none. */
 
-import { GIVE_BACK, giveBack } from "../lead/give_back.js";
+import { END_FORK, endFork } from "../lecturer/end_fork.js";
 import { BASE, messageOf, statusOf } from "../shared/api.js";
 import { fill, h, lastOfAddress, part } from "../shared/dom.js";
-import { brand, isFollower, isGuest } from "../shared/guest.js";
+import { brand, isFollower, isParticipant } from "../shared/participant.js";
 import { navigation } from "../shared/navigation.js";
 import { notice } from "../shared/notice.js";
 import { presentationButton } from "../shared/presentation.js";
@@ -12,8 +12,8 @@ import { lessons } from "./api.js";
 import { Course } from "./course.js";
 import { followLesson } from "./following.js";
 import { help, listen } from "./keys.js";
-import { Newest } from "./newest.js";
-import { describe } from "./text.js";
+import { NewestRequest } from "./newest_request.js";
+import { describe } from "./lesson_text.js";
 import { Uses } from "./uses.js";
 
 /** @import { LessonDetail, LessonsPublic } from "../shared/messages.js" */
@@ -28,11 +28,11 @@ globalThis.addEventListener("pageshow", (event) => event.persisted && location.r
 
 const keys = h("button", { type: "button", class: "quiet icon-only", title: "Keys (?)", "aria-label": "Keys", on: { click: help } }, "?");
 part("brand").replaceWith(brand());
-if (!isGuest) navigation("learn");
-const end = isFollower && h("button", { type: "button", title: GIVE_BACK, data: { role: "end" }, on: { click: giveBack } }, "End");
+if (!isParticipant) navigation("learn");
+const end = isFollower && h("button", { type: "button", title: END_FORK, data: { role: "end" }, on: { click: endFork } }, "End");
 fill(part("tools"), end, themeButton(), presentationButton(), keys);
-const find = () => Promise.all([lessons.get(id).then(forMe), isGuest ? NO_OTHERS : lessons.all()]);
-const opening = new Newest(find, { answer: ([lesson, all]) => open(lesson, all), refused, lost }, signal);
+const find = () => Promise.all([lessons.get(id).then(forMe), isParticipant ? NO_OTHERS : lessons.all()]);
+const opening = new NewestRequest(find, { answer: ([lesson, all]) => open(lesson, all), refused, lost }, signal);
 opening.ask(null);
 
 /**
@@ -56,13 +56,13 @@ function open(lesson, all) {
  * @returns {LessonDetail}
  */
 function forMe(lesson) {
-  return isGuest ? { ...lesson, previous: null, next: null, uses: [], checks: [] } : lesson;
+  return isParticipant ? { ...lesson, previous: null, next: null, uses: [], checks: [] } : lesson;
 }
 
 /** @param {unknown} error */
 function refused(error) {
   const title = statusOf(error) === 404 ? "There is no such lesson" : "This lesson cannot be shown";
-  const way = isGuest ? { label: "Back to the class", href: BASE } : { label: "All lessons", href: "/learn" };
+  const way = isParticipant ? { label: "Back to the class", href: BASE } : { label: "All lessons", href: "/learn" };
   fill(part("lesson"), notice(title, messageOf(error), way));
 }
 

@@ -1,7 +1,7 @@
 /** The numbers of a figure: the one that counts large, each with its exact value and whether it is as close as it should be. */
 
 import { fill, h } from "../shared/dom.js";
-import { beside, figure } from "./words.js";
+import { beside, figure } from "./number_text.js";
 
 /** @import { NumberPublic } from "../shared/messages.js" */
 

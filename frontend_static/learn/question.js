@@ -2,9 +2,9 @@
 
 import { messageOf } from "../shared/api.js";
 import { fill, h } from "../shared/dom.js";
-import { isGuest } from "../shared/guest.js";
-import { rich } from "./rich.js";
-import { figure, typed } from "./words.js";
+import { isParticipant } from "../shared/participant.js";
+import { htmlElement } from "./html_text.js";
+import { figure, parseNumber } from "./number_text.js";
 
 /** @import { LessonDetail, QuestionPublic, VerdictPublic } from "../shared/messages.js" */
 /** @import { Child } from "../shared/elements.js" */
@@ -57,7 +57,7 @@ export class Question {
       "form",
       { class: "question", novalidate: true, on: { submit: (event) => this.#submit(event, show) } },
       h("div", {}, h("h2", {}, "Predict, then see"), h("p", { class: "hint" }, WAITING)),
-      rich("p", this.#question.text, { class: "question-text", id: "question" }),
+      htmlElement("p", this.#question.text, { class: "question-text", id: "question" }),
       h("div", { class: "question-line answering" }, input(this.#question, this.#spot), show, skip),
       this.#said,
     );
@@ -88,7 +88,7 @@ export class Question {
   /** @param {VerdictPublic} verdict */
   say({ right, words }) {
     const title = right ? "✓ Right" : "✗ Not quite";
-    const reason = h("div", { class: "verdict-words" }, words.map((sentence) => rich("span", sentence)).flatMap((span) => [span, " "]));
+    const reason = h("div", { class: "verdict-words" }, words.map((sentence) => htmlElement("span", sentence)).flatMap((span) => [span, " "]));
     this.#show(right ? "right" : "wrong", this.#past(title, reason, "Ask me again"));
   }
 
@@ -106,7 +106,7 @@ export class Question {
    * @param {string} again
    */
   #past(title, words, again) {
-    const text = rich("p", this.#question.text, { class: "question-text" });
+    const text = htmlElement("p", this.#question.text, { class: "question-text" });
     return h("div", { class: "question", role: "status" }, h("h2", {}, title), text, words, this.#ways(again));
   }
 
@@ -118,7 +118,7 @@ export class Question {
       "div",
       { class: "question-line" },
       h("button", { type: "button", on: { click: () => this.#on.again() } }, label),
-      onward ?? (!isGuest && h("a", { class: "button", href: "/learn" }, "All lessons")),
+      onward ?? (!isParticipant && h("a", { class: "button", href: "/learn" }, "All lessons")),
     );
   }
 
@@ -157,7 +157,7 @@ export class Question {
       this.#tell(`${kind === "choice" ? "Choose one of the answers" : "Type a number"} first, or skip the question.`);
       return null;
     }
-    return kind === "choice" ? given : typed(given);
+    return kind === "choice" ? given : parseNumber(given);
   }
 
   /**
@@ -198,7 +198,7 @@ function input({ kind, unit, choices }, spot) {
         "div",
         { class: "question-choices", role: "radiogroup", ...described },
         choices.map(({ name, words }) =>
-          h("label", { class: "question-choice" }, h("input", { type: "radio", name: "answer", value: name }), rich("span", words)),
+          h("label", { class: "question-choice" }, h("input", { type: "radio", name: "answer", value: name }), htmlElement("span", words)),
         ),
       );
     default:

@@ -5,7 +5,7 @@
 
 import { fill, h, part } from "../shared/dom.js";
 import { linkTo } from "../shared/share_link.js";
-import { rich } from "./rich.js";
+import { htmlElement } from "./html_text.js";
 import { ScenarioStage } from "./scenario.js";
 
 /** @import { LessonDetail } from "../shared/messages.js" */
@@ -66,7 +66,7 @@ export class Uses {
       h(
         "div",
         { class: "use-line" },
-        rich("p", words),
+        htmlElement("p", words),
         h("a", { class: "button", href: linkTo({ recipe: scenario.recipe, position: scenario.frame }), target: "_blank" }, "Open as a session"),
         h("a", { class: "button primary", href: "#" }, "Back to the lesson"),
       ),
@@ -84,6 +84,6 @@ export class Uses {
  * @param {number} index
  */
 function entry(words, title, problem, index) {
-  if (problem !== null) return [rich("span", words), " ", h("span", { class: "hint" }, problem)];
-  return [h("a", { href: `#use-${index + 1}` }, title), ": ", rich("span", words)];
+  if (problem !== null) return [htmlElement("span", words), " ", h("span", { class: "hint" }, problem)];
+  return [h("a", { href: `#use-${index + 1}` }, title), ": ", htmlElement("span", words)];
 }

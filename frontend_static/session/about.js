@@ -3,7 +3,7 @@
 import { REFERENCES, citationList } from "../shared/citations.js";
 import { openDialog } from "../shared/dialog.js";
 import { h } from "../shared/dom.js";
-import { isGuest } from "../shared/guest.js";
+import { isParticipant } from "../shared/participant.js";
 
 /** @param {import("../shared/messages.js").ExperimentPublic} experiment */
 export function aboutDialog({ id, title, question, description, references }) {
@@ -11,6 +11,6 @@ export function aboutDialog({ id, title, question, description, references }) {
     h("p", { class: "question" }, question),
     h("p", {}, description),
     citationList(title, references),
-    !isGuest && h("p", {}, h("a", { href: `${REFERENCES}#${encodeURIComponent(id)}` }, "All references")),
+    !isParticipant && h("p", {}, h("a", { href: `${REFERENCES}#${encodeURIComponent(id)}` }, "All references")),
   ], { wide: true });
 }

@@ -3,14 +3,14 @@
 import { api } from "../shared/api.js";
 import { openDialog } from "../shared/dialog.js";
 import { h } from "../shared/dom.js";
-import { isGuest } from "../shared/guest.js";
+import { isParticipant } from "../shared/participant.js";
 import { tourLink } from "../shared/tour_link.js";
 import { HELP } from "./keys.js";
 
 /** @param {{name: string, title: string}[]} presets */
 export function helpDialog(presets) {
   const tour = h("p", {});
-  if (!isGuest) offerTour(tour);
+  if (!isParticipant) offerTour(tour);
   openDialog("Keys", () => [
     h(
       "dl",

@@ -5,7 +5,7 @@
 
 import { BASE, api, messageOf, statusOf } from "../shared/api.js";
 import { fill } from "../shared/dom.js";
-import { isGuest } from "../shared/guest.js";
+import { isParticipant } from "../shared/participant.js";
 import { notice } from "../shared/notice.js";
 import { Stream } from "../shared/stream.js";
 import { toast } from "../shared/toast.js";
@@ -24,8 +24,8 @@ import { Steering } from "./steering.js";
 import { Store } from "./store.js";
 import { transport } from "./transport.js";
 
-const WAY = isGuest ? { label: "Back to the class", href: BASE } : { label: "Back to the experiments", href: "/" };
-const KEPT = isGuest ? "" : "What was saved of it is in My work.";
+const WAY = isParticipant ? { label: "Back to the class", href: BASE } : { label: "Back to the experiments", href: "/" };
+const KEPT = isParticipant ? "" : "What was saved of it is in My work.";
 
 /** @import { SessionMessage } from "../shared/messages.js" */
 /** @import { NewSession } from "../shared/share_link.js" */
@@ -107,7 +107,7 @@ export class Mounted {
 
   #fill() {
     const { places } = this.#start;
-    if (places.transport) transport(places.transport, this, [!isGuest && fileMenu(this), bookmarkMenu(this)]);
+    if (places.transport) transport(places.transport, this, [!isParticipant && fileMenu(this), bookmarkMenu(this)]);
     if (places.scrubber) new Scrubber(places.scrubber, this);
     if (places.readout) readout(places.readout, this);
     if (places.branches) branchLegend(places.branches, this);
@@ -159,7 +159,7 @@ export class Mounted {
       lost: () => this.store.setConnection("lost"),
       gone: (/** @type {Error} */ { message }) => {
         this.store.setConnection("gone");
-        this.#fail("This session has ended", isGuest ? message : KEPT);
+        this.#fail("This session has ended", isParticipant ? message : KEPT);
       },
     };
     new Stream(session.id, on, { signal: this.signal });

@@ -7,9 +7,9 @@ import { fill, h } from "../shared/dom.js";
 import { notice } from "../shared/notice.js";
 import { later } from "../shared/timing.js";
 import { FlatScene } from "./flat/flat_scene.js";
-import { spokenFrame } from "./in_words.js";
-import { lookAt } from "./look_at.js";
-import { onTheWay } from "./on_the_way.js";
+import { spokenFrame } from "./spoken_frame.js";
+import { watchNote } from "./watch_note.js";
+import { seekProgress } from "./seek_progress.js";
 import { SpatialScene } from "./spatial_scene.js";
 import { chosenView, graphics, rememberView } from "./view_choice.js";
 
@@ -108,7 +108,7 @@ export class Scene {
     const { store, commands } = mounted;
     this.#mounted = mounted;
     this.#view?.follow(mounted);
-    this.#root.append(h("div", { class: "scene-notes" }, onTheWay(mounted), lookAt(mounted)), spokenFrame(mounted));
+    this.#root.append(h("div", { class: "scene-notes" }, seekProgress(mounted), watchNote(mounted)), spokenFrame(mounted));
     store.on(["session", "connection"], () => {
       if (store.session !== null && store.connection === "open") this.#state(store.session, commands);
     });

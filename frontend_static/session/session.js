@@ -10,10 +10,10 @@ import { linkTo } from "../shared/share_link.js";
 import { themeButton } from "../shared/theme.js";
 import { toast } from "../shared/toast.js";
 import { tourOfAddress } from "../shared/tour_link.js";
-import { GIVE_BACK, giveBack } from "../lead/give_back.js";
-import { brand, isFollower, isGuest } from "../shared/guest.js";
-import { followChip } from "../lead/chip.js";
-import { Lead } from "../lead/lead.js";
+import { END_FORK, endFork } from "../lecturer/end_fork.js";
+import { brand, isFollower, isParticipant } from "../shared/participant.js";
+import { followChip } from "../lecturer/chip.js";
+import { ClassControl } from "../lecturer/class_control.js";
 import { compareDialog } from "../shared/comparison_dialog.js";
 import { helpDialog } from "./help.js";
 import { mount } from "./mount.js";
@@ -31,20 +31,20 @@ const actions = {
   help: () => helpDialog(experiment?.presets ?? []),
   present: () => present(),
   compare: () => {
-    if (view.able && !isGuest && store.session !== null) compareDialog(store.session);
+    if (view.able && !isParticipant && store.session !== null) compareDialog(store.session);
   },
   preset: (/** @type {number} */ which) => openPreset(experiment?.presets[which - 1]),
 };
 const view = mount(start.element, { start, actions });
 const { store, commands } = view;
-const lead = new Lead(() => {
+const control = new ClassControl(() => {
   const { session } = store;
   return session === null || !view.able ? null : { title: wordsOf(session), sessions: [session.id], lesson: null };
 }, view.signal);
 
 header();
-if (!isFollower) start.begun.then(() => lead.find(), () => {});
-store.on(["session", "connection"], () => lead.update());
+if (!isFollower) start.begun.then(() => control.find(), () => {});
+store.on(["session", "connection"], () => control.update());
 store.on(["connection"], () => {
   part("disconnected").hidden = store.connection !== "lost";
 });
@@ -62,7 +62,7 @@ start.begun
  */
 function openPreset(preset) {
   const { session } = store;
-  if (!preset || session === null || isGuest) return;
+  if (!preset || session === null || isParticipant) return;
   const known = new Set(session.declarations.map(({ name }) => name));
   const values = Object.fromEntries(Object.entries(preset.parameters).filter(([name]) => known.has(name)));
   const { experiment: id, footage } = session.recipe;
@@ -93,19 +93,19 @@ function header() {
     title,
     h("span", { class: "spring" }),
     steering,
-    !isFollower && followChip(lead, view.signal),
+    !isFollower && followChip(control, view.signal),
     themeButton(),
     presentationButton({ hears: false }),
     about,
     h("button", { type: "button", class: "quiet icon-only", title: "Keys (?)", "aria-label": "Keys", on: { click: actions.help } }, "?"),
   );
-  if (!isGuest) navigation(null);
+  if (!isParticipant) navigation(null);
   store.on(["session", "branches", "position", "connection"], () => {
     const { session } = store;
     if (session === null) return;
     const words = wordsOf(session);
     setText(title, words);
-    sweep.hidden = !session.sweep || isGuest;
+    sweep.hidden = !session.sweep || isParticipant;
     if (session.sweep) sweep.href = `/sweep/${encodeURIComponent(session.sweep)}`;
     document.title = `${words} · pftrack`;
     for (const element of steering) element.disabled = !view.able;
@@ -115,13 +115,13 @@ function header() {
 /** What can be done with the run beside moving through it; whoever came by the link of a class keeps nothing here. */
 function tools() {
   return [
-    ...(isGuest ? [] : [tool("compare", "Compare", "Compare this run with others (C)", actions.compare)]),
+    ...(isParticipant ? [] : [tool("compare", "Compare", "Compare this run with others (C)", actions.compare)]),
     tool("branch", "Branch", "Branch from this frame (N)", view.actions.branch),
-    ...(isGuest ? [] : [
+    ...(isParticipant ? [] : [
       tool("save", "Save", "Save this run", () => commands.save()),
       tool("share", "Share", "Share a link to this run", () => store.session && shareDialog(store.session)),
     ]),
-    ...(isFollower ? [tool("close", "End", GIVE_BACK, giveBack)] : []),
+    ...(isFollower ? [tool("close", "End", END_FORK, endFork)] : []),
   ];
 }
 

@@ -1,4 +1,4 @@
-/** Light and dark: by the system, unless a person said otherwise. The choice is applied early, by `early.js`. */
+/** Light and dark: by the system, unless a person said otherwise. The choice is applied early, by `apply_theme.js`. */
 
 import { fill, h } from "./dom.js";
 import { icon } from "./icons.js";

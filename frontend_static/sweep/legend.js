@@ -3,7 +3,7 @@
 import { fill, h } from "../shared/dom.js";
 import { onTheme } from "../shared/theme.js";
 import { css, diverging, gradient, verdict, viridis } from "../shared/colours.js";
-import { differenceEnd, errorEnd, measureEnd, short } from "./look.js";
+import { differenceEnd, errorEnd, measureEnd, short } from "./cell_style.js";
 
 /** @import { CellsPublic } from "../shared/messages.js" */
 /** @import { SweepStore } from "./store.js" */

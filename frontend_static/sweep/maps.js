@@ -3,8 +3,8 @@
 import { fill, h, setText } from "../shared/dom.js";
 import { count } from "../shared/format.js";
 import { coalesce } from "../shared/timing.js";
-import { describe } from "./cell_words.js";
-import { comparisonLook, methodLook } from "./look.js";
+import { describe } from "./cell_text.js";
+import { comparisonLook, methodLook } from "./cell_style.js";
 import { HeatMap } from "./map.js";
 import { Tooltip } from "../shared/tooltip.js";
 

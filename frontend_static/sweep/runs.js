@@ -6,9 +6,9 @@ import { count } from "../shared/format.js";
 import { later } from "../shared/timing.js";
 import { linkToReferences } from "../shared/comparison_link.js";
 import { runPage, sweeps } from "./api.js";
-import { placeOf } from "./cell_words.js";
+import { placeOf } from "./cell_text.js";
 import { select } from "./choices.js";
-import { short } from "./look.js";
+import { short } from "./cell_style.js";
 
 /** @import { CellsPublic, RowPublic, RowsPublic, SweepPublic } from "../shared/messages.js" */
 /** @import { Chosen, SweepStore } from "./store.js" */

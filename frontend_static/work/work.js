@@ -9,10 +9,10 @@ import { notice } from "../shared/notice.js";
 import { themeButton } from "../shared/theme.js";
 import { later } from "../shared/timing.js";
 import { runRow, sessionRow, sweepRow, uploadRow } from "./rows.js";
-import { FEW, KINDS, MANY, addressOf, wishOf } from "./wish.js";
+import { FEW, KINDS, MANY, addressOf, parseQuery } from "./query.js";
 
 /** @import { WorkPublic } from "../shared/messages.js" */
-/** @import { Kind, Wish } from "./wish.js" */
+/** @import { Kind, Query } from "./query.js" */
 
 const SKELETON_AFTER_MS = 200;
 const TYPING_MS = 250;
@@ -52,7 +52,7 @@ const WORDS = {
 const chosen = new Set();
 const comparing = h("a", { class: "button primary", data: { role: "compare" } });
 
-let wish = wishOf(new URLSearchParams(location.search));
+let wish = parseQuery(new URLSearchParams(location.search));
 let asked = new AbortController();
 let waiting = () => {};
 
@@ -75,7 +75,7 @@ field.addEventListener("input", () => {
   waiting = later(() => look({ words: field.value }), TYPING_MS);
 });
 addEventListener("popstate", () => {
-  wish = wishOf(new URLSearchParams(location.search));
+  wish = parseQuery(new URLSearchParams(location.search));
   field.value = wish.words;
   load();
 });
@@ -83,7 +83,7 @@ addEventListener("popstate", () => {
 addEventListener("pageshow", (event) => event.persisted && load());
 load().then(() => document.querySelector(":target")?.scrollIntoView({ block: "center" }));
 
-/** @param {Partial<Wish>} change */
+/** @param {Partial<Query>} change */
 function look(change) {
   waiting();
   const before = addressOf(wish);

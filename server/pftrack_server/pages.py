@@ -159,7 +159,7 @@ def _page(name: str, status: int = HTTPStatus.OK, *, participant: Participant | 
         f'"{STATIC}', f'"{prefix}{STATIC}version/{_version()}/'
     )
     if participant:
-        about = f'data-guest="{participant.claim.role}" data-class="{participant.claim.follow}"'
+        about = f'data-role="{participant.claim.role}" data-class="{participant.claim.follow}"'
         text = text.replace("<html ", f"<html {about} ", 1)
     return HTMLResponse(text, status, headers={"Cache-Control": "no-cache"})
 

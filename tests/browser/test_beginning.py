@@ -123,7 +123,7 @@ def loads_what_it_names(page: Any) -> None:
     loaded = page.evaluate("performance.getEntriesByType('resource').map((it) => new URL(it.name).pathname)")
     used, named = ({VERSIONED.sub("", path) for path in paths} for paths in (loaded, page.evaluate(NAMED)))
     modules = {path.relative_to(PAGES).as_posix() for path in PAGES.rglob("*.js")}
-    assert used & modules - {"shared/early.js"} == named
+    assert used & modules - {"shared/apply_theme.js"} == named
 
 
 def test_the_gallery_fetches_ahead(gallery: Gallery) -> None:

@@ -1,8 +1,8 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { ofSession } from "../../frontend_static/follow/in_force.js";
-import { following, pollWords, resultWords } from "../../frontend_static/lead/words.js";
+import { ofSession } from "../../frontend_static/follow/parameter_list.js";
+import { following, pollWords, resultWords } from "../../frontend_static/lecturer/text.js";
 
 const poll = (more = {}) => ({ id: "p", question: "Q?", answers: ["Yes", "No"], votes: null, counts: null, revealed: false, ...more });
 

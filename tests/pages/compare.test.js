@@ -3,7 +3,7 @@ import { describe, it } from "node:test";
 
 import { JointStore } from "../../frontend_static/compare/joint_store.js";
 import { linkTo, linkToReferences, wantedOf } from "../../frontend_static/shared/comparison_link.js";
-import { outcomeLines, sentence } from "../../frontend_static/compare/words.js";
+import { outcomeLines, sentence } from "../../frontend_static/compare/outcome_text.js";
 import { coated } from "../../frontend_static/session/flat/overlay.js";
 import { Clock } from "../../frontend_static/session/clock.js";
 import { Store } from "../../frontend_static/session/store.js";

@@ -2,11 +2,11 @@ import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
 import { boxOf, furniture, isSame, margins, scales } from "../../frontend_static/shared/figure/box.js";
-import { boundsOf, moved, stepped } from "../../frontend_static/shared/figure/grip.js";
+import { boundsOf, moved, stepped } from "../../frontend_static/shared/figure/handle.js";
 import { kept, nearestOf, nearestOn } from "../../frontend_static/shared/figure/polyline.js";
 import { Scale } from "../../frontend_static/shared/figure/scale.js";
 import { even, ticksOf, written } from "../../frontend_static/shared/figure/ticks.js";
-import { describe as describePanel, named, titled, valueOn } from "../../frontend_static/shared/figure/words.js";
+import { describe as describePanel, named, titled, valueOn } from "../../frontend_static/shared/figure/description.js";
 
 const AXIS = { title: "position", unit: "m", low: 0, high: 10, log: false, names: [], hidden: false };
 const LOG = { ...AXIS, low: 10, high: 10_000, log: true };

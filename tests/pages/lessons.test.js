@@ -2,9 +2,9 @@ import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
 import { ApiError } from "../../frontend_static/shared/api.js";
-import { Newest } from "../../frontend_static/learn/newest.js";
+import { NewestRequest } from "../../frontend_static/learn/newest_request.js";
 import { Progress, VERSION, read } from "../../frontend_static/learn/progress.js";
-import { beside, checked, figure, standing, typed } from "../../frontend_static/learn/words.js";
+import { beside, checked, figure, standing, parseNumber } from "../../frontend_static/learn/number_text.js";
 
 const PLACE = "pftrack-lessons";
 
@@ -116,7 +116,7 @@ describe("what a slider asks for", () => {
     const { asked, send } = server();
     /** @type {[unknown, number, boolean][]} */
     const told = [];
-    const newest = new Newest(send, {
+    const newest = new NewestRequest(send, {
       answer: (answer, wish, isNewest) => told.push([answer, wish, isNewest]),
       refused: assert.fail,
       lost: assert.fail,
@@ -139,7 +139,7 @@ describe("what a slider asks for", () => {
     const lost = [];
     const pauses = /** @type {(() => void)[]} */ ([]);
     const pause = () => new Promise((resolve) => pauses.push(() => resolve(undefined)));
-    const newest = new Newest(send, { answer: () => {}, refused: assert.fail, lost: (is) => lost.push(is) }, new AbortController().signal, pause);
+    const newest = new NewestRequest(send, { answer: () => {}, refused: assert.fail, lost: (is) => lost.push(is) }, new AbortController().signal, pause);
     const gone = new ApiError(0, { message: "The server does not answer" });
     newest.ask(1);
     asked[0].fail(gone);
@@ -161,7 +161,7 @@ describe("what a slider asks for", () => {
     const { asked, send } = server();
     /** @type {number[]} */
     const refused = [];
-    const newest = new Newest(send, { answer: () => {}, refused: (_, wish) => refused.push(wish), lost: assert.fail }, new AbortController().signal);
+    const newest = new NewestRequest(send, { answer: () => {}, refused: (_, wish) => refused.push(wish), lost: assert.fail }, new AbortController().signal);
     newest.ask(1);
     newest.ask(2);
     asked[0].fail(new ApiError(422, { message: "N must be at most 5, got 9" }));
@@ -172,7 +172,7 @@ describe("what a slider asks for", () => {
   it("is neither sent nor told once the page is gone", async () => {
     const { asked, send } = server();
     const end = new AbortController();
-    const newest = new Newest(send, { answer: assert.fail, refused: assert.fail, lost: assert.fail }, end.signal);
+    const newest = new NewestRequest(send, { answer: assert.fail, refused: assert.fail, lost: assert.fail }, end.signal);
     newest.ask(1);
     newest.ask(2);
     end.abort();
@@ -213,12 +213,12 @@ describe("words", () => {
   });
 
   it("read a number with a point or a comma, and leave anything else to the server", () => {
-    assert.equal(typed(" 0.5 "), 0.5);
-    assert.equal(typed("0,5"), 0.5);
-    assert.equal(typed("-1e3"), -1000);
-    assert.equal(typed("1,000,000"), "1,000,000");
-    assert.equal(typed("half"), "half");
-    assert.equal(typed("Infinity"), "Infinity");
-    assert.equal(typed(""), "");
+    assert.equal(parseNumber(" 0.5 "), 0.5);
+    assert.equal(parseNumber("0,5"), 0.5);
+    assert.equal(parseNumber("-1e3"), -1000);
+    assert.equal(parseNumber("1,000,000"), "1,000,000");
+    assert.equal(parseNumber("half"), "half");
+    assert.equal(parseNumber("Infinity"), "Infinity");
+    assert.equal(parseNumber(""), "");
   });
 });

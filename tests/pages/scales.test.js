@@ -1,10 +1,10 @@
 import assert from "node:assert/strict";
 import { before, describe, it } from "node:test";
 
-import { Axis, GUTTER } from "../../frontend_static/session/scrubber/sheet.js";
+import { Axis, GUTTER } from "../../frontend_static/session/scrubber/rows.js";
 import { DIVERGING, VIRIDIS } from "../../frontend_static/shared/palette.js";
 import { css, diverging, inkOn, viridis } from "../../frontend_static/shared/colours.js";
-import { differenceEnd, errorEnd, measureEnd, methodLook } from "../../frontend_static/sweep/look.js";
+import { differenceEnd, errorEnd, measureEnd, methodLook } from "../../frontend_static/sweep/cell_style.js";
 import { clamp, sparse } from "../../frontend_static/sweep/strokes.js";
 
 let medium = "screen";

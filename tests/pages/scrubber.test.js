@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { HEIGHT, rowsWithout } from "../../frontend_static/session/scrubber/sheet.js";
+import { HEIGHT, rowsWithout } from "../../frontend_static/session/scrubber/rows.js";
 
 test("with everything known the rows fill the height without touching", () => {
   const rows = Object.values(rowsWithout([]));

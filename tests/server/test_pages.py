@@ -42,18 +42,18 @@ def test_files_have_a_version(client: httpx.Client, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(pages, "FRONTEND", Path(shutil.copytree(PAGES, tmp_path / "pages")))
 
     def named() -> str:
-        found = re.search(r'src="(/static/version/\w+/shared/early.js)"', client.get("/").text)
+        found = re.search(r'src="(/static/version/\w+/shared/apply_theme.js)"', client.get("/").text)
         assert found
         return found[1]
 
     first = named()
     assert first == named()
     answer = client.get(first)
-    assert answer.text == client.get("/static/shared/early.js").text
+    assert answer.text == client.get("/static/shared/apply_theme.js").text
     assert answer.headers["cache-control"] == "max-age=31536000, immutable"
-    (tmp_path / "pages" / "shared" / "early.js").write_text("// another\n")
+    (tmp_path / "pages" / "shared" / "apply_theme.js").write_text("// another\n")
     assert named() != first
-    never_served = client.get("/static/version/0123456789abcdef/shared/early.js")
+    never_served = client.get("/static/version/0123456789abcdef/shared/apply_theme.js")
     assert (never_served.status_code, never_served.headers["cache-control"]) == (200, "no-cache")
 
 

@@ -13,13 +13,13 @@ import { Layers } from "./layers.js";
 import { nameAt } from "./names.js";
 import { paint } from "./paint.js";
 import { Pictures } from "./pictures.js";
-import { watchRoom } from "../../shared/room.js";
+import { watchCanvasSize } from "../../shared/canvas_size.js";
 import { receiveDrawings } from "./stream.js";
 import { WorldView } from "./world_view.js";
 
 /** @import { Drawing, WorldDrawing } from "./decode.js" */
 /** @import { Overlay } from "./overlay.js" */
-/** @import { Room } from "../../shared/room.js" */
+/** @import { CanvasSize } from "../../shared/canvas_size.js" */
 
 /**
  * @typedef {object} Options
@@ -71,7 +71,7 @@ class FlatView {
   #ready = null;
   /** Extent of the picture's place.
    *
-   * @type {Room} */
+   * @type {CanvasSize} */
   #room = { width: 0, height: 0 };
   #soon;
 
@@ -87,7 +87,7 @@ class FlatView {
     this.#signal = signal;
     this.#soon = coalesce(() => this.#paint(), signal);
     fill(element, this.#root);
-    watchRoom(this.#place, (room) => this.#resize(room), signal);
+    watchCanvasSize(this.#place, (room) => this.#resize(room), signal);
     layers.on(this.#soon, signal);
     overlay?.on(this.#soon, signal);
     this.#nameWhatIsPointedAt();
@@ -100,7 +100,7 @@ class FlatView {
     this.#root.remove();
   }
 
-  /** @param {Room} room */
+  /** @param {CanvasSize} room */
   #resize(room) {
     this.#room = room;
     // At once: until the next frame of the display the canvas would be shown at its old size.

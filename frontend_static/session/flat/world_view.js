@@ -8,7 +8,7 @@ import { icon } from "../../shared/icons.js";
 import { coalesce } from "../../shared/timing.js";
 import { paint } from "./paint.js";
 import { projected, projection, ruler } from "./projection.js";
-import { watchRoom } from "../../shared/room.js";
+import { watchCanvasSize } from "../../shared/canvas_size.js";
 
 /** @import { Viewpoint } from "../../shared/messages.js" */
 /** @import { WorldDrawing } from "./decode.js" */
@@ -62,7 +62,7 @@ export class WorldView {
     this.#look(world.viewpoints[0]);
     this.#turnByHand();
     signal.addEventListener("abort", () => this.#end.abort());
-    watchRoom(this.#place, ({ width, height }) => this.#fit(Math.min(width, height)), this.#end.signal);
+    watchCanvasSize(this.#place, ({ width, height }) => this.#fit(Math.min(width, height)), this.#end.signal);
   }
 
   get world() {

@@ -3,11 +3,11 @@
  * is lost.
  */
 
-import { rowOf } from "./sheet.js";
+import { rowOf } from "./rows.js";
 
 /** @import { ThresholdStep } from "../../shared/messages.js" */
 /** @import { Curve, History } from "../history.js" */
-/** @import { Sheet } from "./sheet.js" */
+/** @import { Sheet } from "./rows.js" */
 
 /** @typedef {{history: History, colour: string, active: boolean}} Line The curves of a branch. */
 /** @typedef {{row: "error"|"sigma", history: History, value: Curve, most: number}} Trace A curve, and the value at the top of its row. */

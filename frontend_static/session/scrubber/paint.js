@@ -5,13 +5,13 @@
 
 import { curve, isGone } from "../history.js";
 import { area, curves, threshold, top } from "./curves.js";
-import { rowOf } from "./sheet.js";
+import { rowOf } from "./rows.js";
 
 /** @import { Bookmark, ThresholdPublic } from "../../shared/messages.js" */
 /** @import { Curve, History, Row } from "../history.js" */
 /** @import { Mark } from "../timeline.js" */
 /** @import { Line } from "./curves.js" */
-/** @import { RowName, Sheet } from "./sheet.js" */
+/** @import { RowName, Sheet } from "./rows.js" */
 
 /** @typedef {{lanes: number, of: (row: Row|undefined) => {colour: string, lane: number}[]}} Events What happened in a frame; colours by token. */
 /** @typedef {{label: string, shares: (row: Row|undefined) => {colour: string, share: number}[]}} Mixture Of samplers; colours by token. */

@@ -10,8 +10,8 @@ import { coalesce, later, throttle } from "../../shared/timing.js";
 import { marks } from "../timeline.js";
 import { eventsOf, ofRole, samplers } from "../series.js";
 import { paint, playhead } from "./paint.js";
-import { Axis, HEIGHT, rowOf, rowsWithout } from "./sheet.js";
-import { describe, goneOf, missingOf, mixtureOf, weightOf } from "./words.js";
+import { Axis, HEIGHT, rowOf, rowsWithout } from "./rows.js";
+import { describe, goneOf, missingOf, mixtureOf, weightOf } from "./description.js";
 
 /** @import { SessionPublic } from "../../shared/messages.js" */
 /** @import { Content } from "./paint.js" */

@@ -2,7 +2,7 @@
 
 import { Scale } from "./scale.js";
 import { ticksOf } from "./ticks.js";
-import { titled } from "./words.js";
+import { titled } from "./description.js";
 
 /** @import { Tick } from "./ticks.js" */
 /** @import { Axis, Panel } from "./traces.js" */

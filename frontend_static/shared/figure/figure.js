@@ -5,12 +5,12 @@
  */
 
 import { fill, h } from "../dom.js";
-import { watchRoom } from "../room.js";
+import { watchCanvasSize } from "../canvas_size.js";
 import { onTheme, tokens } from "../theme.js";
 import { coalesce } from "../timing.js";
 import { Tooltip } from "../tooltip.js";
 import { isEqual, isSame } from "./box.js";
-import { INKS } from "./ink.js";
+import { INKS } from "./line_styles.js";
 import { PanelView } from "./panel.js";
 import { decode } from "./pictures.js";
 
@@ -119,8 +119,8 @@ export class FigureView {
     this.#shared = { on, signal, tip };
     fill(place, this.#root, this.#letter);
     document.body.append(tip.element);
-    watchRoom(place, () => this.#draw(), signal);
-    watchRoom(this.#letter, () => this.#dress(), signal);
+    watchCanvasSize(place, () => this.#draw(), signal);
+    watchCanvasSize(this.#letter, () => this.#dress(), signal);
     onTheme(() => this.#dress(), signal);
     signal.addEventListener("abort", () => {
       alignment?.leave(this);

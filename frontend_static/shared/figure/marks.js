@@ -1,7 +1,7 @@
 /** Lines with words at places of a panel: what was predicted, and what is exact. */
 
 import { h } from "../dom.js";
-import { valueOn } from "./words.js";
+import { valueOn } from "./description.js";
 
 /** @import { Box } from "./box.js" */
 /** @import { Scale } from "./scale.js" */

@@ -2,20 +2,20 @@
 
 import { h, setText } from "../dom.js";
 import { coalesce } from "../timing.js";
-import { Asking } from "./asking.js";
+import { PlaceQuestion } from "./place_question.js";
 import { Axes } from "./axes.js";
 import { boxOf, furniture, margins, scales } from "./box.js";
-import { Grip, boundsOf } from "./grip.js";
-import { Key } from "./key.js";
+import { Handle, boundsOf } from "./handle.js";
+import { Legend } from "./legend.js";
 import { OVER, counted, kindOf } from "./kinds/kinds.js";
 import { markLines, wordsOf } from "./marks.js";
-import { REACH, within } from "./sheet.js";
-import { describe } from "./words.js";
+import { REACH, within } from "./canvas.js";
+import { describe } from "./description.js";
 
 /** @import { Tooltip } from "../tooltip.js" */
 /** @import { Furniture, Margins } from "./box.js" */
 /** @import { Mark } from "./marks.js" */
-/** @import { Hit, Sheet } from "./sheet.js" */
+/** @import { Hit, Sheet } from "./canvas.js" */
 /** @import { Panel } from "./traces.js" */
 
 /**
@@ -32,7 +32,7 @@ import { describe } from "./words.js";
 export class PanelView {
   #canvas = h("canvas", {});
   #axes = new Axes();
-  #key = new Key();
+  #key = new Legend();
   #title = h("h3", {});
   #header = h("header", {}, this.#title, this.#key.element);
   /** What the height of the header was found for. */
@@ -44,7 +44,7 @@ export class PanelView {
   #plot = h("div", { class: "figure-plot" }, this.#picture, this.#marks, this.#grips, this.#spot);
   #shared;
   #asking;
-  /** @type {Map<string, Grip>} */
+  /** @type {Map<string, Handle>} */
   #handles = new Map();
   /** @type {Furniture|null} */
   #around = null;
@@ -63,7 +63,7 @@ export class PanelView {
   constructor(panel, shared) {
     this.panel = panel;
     this.#shared = shared;
-    this.#asking = new Asking((x, y) => shared.on.place?.(this.panel.id, x, y));
+    this.#asking = new PlaceQuestion((x, y) => shared.on.place?.(this.panel.id, x, y));
     this.#plot.append(this.#asking.element);
     this.element = h("section", { class: "figure-panel", data: { panel: panel.id } }, this.#header, this.#plot);
     this.#soon = coalesce(() => this.#point(), shared.signal);
@@ -201,7 +201,7 @@ export class PanelView {
   #grip(parameter) {
     const known = this.#handles.get(parameter);
     if (known !== undefined) return known;
-    const grip = new Grip((value) => this.#shared.on.turn?.(parameter, value));
+    const grip = new Handle((value) => this.#shared.on.turn?.(parameter, value));
     grip.element.dataset.parameter = parameter;
     this.#handles.set(parameter, grip);
     this.#grips.append(grip.element);

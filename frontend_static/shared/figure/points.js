@@ -3,11 +3,11 @@
  * fast and lets those below shine through.
  */
 
-import { LOOKS } from "./ink.js";
-import { RIM } from "./sheet.js";
+import { LOOKS } from "./line_styles.js";
+import { RIM } from "./canvas.js";
 
-/** @import { Ink, Shape } from "./ink.js" */
-/** @import { Sheet } from "./sheet.js" */
+/** @import { Ink, Shape } from "./line_styles.js" */
+/** @import { Sheet } from "./canvas.js" */
 
 /** @typedef {{x: Float64Array, y: Float64Array, opacity?: Float64Array}} Places px; what is not a number is left out. */
 

@@ -1,9 +1,9 @@
 /** What lies between two lines, such as two standard deviations around an estimate. */
 
 import { kept } from "../polyline.js";
-import { tint } from "../sheet.js";
+import { tint } from "../canvas.js";
 
-/** @import { Sheet } from "../sheet.js" */
+/** @import { Sheet } from "../canvas.js" */
 /** @import { Band } from "../traces.js" */
 
 /**

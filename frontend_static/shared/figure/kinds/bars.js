@@ -1,12 +1,12 @@
 /** Bars at 0, 1, 2, ... of the axis that has names; or lying end to end, as shares of a whole. */
 
-import { REACH, shade, stroke } from "../sheet.js";
-import { named, saying, valueOn } from "../words.js";
+import { REACH, shade, stroke } from "../canvas.js";
+import { named, saying, valueOn } from "../description.js";
 import { written } from "../ticks.js";
 
 /** @import { Bars } from "../traces.js" */
 /** @import { Among } from "./kinds.js" */
-/** @import { Hit, Sheet } from "../sheet.js" */
+/** @import { Hit, Sheet } from "../canvas.js" */
 
 /** Of the distance between two bars. */
 const WIDE = 0.8;

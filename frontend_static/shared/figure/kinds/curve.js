@@ -1,11 +1,11 @@
 /** A line through points, with a shaded area below a part of it. */
 
 import { nearestOn, pathThrough } from "../polyline.js";
-import { shade, stroke } from "../sheet.js";
-import { named, saying } from "../words.js";
+import { shade, stroke } from "../canvas.js";
+import { named, saying } from "../description.js";
 
 /** @import { Curve } from "../traces.js" */
-/** @import { Hit, Sheet } from "../sheet.js" */
+/** @import { Hit, Sheet } from "../canvas.js" */
 
 /**
  * @param {Sheet} sheet

@@ -1,12 +1,12 @@
 /** Amounts over a plane, each cell in its colour of viridis. */
 
 import { viridis } from "../../colours.js";
-import { REACH } from "../sheet.js";
-import { named, saying } from "../words.js";
+import { REACH } from "../canvas.js";
+import { named, saying } from "../description.js";
 import { written } from "../ticks.js";
 
 /** @import { HeatMap } from "../traces.js" */
-/** @import { Hit, Sheet } from "../sheet.js" */
+/** @import { Hit, Sheet } from "../canvas.js" */
 
 const LEVELS = 256;
 /** Colours as a canvas keeps them: bytes of red, green, blue and opacity, as one number. */

@@ -1,10 +1,10 @@
 /** Adjoining bars over intervals. */
 
-import { REACH, shade, stroke } from "../sheet.js";
-import { named, saying, valueOn } from "../words.js";
+import { REACH, shade, stroke } from "../canvas.js";
+import { named, saying, valueOn } from "../description.js";
 
 /** @import { Histogram } from "../traces.js" */
-/** @import { Hit, Sheet } from "../sheet.js" */
+/** @import { Hit, Sheet } from "../canvas.js" */
 
 /**
  * @param {Sheet} sheet

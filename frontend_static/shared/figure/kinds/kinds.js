@@ -17,7 +17,7 @@ import * as stems from "./stems.js";
 import * as stripChart from "./strip_chart.js";
 import * as tree from "./tree.js";
 
-/** @import { Hit, Sheet } from "../sheet.js" */
+/** @import { Hit, Sheet } from "../canvas.js" */
 /** @import { Trace } from "../traces.js" */
 
 /** @typedef {{index: number, count: number}} Among Which of the panel's traces of this kind it is. */

@@ -1,7 +1,7 @@
 /** Words at a point, with a rim that parts them from what lies behind. */
 
 /** @import { Label } from "../traces.js" */
-/** @import { Sheet } from "../sheet.js" */
+/** @import { Sheet } from "../canvas.js" */
 
 const SIZE = 13;
 const RIM = 4;

@@ -1,9 +1,9 @@
 /** A line through points, in a colour and of a width of its own: one of many in a plot that grows. */
 
 import { nearestOf, pathThrough } from "../polyline.js";
-import { line } from "../sheet.js";
+import { line } from "../canvas.js";
 
-/** @import { Hit, Sheet } from "../sheet.js" */
+/** @import { Hit, Sheet } from "../canvas.js" */
 /** @import { Line } from "../traces.js" */
 
 /**

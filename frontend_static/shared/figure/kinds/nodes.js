@@ -1,8 +1,8 @@
 /** Discs as opaque as they say, or rings around what is chosen. */
 
-import { byOpacity, colourOf } from "../sheet.js";
+import { byOpacity, colourOf } from "../canvas.js";
 
-/** @import { Sheet } from "../sheet.js" */
+/** @import { Sheet } from "../canvas.js" */
 /** @import { Nodes } from "../traces.js" */
 
 const RING = 2;

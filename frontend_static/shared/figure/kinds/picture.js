@@ -3,7 +3,7 @@
 import { decoded } from "../pictures.js";
 
 /** @import { Picture } from "../traces.js" */
-/** @import { Sheet } from "../sheet.js" */
+/** @import { Sheet } from "../canvas.js" */
 
 /**
  * @param {Sheet} sheet

@@ -1,10 +1,10 @@
 /** A line across the panel at a value. */
 
-import { stroke } from "../sheet.js";
-import { named, saying } from "../words.js";
+import { stroke } from "../canvas.js";
+import { named, saying } from "../description.js";
 
 /** @import { Rule } from "../traces.js" */
-/** @import { Hit, Sheet } from "../sheet.js" */
+/** @import { Hit, Sheet } from "../canvas.js" */
 
 /**
  * @param {Sheet} sheet

@@ -2,10 +2,10 @@
 
 import { paintPoints } from "../points.js";
 import { nearestOf } from "../polyline.js";
-import { named, saying } from "../words.js";
+import { named, saying } from "../description.js";
 
 /** @import { Scatter } from "../traces.js" */
-/** @import { Hit, Sheet } from "../sheet.js" */
+/** @import { Hit, Sheet } from "../canvas.js" */
 
 /** What weighs nothing can still be seen. */
 const FAINTEST = 0.08;

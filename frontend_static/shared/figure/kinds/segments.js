@@ -1,8 +1,8 @@
 /** Lines from point to point, each as opaque as it says: hypotheses from frame to frame. */
 
-import { byOpacity, line } from "../sheet.js";
+import { byOpacity, line } from "../canvas.js";
 
-/** @import { Sheet } from "../sheet.js" */
+/** @import { Sheet } from "../canvas.js" */
 /** @import { Segments } from "../traces.js" */
 
 const WIDTH = 1.8;

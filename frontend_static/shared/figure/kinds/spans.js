@@ -1,8 +1,8 @@
 /** Intervals in which something held, shaded behind what is drawn. */
 
-import { tint } from "../sheet.js";
+import { tint } from "../canvas.js";
 
-/** @import { Sheet } from "../sheet.js" */
+/** @import { Sheet } from "../canvas.js" */
 /** @import { Spans } from "../traces.js" */
 
 /**

@@ -2,11 +2,11 @@
 
 import { paintPoints } from "../points.js";
 import { nearestOf } from "../polyline.js";
-import { stroke } from "../sheet.js";
-import { named, saying } from "../words.js";
+import { stroke } from "../canvas.js";
+import { named, saying } from "../description.js";
 
 /** @import { Stems } from "../traces.js" */
-/** @import { Hit, Sheet } from "../sheet.js" */
+/** @import { Hit, Sheet } from "../canvas.js" */
 
 const HEAD = 3.2;
 /** So many stems side by side have heads that can be told apart. */

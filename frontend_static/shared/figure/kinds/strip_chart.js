@@ -2,11 +2,11 @@
 
 import { paintPoints } from "../points.js";
 import { nearestOf, pathThrough } from "../polyline.js";
-import { stroke } from "../sheet.js";
-import { named, saying } from "../words.js";
+import { stroke } from "../canvas.js";
+import { named, saying } from "../description.js";
 
 /** @import { StripChart } from "../traces.js" */
-/** @import { Hit, Sheet } from "../sheet.js" */
+/** @import { Hit, Sheet } from "../canvas.js" */
 
 const LINE = 1.5;
 const DOT = 3.2;

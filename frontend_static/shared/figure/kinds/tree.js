@@ -1,11 +1,11 @@
 /** Who descends from whom: generations to the right, a line from each particle to its parent. */
 
 import { nearestOf } from "../polyline.js";
-import { stroke } from "../sheet.js";
-import { saying } from "../words.js";
+import { stroke } from "../canvas.js";
+import { saying } from "../description.js";
 
 /** @import { Tree } from "../traces.js" */
-/** @import { Hit, Sheet } from "../sheet.js" */
+/** @import { Hit, Sheet } from "../canvas.js" */
 
 const NODE = 3;
 const FAINTEST = 0.12;

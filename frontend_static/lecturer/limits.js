@@ -2,26 +2,26 @@
 
 import { h, setText } from "../shared/dom.js";
 import { moment } from "../shared/format.js";
-import { amount, limit } from "./beginning.js";
-import { following } from "./words.js";
+import { amount, limit } from "./begin_form.js";
+import { following } from "./text.js";
 
-/** @import { Lead } from "./lead.js" */
+/** @import { ClassControl } from "./class_control.js" */
 
 /**
- * @param {Lead} lead
+ * @param {ClassControl} control
  * @param {AbortSignal} signal
  */
-export function limits(lead, signal) {
+export function limits(control, signal) {
   const now = h("p", { role: "status", data: { role: "class-count" } });
   const followers = amount(0, 1);
   const forks = amount(0, 0);
   /** @type {HTMLInputElement} */
-  const open = h("input", { type: "checkbox", on: { change: () => lead.change({ is_open: open.checked }) } });
+  const open = h("input", { type: "checkbox", on: { change: () => control.change({ is_open: open.checked }) } });
   const until = h("p", { class: "hint" });
   followers.addEventListener("change", () => change("most_followers", followers));
   forks.addEventListener("change", () => change("most_forks", forks));
   const draw = () => {
-    const { follow } = lead;
+    const { follow } = control;
     if (follow === null) return;
     setText(now, `${following(follow.followers)}, ${tried(follow.forks)}.`);
     show(followers, follow.most_followers);
@@ -29,7 +29,7 @@ export function limits(lead, signal) {
     open.checked = follow.is_open;
     setText(until, `It ends by itself ${moment(follow.expires)}.`);
   };
-  lead.on(["follow"], draw, signal);
+  control.on(["follow"], draw, signal);
   draw();
   return h(
     "section",
@@ -46,9 +46,9 @@ export function limits(lead, signal) {
    * @param {HTMLInputElement} field
    */
   async function change(name, field) {
-    const { follow } = lead;
+    const { follow } = control;
     if (follow === null) return;
-    const isDone = Number.isFinite(field.valueAsNumber) && (await lead.change({ [name]: field.valueAsNumber }));
+    const isDone = Number.isFinite(field.valueAsNumber) && (await control.change({ [name]: field.valueAsNumber }));
     if (!isDone) field.value = String(follow[name]);
   }
 }

@@ -12,7 +12,7 @@ import { h } from "../shared/dom.js";
  * @param {string} html As the server gave it: all that anybody wrote is escaped there.
  * @param {Properties} [properties]
  */
-export function rich(tag, html, properties = {}) {
+export function htmlElement(tag, html, properties = {}) {
   const parsed = new DOMParser().parseFromString(html, "text/html");
   return h(tag, properties, [...parsed.body.childNodes]);
 }

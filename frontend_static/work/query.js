@@ -2,7 +2,7 @@
 
 /** @typedef {"sessions"|"runs"|"sweeps"|"uploads"} Kind */
 
-/** @typedef {{words: string, show: Kind|null, limit: number}} Wish What has to occur, of which kind alone, and how many. */
+/** @typedef {{words: string, show: Kind|null, limit: number}} Query What has to occur, of which kind alone, and how many. */
 
 /** @type {readonly Kind[]} */
 export const KINDS = ["sessions", "runs", "sweeps", "uploads"];
@@ -13,15 +13,15 @@ export const MANY = 50;
 
 /**
  * @param {URLSearchParams} address
- * @returns {Wish}
+ * @returns {Query}
  */
-export function wishOf(address) {
+export function parseQuery(address) {
   const show = KINDS.find((kind) => kind === address.get("show")) ?? null;
   return { words: address.get("q") ?? "", show, limit: show === null ? FEW : MANY };
 }
 
 /**
- * @param {Wish} wish
+ * @param {Query} wish
  * @returns {string} A page's address that says the same.
  */
 export function addressOf({ words, show }) {

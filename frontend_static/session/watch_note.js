@@ -7,7 +7,7 @@ import { icon } from "../shared/icons.js";
  * @param {import("./mount.js").Mounted} view
  * @returns {HTMLElement} Hidden where there is nothing to say, and once it was put away.
  */
-export function lookAt({ store }) {
+export function watchNote({ store }) {
   const words = h("p", {});
   let isAway = false;
   const putAway = () => {

@@ -4,7 +4,7 @@ import { socketAddress } from "../shared/socket.js";
 import { Stream } from "../shared/stream.js";
 import { attempt } from "../shared/toast.js";
 import { Topics } from "../shared/topics.js";
-import { followed } from "../lead/api.js";
+import { followed } from "../lecturer/api.js";
 
 /** @import { FigureShown, FollowHello, FollowNews, FollowPublic, MinePublic } from "../shared/messages.js" */
 
@@ -18,7 +18,7 @@ const OVER = 4404;
 const FULL = 4429;
 
 /** @extends {Topics<"follow"|"figure"|"state">} */
-export class Followed extends Topics {
+export class ClassStream extends Topics {
   /** @type {FollowPublic|null} */
   follow = null;
   /** @type {MinePublic} */

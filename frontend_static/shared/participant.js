@@ -1,21 +1,21 @@
-/** Whoever opened a page by the link of a class: a follower, or the lecturer on another device. */
+/** Who opened this page by the link of a class: a follower, or the lecturer on another device. */
 
 import { BASE } from "./api.js";
 import { h } from "./dom.js";
 
-const { guest = "", class: led = null } = globalThis.document?.documentElement.dataset ?? {};
+const { role = "", class: name = null } = globalThis.document?.documentElement.dataset ?? {};
 
 /** Whether the page belongs to somebody who is let in by such a link, and to nothing else of the server. */
-export const isGuest = BASE !== "";
+export const isParticipant = BASE !== "";
 
 /** Whether that is one who follows, and tries something alone. */
-export const isFollower = guest === "follower";
+export const isFollower = role === "follower";
 
 /** The class of the link, if the page was opened by one. */
-export const classOfLink = led;
+export const classOfLink = name;
 
 /** What stands first in the header: the way to the start page, and for followers that back to the class. */
 export function brand() {
   if (isFollower) return h("a", { class: "button", href: BASE, data: { role: "back" } }, "Back to the class");
-  return isGuest ? h("span", { class: "brand" }, "pftrack") : h("a", { class: "brand", href: "/" }, "pftrack");
+  return isParticipant ? h("span", { class: "brand" }, "pftrack") : h("a", { class: "brand", href: "/" }, "pftrack");
 }

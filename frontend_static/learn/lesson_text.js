@@ -1,11 +1,11 @@
 /** The text of a lesson beside its figure: the idea, what to try, what is checked, and the way to its neighbours. */
 
 import { fill, h, part } from "../shared/dom.js";
-import { isGuest } from "../shared/guest.js";
+import { isParticipant } from "../shared/participant.js";
 import { icon } from "../shared/icons.js";
 import { checksOf } from "./checks.js";
 import { lessons } from "./api.js";
-import { rich } from "./rich.js";
+import { htmlElement } from "./html_text.js";
 
 /** @import { LessonDetail, NeighbourPublic } from "../shared/messages.js" */
 
@@ -18,15 +18,15 @@ export function describe(lesson, signal) {
   fill(
     part("text"),
     h("h2", { class: "visually-hidden" }, "Idea"),
-    rich("div", idea, { class: "idea" }),
-    tries.length > 0 && h("section", { class: "tries" }, h("h2", {}, "Try"), h("ul", {}, tries.map((each) => rich("li", each)))),
+    htmlElement("div", idea, { class: "idea" }),
+    tries.length > 0 && h("section", { class: "tries" }, h("h2", {}, "Try"), h("ul", {}, tries.map((each) => htmlElement("li", each)))),
     h("details", { class: "lesson-fold uses", data: { part: "uses" }, hidden: true }),
     checksOf(lesson, signal),
-    !isGuest && h("p", { class: "hint" }, h("a", { href: lessons.notebook(id), download: `${id}.ipynb` }, "Notebook of this lesson")),
+    !isParticipant && h("p", { class: "hint" }, h("a", { href: lessons.notebook(id), download: `${id}.ipynb` }, "Notebook of this lesson")),
     origin && h("p", { class: "hint" }, `From ${origin}`),
   );
   fill(part("neighbours"), neighbour(previous, "previous"), neighbour(next, "next"));
-  part("notice").replaceChildren(rich("span", notice));
+  part("notice").replaceChildren(htmlElement("span", notice));
 }
 
 /**

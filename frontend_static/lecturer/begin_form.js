@@ -2,9 +2,9 @@
 
 import { fill, h } from "../shared/dom.js";
 import { follows } from "./api.js";
-import { following } from "./words.js";
+import { following } from "./text.js";
 
-/** @import { Lead, Limits } from "./lead.js" */
+/** @import { ClassControl, Limits } from "./class_control.js" */
 
 const WHAT =
   "Whoever opens a short link sees what you show here: the same frame, the same parameters, read only. " +
@@ -13,21 +13,21 @@ const WHAT =
 const FIRST = { most_followers: 200, most_forks: 4 };
 
 /**
- * @param {Lead} lead
+ * @param {ClassControl} control
  * @param {AbortSignal} signal
  */
-export function beginning(lead, signal) {
+export function beginForm(control, signal) {
   const followers = amount(FIRST.most_followers, 1);
   const forks = amount(FIRST.most_forks, 0);
   const go = h("button", { type: "submit", class: "primary", autofocus: true }, "Begin");
   const begin = async (/** @type {SubmitEvent} */ event) => {
     event.preventDefault();
     go.disabled = true;
-    await lead.begin({ most_followers: followers.valueAsNumber, most_forks: forks.valueAsNumber });
+    await control.begin({ most_followers: followers.valueAsNumber, most_forks: forks.valueAsNumber });
     go.disabled = false;
   };
   const others = h("ul", { class: "class-others", "aria-label": "Classes that there are", hidden: true });
-  offer(others, lead, signal);
+  offer(others, control, signal);
   return [
     h(
       "form",
@@ -65,10 +65,10 @@ export function amount(value, min) {
  * Offer to lead a class that was begun on another page.
  *
  * @param {HTMLElement} place
- * @param {Lead} lead
+ * @param {ClassControl} control
  * @param {AbortSignal} signal
  */
-async function offer(place, lead, signal) {
+async function offer(place, control, signal) {
   const all = await follows.all().catch(() => []);
   if (signal.aborted || all.length === 0) return;
   place.hidden = false;
@@ -79,7 +79,7 @@ async function offer(place, lead, signal) {
         "li",
         { class: "row" },
         h("span", { class: "row-words" }, h("span", { class: "row-title" }, follow.title), h("span", { class: "hint" }, following(follow.followers))),
-        h("button", { type: "button", class: "row-actions", on: { click: () => lead.show(follow) } }, "Show it this page"),
+        h("button", { type: "button", class: "row-actions", on: { click: () => control.show(follow) } }, "Show it this page"),
       ),
     ),
   );

@@ -5,35 +5,35 @@
 
 import { h, setText } from "../shared/dom.js";
 import { icon } from "../shared/icons.js";
-import { leadPoll } from "./lead_poll.js";
-import { openSheet } from "./sheet.js";
-import { following } from "./words.js";
+import { pollControl } from "./poll_control.js";
+import { openClassDialog } from "./class_dialog.js";
+import { following } from "./text.js";
 
 /**
- * @param {import("./lead.js").Lead} lead
+ * @param {import("./class_control.js").ClassControl} control
  * @param {AbortSignal} signal
  * @returns {HTMLButtonElement}
  */
-export function followChip(lead, signal) {
+export function followChip(control, signal) {
   const words = h("span", {});
-  const open = () => openSheet(lead, signal);
+  const open = () => openClassDialog(control, signal);
   const chip = h("button", { type: "button", class: "follow-chip", "aria-haspopup": "dialog", on: { click: open } }, icon("class"), words);
   const draw = () => {
-    const { follow, isHere } = lead;
+    const { follow, isHere } = control;
     words.classList.toggle("wide-only", follow === null);
     chip.toggleAttribute("data-leads", follow !== null);
     chip.toggleAttribute("data-elsewhere", follow !== null && !isHere);
     setText(words, follow === null ? "Follow me" : following(follow.followers));
-    chip.title = titleOf(lead);
-    chip.disabled = follow === null && !lead.mayBegin;
+    chip.title = titleOf(control);
+    chip.disabled = follow === null && !control.mayBegin;
   };
-  lead.on(["follow"], draw, signal);
+  control.on(["follow"], draw, signal);
   draw();
-  leadPoll(lead, signal);
+  pollControl(control, signal);
   return chip;
 }
 
-/** @param {import("./lead.js").Lead} lead */
+/** @param {import("./class_control.js").ClassControl} control */
 function titleOf({ follow, isHere }) {
   if (follow === null) return "Show this page to a class: whoever opens a short link sees what you see";
   return isHere ? "The class sees this page" : `The class sees something else: ${follow.title}`;

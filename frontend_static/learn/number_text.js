@@ -67,7 +67,7 @@ export function standing(entry) {
  * @param {string} text
  * @returns {number|string}
  */
-export function typed(text) {
+export function parseNumber(text) {
   const trimmed = text.trim();
   const value = Number(trimmed.replace(/^(-?\d*),(\d+)$/, "$1.$2"));
   return trimmed !== "" && Number.isFinite(value) ? value : trimmed;

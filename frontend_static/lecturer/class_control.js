@@ -4,7 +4,7 @@
  */
 
 import { statusOf } from "../shared/api.js";
-import { classOfLink, isGuest } from "../shared/guest.js";
+import { classOfLink, isParticipant } from "../shared/participant.js";
 import { socketAddress } from "../shared/socket.js";
 import { Stream } from "../shared/stream.js";
 import { latest } from "../shared/timing.js";
@@ -31,7 +31,7 @@ const NOT_FOUND = 404;
 const GONE = 410;
 
 /** @extends {Topics<"follow">} */
-export class Lead extends Topics {
+export class ClassControl extends Topics {
   /**
    * As the server describes it; null while nobody is led from this tab.
    *
@@ -63,7 +63,7 @@ export class Lead extends Topics {
 
   /** Whether a class may be begun here: a link has the rights over one, and is worth nothing after its end. */
   get mayBegin() {
-    return this.isReady && !isGuest;
+    return this.isReady && !isParticipant;
   }
 
   /** Find the class that this tab leads, if it leads one. */

@@ -22,7 +22,7 @@ const UNSAID = new Set(["action", "colour"]);
  * @param {HTMLElement} place
  * @param {Entry[]} entries
  */
-export function showInForce(place, entries) {
+export function showParameters(place, entries) {
   const isOpen = place.querySelector("details")?.open ?? false;
   const others = entries.filter(({ isFirst }) => !isFirst);
   fill(

@@ -5,7 +5,7 @@
 
 import { h, setText } from "../dom.js";
 import { even } from "./ticks.js";
-import { valueOn } from "./words.js";
+import { valueOn } from "./description.js";
 
 /** @import { Box } from "./box.js" */
 /** @import { Scale } from "./scale.js" */
@@ -39,7 +39,7 @@ const FAR = 10;
 /** @type {Record<string, number>} */
 const MOVES = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -FAR, PageUp: FAR };
 
-export class Grip {
+export class Handle {
   #flag = h("span", { class: "figure-flag", "aria-hidden": "true" });
   #tell;
   /** @type {Stand|null} */

@@ -1,15 +1,15 @@
 /** How much room an element gives to a canvas within it. */
 
-/** @typedef {{width: number, height: number}} Room pixels of the display */
+/** @typedef {{width: number, height: number}} CanvasSize pixels of the display */
 
 /**
  * Call `changed` with the room that an element has, at once and after each change.
  *
  * @param {HTMLElement} element
- * @param {(room: Room) => void} changed
+ * @param {(room: CanvasSize) => void} changed
  * @param {AbortSignal} signal Ends it.
  */
-export function watchRoom(element, changed, signal) {
+export function watchCanvasSize(element, changed, signal) {
   const observer = new ResizeObserver(([{ devicePixelContentBoxSize: sizes, contentRect }]) => {
     const width = sizes?.[0]?.inlineSize ?? Math.round(contentRect.width * devicePixelRatio);
     const height = sizes?.[0]?.blockSize ?? Math.round(contentRect.height * devicePixelRatio);

@@ -14,7 +14,7 @@ const SHOWN_AFTER_MS = 500;
  * @param {import("./mount.js").Mounted} view
  * @returns {HTMLElement} Hidden while the run is not on its way.
  */
-export function onTheWay({ store, commands, signal }) {
+export function seekProgress({ store, commands, signal }) {
   const words = h("p", { role: "status" });
   const meter = h("progress", { max: 1, value: 0, "aria-label": "Frames computed" });
   const stop = h("button", { type: "button", title: "Stay at the frame that it has come to", on: { click: () => commands.stop() } }, "Stop here");

@@ -7,7 +7,7 @@ import { eventsOf, numberOf, ofRole, samplers, samplesOf } from "../series.js";
 /** @import { SessionPublic } from "../../shared/messages.js" */
 /** @import { Curve, History } from "../history.js" */
 /** @import { Mixture } from "./paint.js" */
-/** @import { RowName } from "./sheet.js" */
+/** @import { RowName } from "./rows.js" */
 
 /** The rows that are about series, and of which role. */
 const STRIPS = /** @type {const} */ ([

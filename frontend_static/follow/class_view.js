@@ -5,12 +5,12 @@ import { fill, h } from "../shared/dom.js";
 import { LessonView } from "./lesson_view.js";
 import { showSessions } from "./sessions_view.js";
 
-/** @import { Compared, Told } from "../compare/compare.js" */
+/** @import { RunComparison, Told } from "../compare/compare.js" */
 /** @import { Mounted } from "../session/mount.js" */
 /** @import { FigurePublic, FollowPublic } from "../shared/messages.js" */
-/** @import { Followed } from "./followed.js" */
+/** @import { ClassStream } from "./class_stream.js" */
 
-export class Shown {
+export class ClassView {
   #place;
   #followed;
   #made = "";
@@ -18,7 +18,7 @@ export class Shown {
   #end = new AbortController();
   /** @type {LessonView|null} */
   #lesson = null;
-  /** @type {Compared|null} */
+  /** @type {RunComparison|null} */
   #compared = null;
 
   /**
@@ -30,7 +30,7 @@ export class Shown {
 
   /**
    * @param {HTMLElement} place
-   * @param {Followed} followed
+   * @param {ClassStream} followed
    * @param {() => void} changed Called when other sessions are shown.
    */
   constructor(place, followed, changed) {

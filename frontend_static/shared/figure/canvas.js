@@ -1,9 +1,9 @@
 /** What traces are painted on, and the strokes that they share. */
 
-import { DASHED, LOOKS } from "./ink.js";
+import { DASHED, LOOKS } from "./line_styles.js";
 
 /** @import { Box } from "./box.js" */
-/** @import { Ink } from "./ink.js" */
+/** @import { Ink } from "./line_styles.js" */
 /** @import { Scale } from "./scale.js" */
 /** @import { Axis } from "./traces.js" */
 

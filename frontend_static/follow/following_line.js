@@ -5,13 +5,13 @@ import { speed as speedText } from "../shared/format.js";
 import { coalesce } from "../shared/timing.js";
 
 /** @import { Mounted } from "../session/mount.js" */
-/** @import { Followed } from "./followed.js" */
+/** @import { ClassStream } from "./class_stream.js" */
 
 const WORDS = { connecting: "Connecting", open: "Following", lost: "Reconnecting", full: "Waiting", over: "Ended" };
 
 /**
  * @param {HTMLElement} place
- * @param {Followed} followed
+ * @param {ClassStream} followed
  * @param {() => readonly Mounted[]} views
  * @returns {{watch: () => void}} To be told when other sessions are shown.
  */

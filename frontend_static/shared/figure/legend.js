@@ -15,7 +15,7 @@ const INSET = 0.12;
 /** @type {Axis} */
 const UNIT = { title: "", unit: "", low: 0, high: 1, log: false, names: [], hidden: true };
 
-export class Key {
+export class Legend {
   element = h("ul", { class: "figure-key" });
   #shown = "";
 

@@ -16,7 +16,7 @@ import { after } from "../shared/timing.js";
  */
 
 /** @template Wish, Answer */
-export class Newest {
+export class NewestRequest {
   #send;
   #on;
   #signal;

@@ -2,7 +2,7 @@
 
 import { h } from "../shared/dom.js";
 import { count, measureValue, number } from "../shared/format.js";
-import { short } from "./look.js";
+import { short } from "./cell_style.js";
 
 /** @import { Child } from "../shared/elements.js" */
 /** @import { AxisPublic, CellsPublic, ComparisonPublic, MapPublic } from "../shared/messages.js" */

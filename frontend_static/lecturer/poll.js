@@ -4,7 +4,7 @@
  */
 
 import { fill, h, setText } from "../shared/dom.js";
-import { pollWords } from "./words.js";
+import { pollWords } from "./text.js";
 
 /** @import { Child } from "../shared/elements.js" */
 /** @import { PollPublic } from "../shared/messages.js" */

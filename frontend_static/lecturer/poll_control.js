@@ -3,29 +3,29 @@
 import { h } from "../shared/dom.js";
 import { PollView } from "./poll.js";
 
-/** @import { Lead } from "./lead.js" */
+/** @import { ClassControl } from "./class_control.js" */
 
 /**
  * A poll with what the lecturer can do with it.
  *
- * @param {Lead} lead
+ * @param {ClassControl} control
  * @param {AbortSignal} signal
  * @param {HTMLButtonElement[]} [more] Further buttons, before those that reveal and withdraw.
  * @returns {HTMLElement} Hidden while nothing is asked.
  */
-export function ownPoll(lead, signal, more = []) {
-  const reveal = h("button", { type: "button", class: "primary", data: { role: "reveal" }, on: { click: () => lead.reveal() } }, "Reveal");
-  const withdraw = h("button", { type: "button", data: { role: "withdraw" }, on: { click: () => lead.withdraw() } });
+export function pollPart(control, signal, more = []) {
+  const reveal = h("button", { type: "button", class: "primary", data: { role: "reveal" }, on: { click: () => control.reveal() } }, "Reveal");
+  const withdraw = h("button", { type: "button", data: { role: "withdraw" }, on: { click: () => control.withdraw() } });
   const view = new PollView({ vote: null, tools: [...more, reveal, withdraw] });
   const draw = () => {
-    const poll = lead.follow?.poll ?? null;
+    const poll = control.follow?.poll ?? null;
     view.element.hidden = poll === null;
     if (poll === null) return;
     reveal.hidden = poll.revealed;
     withdraw.textContent = poll.revealed ? "Close" : "Withdraw";
-    view.show(poll, { followers: lead.follow?.followers });
+    view.show(poll, { followers: control.follow?.followers });
   };
-  lead.on(["follow"], draw, signal);
+  control.on(["follow"], draw, signal);
   draw();
   return view.element;
 }
@@ -33,13 +33,13 @@ export function ownPoll(lead, signal, more = []) {
 /**
  * Keep the poll on the page. Folded to the question and how many have answered, it leaves the picture in sight.
  *
- * @param {Lead} lead
+ * @param {ClassControl} control
  * @param {AbortSignal} signal
  */
-export function leadPoll(lead, signal) {
+export function pollControl(control, signal) {
   /** @type {HTMLButtonElement} */
   const fold = h("button", { type: "button", class: "quiet", data: { role: "fold" }, on: { click: () => show(isFolded()) } });
-  const place = h("aside", { class: "lead-poll", "aria-label": "The class is asked" }, ownPoll(lead, signal, [fold]));
+  const place = h("aside", { class: "lead-poll", "aria-label": "The class is asked" }, pollPart(control, signal, [fold]));
   const isFolded = () => place.hasAttribute("data-folded");
   const show = (/** @type {boolean} */ isWhole) => {
     place.toggleAttribute("data-folded", !isWhole);
@@ -47,8 +47,8 @@ export function leadPoll(lead, signal) {
     fold.textContent = isWhole ? "Fold" : "Unfold";
   };
   let poll = "";
-  lead.on(["follow"], () => {
-    const { id = "", revealed = false } = lead.follow?.poll ?? {};
+  control.on(["follow"], () => {
+    const { id = "", revealed = false } = control.follow?.poll ?? {};
     // What is asked, and what is revealed, is there to be seen.
     if (poll !== (poll = `${id} ${revealed}`)) show(true);
   }, signal);

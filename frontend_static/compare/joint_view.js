@@ -41,7 +41,7 @@ import { JointStore } from "./joint_store.js";
 
 const PARTS = /** @type {const} */ (["scene", "readout"]);
 
-export class Together {
+export class JointView {
   #end = new AbortController();
   /** @type {OwnSession[]} */
   #own = [];

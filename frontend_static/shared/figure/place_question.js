@@ -1,7 +1,7 @@
 /** Asking for a place in a panel: a person puts a line where they expect the answer, by pointer, touch or keys. */
 
 import { h } from "../dom.js";
-import { Grip, boundsOf, stepped } from "./grip.js";
+import { Handle, boundsOf, stepped } from "./handle.js";
 
 /** @import { Box } from "./box.js" */
 /** @import { Scale } from "./scale.js" */
@@ -11,8 +11,8 @@ import { Grip, boundsOf, stepped } from "./grip.js";
 
 const TITLE = "your prediction";
 
-export class Asking {
-  #grip = new Grip((value) => this.#put(value), "asking");
+export class PlaceQuestion {
+  #grip = new Handle((value) => this.#put(value), "asking");
   #hint = h("p", { class: "figure-hint", "aria-hidden": "true" }, h("span", {}, "Place your prediction here"));
   #place;
   /** @type {Asked|null} */

@@ -15,7 +15,7 @@ const EVERY_MS = 3000;
  * @param {AbortSignal} signal Ends the waiting; then nothing more is done.
  * @returns {Promise<Answer>}
  */
-export async function whenRoom(act, tell, signal) {
+export async function whenPlaceFree(act, tell, signal) {
   for (let isFirst = true; ; isFirst = false) {
     try {
       const answer = await act();

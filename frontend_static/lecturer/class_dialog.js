@@ -1,0 +1,92 @@
+/**
+ * All that belongs to a class: before it begins its limits, and then the link with its QR code, who follows, a poll, the
+ * limits, and the end.
+ */
+
+import { confirmLoss, openDialog } from "../shared/dialog.js";
+import { fill, h } from "../shared/dom.js";
+import { beginForm } from "./begin_form.js";
+import { limits } from "./limits.js";
+import { linkPart } from "./link.js";
+import { pollPart } from "./poll_control.js";
+import { pollForm } from "./poll_form.js";
+import { following } from "./text.js";
+
+/** @import { ClassControl } from "./class_control.js" */
+
+/**
+ * @param {ClassControl} control
+ * @param {AbortSignal} signal
+ */
+export function openClassDialog(control, signal) {
+  const end = new AbortController();
+  const until = AbortSignal.any([signal, end.signal]);
+  openDialog("A class that follows", (close) => {
+    const place = h("div", { class: "class-sheet" });
+    let shown = "";
+    const draw = () => {
+      const now = `${control.follow?.id} ${control.isHere}`;
+      if (now === shown) return;
+      shown = now;
+      if (control.follow !== null) fill(place, running(control, close, until));
+      else if (control.mayBegin) fill(place, beginForm(control, until));
+      else close();
+    };
+    control.on(["follow"], draw, until);
+    draw();
+    return [place];
+  }, { wide: true }).addEventListener("close", () => end.abort());
+}
+
+/**
+ * @param {ClassControl} control
+ * @param {() => void} close
+ * @param {AbortSignal} signal
+ */
+function running(control, close, signal) {
+  const follow = /** @type {NonNullable<ClassControl["follow"]>} */ (control.follow);
+  return [
+    !control.isHere && elsewhere(control),
+    linkPart(follow),
+    asking(control, close, signal),
+    limits(control, signal),
+    h("footer", {}, h("button", { type: "button", class: "danger", data: { role: "end-class" }, on: { click: () => finish(control) } }, "End")),
+  ];
+}
+
+/**
+ * The class sees something else than this page.
+ *
+ * @param {ClassControl} control
+ */
+function elsewhere(control) {
+  const follow = /** @type {NonNullable<ClassControl["follow"]>} */ (control.follow);
+  const show = h("button", { type: "button", class: "primary", disabled: !control.isReady, on: { click: () => control.show(follow) } }, "Show this page");
+  return h("p", { class: "note class-elsewhere" }, h("span", {}, `The class sees ${follow.title}. `), show);
+}
+
+/**
+ * A poll, or the form for one.
+ *
+ * @param {ClassControl} control
+ * @param {() => void} close
+ * @param {AbortSignal} signal
+ */
+function asking(control, close, signal) {
+  const form = pollForm(async (poll) => {
+    // What is asked stands on the page, where the run goes on.
+    if (await control.ask(poll)) close();
+  });
+  const draw = () => (form.hidden = control.follow === null || control.follow.poll !== null);
+  control.on(["follow"], draw, signal);
+  draw();
+  return h("section", { class: "class-poll", "aria-label": "Ask the class" }, form, pollPart(control, signal));
+}
+
+/** @param {ClassControl} control */
+async function finish(control) {
+  const { follow } = control;
+  if (follow === null) return;
+  const text = `${following(follow.followers)}. Nobody can open the link again, and what followers tried themselves ends, too.`;
+  if (follow.followers === 0 || (await confirmLoss({ title: "End the class?", text, action: "End for all" }))) await control.end();
+}
