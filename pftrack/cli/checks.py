@@ -9,7 +9,6 @@ import typer
 
 from pftrack.cli.listing import Json
 from pftrack.cli.output import FAILED, CommandError, emit, note, progress, table, whole, wrong_use
-from pftrack.process import run
 
 __all__ = ["register"]
 
@@ -100,6 +99,8 @@ def doctor(
 
 
 def _measure(script: Path, *, json: bool) -> object:
+    from pftrack.process import run
+
     status, told = run(str(script), "--json", output="read") if json else run(str(script))
     if status:
         raise CommandError(f"the benchmark {script.stem} failed with exit status {status}")

@@ -4,11 +4,13 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import httpx
+import psutil
 
 from tests.installing import environment
 from tests.session_requests import session_request
@@ -144,6 +146,15 @@ class Server:
         living = self._born[session] & set(descendants(self._process.pid))
         assert living, "the worker has ended already"
         os.kill(max(living), signal.SIGKILL)
+
+    @contextmanager
+    def freeze_newest(self) -> Iterator[None]:
+        """Have the newest process compute nothing meanwhile; it must take less time than a worker may be silent."""
+        assert self._process is not None
+        newest = psutil.Process(max(descendants(self._process.pid)))
+        newest.suspend()
+        yield
+        newest.resume()
 
 
 def descendants(pid: int) -> list[int]:

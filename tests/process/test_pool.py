@@ -130,14 +130,14 @@ def test_one_that_was_killed_in_its_sleep_is_replaced(server: ForkServer) -> Non
 def test_tasks_tell_what_came_of_them(server: ForkServer) -> None:
     """A task has a process of its own; its answer is JSON, and an ending says how it ended without one."""
 
-    def come(function: Callable[..., Any], *arguments: object, **more: Any) -> object:
-        return asyncio.run(
-            run_task(server, function, *arguments, budget=Budget(silence_s=0.5), refusals=(LookupError,), **more)
-        )
+    def come(function: Callable[..., Any], *arguments: object, silence_s: float = 0.5, **more: Any) -> object:
+        budget = Budget(silence_s=silence_s)
+        return asyncio.run(run_task(server, function, *arguments, budget=budget, refusals=(LookupError,), **more))
 
     told: list[Any] = []
-    assert come(count, 5, on_step=told.append) == Reply("done")  # longer than it may be silent
-    assert set(map(tuple, told)) <= {(done, 5) for done in range(1, 6)}
+    steps = 13  # take longer than it may be silent
+    assert come(count, steps, silence_s=12 * TELL_S, on_step=told.append) == Reply("done")
+    assert set(map(tuple, told)) <= {(done, steps) for done in range(1, steps + 1)}
     assert told
     assert come(refuse) == Refusal("'of this name'")
     assert come(time.sleep, 60) is Ending.OUT_OF_TIME
