@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[2]
+PATH = os.pathsep.join(map(str, (ROOT, ROOT / "server")))
 PROGRAM = """
 import os
 from pathlib import Path
@@ -58,7 +59,7 @@ def serving(arguments: str, first: str = "pass", **variables: str) -> Iterator[s
         first: Python that is carried out in the process before.
         variables: Environment variables.
     """
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), **variables}
+    environment = {**os.environ, "PYTHONPATH": PATH, **variables}
     with subprocess.Popen(
         [sys.executable, "-c", PROGRAM.format(first, arguments)],
         stdout=subprocess.PIPE,
@@ -95,7 +96,7 @@ def refused(*wishes: Wish) -> list[str]:
         text=True,
         timeout=100,
         check=True,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        env={**os.environ, "PYTHONPATH": PATH},
     )
     answers = [json.loads(line) for line in told.stdout.splitlines()]
     ends = [(status, len(words.strip().splitlines())) for status, words in answers]

@@ -91,7 +91,7 @@ def at_rest(processes: list[psutil.Process]) -> Iterator[None]:
 def test_a_freeze_and_a_sudden_end(start_server: Any, tmp_path: Path) -> None:
     """Sessions outlive a pause of the whole process tree, though it is longer than a worker may be silent.
 
-    When the server itself is killed its sweep and its sessions stop with it, and no process is left behind. The next
+    Without the process from which workers are forked the next session begins all the same. When the server itself is killed its sweep and its sessions stop with it, and no process is left behind. The next
     server shows the sweep as stopped, and the session with all that was noted in it.
     """
     first = "import tests.server.sweeping as its; its.functions.compute = its.compute_by_permission"
@@ -111,7 +111,9 @@ def test_a_freeze_and_a_sudden_end(start_server: Any, tmp_path: Path) -> None:
                 assert state(client, session) == "ready"
             with at_rest(others):  # who is still silent after it is ended as ever
                 wait_for(lambda: state(client, session) == "crashed", 60)
-            begin(client)
+            for each in web.children():
+                each.kill()
+            begin(client)  # by another fork server
             sweep = begin_sweep(client)["id"]
             until_some(client, sweep)
             of_the_sweep = [child for one in drivers(process.pid) for child in (one, *one.children(recursive=True))]
