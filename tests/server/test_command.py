@@ -91,8 +91,9 @@ def at_rest(processes: list[psutil.Process]) -> Iterator[None]:
 def test_a_freeze_and_a_sudden_end(start_server: Any, tmp_path: Path) -> None:
     """Sessions outlive a pause of the whole process tree, though it is longer than a worker may be silent.
 
-    Without the process from which workers are forked the next session begins all the same. When the server itself is killed its sweep and its sessions stop with it, and no process is left behind. The next
-    server shows the sweep as stopped, and the session with all that was noted in it.
+    Without the process from which workers are forked the next session begins all the same. When the server itself is
+    killed its sweep and its sessions stop with it, and no process is left behind. The next server shows the sweep as
+    stopped, and the session with all that was noted in it.
     """
     first = "import tests.server.sweeping as its; its.functions.compute = its.compute_by_permission"
     arguments = f"port=0, data_dir=Path({str(tmp_path / 'data')!r})"
