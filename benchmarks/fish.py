@@ -24,7 +24,7 @@ from pftrack.likelihoods.edge_distance import largest_distances  # noqa: E402
 from pftrack.model.parameters import revise  # noqa: E402
 from pftrack.model.source import History  # noqa: E402
 from pftrack.sources.fish import FishSource  # noqa: E402
-from pftrack.trackers.fish.step import MOTIONS, begun, seen_edges, stepped  # noqa: E402
+from pftrack.trackers.fish.step import MOTIONS, begin_at, find_edges, step_frame  # noqa: E402
 
 LOOPED = 100
 """Particles that the plain loop is timed on; it is in proportion."""
@@ -62,10 +62,10 @@ def main() -> None:
     parameters = find("fish").simulate().parameters
     source = FishSource(0, parameters)
     frame = source.frame(1, History(((0, parameters),)))
-    edges = seen_edges(frame, parameters)
-    state = begun(source.target(0, parameters), 3000)
+    edges = find_edges(frame, parameters)
+    state = begin_at(source.target(0, parameters), 3000)
     for number in range(1, 4):
-        state = stepped(MOTIONS["ordinary"], state, edges, revise(parameters, {"sample_count": 3000}), 0, number)
+        state = step_frame(MOTIONS["ordinary"], state, edges, revise(parameters, {"sample_count": 3000}), 0, number)
     rows: list[dict[str, object]] = []
     for count in (500, 3000):
         progress(f"look-ups of {count} particles")
@@ -83,13 +83,13 @@ def main() -> None:
     for tracker, count in (("ordinary", 3000), ("guided", 500), ("constant-velocity", 500)):
         progress(f"steps of {tracker}")
         chosen = revise(parameters, {"sample_count": count})
-        first = stepped(MOTIONS[tracker], begun(source.target(0, parameters), count), edges, chosen, 0, 1)
+        first = step_frame(MOTIONS[tracker], begin_at(source.target(0, parameters), count), edges, chosen, 0, 1)
         whole[tracker] = seconds(
-            lambda t=tracker, s=first, p=chosen: stepped(MOTIONS[t], s, edges, p, 0, 2), options.repeats
+            lambda t=tracker, s=first, p=chosen: step_frame(MOTIONS[t], s, edges, p, 0, 2), options.repeats
         )
         ratio = whole[tracker] / whole["ordinary"]
         rows.append({"what": "step", "particles": count, "by": tracker, "ms": 1e3 * whole[tracker], "ratio": ratio})
-    time = seconds(lambda: seen_edges(frame, parameters), max(options.repeats // 4, 3))
+    time = seconds(lambda: find_edges(frame, parameters), max(options.repeats // 4, 3))
     rows.append({"what": "edges", "particles": 0, "by": "OpenCV", "ms": 1e3 * time, "ratio": time / whole["ordinary"]})
     report(
         "A frame of a fish",

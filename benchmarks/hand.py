@@ -25,7 +25,7 @@ from pftrack.geometry.polygons import convex_hull  # noqa: E402
 from pftrack.runs.run import Change, Run  # noqa: E402
 from pftrack.trackers.hand.candidates import palm_candidates  # noqa: E402
 from pftrack.trackers.hand.likelihood import x_p  # noqa: E402
-from pftrack.trackers.hand.seen import contour_of, seen_in  # noqa: E402
+from pftrack.trackers.hand.seen import contour_of, tables_of  # noqa: E402
 from pftrack.trackers.hand.settings import Task, settings  # noqa: E402
 
 MOTIONS = "wrist", "bend", "occlusion"
@@ -77,7 +77,7 @@ def main() -> None:
     time = seconds(lambda: features_in(silhouette), options.repeats)
     rows.append({"what": "features", "by": "pftrack", "ms": 1e3 * time, "frames/s": 1 / time})
     task = Task(state.scale, state.shape, settings(parameters, state.scale))
-    seen = seen_in(silhouette.mask, [])
+    seen = tables_of(silhouette.mask, [])
     mask, contour = silhouette.mask.astype(np.uint8), contour_of(silhouette.mask).astype(np.uint8)
     palms = [palm_points(pose, state.scale, state.shape) for pose in palm_candidates(state.pose, task)[0]]
     ours = seconds(lambda: [x_p(convex_hull(each), seen, state.scale) for each in palms], options.repeats)

@@ -25,10 +25,10 @@ from pftrack.geometry.face_model import mean_model  # noqa: E402
 from pftrack.reproduce.structure.scenes import SimulatedTracks, head_tracks, prism_tracks  # noqa: E402
 from pftrack.structure import growing, online_variational, recursive, variational  # noqa: E402
 from pftrack.structure.alignment import shape_error  # noqa: E402
-from pftrack.structure.cameras import settled  # noqa: E402
+from pftrack.structure.cameras import fit_camera  # noqa: E402
 from pftrack.structure.factorization import factorize  # noqa: E402
 from pftrack.structure.first_window import from_window  # noqa: E402
-from pftrack.structure.tracks import Tracks, checked_view  # noqa: E402
+from pftrack.structure.tracks import Tracks, check_view  # noqa: E402
 
 WINDOW = 90
 HIDDEN_VARIANCE = 100.0
@@ -83,8 +83,8 @@ def adjusted(body: SimulatedTracks, tracks: Tracks) -> Shape:
         if camera is None:
             raise RuntimeError("a window leaves a camera")
         for index in order:
-            rows, precisions = checked_view(tracks.positions[index], tracks.variances[index], count)
-            camera = settled(focal, camera, state.shape, rows, precisions, camera, 0.0, 50)
+            rows, precisions = check_view(tracks.positions[index], tracks.variances[index], count)
+            camera = fit_camera(focal, camera, state.shape, rows, precisions, camera, 0.0, 50)
             cameras[index] = camera
     turns = Rotation.from_matrix([one[:, :3] for one in cameras])
     weights = 1.0 / np.sqrt(tracks.variances)

@@ -57,7 +57,7 @@ def examine(*, port: int = 8000, data_dir: Path | None = None, warm: bool = Fals
     looks: dict[str, Callable[[], tuple[Status, str] | Check]] = {
         "Python": _python,
         "libraries": _libraries,
-        "compiled code": lambda: _compiled(everything=warm),
+        "compiled code": lambda: _compilation(everything=warm),
         "experiments": lambda: _experiments(everything=warm),
         "video": _codecs,
         "pages": _pages,
@@ -112,7 +112,7 @@ def _numbers(version: str) -> tuple[int, ...]:
     return tuple(parts)
 
 
-def _compiled(*, everything: bool) -> Check:
+def _compilation(*, everything: bool) -> Check:
     """Run the default tracker of each experiment, or have all compiled that is."""
     from pftrack.experiments import EXPERIMENTS
     from pftrack.warming import Warming, cache_folder

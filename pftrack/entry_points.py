@@ -6,7 +6,7 @@ So a run can be shown, exported and served, though it knows nobody who does that
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
-__all__ = ["PRESENTERS", "find", "provided"]
+__all__ = ["PRESENTERS", "find", "load"]
 
 PRESENTERS = "pftrack.presenters"
 """Group of the functions that show or write a run or a comparison."""
@@ -17,7 +17,7 @@ def find(group: str, name: str) -> EntryPoint | None:
     return next(iter(entry_points(group=group, name=name)), None)
 
 
-def provided(group: str, name: str) -> Any:  # noqa: ANN401 - whatever a package provides
+def load(group: str, name: str) -> Any:  # noqa: ANN401 - whatever a package provides
     """Return what is provided under a name.
 
     Raises:

@@ -294,7 +294,7 @@ class Experiment:
         named = [failure.id for failure in self.failures]
         if len(set(named)) < len(named):
             raise ValueError(f"{self.id} has two failures of one id: {', '.join(named)}")
-        known = {series.name for series in self.declared()}
+        known = {series.name for series in self.all_series()}
         shown = [name for plot in self.plots for name in plot.names]
         shown += [name for reading in self.readings for name in reading.names]
         for name in shown:
@@ -304,12 +304,12 @@ class Experiment:
             if preset.tour is not None and preset.tour.plot not in {plot.id for plot in self.plots}:
                 raise ValueError(f"{self.id} has no plot {preset.tour.plot!r}, to which the tour of a preset points")
         kept = [one.name for one in self.run_measures]
-        kept += [reduction.name for series in self.declared() for reduction in series.reductions]
+        kept += [reduction.name for series in self.all_series() for reduction in series.reductions]
         for name in kept:
             if kept.count(name) > 1:
                 raise ValueError(f"{self.id} declares {name!r} twice among its measures and reductions")
 
-    def declared(self, *trackers: str) -> tuple[Series, ...]:
+    def all_series(self, *trackers: str) -> tuple[Series, ...]:
         """Return all series that a run with these trackers, or with any if none is named, may have."""
         chosen = trackers or tuple(self.trackers)
         return join(*(self.trackers[name].series for name in chosen), self.series)

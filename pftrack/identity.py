@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Itself"]
+__all__ = ["PictureKey"]
 
 
-class Itself:
+class PictureKey:
     """A picture as a key: equal to itself alone. As long as it is kept, no other has its identity.
 
     A picture that may be written should not be kept so: it may become another.
@@ -16,7 +16,7 @@ class Itself:
         self.image_rgb = image_rgb
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Itself) and other.image_rgb is self.image_rgb
+        return isinstance(other, PictureKey) and other.image_rgb is self.image_rgb
 
     def __hash__(self) -> int:
         return id(self.image_rgb)

@@ -20,7 +20,7 @@ def found(checks: list[Check], name: str) -> Check:
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave out the check that runs trackers."""
-    monkeypatch.setattr(doctor, "_compiled", lambda *, everything: ("ok", f"everything: {everything}"))
+    monkeypatch.setattr(doctor, "_compilation", lambda *, everything: ("ok", f"everything: {everything}"))
 
 
 @pytest.mark.parametrize(
@@ -83,7 +83,7 @@ def test_without_a_place_for_compiled_code_there_is_a_warning(monkeypatch: pytes
     """Compiling anew at each start works, but it is worth saying."""
     (tmp_path / "file").touch()
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file" / "cache"))
-    check = doctor._compiled(everything=False)
+    check = doctor._compilation(everything=False)
     assert check.status == "warning"
     assert "NUMBA_CACHE_DIR" in check.found
 
@@ -98,11 +98,11 @@ def test_what_was_compiled_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
         "pftrack.warming.Warming.wait",
         lambda self: DONE,
     )
-    check = doctor._compiled(everything=True)
+    check = doctor._compilation(everything=True)
     assert check.found.startswith("2 functions compiled now, in 2 s; kept in ")
     assert list(check.as_dict()["seconds"].items()) == [("b", 2.5), ("a", 1.0)]
     monkeypatch.setattr("pftrack.warming.Warming.wait", lambda self: Progress(failed={"sine": "no"}, finished=True))
-    assert doctor._compiled(everything=True) == Check("compiled code", "broken", "sine: no")
+    assert doctor._compilation(everything=True) == Check("compiled code", "broken", "sine: no")
 
 
 LIVE = """

@@ -42,7 +42,7 @@ ALONE: dict[str, dict[str, str]] = {
     "the C library without wide vectors": {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX512F,-AVX512VL"},
 }
 
-pytestmark = pytest.mark.skipif(not machine.capable(), reason="numbers are the same on x86-64 with AVX2")
+pytestmark = pytest.mark.skipif(not machine.is_capable(), reason="numbers are the same on x86-64 with AVX2")
 
 
 def hashes(settings: Mapping[str, str], *arguments: str) -> dict[str, str]:

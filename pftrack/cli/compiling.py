@@ -21,14 +21,14 @@ def compiling() -> Iterator[None]:
     done: list[str] = []
     said = 0.0
 
-    def begun(name: str) -> None:
+    def on_begin(name: str) -> None:
         nonlocal said
         del name
         if not said:
             said = time.monotonic()
             note("pftrack: compiling what this needs, only once; `pftrack doctor --warm` compiles everything")
 
-    def ended(name: str, seconds: float) -> None:
+    def on_end(name: str, seconds: float) -> None:
         nonlocal said
         del seconds
         done.append(name)
@@ -36,7 +36,7 @@ def compiling() -> Iterator[None]:
             said = time.monotonic()
             note(f"pftrack: compiling, {len(done)} functions of at most {len(FUNCTIONS)}")
 
-    with watch(begun, ended):
+    with watch(on_begin, on_end):
         yield
     if done:
         note(f"pftrack: {len(done)} functions compiled in {time.monotonic() - begin:.0f} s")

@@ -59,7 +59,7 @@ def run(
     chosen = None if seed is None else whole("--seed", seed, 0, LARGEST_SEED)
     with compiling():
         done = run_failure(found, cured=cured, seed=chosen)
-    lost = [row.frame for row in done.rows if row.gone]
+    lost = [row.frame for row in done.rows if row.is_lost]
     if json:
         measured = {"shown": done.finding.shown, "finding": done.finding.words, "numbers": done.finding.numbers}
         recipe = done.recipe.model_dump(mode="json", exclude={"footage"})

@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from pftrack.model.sequence import FrameSequence
     from pftrack.runs.record import OpenSequence
 
-__all__ = ["Said", "footage_of", "open_footage", "wired"]
+__all__ = ["FootageOptions", "footage_of", "open_footage", "open_setup"]
 
 
 @dataclass(frozen=True)
-class Said:
+class FootageOptions:
     """What was said of a recording, as it was said.
 
     Attributes:
@@ -45,7 +45,7 @@ class Said:
         points: Path | None,
         start: str | None,
         truth: Path | None,
-    ) -> "Said":
+    ) -> "FootageOptions":
         """Gather the options; --box and --points are short for kinds of --mark."""
         if video is not None and tracks is not None:
             raise wrong_use("there is one recording, got --video and --tracks")
@@ -62,8 +62,8 @@ class Said:
         return cls(video or tracks, "--tracks" if tracks else "--video", tuple(marks), start, truth)
 
 
-def wired(
-    stack: ExitStack, experiment: "Experiment", recipe: "Recipe", said: Said, folder: Path
+def open_setup(
+    stack: ExitStack, experiment: "Experiment", recipe: "Recipe", said: FootageOptions, folder: Path
 ) -> "tuple[Setup, FrameSequence | None]":
     """Return the setup of a recipe on which a command line has its say, and its recording, which the stack closes.
 
@@ -137,7 +137,7 @@ def footage_of(stack: ExitStack, file: Path, video: Path | None) -> "OpenSequenc
     return find
 
 
-def _refuse_options(said: Said) -> None:
+def _refuse_options(said: FootageOptions) -> None:
     """Refuse what would go with a recording where there is none."""
     options = {**{option: text for option, _, text in said.marks}, "--start": said.start, "--truth": said.truth}
     for name, given in options.items():
@@ -145,14 +145,14 @@ def _refuse_options(said: Said) -> None:
             raise wrong_use(f"{name} needs --video: a simulated scene knows its own start and truth")
 
 
-def _demand_mark(experiment: "Experiment", said: Said, footage: "Footage", kinds: Sequence[str]) -> None:
+def _demand_mark(experiment: "Experiment", said: FootageOptions, footage: "Footage", kinds: Sequence[str]) -> None:
     """Refuse to go on without a mark if a recording of each of these kinds needs one."""
     if not (said.marks or footage.mark) and all(experiment.needs_mark(kind) for kind in kinds):
         marks = " or ".join(f"--mark {kind.name()}:{kind.text}" for kind in experiment.marks)
         raise wrong_use(f"{said.option} needs {marks}: where the target is on the first frame")
 
 
-def _mark(experiment: "Experiment", said: Said) -> dict[str, Any]:
+def _mark(experiment: "Experiment", said: FootageOptions) -> dict[str, Any]:
     from pftrack.model.parameters import ParameterError
 
     if len(said.marks) > 1:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pftrack.cli.compiling import compiling
-from pftrack.cli.listing import Json, PresetName, experiment_named, preset_named
+from pftrack.cli.listing import Json, PresetName, find_experiment, find_preset
 from pftrack.cli.output import CommandError, emit, note, progress, table, wrong_use
 from pftrack.cli.sweep import plan_of
 
@@ -66,13 +66,13 @@ def learn(
     if any(source.lower().endswith(".pft") for source in sources):
         if any(it is not None for it in (preset, tracker, axes, assignments, trials, seed, frames)):
             raise wrong_use("saved runs are learned from as they are: leave out what only makes new ones")
-        guidance, tracks = _saved([Path(source) for source in sources])
+        guidance, tracks = _read_states([Path(source) for source in sources])
     else:
         if len(sources) > 1:
             raise wrong_use(f"name one experiment, or saved runs, got {', '.join(sources)}")
-        experiment = experiment_named(sources[0])
+        experiment = find_experiment(sources[0])
         guidance = guidance_of(experiment, "learn")
-        begin = preset_named(experiment, preset) if preset is not None else None
+        begin = find_preset(experiment, preset) if preset is not None else None
         each = trials or ("1" if axes else "10")
         try:
             plan = plan_of(experiment, begin, axes or [], tracker, each, frames, assignments or [], seed or "0")
@@ -102,14 +102,14 @@ def guidance_of(experiment: "Experiment", what: str) -> "Guidance":
     return experiment.guidance
 
 
-def _saved(paths: Sequence[Path]) -> "tuple[Guidance, list[NDArray[Any]]]":
+def _read_states(paths: Sequence[Path]) -> "tuple[Guidance, list[NDArray[Any]]]":
     """Return the recorded states of saved runs, by the numbers that they hold."""
     from pftrack.runs.record import read, read_columns
 
     experiments = {read(path).recipe.experiment for path in paths}
     if len(experiments) > 1:
         raise wrong_use(f"expected runs of one experiment, got those of {', '.join(sorted(experiments))}")
-    guidance = guidance_of(experiment_named(experiments.pop()), "learn")
+    guidance = guidance_of(find_experiment(experiments.pop()), "learn")
     return guidance, [guidance.saved_states(read_columns(path), path.name) for path in paths]
 
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from pftrack.experiment import Experiment, Preset
     from pftrack.model.parameters import Declaration, Value
 
-__all__ = ["PresetName", "experiment_named", "preset_named", "register"]
+__all__ = ["PresetName", "find_experiment", "find_preset", "register"]
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON value.")]
 PresetName = Annotated[
@@ -30,7 +30,7 @@ def register(app: typer.Typer) -> None:
     app.command()(show)
 
 
-def experiment_named(name: str) -> "Experiment":
+def find_experiment(name: str) -> "Experiment":
     """Return an experiment by its name; an unknown one is wrong use."""
     from pftrack.experiments import find
 
@@ -40,7 +40,7 @@ def experiment_named(name: str) -> "Experiment":
         raise wrong_use(str(error.args[0])) from None
 
 
-def preset_named(experiment: "Experiment", name: str) -> "Preset":
+def find_preset(experiment: "Experiment", name: str) -> "Preset":
     """Return a preset of an experiment by its name; an unknown one is wrong use."""
     for preset in experiment.presets:
         if preset.name == name:
@@ -70,7 +70,7 @@ def show(
     from pftrack.exports.formats import exports_of
     from pftrack.model.parameters import declarations, flat
 
-    found = experiment_named(experiment)
+    found = find_experiment(experiment)
     parameters = found.simulate().parameters
     declared = declarations(type(parameters))
     values = flat(parameters)

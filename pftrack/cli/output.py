@@ -65,7 +65,7 @@ def whole(option: str, text: str, low: int, high: int) -> int:
 def explain(error: Exception) -> CommandError:
     """Turn any error into one sentence and an exit status."""
     if hasattr(error, "format_message") and hasattr(error, "exit_code"):  # the command line's own complaints
-        return CommandError(f"{error.format_message()}{_given(error)}", error.exit_code)
+        return CommandError(f"{error.format_message()}{_given_value(error)}", error.exit_code)
     from pftrack.model.parameters import ParameterError
 
     match error:
@@ -78,7 +78,7 @@ def explain(error: Exception) -> CommandError:
             found = CommandError(f"{error.filename}: {reason}" if error.filename else reason)
         case MemoryError():
             found = CommandError("there is not enough memory for this")
-        case ValueError() if _raised_in_library(error):  # a refusal, already a sentence
+        case ValueError() if _is_library_error(error):  # a refusal, already a sentence
             found = CommandError(str(error))
         case _:
             if os.environ.get("PFTRACK_DEBUG"):
@@ -120,13 +120,13 @@ def progress(title: str) -> Iterator[Tick]:
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
-def _given(error: Exception) -> str:
+def _given_value(error: Exception) -> str:
     """What was given to an option that could not be read: typer's own sentence leaves it out."""
     listed: Sequence[dict[str, object]] = getattr(error.__cause__ or error.__context__, "errors", list)()
     return f", got {listed[0]['input']!r}" if listed and "input" in listed[0] else ""
 
 
-def _raised_in_library(error: Exception) -> bool:
+def _is_library_error(error: Exception) -> bool:
     trace = error.__traceback__
     while trace is not None and trace.tb_next is not None:
         trace = trace.tb_next

@@ -13,9 +13,9 @@ import typer
 
 from pftrack.cli.compiling import compiling
 from pftrack.cli.exports import ExportOut, wanted_exports, write_exports
-from pftrack.cli.footage import Said, footage_of, wired
+from pftrack.cli.footage import FootageOptions, footage_of, open_setup
 from pftrack.cli.learn import guidance_of
-from pftrack.cli.listing import Json, PresetName, experiment_named, preset_named
+from pftrack.cli.listing import Json, PresetName, find_experiment, find_preset
 from pftrack.cli.output import FAILED, CommandError, emit, note, progress, table, whole, wrong_use
 from pftrack.cli.values import assign, text_of, value_of
 
@@ -94,10 +94,10 @@ def run(
     from pftrack.runs.run import LONGEST_RUN, Change, Run
 
     recipe, folder = _recipe(experiment)
-    found = experiment_named(recipe.experiment)
+    found = find_experiment(recipe.experiment)
     if tracker is not None and tracker not in found.trackers:
         raise wrong_use(f"the tracker of {found.id} must be one of {', '.join(found.trackers)}, got {tracker!r}")
-    begin = preset_named(found, preset) if preset is not None else None
+    begin = find_preset(found, preset) if preset is not None else None
     changes: dict[str, Any] = {} if begin is None else {"tracker": begin.tracker, "seed": begin.seed}
     if tracker is not None:
         changes["tracker"] = tracker
@@ -106,20 +106,20 @@ def run(
     wanted = whole("--frames", frames, 1, LONGEST_RUN) if frames is not None else None
     _check_places(out, video_out)
     exports = wanted_exports(found, export or [])
-    said = Said.of(video, tracks, mark, box, points, start, truth)
+    said = FootageOptions.of(video, tracks, mark, box, points, start, truth)
     with ExitStack() as stack:
         stack.enter_context(compiling())
-        setup, sequence = wired(stack, found, recipe, said, folder)
+        setup, sequence = open_setup(stack, found, recipe, said, folder)
         if wanted is not None:
             changes["frames"] = wanted if sequence is None else min(wanted, _frames_left(sequence, setup))
-        values = {**_values(setup, assignments or []), **_guided(found, learned)}
+        values = {**_values(setup, assignments or []), **_guidance_value(found, learned)}
         if begin is not None:
             values = {**_preset_values(setup, begin), **values}
         if values:
             changes["timeline"] = (*recipe.timeline, Change(0, values))
         made = Run.from_recipe(recipe.model_copy(update=changes), found, setup)
         if mark_out is not None:
-            mark_out.write_bytes(_marked(made))
+            mark_out.write_bytes(_draw_mark(made))
         _note_unread(setup, values, made.tracker)
         suitability = _suitability(made, sequence)
         summary = {**_compute(made, video_out, frames=made.frames), **suitability}
@@ -146,7 +146,7 @@ def replay(
     _check_places(None, video_out)
     saved = read_saved(file)
     record = saved.record
-    exports = wanted_exports(experiment_named(record.recipe.experiment), export or [])
+    exports = wanted_exports(find_experiment(record.recipe.experiment), export or [])
     with ExitStack() as stack:
         stack.enter_context(compiling())
         again = make(record.recipe, open_sequence=footage_of(stack, file, video))
@@ -175,7 +175,7 @@ def _recipe(said: str) -> "tuple[Recipe, Path]":
 
     path = Path(said)
     if path.suffix.lower() != ".json":
-        return Recipe(experiment=experiment_named(said).id), path.parent
+        return Recipe(experiment=find_experiment(said).id), path.parent
     try:
         return Recipe.read(json_format.loads(path.read_text(encoding="utf-8-sig"))), path.parent
     except FileNotFoundError:
@@ -184,7 +184,7 @@ def _recipe(said: str) -> "tuple[Recipe, Path]":
         raise CommandError(f"{path.name} is no JSON: {error}") from None
 
 
-def _marked(made: "Run") -> bytes:
+def _draw_mark(made: "Run") -> bytes:
     """Return a picture of the first frame with the mark on it."""
     from pftrack.model.drawing import Drawing, Picture
     from pftrack.rendering import png, render
@@ -212,7 +212,7 @@ def _values(setup: "Setup", assignments: list[str]) -> "dict[str, Value]":
     return values
 
 
-def _guided(experiment: "Experiment", learned: Path | None) -> "dict[str, Value]":
+def _guidance_value(experiment: "Experiment", learned: Path | None) -> "dict[str, Value]":
     """Return the value of the parameter that takes a learned file."""
     return {} if learned is None else {guidance_of(experiment, "--learned").parameter: text_of(learned)}
 
@@ -289,7 +289,7 @@ def _compute(run: "Run", video_out: Path | None, *, frames: int) -> dict[str, An
             if run.position % REPORT_EVERY == 0:
                 tick(run.position, frames)
     said = run.experiment.report(run.diagnostics) if run.experiment.report else {}
-    kept = reductions(run.experiment.declared(), run.diagnostics[1:])
+    kept = reductions(run.experiment.all_series(), run.diagnostics[1:])
     known = {name: value for name, value in kept.items() if value is not None}
     return {**run.summary().as_dict(), **known, **said}
 
@@ -299,7 +299,7 @@ def _print(summary: Mapping[str, object], *, json: bool) -> None:
         emit(summary)
     else:
         short = {name: value for name, value in summary.items() if value is not None and not _is_series(value)}
-        rows = [(name.replace("_", " "), _shown(value)) for name, value in short.items()]
+        rows = [(name.replace("_", " "), _format_value(value)) for name, value in short.items()]
         table("", ("", ""), rows)
 
 
@@ -308,11 +308,11 @@ def _is_series(value: object) -> bool:
     return isinstance(value, list) and (not value or isinstance(value[0], float))
 
 
-def _shown(value: object) -> str:
+def _format_value(value: object) -> str:
     if isinstance(value, Mapping):
-        return ", ".join(f"{name}={_shown(item)}" for name, item in value.items())
+        return ", ".join(f"{name}={_format_value(item)}" for name, item in value.items())
     if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_shown, value))}]"
+        return f"[{', '.join(map(_format_value, value))}]"
     if isinstance(value, str) and len(value) > LONGEST_SHOWN:  # the text of a file
         return f"{' '.join(value[:LONGEST_SHOWN].split())}..."
     return f"{value:.4g}" if isinstance(value, float) else str(value)

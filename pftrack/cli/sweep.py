@@ -16,7 +16,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.progress import Progress as Bar
 from typer.core import TyperGroup
 
-from pftrack.cli.listing import Json, PresetName, experiment_named, preset_named
+from pftrack.cli.listing import Json, PresetName, find_experiment, find_preset
 from pftrack.cli.output import CommandError, emit, note, table, whole, wrong_use
 from pftrack.cli.values import assign, value_of
 
@@ -93,8 +93,8 @@ def run(
         raise wrong_use("name an experiment, `pftrack list` lists them, or --resume a sweep that was stopped")
     plan = None
     if experiment is not None:
-        found = experiment_named(experiment)
-        begin = preset_named(found, preset) if preset is not None else None
+        found = find_experiment(experiment)
+        begin = find_preset(found, preset) if preset is not None else None
         try:
             plan = plan_of(found, begin, axes or [], trackers, trials, frames, assignments or [], seed)
         except SweepError as error:
@@ -182,7 +182,7 @@ def plan_of(
 def _values(experiment: "Experiment", assignments: list[str]) -> "dict[str, Value]":
     from pftrack.model.parameters import ParameterError
     from pftrack.sweep import SweepError
-    from pftrack.sweep.axis import declared
+    from pftrack.sweep.axis import find_declaration
 
     values: dict[str, Value] = {}
     model = type(experiment.simulate().parameters)
@@ -190,7 +190,7 @@ def _values(experiment: "Experiment", assignments: list[str]) -> "dict[str, Valu
         if name in values:
             raise wrong_use(f"--set gives {name} twice")
         if name != "tracker":
-            declared(experiment, name)
+            find_declaration(experiment, name)
         try:
             values[name] = text if name == "tracker" else value_of(model, name, text)
         except ParameterError as error:

@@ -11,7 +11,7 @@ their errors have one unit.
 
 from pftrack.comparison.alignment import MOST_RUNS, Alignment, ComparisonError, align
 from pftrack.comparison.comparison import Comparison, Outcome
-from pftrack.comparison.paired import Paired, Parting
+from pftrack.comparison.paired import Divergence, Paired
 from pftrack.comparison.settings import Setting, settings
 
 __all__ = [
@@ -19,9 +19,9 @@ __all__ = [
     "Alignment",
     "Comparison",
     "ComparisonError",
+    "Divergence",
     "Outcome",
     "Paired",
-    "Parting",
     "Setting",
     "align",
     "settings",

@@ -9,16 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.comparison.alignment import Alignment, align
-from pftrack.comparison.paired import Paired, Parting, paired, parting
+from pftrack.comparison.paired import Divergence, Paired, find_divergence, paired_difference
 from pftrack.comparison.settings import Setting, settings
-from pftrack.entry_points import PRESENTERS, provided
+from pftrack.entry_points import PRESENTERS, load
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.measures import Measure
 from pftrack.model.palette import BRANCHES, hexadecimal
 from pftrack.model.series import to_json
 from pftrack.runs.loss import approach
 from pftrack.runs.run import Run
-from pftrack.runs.scoring import course_of
+from pftrack.runs.scoring import evaluated_run
 
 __all__ = ["Comparison", "Outcome"]
 
@@ -98,7 +98,7 @@ class Comparison:
     @property
     def frames(self) -> int:
         """How many frames can be compared so far."""
-        return min(map(len, self._computed()))
+        return min(map(len, self._compute_rows()))
 
     @property
     def settings(self) -> tuple[Setting, ...]:
@@ -111,7 +111,7 @@ class Comparison:
         told = [setting for setting in self.settings if None not in setting.values][:TOLD_SETTINGS]
         names = [""] * len(self.runs)
         for count in range(1, len(told) + 1):
-            names = [", ".join(_told(each, place) for each in told[:count]) for place in range(len(self.runs))]
+            names = [", ".join(_describe(each, place) for each in told[:count]) for place in range(len(self.runs))]
             if len(set(names)) == len(names):
                 return tuple(names)
         return tuple(f"{name or 'Run'} ({place})" for place, name in enumerate(names, 1))
@@ -124,14 +124,14 @@ class Comparison:
     @property
     def rows(self) -> tuple[list[Diagnostics], ...]:
         """The diagnostics of each run in the frames that can be compared."""
-        return tuple(rows[: self.frames] for rows in self._computed())
+        return tuple(rows[: self.frames] for rows in self._compute_rows())
 
     @property
-    def partings(self) -> tuple[Parting, ...]:
+    def partings(self) -> tuple[Divergence, ...]:
         """Where each pair of runs parts."""
         estimates = [[row.estimate for row in rows] for rows in self.rows]
         pairs = combinations(range(len(self.runs)), 2)
-        return tuple(Parting(one, other, parting(estimates[one], estimates[other])) for one, other in pairs)
+        return tuple(Divergence(one, other, find_divergence(estimates[one], estimates[other])) for one, other in pairs)
 
     @property
     def first_difference(self) -> int | None:
@@ -176,9 +176,9 @@ class Comparison:
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows: what differs, what came of each run, and what one gains."""
-        return cast("str", provided(PRESENTERS, "comparison_html")(self))
+        return cast("str", load(PRESENTERS, "comparison_html")(self))
 
-    def _computed(self) -> Iterator[list[Diagnostics]]:
+    def _compute_rows(self) -> Iterator[list[Diagnostics]]:
         """Yield what each run has computed of the frames that they have in common."""
         for run, first in zip(self.runs, self.alignment.firsts, strict=True):
             yield run.diagnostics[first : first + self.alignment.frames]
@@ -187,15 +187,15 @@ class Comparison:
         runs, rows = (self.runs[0], self.runs[other]), (self.rows[0], self.rows[other])
         if not rows[0]:
             return
-        yield Paired(0, other, "error", "Error", self.unit, "lower", *paired(*map(_errors, rows)))
+        yield Paired(0, other, "error", "Error", self.unit, "lower", *paired_difference(*map(_errors, rows)))
         measure = _decisive(runs[0])
         if measure.name == _decisive(runs[1]).name:
-            found = paired(*(_values(run, each) for run, each in zip(runs, rows, strict=True)))
+            found = paired_difference(*(_values(run, each) for run, each in zip(runs, rows, strict=True)))
             if found[0]:
                 yield Paired(0, other, measure.name, measure.title, "", measure.better, *found)
 
 
-def _told(setting: Setting, place: int) -> str:
+def _describe(setting: Setting, place: int) -> str:
     value = setting.values[place]
     return str(value) if setting.name in TOLD_BARE else f"{setting.title} {value}"
 
@@ -205,7 +205,7 @@ def _outcome(run: Run, rows: Sequence[Diagnostics]) -> Outcome:
         return Outcome(np.nan, np.nan, None, 0)
     errors, values = _errors(rows), _values(run, rows)
     known, counted = errors[~np.isnan(errors)], values[~np.isnan(values)]
-    lost = [frame for frame, row in enumerate(rows) if row.gone]
+    lost = [frame for frame, row in enumerate(rows) if row.is_lost]
     return Outcome(
         float(known.mean()) if len(known) and np.isfinite(known).all() else np.nan,
         float(counted.mean()) if len(counted) else np.nan,
@@ -225,5 +225,5 @@ def _decisive(run: Run) -> Measure:
 
 def _values(run: Run, rows: Sequence[Diagnostics]) -> NDArray[np.float64]:
     """Return what that measure says of each frame, 1 or 0, NaN where it is not known."""
-    course = course_of(rows, run.experiment.declared(), judged=run.experiment.judges_loss)
+    course = evaluated_run(rows, run.experiment.all_series(), judged=run.experiment.judges_loss)
     return _decisive(run).values(course)

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from pftrack.model.series import to_json
 from pftrack.numerics.statistics import dependent_mean_interval
 
-__all__ = ["CONFIDENCE", "Paired", "Parting", "paired", "parting"]
+__all__ = ["CONFIDENCE", "Divergence", "Paired", "find_divergence", "paired_difference"]
 
 CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True, slots=True)
-class Parting:
+class Divergence:
     """Where two runs part.
 
     Attributes:
@@ -72,7 +72,7 @@ class Paired:
         return {name: to_json(value) if isinstance(value, float) else value for name, value in asdict(self).items()}
 
 
-def parting(one: Sequence[Sequence[float]], other: Sequence[Sequence[float]]) -> int | None:
+def find_divergence(one: Sequence[Sequence[float]], other: Sequence[Sequence[float]]) -> int | None:
     """Return the first frame in which estimates differ to the bit; None if they agree as far as both are known.
 
     Args:
@@ -86,7 +86,7 @@ def _same(one: Sequence[float], other: Sequence[float]) -> bool:
     return len(one) == len(other) and bool(np.array_equal(one, other, equal_nan=True))
 
 
-def paired(one: NDArray[np.float64], other: NDArray[np.float64]) -> tuple[int, float, float, float]:
+def paired_difference(one: NDArray[np.float64], other: NDArray[np.float64]) -> tuple[int, float, float, float]:
     """Return how many frames two runs have a value in, the mean of the other's minus the one's, and its interval.
 
     Args:

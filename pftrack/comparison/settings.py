@@ -74,7 +74,7 @@ def _trackers(run: Run, span: tuple[int, int]) -> str:
 
 
 def _of_parameters(runs: Sequence[Run], spans: Sequence[tuple[int, int]]) -> Iterator[Setting]:
-    declared = [_declared(run) for run in runs]
+    declared = [_declarations(run) for run in runs]
     every = {name: declaration for known in declared for name, declaration in known.items()}
     for name, declaration in every.items():
         courses = [
@@ -90,7 +90,7 @@ def _of_parameters(runs: Sequence[Run], spans: Sequence[tuple[int, int]]) -> Ite
         )
 
 
-def _declared(run: Run) -> Mapping[str, Declaration]:
+def _declarations(run: Run) -> Mapping[str, Declaration]:
     return {it.name: it for it in declarations(type(run.setup.parameters)) if it.role != "drawing"}
 
 
@@ -119,7 +119,7 @@ def _course(steps: Iterable[tuple[int, Value]], span: tuple[int, int]) -> Steps:
 
 def _in_words(declaration: Declaration, steps: Steps) -> str:
     """Return the values of a parameter over time: "800, 200 from frame 57 on"."""
-    return _over_time(steps, lambda value: _said(declaration, value))
+    return _over_time(steps, lambda value: _format_value(declaration, value))
 
 
 def _over_time(steps: Steps, said: Callable[[Value], str]) -> str:
@@ -127,7 +127,7 @@ def _over_time(steps: Steps, said: Callable[[Value], str]) -> str:
     return ", ".join([said(begin[1]), *(f"{said(value)} from frame {frame} on" for frame, value in later)])
 
 
-def _said(declaration: Declaration, value: Value) -> str:
+def _format_value(declaration: Declaration, value: Value) -> str:
     if isinstance(value, bool):
         return "on" if value else "off"
     if declaration.kind == "file":

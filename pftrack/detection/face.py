@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from pftrack.detection import cascades
 from pftrack.detection.cascades import CLOSE, NEARBY, QUICK, Box, Effort
-from pftrack.detection.refinement import PLACED, refined
+from pftrack.detection.refinement import PLACED, refine_points
 from pftrack.geometry.face_model import FEATURES, FaceModel, mean_model, place
 
 __all__ = ["DetectedFace", "FaceError", "by_proportion", "detect", "find_again", "in_box", "spot"]
@@ -213,7 +213,7 @@ def _locate(grey: NDArray[np.uint8], box: Box, model: FaceModel, effort: Effort,
         warnings = (f"{what}, so that the points are placed by proportion; drag them to where they belong",)
     points = place(model, {"reye": eyes[0], "leye": eyes[1]})
     if refine and seen == 2:
-        points = refined(grey, points, model)
+        points = refine_points(grey, points, model)
     return DetectedFace(points, box, seen, warnings)
 
 

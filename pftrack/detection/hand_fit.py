@@ -21,7 +21,7 @@ from pftrack.numerics.compiled import compiled
 from pftrack.numerics.elementary import exponential, logarithm
 from pftrack.numerics.trigonometry import sines_cosines
 
-__all__ = ["Fit", "FlatHand", "disagreement", "fitted", "misfit_of", "placed"]
+__all__ = ["Fit", "FlatHand", "apply_changes", "disagreement", "fit_hand", "misfit_of"]
 
 TURN, SIZE, BREADTH, FINGERS = 2, 3, 4, 5
 """Where the quantities are among the twenty, after the place in palm axes of the start: turn in rad, logarithms of size
@@ -54,7 +54,7 @@ class FlatHand(NamedTuple):
     shape: HandShape
 
 
-def placed(start: FlatHand, changes: NDArray[np.float64]) -> FlatHand:
+def apply_changes(start: FlatHand, changes: NDArray[np.float64]) -> FlatHand:
     """Return a hand changed by twenty quantities.
 
     Place is that of the knuckles' middle. Turn and size are the palm's alone: the fingers keep directions, lengths and
@@ -104,7 +104,7 @@ def misfit_of(mask: NDArray[np.bool_], hand: FlatHand) -> float:
     return off / max(int(np.count_nonzero(mask & region)), 1)
 
 
-def fitted(mask: NDArray[np.bool_], start: FlatHand) -> Fit:
+def fit_hand(mask: NDArray[np.bool_], start: FlatHand) -> Fit:
     """Return the hand near a start whose silhouette is most like a mask.
 
     Args:
@@ -119,7 +119,7 @@ def fitted(mask: NDArray[np.bool_], start: FlatHand) -> Fit:
     unlike[FINGERS + 2 :: 3] = logarithm(start.shape.radii[:, 0] / MODEL.radii[:, 0])
 
     def cost(changes: NDArray[np.float64]) -> float:
-        hand = placed(start, changes)
+        hand = apply_changes(start, changes)
         off = disagreement(mask, region, hand.pose, hand.scale, hand.shape)
         strange: NDArray[np.float64] = (unlike + changes) / PRIOR
         strange[FINGERS + 1 :: 3] -= changes[SIZE] / PRIOR[FINGERS + 1]
@@ -141,7 +141,7 @@ def fitted(mask: NDArray[np.bool_], start: FlatHand) -> Fit:
                 if found < least - LEAST_GAIN:
                     changes, least = tried, found
         steps /= 2.0
-    hand = placed(start, changes)
+    hand = apply_changes(start, changes)
     return Fit(hand, disagreement(mask, region, hand.pose, hand.scale, hand.shape) / pixels, least / pixels)
 
 

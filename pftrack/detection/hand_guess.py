@@ -22,7 +22,7 @@ __all__ = [
     "Similarity",
     "fold",
     "hand_of",
-    "seen_finger",
+    "measure_finger",
     "similar",
     "unit",
 ]
@@ -47,7 +47,7 @@ class SeenFinger(NamedTuple):
     radius: float
 
 
-def seen_finger(protrusion: Protrusion) -> SeenFinger:
+def measure_finger(protrusion: Protrusion) -> SeenFinger:
     """Return the finger that a protrusion is, with the median of its half widths off the ends."""
     middle = protrusion.radii[len(protrusion.radii) // 8 : max(3 * len(protrusion.radii) // 4, 1)]
     return SeenFinger(protrusion.axis[0], protrusion.axis[-1], float(np.sort(middle)[len(middle) // 2]))

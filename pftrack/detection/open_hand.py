@@ -21,21 +21,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.detection.hand_fit import FlatHand, fitted
+from pftrack.detection.hand_fit import FlatHand, fit_hand
 from pftrack.detection.hand_guess import (
     ARM_LENGTH,
     ROOT_BEHIND,
     SeenFinger,
     fold,
     hand_of,
-    seen_finger,
+    measure_finger,
     similar,
     unit,
 )
 from pftrack.detection.protrusions import HandFeatures, Protrusion
 from pftrack.geometry.hand_model import FINGERS, HIGH, LOW, MODEL, HandShape
 
-__all__ = ["NoOpenHandError", "OpenHand", "around_hand", "opened"]
+__all__ = ["NoOpenHandError", "OpenHand", "around_hand", "find_open_hand"]
 
 CLEARLY = 1.4
 """By which factor the model must be farther off with thumb and little finger exchanged."""
@@ -79,7 +79,7 @@ class OpenHand(NamedTuple):
     remarks: tuple[str, ...]
 
 
-def opened(features: HandFeatures, tips: NDArray[np.float64] | None = None) -> OpenHand:
+def find_open_hand(features: HandFeatures, tips: NDArray[np.float64] | None = None) -> OpenHand:
     """Return the open hand that a silhouette shows.
 
     Args:
@@ -91,8 +91,8 @@ def opened(features: HandFeatures, tips: NDArray[np.float64] | None = None) -> O
     """
     if not features.finding.ok:
         raise NoOpenHandError(features.finding.value)
-    start = _begun(features) if tips is None else _marked(features, features.silhouette.in_mask(tips))
-    hand, misfit, _ = fitted(features.silhouette.mask, start)
+    start = _initial_guess(features) if tips is None else _guess_from_tips(features, features.silhouette.in_mask(tips))
+    hand, misfit, _ = fit_hand(features.silhouette.mask, start)
     remarks = _check(hand, misfit, marked=tips is not None)
     pose = np.clip(hand.pose, LOW, HIGH)
     shape = hand.shape.with_changes(
@@ -104,9 +104,9 @@ def opened(features: HandFeatures, tips: NDArray[np.float64] | None = None) -> O
     return OpenHand(pose, hand.scale * features.silhouette.reduction, shape, misfit, remarks)
 
 
-def _begun(features: HandFeatures) -> FlatHand:
+def _initial_guess(features: HandFeatures) -> FlatHand:
     """Return a first guess from five protrusions."""
-    fingers = [seen_finger(protrusion) for protrusion in _five(features.protrusions)]
+    fingers = [measure_finger(protrusion) for protrusion in _five(features.protrusions)]
     fingers, side = _order(fingers, features.wrist)
     bases = np.array([finger.base for finger in fingers[1:]])
     tips = np.array([finger.tip for finger in fingers[1:]])
@@ -169,7 +169,7 @@ def around_hand(fingers: list[SeenFinger], centre: NDArray[np.float64]) -> list[
     return [fingers[number] for number in order[first:] + order[:first]]
 
 
-def _marked(features: HandFeatures, tips: NDArray[np.float64]) -> FlatHand:
+def _guess_from_tips(features: HandFeatures, tips: NDArray[np.float64]) -> FlatHand:
     """Return a first guess from five marked tips (5, 2), px of the mask."""
     reach = NEAR_MARK * max(np.ptp(tips, axis=0).tolist())
     pairs = sorted(
@@ -181,7 +181,7 @@ def _marked(features: HandFeatures, tips: NDArray[np.float64]) -> FlatHand:
     taken: set[int] = set()
     for away, finger, number in pairs:
         if away <= reach and finger not in seen and number not in taken:
-            seen[finger] = seen_finger(features.protrusions[number])._replace(tip=tips[finger])
+            seen[finger] = measure_finger(features.protrusions[number])._replace(tip=tips[finger])
             taken.add(number)
     if len(seen) < 2:
         raise NoOpenHandError(

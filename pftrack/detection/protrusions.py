@@ -80,7 +80,7 @@ class HandFeatures(NamedTuple):
 def features_of(image_rgb: NDArray[np.uint8], settings: SilhouetteSettings) -> HandFeatures:
     """Return the features of the hand in a picture (height, width, 3); arguments as for `silhouette_of`."""
     found = silhouette_of(image_rgb, settings)
-    return features_in(found) if image_rgb.flags.writeable else _kept(_Found(found))
+    return features_in(found) if image_rgb.flags.writeable else _cached_features(_Found(found))
 
 
 class _Found:
@@ -97,7 +97,7 @@ class _Found:
 
 
 @lru_cache(maxsize=2)
-def _kept(found: _Found) -> HandFeatures:
+def _cached_features(found: _Found) -> HandFeatures:
     return features_in(found.silhouette)
 
 

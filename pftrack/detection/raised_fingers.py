@@ -15,9 +15,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.detection.hand_fit import FlatHand, fitted, misfit_of
-from pftrack.detection.hand_guess import SeenFinger, hand_of, seen_finger, similar
-from pftrack.detection.open_hand import NoOpenHandError, around_hand, opened
+from pftrack.detection.hand_fit import FlatHand, fit_hand, misfit_of
+from pftrack.detection.hand_guess import SeenFinger, hand_of, measure_finger, similar
+from pftrack.detection.open_hand import NoOpenHandError, around_hand, find_open_hand
 from pftrack.detection.protrusions import HandFeatures
 from pftrack.geometry.hand_model import FINGERS, HIGH, finger_slice, joints
 
@@ -58,7 +58,7 @@ def propose(features: HandFeatures) -> ProposedTips:
         NoOpenHandError: It shows no hand, or none of which at least two fingers are seen, with the reason.
     """
     try:
-        hand = opened(features)
+        hand = find_open_hand(features)
     except NoOpenHandError as error:
         if not features.finding.ok or not 2 <= len(features.protrusions) <= 4:
             raise
@@ -73,7 +73,7 @@ def _of_some(features: HandFeatures, reason: str) -> ProposedTips:
         (misfit_of(mask, hand) + _unusual(seen), number, hand, seen)
         for number, (hand, seen) in enumerate(_choices(features))
     ]
-    fits = [(fitted(mask, hand), seen) for _, _, hand, seen in sorted(choices, key=itemgetter(0, 1))[:FITTED]]
+    fits = [(fit_hand(mask, hand), seen) for _, _, hand, seen in sorted(choices, key=itemgetter(0, 1))[:FITTED]]
     fit, seen = min(fits, key=lambda found: found[0].cost + _unusual(found[1]))
     if fit.misfit > LARGEST_MISFIT:
         raise NoOpenHandError(reason)
@@ -94,7 +94,7 @@ def _choices(features: HandFeatures) -> Iterator[tuple[FlatHand, dict[int, SeenF
     depths = cv2.distanceTransform(features.silhouette.mask.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     row, column = divmod(int(np.argmax(depths)), depths.shape[1])
     palm = np.array([column, row], np.float64)
-    around = around_hand([seen_finger(protrusion) for protrusion in features.protrusions], palm)
+    around = around_hand([measure_finger(protrusion) for protrusion in features.protrusions], palm)
     for chosen in combinations(range(5), len(around)):
         for side in (1.0, -1.0):
             seen = dict(zip(chosen, around[:: int(side)], strict=True))

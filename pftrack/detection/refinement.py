@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from pftrack.geometry.face_model import FEATURES, FaceModel, Similarity, fit_similarity, place
 
-__all__ = ["PLACED", "refined"]
+__all__ = ["PLACED", "refine_points"]
 
 PLACED = ("lmc", "rmc")
 """What is not looked for: the inner corners of the eyes."""
@@ -39,7 +39,7 @@ Grid = NDArray[np.float64]
 Point = NDArray[np.float64]
 
 
-def refined(grey: NDArray[np.uint8], points: NDArray[np.float64], model: FaceModel) -> NDArray[np.float64]:
+def refine_points(grey: NDArray[np.uint8], points: NDArray[np.float64], model: FaceModel) -> NDArray[np.float64]:
     """Return points (11, 2) that have moved to what they are the places of, px.
 
     Args:

@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.identity import Itself
+from pftrack.identity import PictureKey
 from pftrack.model.parameters import Parameters, parameter
 
 __all__ = [
@@ -28,7 +28,7 @@ __all__ = [
     "TellsBy",
     "contacts",
     "silhouette_of",
-    "suggested",
+    "suggest_parameters",
 ]
 
 TellsBy: TypeAlias = Literal["light", "dark", "background", "skin"]
@@ -151,18 +151,18 @@ def silhouette_of(image_rgb: NDArray[np.uint8], settings: SilhouetteSettings) ->
     """
     if image_rgb.flags.writeable:
         return _silhouette_of(image_rgb, settings)
-    return _kept(Itself(image_rgb), settings)
+    return _cached_silhouette(PictureKey(image_rgb), settings)
 
 
 @lru_cache(maxsize=2)
-def _kept(picture: Itself, settings: SilhouetteSettings) -> Silhouette:
+def _cached_silhouette(picture: PictureKey, settings: SilhouetteSettings) -> Silhouette:
     return _silhouette_of(picture.image_rgb, settings)
 
 
 def _silhouette_of(image_rgb: NDArray[np.uint8], settings: SilhouetteSettings) -> Silhouette:
     reduction = max(round(max(image_rgb.shape[:2]) / settings.working_side_px), 1)
     image = _smaller(image_rgb, reduction)
-    told = _told(image, settings)
+    told = _classify_pixels(image, settings)
     if settings.smoothing_px > 1:
         told = np.asarray(cv2.medianBlur(told, settings.smoothing_px), np.uint8)
     area = told.size
@@ -204,7 +204,7 @@ def _smaller(image_rgb: NDArray[np.uint8], reduction: int) -> NDArray[np.uint8]:
     return np.asarray(cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA), np.uint8)
 
 
-def _told(image: NDArray[np.uint8], settings: SilhouetteSettings) -> NDArray[np.uint8]:
+def _classify_pixels(image: NDArray[np.uint8], settings: SilhouetteSettings) -> NDArray[np.uint8]:
     """Return (h, w) 1 where a picture is told to be a hand."""
     if settings.tells_by == "background":
         away = cv2.absdiff(image, np.broadcast_to(_border_colour(image), image.shape))
@@ -235,7 +235,7 @@ def _without_pin_holes(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return np.asarray(mask | small[labels]) if small.any() else mask
 
 
-def suggested(image_rgb: NDArray[np.uint8]) -> dict[str, object]:
+def suggest_parameters(image_rgb: NDArray[np.uint8]) -> dict[str, object]:
     """Return values of `SilhouetteParameters` by which a hand in a picture (height, width, 3) is told best.
 
     That is brightness where the picture falls into two classes by it (Otsu 1979), of which the hand's is the one less

@@ -21,7 +21,7 @@ def comparison_html(comparison: "Comparison") -> str:
         f"{_dot(colour)} {escape(name)}" for name, colour in zip(comparison.names, comparison.colours, strict=True)
     ]
     lines: list[tuple[str, Iterable[str]]] = [("", names)]
-    lines += [(each.title, map(_known, each.values)) for each in comparison.settings]
+    lines += [(each.title, map(_format_value, each.values)) for each in comparison.settings]
     lines += list(_outcomes(comparison))
     rows = "".join(row(title, cells) for title, cells in lines)
     said = "".join(f"<p style='margin:4px 0'>{escape(line)}</p>" for line in _sentences(comparison))
@@ -58,7 +58,7 @@ def _difference(each: "Paired") -> str:
     return f"{mean} {unit}{interval} over {each.frames} frames"
 
 
-def _known(value: str | None) -> str:
+def _format_value(value: str | None) -> str:
     return escape(value) if value is not None else MISSING
 
 

@@ -12,7 +12,7 @@ from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.plot import Reading, ReadingKind
 from pftrack.model.series import Interval, SeriesRole
 
-__all__ = ["MISSING", "quantity", "readings_of", "said"]
+__all__ = ["MISSING", "format_reading", "quantity", "readings_of"]
 
 MISSING = "–"
 DECIMALS = {"": 3, "frames": 0}
@@ -33,7 +33,7 @@ def readings_of(experiment: Experiment, rows: Sequence[Diagnostics]) -> tuple[Re
     return tuple(reading for reading in experiment.readings if _is_measured(experiment, reading, rows))
 
 
-def said(experiment: Experiment, reading: Reading, row: Diagnostics) -> str:
+def format_reading(experiment: Experiment, reading: Reading, row: Diagnostics) -> str:
     """Return what a reading says of a frame."""
     return _SAYS[reading.kind](experiment, reading, row)
 
@@ -50,7 +50,7 @@ def _is_measured(experiment: Experiment, reading: Reading, rows: Sequence[Diagno
 
 
 def _names(experiment: Experiment, role: SeriesRole) -> list[str]:
-    return [series.name for series in experiment.declared() if series.role == role]
+    return [series.name for series in experiment.all_series() if series.role == role]
 
 
 def _of_role(experiment: Experiment, role: SeriesRole, row: Diagnostics) -> float | None:
@@ -73,7 +73,7 @@ def _particles(experiment: Experiment, _reading: Reading, row: Diagnostics) -> s
 
 
 def _samplers(experiment: Experiment, _reading: Reading, row: Diagnostics) -> str:
-    for series in experiment.declared():
+    for series in experiment.all_series():
         counts = row.vector(series.name) if series.role == "share" else None
         if counts is not None:
             used = [(name, count) for name, count in zip(series.components, counts, strict=False) if count > 0]

@@ -40,7 +40,7 @@ def track(run: Run) -> str:
 
 
 def _svg(rows: Sequence[Diagnostics], colour: str, most: float, marks: str) -> str:
-    flags = {"hidden": [row.hidden is True for row in rows], "lost": [row.gone for row in rows]}
+    flags = {"hidden": [row.hidden is True for row in rows], "lost": [row.is_lost for row in rows]}
     bands = "".join(band for name, known in flags.items() for band in _bands(name, known))
     line = _path([row.error for row in rows], most)
     return (

@@ -64,7 +64,7 @@ class Registry(Mapping[str, Experiment]):
 
     def __getitem__(self, name: str) -> Experiment:
         if name not in self._known:
-            self._known[name] = self._loaded(name)
+            self._known[name] = self._load(name)
         return self._known[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -88,7 +88,7 @@ class Registry(Mapping[str, Experiment]):
         """What other packages add, in an order that does not depend on the order in which they are found."""
         return tuple(sorted(entry_points(group=GROUP), key=_key))
 
-    def _loaded(self, name: str) -> Experiment:
+    def _load(self, name: str) -> Experiment:
         if name in self.own:
             module, _, attribute = self.own[name].partition(":")
             experiment: Experiment = getattr(import_module(module), attribute)
@@ -107,27 +107,27 @@ class Registry(Mapping[str, Experiment]):
                 holder = "pftrack itself" if entry.name in self.own else _package(first)
                 self._examined[key] = Plugin(entry.name, _package(entry), f"its name is taken by {holder}")
             else:
-                self._examined[key] = _admitted(entry)
+                self._examined[key] = _admit(entry)
         return self._examined[key]
 
 
-def _admitted(entry: EntryPoint) -> Experiment | Plugin:
-    def refused(reason: str, detail: str = "") -> Plugin:
+def _admit(entry: EntryPoint) -> Experiment | Plugin:
+    def refuse(reason: str, detail: str = "") -> Plugin:
         return Plugin(entry.name, _package(entry), reason, detail)
 
     if not NAME.fullmatch(entry.name):
-        return refused("its name must be at most 64 lower-case letters, digits, hyphens and underscores")
+        return refuse("its name must be at most 64 lower-case letters, digits, hyphens and underscores")
     try:
         experiment = entry.load()
     except (Exception, SystemExit) as error:  # noqa: BLE001 - what a foreign import may raise is open
-        return refused(f"importing it raises {type(error).__name__}", " ".join(str(error).split()))
+        return refuse(f"importing it raises {type(error).__name__}", " ".join(str(error).split()))
     if not isinstance(experiment, Experiment):
-        return refused(f"{entry.value} must be a pftrack.experiment.Experiment, got {type(experiment).__name__}")
+        return refuse(f"{entry.value} must be a pftrack.experiment.Experiment, got {type(experiment).__name__}")
     if experiment.interface != INTERFACE:
         stated = f"version {experiment.interface}" if experiment.interface else "no version"
-        return refused(f"it states {stated} of the interface, and this pftrack has version {INTERFACE}")
+        return refuse(f"it states {stated} of the interface, and this pftrack has version {INTERFACE}")
     if experiment.id != entry.name:
-        return refused(f"its id {experiment.id!r} differs from the name of its entry point")
+        return refuse(f"its id {experiment.id!r} differs from the name of its entry point")
     return experiment
 
 

@@ -143,7 +143,7 @@ def _title(plot: Plot, experiment: Experiment) -> str:
 def _names(plot: Plot, experiment: Experiment) -> list[str]:
     """Return the names of the columns that a plot is of."""
     roles = {"sample size": ("ess", "particles"), "samplers": ("share",)}.get(plot.kind, ())
-    declared = [series.name for series in experiment.declared() if series.role and series.role in roles]
+    declared = [series.name for series in experiment.all_series() if series.role and series.role in roles]
     own = [plot.kind] if plot.kind in {"error", "sigma"} else []
     return own + [f"{PREFIX}{name}" for name in (*declared, *plot.series, *((plot.truth,) if plot.truth else ()))]
 

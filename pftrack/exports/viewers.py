@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Protocol, cast
 
-from pftrack.entry_points import provided
+from pftrack.entry_points import load
 from pftrack.model.export import ExportError
 from pftrack.runs.run import Run
 
@@ -54,7 +54,7 @@ def write_page(run: Run, path: Path, _plot: str | None = None) -> Iterator[tuple
         OSError: The file cannot be written.
     """
     try:
-        write = provided(GROUP, "page")
+        write = load(GROUP, "page")
     except LookupError as error:
         raise ExportError(str(error)) from None
     yield from write(run, path)
@@ -72,4 +72,4 @@ def show(run: Run, *, port: int = 0, browser: bool | None = None) -> Shown:
         LookupError: No viewer is installed that can do that.
         OSError: The port is taken.
     """
-    return cast("Shown", provided(GROUP, "show")(run, port=port, browser=browser))
+    return cast("Shown", load(GROUP, "show")(run, port=port, browser=browser))

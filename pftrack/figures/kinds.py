@@ -83,7 +83,7 @@ def _band(axes: Axes, run: Run, plot: Plot) -> None:
 
 def _interval(axes: Axes, run: Run, plot: Plot) -> None:
     several = plot.series if len(plot.series) > 1 else ()
-    titles = {(name, 0): numbers.declared(run, name).title for name in several}
+    titles = {(name, 0): numbers.find_series(run, name).title for name in several}
     for name in plot.series:
         ends = numbers.measure(run, name)
         low, high = ends.T if ends.ndim > 1 else (ends, ends)
@@ -94,7 +94,7 @@ def _interval(axes: Axes, run: Run, plot: Plot) -> None:
 
 
 def _features(axes: Axes, run: Run, plot: Plot) -> None:
-    names = plot.row_titles or numbers.declared(run, plot.series[0]).components
+    names = plot.row_titles or numbers.find_series(run, plot.series[0]).components
     values = np.atleast_2d(numbers.measure(run, plot.series[0]).T)
     seen, made_out = (_rows(numbers.measure(run, name), values) for name in (plot.visible, plot.recognised))
     # Where the truth is unknown the tracker's own account has to do; it is not the same, so neither is the colour.
@@ -119,7 +119,7 @@ def _frequency(axes: Axes, run: Run, plot: Plot) -> None:
         flags = numbers.measure(run, name).reshape(run.computed + 1, -1)
         known = np.cumsum(np.isfinite(flags).sum(axis=1))
         share = np.cumsum(np.nansum(flags, axis=1)) / np.where(known > 0, known, np.nan)
-        _line(axes, run, 100 * share, numbers.declared(run, name).title, color=colour)
+        _line(axes, run, 100 * share, numbers.find_series(run, name).title, color=colour)
     percents = [100 * level for level in plot.levels]
     for level in percents:
         axes.axhline(level, **{**TRUTH, "label": ""})

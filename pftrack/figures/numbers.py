@@ -11,12 +11,12 @@ from pftrack.model.series import Hypotheses, Series
 from pftrack.runs.run import Run
 
 __all__ = [
-    "declared",
     "errors",
+    "find_series",
     "frames",
-    "gone",
-    "hidden",
+    "hidden_frames",
     "hypotheses",
+    "lost_frames",
     "measure",
     "of_role",
     "sigmas",
@@ -41,24 +41,24 @@ def sigmas(run: Run) -> Numbers:
     return np.array([max(row.sigma, default=np.nan) for row in run.diagnostics])
 
 
-def hidden(run: Run) -> NDArray[np.bool_]:
+def hidden_frames(run: Run) -> NDArray[np.bool_]:
     """Return (L,) whether the target is known to be out of sight."""
     return np.array([row.hidden is True for row in run.diagnostics])
 
 
-def gone(run: Run) -> NDArray[np.bool_]:
+def lost_frames(run: Run) -> NDArray[np.bool_]:
     """Return (L,) whether the target is lost, by the truth or by the tracker's own account."""
-    return np.array([row.gone for row in run.diagnostics])
+    return np.array([row.is_lost for row in run.diagnostics])
 
 
-def declared(run: Run, name: str) -> Series:
+def find_series(run: Run, name: str) -> Series:
     """Return the declaration of a series that a plot names."""
-    return next(one for one in run.experiment.declared() if one.name == name)
+    return next(one for one in run.experiment.all_series() if one.name == name)
 
 
 def of_role(run: Run, role: str) -> list[Series]:
     """Return the series of a role that some frame has."""
-    return [one for one in run.experiment.declared() if one.role == role and _is_measured(run, one.name)]
+    return [one for one in run.experiment.all_series() if one.role == role and _is_measured(run, one.name)]
 
 
 def measure(run: Run, name: str) -> Numbers:
@@ -66,7 +66,7 @@ def measure(run: Run, name: str) -> Numbers:
     values = [row.series.get(name) for row in run.diagnostics]
     if not name or all(value is None for value in values):
         return np.full(len(values), np.nan)
-    return series.columns(declared(run, name), values)[name]
+    return series.columns(find_series(run, name), values)[name]
 
 
 def hypotheses(run: Run, name: str) -> list[Hypotheses]:

@@ -108,7 +108,7 @@ def _panel(axes: Axes, run: Run, plot: Plot) -> Axes:
 
 
 def _bands(run: Run, plot: Plot) -> dict[str, NDArray[np.bool_]]:
-    known = {"hidden": numbers.hidden(run), "lost": numbers.gone(run)}
+    known = {"hidden": numbers.hidden_frames(run), "lost": numbers.lost_frames(run)}
     return {name: known[name] for name in SHADED.get(plot.kind, ()) if known[name].any()}
 
 
@@ -151,7 +151,7 @@ def _height(run: Run, plot: Plot, *, alone: bool) -> float:
     least = ALONE_IN if alone else PANEL_IN
     match plot.kind:
         case "features":
-            rows = len(numbers.declared(run, plot.series[0]).components)
+            rows = len(numbers.find_series(run, plot.series[0]).components)
         case "tree":
             rows = max(len(it.weights) for it in numbers.hypotheses(run, plot.series[0]))
         case _:

@@ -105,7 +105,7 @@ class AffineLayer:
         entries, noise = affine_pose.entries(mean, covariance)
         slopes = np.ascontiguousarray(self.reference[:, :3])
         if self.estimator == "extended":
-            theta = affine_pose.extended(belief.theta, entries, noise, slopes, self.theta_sd_rad, self.walk)
+            theta = affine_pose.extended_step(belief.theta, entries, noise, slopes, self.theta_sd_rad, self.walk)
             return AffineBelief(mean, covariance, theta)
         particles = belief.theta_particles
         if particles is None:

@@ -5,7 +5,7 @@ columns are A = A_0 R(theta): six numbers that say three angles (Bando 2007, App
 column, which only says where the object is). The six entries and their covariance come from a Kalman filter and are the
 measurement here. The angles walk at random, since second-order dynamics diverge while the entries are poor.
 
-- `extended`: the extended Kalman filter, linearised at the predicted angles (Appendix D.2);
+- `extended_step`: the extended Kalman filter, linearised at the predicted angles (Appendix D.2);
 - `particle`: particles of the angles (Appendix D.1).
 """
 
@@ -16,12 +16,12 @@ from pftrack.filters.sequential import condition, decorrelate
 from pftrack.geometry.rotation import derivatives, rotation
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.gaussian import Gaussian
-from pftrack.numerics.matrices import multiply, product, root
+from pftrack.numerics.matrices import cholesky, multiply, product
 from pftrack.numerics.random import Generator
 from pftrack.particles import ParticleSet, normalise
 from pftrack.resampling import systematic
 
-__all__ = ["THETA_COUNT", "THETA_SD_RAD", "entries", "extended", "particle"]
+__all__ = ["THETA_COUNT", "THETA_SD_RAD", "entries", "extended_step", "particle"]
 
 THETA_SD_RAD = float(np.deg2rad(3.0))
 THETA_COUNT = 500
@@ -41,7 +41,7 @@ def entries(
     return mean[:, :3].ravel(), both
 
 
-def extended(
+def extended_step(
     theta: Gaussian,
     measured: NDArray[np.float64],
     noise: NDArray[np.float64],
@@ -60,7 +60,7 @@ def extended(
         walk: (3, 3) covariance of the step in place of that, where angles turn together.
     """
     before, sd = (theta.covariance, theta_sd_rad) if walk is None else (theta.covariance + walk, 0.0)
-    mean, covariance = _extended(theta.mean, before, measured, noise, reference, sd)
+    mean, covariance = _extended_step(theta.mean, before, measured, noise, reference, sd)
     return Gaussian(mean, covariance)
 
 
@@ -87,14 +87,14 @@ def particle(
         walk: (3, 3) covariance of the step in place of `theta_sd_rad`, where angles turn together.
     """
     normals = rng.standard_normal(particles.shape)
-    moved = particles + (theta_sd_rad * normals if walk is None else product(normals, root(walk).T))
+    moved = particles + (theta_sd_rad * normals if walk is None else product(normals, cholesky(walk).T))
     log_weights, _ = normalise(_log_likelihood(moved, measured, noise, reference))
     posterior = ParticleSet(moved, log_weights, np.arange(len(moved)))
     return Gaussian(*posterior.moments), moved[systematic(rng, log_weights, count)]
 
 
 @compiled
-def _extended(
+def _extended_step(
     mean: NDArray[np.float64],
     covariance: NDArray[np.float64],
     measured: NDArray[np.float64],

@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 from pftrack.numerics.elementary import exponentials
 from pftrack.particles import normalise
 
-__all__ = ["Beam", "backtrack", "kept"]
+__all__ = ["Beam", "backtrack", "select_best"]
 
 T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Beam(Generic[T]):
-    """K hypotheses, the most probable first where `kept` has made it.
+    """K hypotheses, the most probable first where `select_best` has made it.
 
     Attributes:
         members: K of whatever a family believes in: poses, Gaussians, regions.
@@ -66,7 +66,7 @@ class Beam(Generic[T]):
         return int(np.argmax(self.log_weights))
 
 
-def kept(
+def select_best(
     members: Sequence[T],
     scores: NDArray[np.float64],
     parents: NDArray[np.int64],

@@ -12,7 +12,7 @@ from pftrack.numerics.compiled import compiled
 from pftrack.numerics.gaussian import Gaussian, log_densities
 from pftrack.numerics.matrices import contiguous_copy, multiply, product, solve
 
-__all__ = ["condition", "conditioned", "predict", "update"]
+__all__ = ["condition", "condition_on_innovation", "predict", "update"]
 
 
 def predict(posterior: Gaussian, dynamics: LinearDynamics) -> Gaussian:
@@ -66,7 +66,7 @@ def condition(
         jacobian: dz/dx there, (m, d).
         noise_covariance: R, (m, m).
     """
-    mean, covariance, log_evidence, regular = conditioned(
+    mean, covariance, log_evidence, regular = condition_on_innovation(
         contiguous_copy(prior.mean),
         contiguous_copy(prior.covariance),
         contiguous_copy(np.subtract(measurement, predicted)),
@@ -100,7 +100,7 @@ def _predict(
 
 
 @compiled
-def conditioned(
+def condition_on_innovation(
     mean: NDArray[np.float64],
     covariance: NDArray[np.float64],
     innovation: NDArray[np.float64],

@@ -115,7 +115,7 @@ def step(
     noise[:3, :3] += covariance[:3, :3]
     noise[3:, 3:] += covariance[:3, :3]
     slopes = np.ascontiguousarray(layer.reference[:, :3])
-    pose = affine_pose.extended(belief.pose, entries, noise, slopes, layer.theta_sd_rad, layer.walk)
+    pose = affine_pose.extended_step(belief.pose, entries, noise, slopes, layer.theta_sd_rad, layer.walk)
     return RaoBlackwell(cameras, covariance, log_weights, coordinates, means, covariances, pose, log_evidence)
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.gaussian import Gaussian, log_density, symmetrise
-from pftrack.numerics.matrices import multiply, root, solve
+from pftrack.numerics.matrices import cholesky, multiply, solve
 
 __all__ = ["Function", "predict", "transform", "update", "update_batch"]
 
@@ -45,7 +45,7 @@ def transform(
     spread = max(3.0 - dimension, 0.0) if kappa is None else kappa
     if dimension + spread <= 0:
         raise ValueError(f"dimension + kappa must be positive, got {dimension} + {spread}")
-    directions = root(covariance).T * np.sqrt(dimension + spread)
+    directions = cholesky(covariance).T * np.sqrt(dimension + spread)
     offsets = np.concatenate([np.zeros((1, dimension)), directions, -directions])
     weights = np.full(2 * dimension + 1, 0.5 / (dimension + spread))
     weights[0] = spread / (dimension + spread)

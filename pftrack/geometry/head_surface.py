@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from pftrack.geometry.face_model import FaceModel
 from pftrack.numerics.elementary import exponential, power
-from pftrack.numerics.matrices import product, solved
+from pftrack.numerics.matrices import product, solve_system
 
 __all__ = ["HeadMesh", "HeadSurface", "grid_triangles", "head_mesh"]
 
@@ -68,7 +68,7 @@ class HeadSurface:
         missing = model.points_mm[:, 2] - egg_depth(x, y) - self._nose_depth(x, y)
         wanted = np.concatenate([missing, ANCHOR_CORRECTION_MM])
         kernel = self._kernel(self._centres[:, 0], self._centres[:, 1])
-        self._weights = solved(kernel + RIDGE * np.eye(len(wanted)), wanted)
+        self._weights = solve_system(kernel + RIDGE * np.eye(len(wanted)), wanted)
 
     def depth(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return z in mm at (x, y) in mm, arrays of equal shape."""

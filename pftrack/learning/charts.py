@@ -29,7 +29,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from pftrack.numerics.compiled import compiled
 
-__all__ = ["Chart", "Reading", "advance", "advanced", "body_velocity", "changes", "steps"]
+__all__ = ["Chart", "Reading", "advance", "advance_states", "body_velocity", "changes", "steps"]
 
 Reading: TypeAlias = Literal["document", "increments", "world", "fixed", "motion"]
 """In which frame the changes of a place are learned and added."""
@@ -168,7 +168,7 @@ def body_velocity(velocity: ArrayLike, heading: float) -> NDArray[np.float64]:
     return turned
 
 
-def advanced(
+def advance_states(
     states: NDArray[np.float64],
     ancestors: NDArray[np.int64],
     normals: NDArray[np.float64],

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from pftrack.learning.charts import Chart, Reading, changes, steps
-from pftrack.numerics.matrices import product, root
+from pftrack.numerics.matrices import cholesky, product
 from pftrack.numerics.singular import eigenvalues
 
 __all__ = ["Diffusion", "Learned", "LearnedError", "Spread", "learn"]
@@ -59,7 +59,7 @@ class Diffusion:
     @cached_property
     def root(self) -> NDArray[np.float64]:
         """(k, k) lower triangular L of L L^T = C."""
-        return root(self.covariance)
+        return cholesky(self.covariance)
 
     @cached_property
     def sd(self) -> NDArray[np.float64]:

@@ -45,7 +45,7 @@ class Guidance:
     series: str = ""
     scale: float = 1.0
 
-    def learned(self, text: str) -> Learned:
+    def parse(self, text: str) -> Learned:
         """Return what a file says that was learned; of an empty text, what is built in.
 
         Raises:
@@ -72,7 +72,7 @@ class Guidance:
                     f"frame {row.frame} must hold a state of {', '.join(self.chart.names)} to learn from, "
                     f"{states.shape[1]} numbers, got {len(recorded)}"
                 )
-            if recorded is not None and not row.gone:
+            if recorded is not None and not row.is_lost:
                 states[frame] = np.array(recorded) / self.scale
         return states
 

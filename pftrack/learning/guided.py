@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.learning.charts import Chart, Reading, advanced
+from pftrack.learning.charts import Chart, Reading, advance_states
 from pftrack.learning.diffusion import Diffusion
 from pftrack.numerics.random import Generator
 
@@ -33,4 +33,6 @@ class GuidedDynamics:
     def diffuse(self, rng: Generator, means: NDArray[np.float64], ancestors: NDArray[np.int64]) -> NDArray[np.float64]:
         """Draw next states (n, D) of the ancestors (n,) chosen among the states (N, D)."""
         normals = rng.standard_normal((len(self.diffusion.mean), len(ancestors)))
-        return advanced(means, ancestors, normals, self.diffusion.root, self.diffusion.mean, self.chart, self.reading)
+        return advance_states(
+            means, ancestors, normals, self.diffusion.root, self.diffusion.mean, self.chart, self.reading
+        )

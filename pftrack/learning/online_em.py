@@ -27,7 +27,7 @@ from pftrack.dynamics import LinearDynamics, autoregression
 from pftrack.filters import kalman
 from pftrack.filters.fixed_lag import augment, augment_dynamics, block
 from pftrack.numerics.gaussian import Gaussian
-from pftrack.numerics.matrices import product, solved
+from pftrack.numerics.matrices import product, solve_system
 
 __all__ = ["LAG", "Learner", "Settings", "begin", "dynamics", "learn", "period_frames"]
 
@@ -212,6 +212,6 @@ def _solve(
 ) -> NDArray[np.float64]:
     """Return the model that fits the statistics, pulled towards the anchor (eqs. A.17-A.19 with a ridge)."""
     try:
-        return solved(regressors + ridge * np.eye(5), (products + ridge * anchor).T).T
+        return solve_system(regressors + ridge * np.eye(5), (products + ridge * anchor).T).T
     except np.linalg.LinAlgError:
         return np.full_like(anchor, np.nan)

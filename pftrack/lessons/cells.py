@@ -3,15 +3,15 @@
 from pftrack.exports.notebook import Cell, code, markdown
 from pftrack.lessons.lesson import Lesson, Question
 
-__all__ = ["CHECKED", "asked", "check", "found", "headed", "prediction", "seen"]
+__all__ = ["CHECKED", "check_cell", "lesson_cell", "notes_cell", "prediction_cell", "question_cell", "title_cell"]
 
 
-def headed(lesson: Lesson) -> Cell:
+def title_cell(lesson: Lesson) -> Cell:
     """Return the cell with title and idea."""
     return markdown(f"# {f'{lesson.number}. ' if lesson.number else ''}{lesson.title}\n\n{lesson.idea}")
 
 
-def found(lesson: Lesson, imports: str) -> Cell:
+def lesson_cell(lesson: Lesson, imports: str) -> Cell:
     """Return the cell in which the lesson is found, or read again, where a lecturer wrote it.
 
     Args:
@@ -26,13 +26,13 @@ def found(lesson: Lesson, imports: str) -> Cell:
     )
 
 
-def asked(question: Question) -> Cell:
+def question_cell(question: Question) -> Cell:
     """Return the cell that asks."""
     choices = "\n".join(f"- `{name!r}`: {words}" for name, words in (question.choices or {}).items())
     return markdown(f"## Predict\n\n{question.text}\n\n{choices}".strip())
 
 
-def prediction(question: Question, right: str) -> Cell:
+def prediction_cell(question: Question, right: str) -> Cell:
     """Return the cell in which a person answers.
 
     Args:
@@ -52,13 +52,13 @@ if prediction is not None:
     )
 
 
-def seen(lesson: Lesson) -> Cell:
+def notes_cell(lesson: Lesson) -> Cell:
     """Return the cell that says what to notice and to try."""
     tries = "\n".join(f"- {sentence}" for sentence in lesson.tries)
     return markdown(f"## See\n\n{lesson.notice}\n\n## Try\n\n{tries}")
 
 
-def check(lesson: Lesson) -> Cell:
+def check_cell(lesson: Lesson) -> Cell:
     """Return the cell that says what the checks are."""
     return markdown(
         f"## Checked\n\nWhat this lesson claims, computed here beside what is exact. {lesson.question.words}"

@@ -44,7 +44,7 @@ def _numbers(values: ArrayLike) -> NDArray[np.float64]:
     return np.asarray(values, dtype=np.float64)
 
 
-def _listed(values: NDArray[np.float64]) -> list[Any]:
+def _to_json(values: NDArray[np.float64]) -> list[Any]:
     """Return numbers as JSON has them, rounded; what is not finite is a gap."""
     finite = np.isfinite(values)
     sizes = np.abs(np.where(finite & (values != 0.0), values, 1.0))
@@ -60,7 +60,7 @@ def _shade(values: NDArray[np.float64]) -> list[Any]:
     """Return amounts as JSON has them, to some thousandths of the largest: no colour shows more."""
     most = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
     unit = 10.0 ** (math.floor(math.log10(most)) - SHADE_DIGITS) if most > 0.0 else 1.0
-    return _listed(np.rint(values / unit) * unit)
+    return _to_json(np.rint(values / unit) * unit)
 
 
 _ITEM: dict[str, Any] = {"type": ["number", "null"]}
@@ -68,7 +68,7 @@ _ITEM: dict[str, Any] = {"type": ["number", "null"]}
 Numbers: TypeAlias = Annotated[
     NDArray[np.float64],
     BeforeValidator(_numbers),
-    PlainSerializer(_listed),
+    PlainSerializer(_to_json),
     WithJsonSchema({"type": "array", "items": _ITEM}),
 ]
 """An array (n,); NaN is a gap."""
@@ -76,7 +76,7 @@ Numbers: TypeAlias = Annotated[
 Table: TypeAlias = Annotated[
     NDArray[np.float64],
     BeforeValidator(_numbers),
-    PlainSerializer(_listed),
+    PlainSerializer(_to_json),
     WithJsonSchema({"type": "array", "items": {"type": "array", "items": _ITEM}}),
 ]
 """An array (rows, columns)."""
@@ -348,7 +348,7 @@ class Figure(_Part):
 
     panels: tuple[Panel, ...]
 
-    def veiled(self) -> "Figure":
+    def without_answer(self) -> "Figure":
         """Return it without what reveals the answer of the lesson's question, in traces or in words."""
         panels = []
         for panel in self.panels:

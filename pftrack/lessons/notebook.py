@@ -1,10 +1,18 @@
 """A lesson as a notebook: predict, then see, with the numbers that the page and the command line have."""
 
 from pftrack.exports.notebook import Cell, code, notebook
-from pftrack.lessons.cells import CHECKED, asked, check, found, headed, prediction, seen
+from pftrack.lessons.cells import (
+    CHECKED,
+    check_cell,
+    lesson_cell,
+    notes_cell,
+    prediction_cell,
+    question_cell,
+    title_cell,
+)
 from pftrack.lessons.lesson import Demonstration, Lesson
 from pftrack.lessons.scenario_notebook import scenario_cells
-from pftrack.model.parameters import Declaration, Parameters, allowed, declarations, flat
+from pftrack.model.parameters import Declaration, Parameters, declarations, describe_allowed, flat
 
 __all__ = ["demonstration_cells", "demonstration_notebook", "lesson_notebook"]
 
@@ -39,15 +47,15 @@ def demonstration_cells(lesson: Lesson, parameters: Parameters, seed: int) -> tu
     if not isinstance(lesson.body, Demonstration):
         raise TypeError(f"the lesson {lesson.id} is a run, and its notebook is that of a run")
     return (
-        headed(lesson),
-        found(lesson, IMPORTS),
-        asked(lesson.question),
+        title_cell(lesson),
+        lesson_cell(lesson, IMPORTS),
+        question_cell(lesson.question),
         code(ASKED),
-        prediction(lesson.question, "lesson.question.answer(asked_at, lesson.body.seed)"),
-        seen(lesson),
+        prediction_cell(lesson.question, "lesson.question.answer(asked_at, lesson.body.seed)"),
+        notes_cell(lesson),
         code(_values(parameters, seed)),
         code(SHOWN),
-        check(lesson),
+        check_cell(lesson),
         CHECKED,
     )
 
@@ -80,4 +88,4 @@ def _values(parameters: Parameters, seed: int) -> str:
 
 
 def _comment(declaration: Declaration) -> str:
-    return f"{declaration.title}: {allowed(declaration)}"
+    return f"{declaration.title}: {describe_allowed(declaration)}"

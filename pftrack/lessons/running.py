@@ -18,7 +18,7 @@ from pftrack.runs.columns import PREFIX, columns_of
 from pftrack.runs.record import make
 from pftrack.runs.run import Change, Run
 
-__all__ = ["Columns", "answer_of", "asked", "known_numbers", "numbers_of", "numbers_of_run", "shown_numbers"]
+__all__ = ["Columns", "all_columns", "answer_of", "figure_numbers", "numbers_of", "numbers_of_run", "question_recipe"]
 
 WIDE = 8
 """Numbers of a vector whose length hangs on the run, as far as it is known without one."""
@@ -27,7 +27,7 @@ Columns: TypeAlias = Mapping[str, np.ndarray[Any, Any]]
 """The numbers of a run by name, one row a frame."""
 
 
-def asked(lesson: Lesson) -> Recipe:
+def question_recipe(lesson: Lesson) -> Recipe:
     """Return the run that a scenario's question is about: the scenario's own, with the values at which it is asked.
 
     Raises:
@@ -62,7 +62,7 @@ def numbers_of_run(run: Run) -> Columns:
     return {name.removeprefix(PREFIX): column for name, column in columns.items()} | columns
 
 
-def shown_numbers(body: Demonstration, parameters: Parameters, seed: int) -> Columns:
+def figure_numbers(body: Demonstration, parameters: Parameters, seed: int) -> Columns:
     """Return the numbers of a figure in their order: `value`, and `exact`, NaN where that is not known."""
     numbers = body.show(parameters, seed).numbers
     return {
@@ -71,14 +71,14 @@ def shown_numbers(body: Demonstration, parameters: Parameters, seed: int) -> Col
     }
 
 
-def known_numbers(experiment: Experiment, frames: int) -> Columns:
+def all_columns(experiment: Experiment, frames: int) -> Columns:
     """Return all columns that a run may have, with ones in place of its numbers: their names and shapes."""
     ones = Diagnostics(
         0, 1.0, (1.0,) * WIDE, (1.0,) * WIDE, 1.0, (1.0,) * WIDE, (1.0, 1.0), (1.0,) * WIDE, 1.0, True, True, True, 1.0
     )
     known: dict[str, Any] = {name: value for name, value in ones.as_dict().items() if name != "series"}
     columns = {name: np.ones((frames, *np.shape(value))) for name, value in known.items()}
-    for series in experiment.declared():
+    for series in experiment.all_series():
         width = (len(series.components) or WIDE,)
         match series.shape:
             case "number":
@@ -100,5 +100,5 @@ def answer_of(lesson: Lesson) -> Answer:
     """Compute the answer of a lesson's question, by the run or the figure that it asks about."""
     body, question = lesson.body, lesson.question
     if isinstance(body, Scenario):
-        return question.answer(numbers_of(asked(lesson)))
+        return question.answer(numbers_of(question_recipe(lesson)))
     return question.answer(revise(body.parameters, question.at or {}), body.seed)

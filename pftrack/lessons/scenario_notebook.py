@@ -3,9 +3,17 @@
 from pftrack.experiments import find
 from pftrack.exports.notebook import Cell, code
 from pftrack.exports.run_notebook import run_cells
-from pftrack.lessons.cells import CHECKED, asked, check, found, headed, prediction, seen
+from pftrack.lessons.cells import (
+    CHECKED,
+    check_cell,
+    lesson_cell,
+    notes_cell,
+    prediction_cell,
+    question_cell,
+    title_cell,
+)
 from pftrack.lessons.lesson import Lesson, Scenario
-from pftrack.lessons.running import asked as asked_run
+from pftrack.lessons.running import question_recipe as asked_run
 
 __all__ = ["scenario_cells"]
 
@@ -25,13 +33,13 @@ def scenario_cells(lesson: Lesson) -> tuple[Cell, ...]:
         raise TypeError(f"the lesson {lesson.id} shows a figure, and its notebook is that of a demonstration")
     recipe = asked_run(lesson)
     return (
-        headed(lesson),
-        found(lesson, IMPORTS),
-        asked(lesson.question),
-        prediction(lesson.question, "answer_of(lesson)"),
-        seen(lesson),
+        title_cell(lesson),
+        lesson_cell(lesson, IMPORTS),
+        question_cell(lesson.question),
+        prediction_cell(lesson.question, "answer_of(lesson)"),
+        notes_cell(lesson),
         *run_cells(recipe, find(recipe.experiment), plots=lesson.body.plots),
-        check(lesson),
+        check_cell(lesson),
         code(ANSWERED),
         CHECKED,
     )

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from pftrack.numerics.compiled import compiled, read_only
 from pftrack.numerics.elementary import exponential, exponentials, logarithms
 
-__all__ = ["ColourModel", "centroid", "displayed", "fit", "likelihood_map", "log_kernel", "log_likelihood"]
+__all__ = ["ColourModel", "centroid", "fit", "likelihood_map", "log_kernel", "log_likelihood", "median_colour"]
 
 SMALLEST_SPREAD = 0.01
 """Eight-bit pictures resolve chromaticity to about 1/255; a narrower kernel would follow rounding."""
@@ -114,7 +114,7 @@ def fit(image_rgb: NDArray[np.uint8], box: tuple[float, float, float, float]) ->
     return ColourModel((float(mean[0]), float(mean[1])), (float(spread[0]), float(spread[1])))
 
 
-def displayed(image_rgb: NDArray[np.uint8], box: tuple[float, float, float, float]) -> str:
+def median_colour(image_rgb: NDArray[np.uint8], box: tuple[float, float, float, float]) -> str:
     """Return the median colour of the target in a box as #rrggbb; arguments as for `fit`."""
     red, green, blue = np.median(_pixels(image_rgb, box), axis=0).astype(int)
     return f"#{red:02x}{green:02x}{blue:02x}"

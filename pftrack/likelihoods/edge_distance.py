@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.geometry.fish_shape import BODY_POINTS, TAIL_POINTS, FishShape
-from pftrack.identity import Itself
+from pftrack.identity import PictureKey
 from pftrack.numerics.compiled import compiled, read_only
 from pftrack.numerics.trigonometry import sines_cosines
 
@@ -90,16 +90,20 @@ def edges_of(image_rgb: NDArray[np.uint8], foreground: Foreground) -> Edges:
 
     Those of the last pictures are kept: a frame is tracked first and drawn then. One that may be written is not.
     """
-    return _edges_of(image_rgb, foreground) if image_rgb.flags.writeable else _kept(Itself(image_rgb), foreground)
+    return (
+        _edges_of(image_rgb, foreground)
+        if image_rgb.flags.writeable
+        else _cached_edges(PictureKey(image_rgb), foreground)
+    )
 
 
 @lru_cache(maxsize=2)
-def _kept(picture: Itself, foreground: Foreground) -> Edges:
+def _cached_edges(picture: PictureKey, foreground: Foreground) -> Edges:
     return _edges_of(picture.image_rgb, foreground)
 
 
 def _edges_of(image_rgb: NDArray[np.uint8], foreground: Foreground) -> Edges:
-    mask = cv2.medianBlur(_told(image_rgb, foreground), OPEN_PX)
+    mask = cv2.medianBlur(_classify_pixels(image_rgb, foreground), OPEN_PX)
     mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((CLOSE_PX, CLOSE_PX), np.uint8))
     edges = cv2.Canny(mask, *CANNY)
     away = cv2.distanceTransform(cv2.bitwise_not(edges), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
@@ -111,7 +115,7 @@ def _edges_of(image_rgb: NDArray[np.uint8], foreground: Foreground) -> Edges:
     return Edges(np.asarray(mask, np.uint8), np.asarray(edges, np.uint8), read_only(np.asarray(padded, np.uint8)))
 
 
-def _told(image_rgb: NDArray[np.uint8], foreground: Foreground) -> NDArray[np.uint8]:
+def _classify_pixels(image_rgb: NDArray[np.uint8], foreground: Foreground) -> NDArray[np.uint8]:
     if foreground.told == "colour":
         hsv = cv2.cvtColor(image_rgb, cv2.COLOR_RGB2HSV)
         low, high = foreground.hue_low, foreground.hue_high

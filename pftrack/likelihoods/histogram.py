@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.likelihoods.colour_bins import BINS, Space, bin_table
-from pftrack.likelihoods.windows import moved, overlap, path, same, windows_around
+from pftrack.likelihoods.windows import overlap, path, same, shift, windows_around
 from pftrack.numerics.compiled import compiled, read_only
 from pftrack.numerics.sums import inner_product
 
@@ -175,7 +175,7 @@ def similarities(
         return np.zeros(windows.shape[0])
     bins = _assign_bins(image_rgb, table, left, top, right, bottom)
     for n in range(windows.shape[0]):
-        windows[n] = moved(windows[n], left, top)
+        windows[n] = shift(windows[n], left, top)
     return _coefficients(bins, windows, root_model, kernel)
 
 
@@ -325,7 +325,7 @@ def _counts(
     if window[2] <= window[0]:
         return found
     bins = _assign_bins(image_rgb, table, window[0], window[1], window[2], window[3])
-    window = moved(window, window[0], window[1])
+    window = shift(window, window[0], window[1])
     counts = np.zeros((LANES, BINS), np.int32)
     if kernel:
         _weigh(bins, window, counts)

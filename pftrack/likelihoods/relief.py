@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import compiled
 
-__all__ = ["Part", "Reliefs", "Views", "correlations", "reach", "seen"]
+__all__ = ["Part", "Reliefs", "Views", "correlations", "project_views", "reach"]
 
 Part: TypeAlias = tuple[int, int, int, int]
 """Of a picture, px: its first column and row, and those after its last."""
@@ -69,14 +69,16 @@ class Views:
     extent: NDArray[np.int64]
 
 
-def seen(reliefs: Reliefs, slopes: NDArray[np.float64]) -> Views:
+def project_views(reliefs: Reliefs, slopes: NDArray[np.float64]) -> Views:
     """Return what templates look like to a camera that is affine about each feature.
 
     Args:
         reliefs: The templates.
         slopes: (F, 2, 3) by how many px a mm of the object's frame moves a point beside each feature.
     """
-    return Views(*_seen(reliefs.points_mm, reliefs.normals, reliefs.levels, reliefs.ends, np.ascontiguousarray(slopes)))
+    return Views(
+        *_project_views(reliefs.points_mm, reliefs.normals, reliefs.levels, reliefs.ends, np.ascontiguousarray(slopes))
+    )
 
 
 def reach(positions: NDArray[np.float64], views: Views, shape: tuple[int, int]) -> Part:
@@ -113,7 +115,7 @@ def correlations(grey: NDArray[np.uint8], positions: NDArray[np.float64], views:
 
 
 @compiled
-def _seen(
+def _project_views(
     points_mm: NDArray[np.float64],
     normals: NDArray[np.float64],
     levels: NDArray[np.float64],

@@ -34,7 +34,7 @@ __all__ = [
     "cut",
     "log_likelihood",
     "luma",
-    "renewed",
+    "renew",
     "scaled_sizes",
     "score",
 ]
@@ -136,7 +136,7 @@ def score(correlation: NDArray[np.float64], spread: float = SPREAD) -> NDArray[n
     return scores
 
 
-def renewed(templates: Templates, grey: NDArray[np.uint8], points: NDArray[np.float64], rate: float) -> Templates:
+def renew(templates: Templates, grey: NDArray[np.uint8], points: NDArray[np.float64], rate: float) -> Templates:
     """Return templates that have come a little closer to what is at the points now.
 
     Slow renewal follows the light and the turning of the head. It also follows every error of the estimate: what has

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import compiled
 
-__all__ = ["moved", "overlap", "path", "same", "windows_around"]
+__all__ = ["overlap", "path", "same", "shift", "windows_around"]
 
 LEAST_COVERAGE = 0.25
 """A window of which a smaller share lies within the picture is outside."""
@@ -56,7 +56,7 @@ def windows_around(
 
 
 @compiled
-def moved(window: NDArray[np.int64], left: int, top: int) -> NDArray[np.int64]:
+def shift(window: NDArray[np.int64], left: int, top: int) -> NDArray[np.int64]:
     """Return a window as it lies in a part of the picture that begins at (left, top)."""
     moved = window.copy()
     for place in (0, 2, 4):

@@ -52,7 +52,7 @@ class Diagnostics:
     series: Mapping[str, SeriesValue] = field(default_factory=dict)
 
     @property
-    def gone(self) -> bool:
+    def is_lost(self) -> bool:
         """Whether the target is lost, by the truth or by the tracker's own account."""
         return self.searching is True or self.lost is True
 

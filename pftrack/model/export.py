@@ -11,7 +11,7 @@ from typing import Any, Protocol, TypeAlias, TypeVar
 
 from pftrack.model.diagnostics import Diagnostics
 
-__all__ = ["Export", "ExportError", "Exported", "Make", "export_named"]
+__all__ = ["Export", "ExportError", "Exported", "Make", "find_export"]
 
 Make: TypeAlias = Callable[[Any, Sequence[Diagnostics]], bytes]
 """(the tracker's state, the rows of all frames from 0 to this one) -> the file; an `ExportError` says why not."""
@@ -70,7 +70,7 @@ class Named(Protocol):
 N = TypeVar("N", bound=Named)
 
 
-def export_named(exports: Iterable[N], name: str) -> N:
+def find_export(exports: Iterable[N], name: str) -> N:
     """Return the export of a name, or with a suffix.
 
     Raises:

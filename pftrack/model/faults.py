@@ -94,7 +94,7 @@ def _fault_of_field(item: Primitive, name: str) -> str:
         holds, wanted = isinstance(value, str) and value in ANCHORS, "start, middle or end"
     else:
         holds, wanted = name not in TEXTS or isinstance(value, str), "a text"
-    return "" if holds else f"{name} must be {wanted}, got {_shown(value)}"
+    return "" if holds else f"{name} must be {wanted}, got {_format_value(value)}"
 
 
 def _fault_of_faces(mesh: Mesh) -> str:
@@ -133,7 +133,7 @@ def _shape(name: str) -> str:
     return f"({', '.join(extents)})"
 
 
-def _shown(value: object) -> str:
+def _format_value(value: object) -> str:
     if isinstance(value, np.ndarray):
         return f"one of {value.dtype} {value.shape}"
     text = repr(value)

@@ -11,7 +11,7 @@ from typing import Literal, TypeAlias
 
 from pftrack.model.palette import COLOURS
 
-__all__ = ["Key", "Layer", "LayerRole", "legend", "ordered"]
+__all__ = ["Key", "Layer", "LayerRole", "legend", "sort_keys"]
 
 LayerRole: TypeAlias = Literal["", "through time", "flat only"]
 
@@ -66,9 +66,9 @@ class Layer:
 
 def legend(layers: Iterable[Layer]) -> tuple[Key, ...]:
     """Return what the colours of some layers mean, each meaning once, in the palette's order."""
-    return ordered(key for layer in layers for key in layer.legend)
+    return sort_keys(key for layer in layers for key in layer.legend)
 
 
-def ordered(keys: Iterable[Key]) -> tuple[Key, ...]:
+def sort_keys(keys: Iterable[Key]) -> tuple[Key, ...]:
     """Return keys, each once, in the palette's order."""
     return tuple(sorted(dict.fromkeys(keys), key=lambda key: list(COLOURS).index(key.colour)))

@@ -47,11 +47,11 @@ __all__ = [
     "MEAN_IOU",
     "PICTURE_MEASURES",
     "POSE_MEASURES",
-    "Course",
+    "EvaluatedRun",
     "How",
     "Measure",
-    "measured",
-    "succeeded",
+    "evaluate",
+    "is_success",
 ]
 
 How: TypeAlias = Literal["share", "median", "mean", "until"]
@@ -66,7 +66,7 @@ PRECISE_PX, PRECISE_DEG = 20.0, 10.0
 
 
 @dataclass(frozen=True, slots=True)
-class Course:
+class EvaluatedRun:
     """A run of L frames beside its truth, in the experiment's unit; NaN where the truth is not known.
 
     Attributes:
@@ -105,7 +105,7 @@ class Measure:
     title: str
     description: str
     how: How
-    frames: Callable[[Course], NDArray[np.float64]]
+    frames: Callable[[EvaluatedRun], NDArray[np.float64]]
     unit: str = ""
     better: Literal["higher", "lower"] = "higher"
     source: str = ""
@@ -115,7 +115,7 @@ class Measure:
         names = ("name", "title", "description", "how", "unit", "better", "source")
         return {name: getattr(self, name) for name in names}
 
-    def values(self, course: Course) -> NDArray[np.float64]:
+    def values(self, course: EvaluatedRun) -> NDArray[np.float64]:
         """Return the values of the frames, (L,), all NaN where the declaration's `frames` fails; the log says so once.
 
         Experiments of other packages declare measures, too, and none of them must end a run.
@@ -131,7 +131,7 @@ class Measure:
             return unknown
         return values
 
-    def of(self, course: Course) -> float | int | None:
+    def of(self, course: EvaluatedRun) -> float | int | None:
         """Return the measure of a run; None where nothing is known, or it is not finite."""
         values = self.values(course)
         known = values[~np.isnan(values)]
@@ -150,13 +150,13 @@ class Measure:
                 return int(missed[0]) if len(missed) else len(values)
 
 
-def measured(measures: Sequence[Measure], course: Course) -> Mapping[str, float | int]:
+def evaluate(measures: Sequence[Measure], course: EvaluatedRun) -> Mapping[str, float | int]:
     """Return the measures of a run by name, without those that it has no truth for or that come to no finite number."""
     values = {measure.name: measure.of(course) for measure in measures}
     return {name: value for name, value in values.items() if value is not None and math.isfinite(value)}
 
 
-def succeeded(measure: Measure, course: Course, allowed_share: float) -> bool | None:
+def is_success(measure: Measure, course: EvaluatedRun, allowed_share: float) -> bool | None:
     """Return whether a share is high enough.
 
     Args:
@@ -180,38 +180,38 @@ def _flags(flags: ArrayLike, known: ArrayLike) -> NDArray[np.float64]:
     return np.where(known, np.asarray(flags, dtype=np.float64), np.nan)
 
 
-def _kept(course: Course) -> NDArray[np.float64]:
+def _held(course: EvaluatedRun) -> NDArray[np.float64]:
     if course.lost is None:
         return np.full(len(course.errors), np.nan)
     return _flags(~course.lost, ~np.isnan(course.errors))
 
 
-def _missed(course: Course) -> NDArray[np.float64]:
-    return 1.0 - _kept(course)
+def _missed(course: EvaluatedRun) -> NDArray[np.float64]:
+    return 1.0 - _held(course)
 
 
-def _boxed(course: Course) -> NDArray[np.bool_]:
+def _has_box(course: EvaluatedRun) -> NDArray[np.bool_]:
     """Return in which frames a position and the box around it are known."""
     return np.asarray(np.isfinite(np.column_stack([course.extents, course.truths])).all(axis=1))
 
 
-def _offsets(course: Course) -> NDArray[np.float64]:
+def _offsets(course: EvaluatedRun) -> NDArray[np.float64]:
     """Return how far the estimate is from the centre of the true box, (L, 2), in widths and heights of the box."""
     return np.abs(course.estimates[:, :2] - course.truths[:, :2]) / course.extents
 
 
-def _inside(course: Course) -> NDArray[np.float64]:
-    known = _boxed(course)
+def _inside(course: EvaluatedRun) -> NDArray[np.float64]:
+    known = _has_box(course)
     return _flags((_offsets(course) <= 0.5).all(axis=1), known)
 
 
-def _failed(course: Course) -> NDArray[np.float64]:
-    known = _boxed(course)
+def _failed(course: EvaluatedRun) -> NDArray[np.float64]:
+    known = _has_box(course)
     # An estimate that is not finite is in no box.
     return _flags(~(_offsets(course) < 1.0).all(axis=1), known)
 
 
-def _overlap(course: Course) -> NDArray[np.float64]:
+def _overlap(course: EvaluatedRun) -> NDArray[np.float64]:
     """Return the intersection over the union of the believed box and the true one, (L,)."""
     off = np.abs(course.estimates[:, :2] - course.truths[:, :2])
     common = np.minimum(course.extents, course.believed)
@@ -219,18 +219,18 @@ def _overlap(course: Course) -> NDArray[np.float64]:
     # An estimate that is not finite overlaps nothing.
     shared = np.where(np.isfinite(off), np.maximum(common, 0.0), 0.0).prod(axis=1)
     union = course.extents.prod(axis=1) + course.believed.prod(axis=1) - shared
-    return np.where(_boxed(course) & np.isfinite(course.believed).all(axis=1), shared / union, np.nan)
+    return np.where(_has_box(course) & np.isfinite(course.believed).all(axis=1), shared / union, np.nan)
 
 
-def _normalise(course: Course) -> NDArray[np.float64]:
+def _normalise(course: EvaluatedRun) -> NDArray[np.float64]:
     return course.errors / np.hypot(course.extents[:, 0], course.extents[:, 1])
 
 
-def _errors(course: Course) -> NDArray[np.float64]:
+def _errors(course: EvaluatedRun) -> NDArray[np.float64]:
     return course.errors
 
 
-def _within(limit: float, course: Course) -> NDArray[np.float64]:
+def _within(limit: float, course: EvaluatedRun) -> NDArray[np.float64]:
     return _flags(course.errors <= limit, ~np.isnan(course.errors))
 
 
@@ -241,7 +241,7 @@ HIT_RATE = Measure(
     "Not lost",
     "Share of the labelled frames that do not count as lost by the experiment's own limit.",
     "share",
-    _kept,
+    _held,
 )
 """Of every experiment with a notion of lost, declared or not."""
 

@@ -19,8 +19,8 @@ __all__ = [
     "Parameters",
     "Role",
     "Value",
-    "allowed",
     "declarations",
+    "describe_allowed",
     "flat",
     "limit_particles",
     "nearest",
@@ -63,7 +63,7 @@ class ParameterError(ValueError):
     """
 
     def __init__(self, field: str, value: object, bound: str) -> None:
-        super().__init__(f"{field} must be {bound}, got {_shown(value)}")
+        super().__init__(f"{field} must be {bound}, got {_format_value(value)}")
         self.field = field
         self.value = value
         self.bound = bound
@@ -251,7 +251,7 @@ def parse(model: type[Parameters], name: str, text: str) -> Value:
             try:
                 return float(text) if known[name].kind == "number" else int(text)
             except ValueError:
-                raise ParameterError(name, text, allowed(known[name])) from None
+                raise ParameterError(name, text, describe_allowed(known[name])) from None
         case _:
             return text
 
@@ -279,7 +279,7 @@ def revise(current: P, changes: Mapping[str, object]) -> P:
         if isinstance(cause, ParameterError):
             raise cause from None
         name = str(first["loc"][0])
-        raise ParameterError(name, first["input"], allowed(known[name])) from None
+        raise ParameterError(name, first["input"], describe_allowed(known[name])) from None
 
 
 def nearest(model: type[Parameters], values: Mapping[str, object]) -> dict[str, object]:
@@ -327,7 +327,7 @@ def _declaration(model: type[Parameters], name: str) -> Declaration:
     )
 
 
-def allowed(declaration: Declaration) -> str:
+def describe_allowed(declaration: Declaration) -> str:
     """Return in words what a parameter may be, as messages say it: "a finite number between 0 and 640 px"."""
     unit = f" {declaration.unit}" if declaration.unit else ""
     match declaration.kind:
@@ -360,7 +360,7 @@ def _nearest(declared: Declaration, value: object) -> object:
     return round(within) if declared.kind == "integer" else within
 
 
-def _shown(value: object) -> str:
+def _format_value(value: object) -> str:
     if isinstance(value, str) and "\n" in value:  # the content of a file, of which the beginning says nothing
         return f"a text of {len(value)} characters"
     text = repr(value)

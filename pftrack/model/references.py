@@ -55,7 +55,7 @@ class Reference:
     @property
     def text(self) -> str:
         """The whole reference as plain text."""
-        return f"{_listed(self.authors)}: {self.title}. {self._published}, {self.year}."
+        return f"{_join_names(self.authors)}: {self.title}. {self._publication}, {self.year}."
 
     def bibtex(self, note: str = "") -> str:
         """Return the entry of BibTeX.
@@ -74,7 +74,7 @@ class Reference:
         return f"@{self.kind}{{{self.key},\n{lines}}}\n"
 
     @property
-    def _published(self) -> str:
+    def _publication(self) -> str:
         where = dict(self.where)
         if self.kind != "article":
             return ", ".join(where.values()).replace("--", "-")
@@ -116,7 +116,7 @@ class Citation:
         return {"key": self.reference.key, "short": self.short, "text": self.text, "bibtex": self.bibtex}
 
 
-def _listed(names: tuple[str, ...]) -> str:
+def _join_names(names: tuple[str, ...]) -> str:
     return " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from pftrack.model.marks import Mark
 
-__all__ = ["NOT_AT_ALL", "WELL", "Grade", "Suitability", "graded"]
+__all__ = ["NOT_AT_ALL", "WELL", "Grade", "Suitability", "grade"]
 
 Grade: TypeAlias = Literal["well", "poorly", "not at all"]
 
@@ -54,7 +54,7 @@ class Suitability:
         return "well" if self.value >= WELL else "poorly" if self.value >= NOT_AT_ALL else "not at all"
 
 
-def graded(value: float, unusable: float, usable: float) -> float:
+def grade(value: float, unusable: float, usable: float) -> float:
     """Return how suitable a quantity is, 0..1, of which more is better.
 
     Args:

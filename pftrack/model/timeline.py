@@ -12,7 +12,7 @@ from pydantic import Field
 from pftrack.model.parameters import ParameterError, Parameters, declarations, flat, revise
 from pftrack.model.source import History
 
-__all__ = ["LONGEST_RUN", "Change", "Timeline", "checked_tracker"]
+__all__ = ["LONGEST_RUN", "Change", "Timeline", "check_tracker"]
 
 LONGEST_RUN = 1_000_000
 
@@ -64,7 +64,7 @@ class Timeline:
         Raises:
             ParameterError: A name or a value is refused.
         """
-        checked_tracker(trackers, tracker)
+        check_tracker(trackers, tracker)
         timeline = _timeline((), (Segment(0, parameters, tracker),), tuple(trackers))
         for change in sorted(changes, key=lambda change: change.frame):
             timeline = _append(timeline, change)
@@ -85,14 +85,14 @@ class Timeline:
             ParameterError: A name or a value is refused.
         """
         kept = [segment for segment in self.segments if segment.start <= change.frame]
-        before = _timeline(self.shared_with(change.frame), tuple(kept), self.trackers)
+        before = _timeline(self.changes_until(change.frame), tuple(kept), self.trackers)
         timeline = _append(before, change)
         for later in self.changes:
             if later.frame > change.frame:
                 timeline = _append(timeline, later)
         return timeline
 
-    def shared_with(self, frame: int) -> tuple[Change, ...]:
+    def changes_until(self, frame: int) -> tuple[Change, ...]:
         """Return the changes up to a frame: those that a branch leaving there has as well."""
         return tuple(change for change in self.changes if change.frame <= frame)
 
@@ -103,7 +103,7 @@ class Timeline:
         raise IndexError(f"a run begins at frame 0, got {frame}")
 
 
-def checked_tracker(trackers: Collection[str], name: object) -> str:
+def check_tracker(trackers: Collection[str], name: object) -> str:
     """Return the name of a tracker.
 
     Raises:
@@ -125,7 +125,7 @@ def _append(timeline: Timeline, change: Change) -> Timeline:
         raise ParameterError("frame", change.frame, "a whole number, not negative")
     newest = timeline.segments[-1]
     given = dict(change.values)
-    tracker = checked_tracker(timeline.trackers, given.pop("tracker", newest.tracker))
+    tracker = check_tracker(timeline.trackers, given.pop("tracker", newest.tracker))
     revised = revise(newest.parameters, given)
     if change.frame > 0:
         _check_live(newest.parameters, given)

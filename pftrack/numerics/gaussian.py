@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import compiled
-from pftrack.numerics.matrices import factorise, product, root, substitute
+from pftrack.numerics.matrices import cholesky, factorise, product, substitute
 from pftrack.numerics.random import Generator
 
 __all__ = ["Gaussian", "log_densities", "log_density", "symmetrise"]
@@ -34,7 +34,7 @@ class Gaussian:
     def sample(self, rng: Generator, count: int) -> NDArray[np.float64]:
         """Draw (count, d) samples; the covariance may be singular."""
         normals = rng.standard_normal((count, len(self.mean)))
-        samples: NDArray[np.float64] = self.mean + product(normals, root(self.covariance).T)
+        samples: NDArray[np.float64] = self.mean + product(normals, cholesky(self.covariance).T)
         return samples
 
 

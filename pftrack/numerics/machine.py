@@ -27,7 +27,7 @@ from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 
-__all__ = ["computed_on", "settle"]
+__all__ = ["describe_platform", "settle"]
 
 SETTINGS = {
     "NUMBA_CPU_NAME": "haswell",
@@ -43,12 +43,12 @@ LIBRARIES = {"numba": "numba", "llvmlite": "llvmlite", "numpy": "numpy", "opencv
 
 def settle() -> None:
     """Set the environment so that libraries loaded from now on compute alike on all processors with AVX2."""
-    if capable():
+    if is_capable():
         os.environ.update(SETTINGS)
 
 
 @functools.cache
-def capable() -> bool:
+def is_capable() -> bool:
     """Tell whether this processor is one of those on which all numbers are the same."""
     features = _processor()[1]
     # Where the system does not tell, as on macOS, every x86-64 that still gets updates has them.
@@ -56,14 +56,14 @@ def capable() -> bool:
 
 
 @functools.cache
-def computed_on() -> Mapping[str, str]:
+def describe_platform() -> Mapping[str, str]:
     """Return what a run is computed on, for its file: processor, compiled target, and the libraries' versions."""
     name, features = _processor()
     wide = sorted(it for it in features if it.startswith(("avx", "fma", "sse4")))
     return {
         "processor": name,
         "features": " ".join(wide),
-        "target": SETTINGS["NUMBA_CPU_NAME"] if capable() else "this processor",
+        "target": SETTINGS["NUMBA_CPU_NAME"] if is_capable() else "this processor",
         "system": f"{platform.system()} {platform.machine()}, {' '.join(platform.libc_ver()).strip() or 'C library'}",
         "python": ".".join(map(str, sys.version_info[:3])),
         **{title: metadata.version(package) for title, package in LIBRARIES.items()},

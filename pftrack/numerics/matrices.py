@@ -4,7 +4,7 @@ NumPy leaves these to a BLAS that chooses its code, and with it the order of its
 a filter are small, where a compiled loop in plain order is faster than the call of a library besides.
 
 Names with a leading verb are for compiled loops and take two-dimensional arrays that lie together in memory; `product`,
-`solved`, `root` and `least_squares` are the same for the interpreter, and take arrays of any layout.
+`solve_system`, `cholesky` and `least_squares` are the same for the interpreter, and take arrays of any layout.
 """
 
 import numpy as np
@@ -14,15 +14,15 @@ from pftrack.numerics.compiled import compiled
 from pftrack.numerics.sums import inner_product
 
 __all__ = [
+    "cholesky",
     "contiguous_copy",
     "factorise",
     "least_squares",
     "multiply",
     "principal",
     "product",
-    "root",
     "solve",
-    "solved",
+    "solve_system",
     "substitute",
 ]
 
@@ -50,7 +50,7 @@ def product(first: ArrayLike, second: ArrayLike) -> NDArray[np.float64]:
     return multiply(rows, columns).reshape(left.shape[:-1] + right.shape[1:])
 
 
-def solved(matrix: ArrayLike, wanted: ArrayLike) -> NDArray[np.float64]:
+def solve_system(matrix: ArrayLike, wanted: ArrayLike) -> NDArray[np.float64]:
     """Return X of A X = B, given A (n, n) and B (n, m) or (n,).
 
     Raises:
@@ -63,7 +63,7 @@ def solved(matrix: ArrayLike, wanted: ArrayLike) -> NDArray[np.float64]:
     return found.reshape(right.shape)
 
 
-def root(covariance: ArrayLike) -> NDArray[np.float64]:
+def cholesky(covariance: ArrayLike) -> NDArray[np.float64]:
     """Return L, lower triangular, of L L^T = P (n, n), which may be singular; a pivot below 0 counts as 0."""
     return factorise(contiguous_copy(covariance))[0]
 

@@ -26,12 +26,12 @@ LANES = 16
 Numbers: TypeAlias = NDArray[np.float64] | NDArray[np.float32]
 
 
-def _typed_product(typing_context: Any, first: Any, second: Any) -> tuple[Any, Any]:  # noqa: ANN401 - numba's types
+def _type_product(typing_context: Any, first: Any, second: Any) -> tuple[Any, Any]:  # noqa: ANN401 - numba's types
     del typing_context
     return first.dtype(first, second), _generate
 
 
-def _typed_total(typing_context: Any, values: Any) -> tuple[Any, Any]:  # noqa: ANN401 - numba's types
+def _type_total(typing_context: Any, values: Any) -> tuple[Any, Any]:  # noqa: ANN401 - numba's types
     del typing_context
     return values.dtype(values), _generate
 
@@ -46,7 +46,7 @@ def _generate(context: Any, builder: Any, signature: Any, arguments: Sequence[An
     size = arrays[0].nitems
     whole = builder.and_(size, ir.Constant(size.type, -LANES))
 
-    def added(kind: Any, begin: Any, end: Any, step: int) -> Any:  # noqa: ANN401 - values of LLVM
+    def add_terms(kind: Any, begin: Any, end: Any, step: int) -> Any:  # noqa: ANN401 - values of LLVM
         """Add up terms of a kind, one number or sixteen, from begin to end."""
         zero = [0.0] * LANES if kind is lanes else 0.0
         place = cgutils.alloca_once_value(builder, ir.Constant(kind, zero))  # type: ignore[no-untyped-call] # numba has none
@@ -59,7 +59,7 @@ def _generate(context: Any, builder: Any, signature: Any, arguments: Sequence[An
             builder.store(builder.fadd(builder.load(place), term), place)
         return builder.load(place)
 
-    sums = added(lanes, ir.Constant(size.type, 0), whole, LANES)
+    sums = add_terms(lanes, ir.Constant(size.type, 0), whole, LANES)
     half = LANES
     while half > 1:
         half //= 2
@@ -68,7 +68,7 @@ def _generate(context: Any, builder: Any, signature: Any, arguments: Sequence[An
             for begin in (0, half)
         )
         sums = builder.fadd(low, high)
-    rest = added(number, whole, size, 1)
+    rest = add_terms(number, whole, size, 1)
     return builder.fadd(builder.extract_element(sums, ir.Constant(ir.IntType(32), 0)), rest)
 
 
@@ -76,8 +76,8 @@ def _indices(begin: int, count: int) -> Any:  # noqa: ANN401 - a value of LLVM
     return ir.Constant(ir.VectorType(ir.IntType(32), count), list(range(begin, begin + count)))
 
 
-inner_product = cast("Callable[[Numbers, Numbers], float]", intrinsic(_typed_product))
+inner_product = cast("Callable[[Numbers, Numbers], float]", intrinsic(_type_product))
 """sum_n a_n b_n of arrays (n,) of the same type and size."""
 
-total = cast("Callable[[Numbers], float]", intrinsic(_typed_total))
+total = cast("Callable[[Numbers], float]", intrinsic(_type_total))
 """sum_n a_n of an array (n,)."""

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiment import Experiment, Setup
-from pftrack.model.measures import Course, measured
+from pftrack.model.measures import EvaluatedRun, evaluate
 from pftrack.model.parameters import Parameters, Value, revise
 from pftrack.model.series import reduce
 from pftrack.model.source import History, Source
@@ -130,7 +130,7 @@ def _fold(
     folds = experiment.missed is None and not any(series.reductions for series in experiment.series)
     names = [name for name in trackers if folds and experiment.trackers[name].fold is not None]
     runs = {
-        (seed, name): _begun(experiment.trackers[name], source, parameters, seed) for seed in seeds for name in names
+        (seed, name): _begin(experiment.trackers[name], source, parameters, seed) for seed in seeds for name in names
     }
     blocks: list[Block] = []
     for block in _blocks(source, parameters, frames) if runs else ():
@@ -179,7 +179,7 @@ def _blocks(source: Source[Any], parameters: Parameters, frames: int) -> Iterato
         yield Block(start, pictures[:length], truths, sizes, extents)
 
 
-def _begun(tracker: Tracker, source: Source[Any], parameters: Parameters, seed: int) -> "_Folding":
+def _begin(tracker: Tracker, source: Source[Any], parameters: Parameters, seed: int) -> "_Folding":
     first = source.frame(0, History(((0, parameters),)))
     state = tracker.start(source.start, first, parameters, Stream(seed, 0, Purpose.START))
     return _Folding(tracker, seed, state)
@@ -224,7 +224,9 @@ class _Folding:
         errors = np.where(np.isnan(errors) & np.isfinite(known.positions).all(axis=1), np.inf, errors)
         lost = experiment.lost(errors, known.sizes, parameters) if experiment.lost else None
         scale = experiment.scale
-        course = Course(scale * estimates, scale * known.positions, errors, lost, known.extents, self._believed())
+        course = EvaluatedRun(
+            scale * estimates, scale * known.positions, errors, lost, known.extents, self._believed_sizes()
+        )
         verdict = judge(course, experiment.measure_named(known.success), allowed_loss(parameters))
         steps = len(estimates) - 1
         return Outcome(
@@ -235,11 +237,11 @@ class _Folding:
             verdict.labelled_frames,
             1e3 * self._seconds / steps if steps else 0.0,
             estimates_hash(course.estimates),
-            measured(experiment.run_measures, course),
+            evaluate(experiment.run_measures, course),
             self._reductions(),
         )
 
-    def _believed(self) -> NDArray[np.float64]:
+    def _believed_sizes(self) -> NDArray[np.float64]:
         """Return the sizes that the tracker believes in, (L, 2) px; NaN for one that does not say."""
         later = self._series.get(self._extent, []) if self._extent else []
         known = np.concatenate([self._first_extent, *later])
@@ -272,5 +274,5 @@ def _live(
         float(np.mean([row.step_ms for row in rows])) if rows else 0.0,
         summary.estimates_sha256,
         summary.measures,
-        reductions(experiment.declared(tracker), rows),
+        reductions(experiment.all_series(tracker), rows),
     )

@@ -21,7 +21,7 @@ def columns_of(run: Run) -> dict[str, np.ndarray[Any, Any]]:
     """Return the columns of all frames that were computed, one row a frame; what no frame has is left out."""
     rows = [row.as_dict() for row in run.diagnostics]
     columns = {name: _column([row[name] for row in rows]) for name in rows[0] if name != "series"}
-    for declared in run.experiment.declared():
+    for declared in run.experiment.all_series():
         values = [row.series.get(declared.name) for row in run.diagnostics]
         if any(value is not None for value in values):
             columns |= {f"{PREFIX}{name}": column for name, column in series.columns(declared, values).items()}

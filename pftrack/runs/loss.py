@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-__all__ = ["APPROACH_FRAMES", "approach", "before_loss", "lost_since"]
+__all__ = ["APPROACH_FRAMES", "approach", "before_loss", "loss_start"]
 
 APPROACH_FRAMES = 10
 """Frames before a loss at which one begins to watch."""
@@ -16,7 +16,7 @@ def approach(loss: int) -> int:
     return max(0, loss - APPROACH_FRAMES)
 
 
-def lost_since(frame: int, before: int | None, *, lost: bool | None, searching: bool | None) -> int | None:
+def loss_start(frame: int, before: int | None, *, lost: bool | None, searching: bool | None) -> int | None:
     """Return the frame in which the loss began that goes on in a frame.
 
     Args:
@@ -40,7 +40,7 @@ def before_loss(lost: Sequence[bool], hidden: Sequence[bool], frame: int) -> int
     that was before.
 
     Args:
-        lost: For each frame, whether the target is lost, as `lost_since` has it.
+        lost: For each frame, whether the target is lost, as `loss_start` has it.
         hidden: For each frame, whether the target is out of sight.
         frame: The last loss that began at or before this frame is meant; failing that, the first one after it.
 

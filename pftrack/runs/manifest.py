@@ -36,7 +36,7 @@ def manifest_of(run: Run) -> dict[str, Any]:
             "estimates": run.estimates_sha256,
             **({"recording": footage.sha256} if footage and footage.sha256 else {}),
         },
-        "computed_on": dict(machine.computed_on()),
+        "computed_on": dict(machine.describe_platform()),
         "columns": [{"name": it.name, "title": it.title, "unit": it.unit} for it in columns_in(run)],
         "citation": citation_of(run),
         "references": [one.as_dict() for one in run.experiment.references],
@@ -69,7 +69,7 @@ def citation_of(run: Run) -> str:
         f"SHA-256 of the estimates: {run.estimates_sha256}.",
     ]
     if run.experiment.references:
-        lines += ["", "The method and the experiment come from:", *_listed(run.experiment.references)]
+        lines += ["", "The method and the experiment come from:", *_list_citations(run.experiment.references)]
     return "\n".join(lines) + "\n"
 
 
@@ -82,5 +82,5 @@ def bibtex_of(run: Run) -> str:
     return "\n".join((own, *(one.bibtex for one in run.experiment.references)))
 
 
-def _listed(references: tuple[Citation, ...]) -> list[str]:
+def _list_citations(references: tuple[Citation, ...]) -> list[str]:
     return [f"- {one.text}" for one in references]

@@ -46,7 +46,7 @@ def _usable(
     kept: dict[str, SeriesValue] = {}
     for name, value in reported.items():
         try:
-            check_value(_declared(declared, name), value)
+            check_value(_find_series(declared, name), value)
         except (TypeError, ValueError) as error:
             warn_once(f"{what}: {name}", f"{what} is not usable {where}: {error}")
         else:
@@ -54,7 +54,7 @@ def _usable(
     return kept
 
 
-def _declared(declared: Mapping[str, Series], name: str) -> Series:
+def _find_series(declared: Mapping[str, Series], name: str) -> Series:
     if name not in declared:
         raise ValueError(f"nobody declares a series {name!r}")
     return declared[name]

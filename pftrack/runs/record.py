@@ -110,7 +110,7 @@ def describe(run: Run, *, path: str | None = None) -> Record:
         recipe=run.recipe.with_footage(path=path),
         computed=run.computed + 1,
         estimates_sha256=run.estimates_sha256,
-        computed_on=dict(machine.computed_on()),
+        computed_on=dict(machine.describe_platform()),
     )
 
 

@@ -38,7 +38,7 @@ class Difference:
             begin += f" from frame {self.frame} on"
         if self.largest is not None:
             begin += f", by up to {self.largest:.2g}"
-        here, there = machine.computed_on(), self.computed_on
+        here, there = machine.describe_platform(), self.computed_on
         if not there:
             return f"{begin}; they were computed by {UNKNOWN}"
         others = [name for name in here if there.get(name) != here[name]]

@@ -19,12 +19,12 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from pftrack.entry_points import PRESENTERS, provided
+from pftrack.entry_points import PRESENTERS, load
 from pftrack.experiment import Experiment, Setup, Step
 from pftrack.model.diagnostics import Diagnostics, diagnose
 from pftrack.model.export import Exported
 from pftrack.model.frame import Frame
-from pftrack.model.measures import Course, measured
+from pftrack.model.measures import EvaluatedRun, evaluate
 from pftrack.model.parameters import ParameterError, Parameters, flat, with_role
 from pftrack.model.recipe import Recipe
 from pftrack.model.timeline import LONGEST_RUN, Change, Timeline
@@ -33,7 +33,7 @@ from pftrack.numerics.random import LARGEST_KEY, LARGEST_SEED, Purpose, Stream
 from pftrack.runs.checkpoint import Checkpoint
 from pftrack.runs.keyframes import Keyframes
 from pftrack.runs.measuring import measurements
-from pftrack.runs.scoring import allowed_loss, course_of, estimates_hash, judge
+from pftrack.runs.scoring import allowed_loss, estimates_hash, evaluated_run, judge
 from pftrack.runs.summary import Summary
 
 if TYPE_CHECKING:
@@ -79,15 +79,15 @@ class Run:
         """
         self.experiment = experiment
         self.setup = setup
-        self.seed = _checked_seed(seed)
+        self.seed = _check_seed(seed)
         self.timeline = Timeline.begin(
             setup.parameters, tracker or experiment.default_tracker, tuple(experiment.trackers), timeline
         )
         self.source = setup.open_source(self.seed, self.parameters_at(0))
-        self.frames = _checked_length(frames, self.source.frame_count, experiment.frames)
+        self.frames = _check_length(frames, self.source.frame_count, experiment.frames)
         self.diagnostics: list[Diagnostics] = []
         self._keyframes = Keyframes()
-        self._declared = {series.name: series for series in experiment.declared()}
+        self._declared = {series.name: series for series in experiment.all_series()}
         self.current = self._compute(0, None)
 
     @classmethod
@@ -188,7 +188,7 @@ class Run:
             raise ParameterError("frame", frame, f"a whole number between 0 and {self.frames - 1}")
         if frame < self.position or self._keyframes.latest(frame)[0] > self.position:
             index, state = self._keyframes.latest(frame)
-            self.current = self._seen(index, state)
+            self.current = self._make_step(index, state)
             yield self.current
         while self.position < frame:
             yield self.advance()
@@ -248,7 +248,7 @@ class Run:
             tracker=self.tracker,
             seed=self.seed,
             frames=self.frames,
-            timeline=self.timeline.shared_with(frame) + changes,
+            timeline=self.timeline.changes_until(frame) + changes,
         )
         twin.diagnostics = self.diagnostics[: frame + 1]
         twin._keyframes = self._keyframes.until(frame)
@@ -289,7 +289,7 @@ class Run:
 
     def _past(self, frame: int) -> str:
         """Return the recipe as far as the frames up to one know of it, as JSON."""
-        timeline = self.timeline.shared_with(frame)
+        timeline = self.timeline.changes_until(frame)
         return self.recipe.model_copy(update={"timeline": timeline}).model_dump_json()
 
     @property
@@ -301,7 +301,7 @@ class Run:
         """Return the measures of the run so far that it has a truth for, by name."""
         if all(row.truth is None for row in self.diagnostics):
             return {}
-        return measured(self.experiment.run_measures, self._course())
+        return evaluate(self.experiment.run_measures, self._evaluated())
 
     def summary(self) -> Summary:
         """Return what came of the run so far.
@@ -310,7 +310,7 @@ class Run:
         measure is known.
         """
         parameters = self.parameters_at(self.computed)
-        course = self._course()
+        course = self._evaluated()
         decisive = self.experiment.measure_named(self.setup.success)
         return Summary(
             experiment=self.experiment.id,
@@ -321,7 +321,7 @@ class Run:
             changes=self.timeline.changes,
             unit=self.experiment.unit,
             verdict=judge(course, decisive, allowed_loss(parameters)),
-            measures=measured(self.experiment.run_measures, course),
+            measures=evaluate(self.experiment.run_measures, course),
             step_ms_median=median(row.step_ms for row in self.diagnostics[1:]) if self.computed else None,
             estimates_sha256=self.estimates_sha256,
         )
@@ -342,7 +342,7 @@ class Run:
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows: the frame at which it stands, a summary, and the error at a glance."""
-        return cast("str", provided(PRESENTERS, "run_html")(self))
+        return cast("str", load(PRESENTERS, "run_html")(self))
 
     def __repr__(self) -> str:
         done = f"{self.computed + 1} of {self.frames} frames computed"
@@ -371,10 +371,10 @@ class Run:
             ExportError: There is no such kind of file, no such folder or no such plot; it names those that there are.
             OSError: The file cannot be written; what was there before is still there.
         """
-        return cast(Exported, provided(PRESENTERS, "export")(self, Path(path), plot=plot))
+        return cast(Exported, load(PRESENTERS, "export")(self, Path(path), plot=plot))
 
-    def _course(self) -> Course:
-        return course_of(self.diagnostics, self.experiment.declared(), judged=self.experiment.judges_loss)
+    def _evaluated(self) -> EvaluatedRun:
+        return evaluated_run(self.diagnostics, self.experiment.all_series(), judged=self.experiment.judges_loss)
 
     def _frame(self, index: int) -> Frame:
         return self.source.frame(index, self.timeline.history)
@@ -392,7 +392,7 @@ class Run:
             state = tracker.step(previous, frame, parameters, rng)
         step_ms = 1e3 * (perf_counter() - begun)
         if index < len(self.diagnostics):
-            return self._seen(index, state, frame)
+            return self._make_step(index, state, frame)
         row = diagnose(
             frame,
             state,
@@ -419,18 +419,18 @@ class Run:
         judged = self.experiment.lost
         return error, bool(judged(error, frame.target.size, parameters)) if judged else None
 
-    def _seen(self, index: int, state: TrackState, frame: Frame | None = None) -> Step:
+    def _make_step(self, index: int, state: TrackState, frame: Frame | None = None) -> Step:
         row = self.diagnostics[index]
         return Step(frame or self._frame(index), state, row, self.parameters_at(index), self.tracker_at(index))
 
 
-def _checked_seed(seed: int) -> int:
+def _check_seed(seed: int) -> int:
     if not 0 <= seed <= LARGEST_KEY:
         raise ParameterError("seed", seed, f"a whole number between 0 and {LARGEST_SEED}")
     return seed
 
 
-def _checked_length(wanted: int | None, available: int | None, usual: int) -> int:
+def _check_length(wanted: int | None, available: int | None, usual: int) -> int:
     longest = available or LONGEST_RUN
     frames = wanted if wanted is not None else available or usual
     if not 1 <= frames <= longest:

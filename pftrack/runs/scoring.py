@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.measures import Course, Measure, succeeded
+from pftrack.model.measures import EvaluatedRun, Measure, is_success
 from pftrack.model.parameters import Parameters, with_role
 from pftrack.model.series import Series, columns, reduce
 
-__all__ = ["Verdict", "allowed_loss", "course_of", "estimates_hash", "extent_series", "judge", "reductions"]
+__all__ = ["Verdict", "allowed_loss", "estimates_hash", "evaluated_run", "extent_series", "judge", "reductions"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ class Verdict:
     first_lost_frame: int | None
 
 
-def judge(course: Course, decisive: Measure, allowed_share: float) -> Verdict:
+def judge(course: EvaluatedRun, decisive: Measure, allowed_share: float) -> Verdict:
     """Judge a run.
 
     Args:
@@ -46,7 +46,7 @@ def judge(course: Course, decisive: Measure, allowed_share: float) -> Verdict:
     """
     known = course.errors[~np.isnan(course.errors)]
     mean_error = float(known.mean()) if len(known) and np.isfinite(known).all() else None
-    success = succeeded(decisive, course, allowed_share)
+    success = is_success(decisive, course, allowed_share)
     name = None if success is None else decisive.name
     if course.lost is None or not len(known):
         return Verdict(len(known), mean_error, success, name, None, None)
@@ -55,7 +55,7 @@ def judge(course: Course, decisive: Measure, allowed_share: float) -> Verdict:
     return Verdict(len(known), mean_error, success, name, count, first)
 
 
-def course_of(rows: Sequence[Diagnostics], declared: Sequence[Series], *, judged: bool) -> Course:
+def evaluated_run(rows: Sequence[Diagnostics], declared: Sequence[Series], *, judged: bool) -> EvaluatedRun:
     """Return a run beside its truth.
 
     Args:
@@ -65,7 +65,7 @@ def course_of(rows: Sequence[Diagnostics], declared: Sequence[Series], *, judged
     """
     unknown = (np.nan,) * len(rows[0].estimate)
     extent = extent_series(declared)
-    return Course(
+    return EvaluatedRun(
         np.array([row.estimate for row in rows]),
         np.array([row.truth or unknown for row in rows]),
         np.array([np.nan if row.error is None else row.error for row in rows]),

@@ -100,7 +100,7 @@ def _origins(experiment: Experiment) -> Iterator[tuple[str, _Origin]]:
     for name, title in OWN.items():
         unit = experiment.unit if name in IN_UNIT_OF_RUN else UNITS.get(name, "")
         yield name, _Origin(title, unit, PARTS.get(name, ()))
-    for series in experiment.declared():
+    for series in experiment.all_series():
         name = f"{PREFIX}{series.name}"
         yield name, _Origin(series.title, series.unit, _parts(series))
         if series.shape == "hypotheses":

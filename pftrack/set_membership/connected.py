@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import compiled
 
-__all__ = ["connected"]
+__all__ = ["label_components"]
 
 
 @compiled
-def connected(feasible: NDArray[np.bool_], sizes: NDArray[np.int64]) -> tuple[NDArray[np.int64], int]:
+def label_components(feasible: NDArray[np.bool_], sizes: NDArray[np.int64]) -> tuple[NDArray[np.int64], int]:
     """Return the number (N,) of the run that each feasible cell is in, -1 for others, and how many runs there are.
 
     Args:
@@ -54,13 +54,13 @@ def connected(feasible: NDArray[np.bool_], sizes: NDArray[np.int64]) -> tuple[ND
                     left -= 1
                     stack[waiting] = other
                     waiting += 1
-                more = _counted_up(step)
+                more = _increment(step)
         runs += 1
     return labels, runs
 
 
 @compiled
-def _counted_up(step: NDArray[np.int64]) -> bool:
+def _increment(step: NDArray[np.int64]) -> bool:
     """Count up digits of -1, 0 and 1, in place; return whether there was a next number."""
     axis = step.shape[0] - 1
     while axis >= 0 and step[axis] == 1:

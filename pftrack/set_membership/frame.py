@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pftrack.set_membership.merging import lies_in
 from pftrack.set_membership.regions import Ways
-from pftrack.set_membership.steps import constrained, move
+from pftrack.set_membership.steps import constrain, move
 
 __all__ = ["MOST_REGIONS", "Known", "Observe", "Outcome", "frame_step"]
 
@@ -94,7 +94,7 @@ def frame_step(
                 room = MOST_REGIONS - len(after) - (len(here) - number)
                 after += [(child, parent) for child in observe(region, link, room)]
             here = after
-        here = [pair for pair in here if constrained(pair[0], known.rows, known.least, known.most, ways)]
+        here = [pair for pair in here if constrain(pair[0], known.rows, known.least, known.most, ways)]
         here = _distinct(here, merged, ways)
     outlier = not here
     left = predicted if outlier else here

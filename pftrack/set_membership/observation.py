@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import compiled
 from pftrack.set_membership.cells import link_cells
-from pftrack.set_membership.connected import connected
+from pftrack.set_membership.connected import label_components
 from pftrack.set_membership.regions import CENTRE, HIGH, LOW, SHAPE, Ways
-from pftrack.set_membership.steps import applied, settled
+from pftrack.set_membership.steps import apply_strip, settle
 from pftrack.set_membership.strips import SLACK
 
 __all__ = ["observe_in_plane"]
@@ -60,7 +60,7 @@ def observe_in_plane(
     sizes[0] = cells
     for n in range(cells):
         feasible[n] = shortest[n] <= longest[n]
-    labels, runs = connected(feasible, sizes)
+    labels, runs = label_components(feasible, sizes)
     apart = ways.splitting and 1 < runs <= most
     point = _linearisation_point(place, ellipse, seen) if ways.ellipsoids else place
     if runs > 1 and not apart:
@@ -77,7 +77,7 @@ def observe_in_plane(
         if apart:
             point = _middle(edges, shortest, longest, labels, run)
         slopes = (-point[1] * np.sin(point[0]) / scale, np.cos(point[0]))
-        if _held(child, axes, scale, (edges, shortest, longest), labels, run, slopes, apart, ways):
+        if _restrict(child, axes, scale, (edges, shortest, longest), labels, run, slopes, apart, ways):
             left += 1
     return children[:left]
 
@@ -124,7 +124,7 @@ def _middle(
 
 
 @compiled
-def _held(
+def _restrict(
     region: NDArray[np.float64],
     axes: tuple[int, int],
     scale: float,
@@ -157,4 +157,4 @@ def _held(
             return False
     normal = np.zeros(region.shape[1])
     normal[angle], normal[length] = slopes
-    return applied(region, normal, least, most, ways) and settled(region, ways)
+    return apply_strip(region, normal, least, most, ways) and settle(region, ways)

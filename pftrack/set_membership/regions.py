@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.numerics.matrices import solved
+from pftrack.numerics.matrices import solve_system
 from pftrack.set_membership.strips import SLACK
 
 __all__ = ["CENTRE", "HIGH", "LOW", "SHAPE", "Ways", "contains", "region_of"]
@@ -69,4 +69,4 @@ def contains(region: NDArray[np.float64], point: NDArray[np.float64], *, ellipso
         return True
     off, shape = point - region[CENTRE], region[SHAPE:]
     rounding = slack * slack * max(float(np.trace(shape)), 1.0)
-    return float((off * solved(shape + rounding * np.eye(len(off)), off)).sum()) <= 1.0 + slack
+    return float((off * solve_system(shape + rounding * np.eye(len(off)), off)).sum()) <= 1.0 + slack

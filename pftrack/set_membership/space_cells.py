@@ -21,7 +21,7 @@ from pftrack.set_membership.cells import MARGIN, below
 from pftrack.set_membership.regions import CENTRE, HIGH, LOW, SHAPE, Ways
 from pftrack.set_membership.strips import SLACK
 
-__all__ = ["TURNS", "Grid", "Link", "image", "space_cells", "turned"]
+__all__ = ["TURNS", "Grid", "Link", "image", "rotate", "space_cells"]
 
 BEND = 1.5
 """Of the squared half widths of a cell: how far a_k may be from its slopes there."""
@@ -119,7 +119,7 @@ def image(
 
 
 @compiled
-def turned(
+def rotate(
     reference: NDArray[np.float64], omega: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the rotation (3, 3), and the derivatives (2, 6) of its first two columns' image by omega."""
@@ -154,7 +154,7 @@ def _fill(
             omega[axis] = grid.start[axis] + (2 * (place % cells) + 1) * half[axis]
             off[axis] = omega[axis] - region[CENTRE, axis] / link.scale
             place //= cells
-        turn, slopes = turned(link.reference, omega)
+        turn, slopes = rotate(link.reference, omega)
         for m in range(thetas):
             shortest, longest = region[LOW, link.length], region[HIGH, link.length]
             if dimension > TURNS:

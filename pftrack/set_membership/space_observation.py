@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import compiled
-from pftrack.set_membership.connected import connected
+from pftrack.set_membership.connected import label_components
 from pftrack.set_membership.regions import HIGH, LOW, Ways
-from pftrack.set_membership.space_cells import TURNS, Grid, Link, image, space_cells, turned
-from pftrack.set_membership.steps import applied, settled
+from pftrack.set_membership.space_cells import TURNS, Grid, Link, image, rotate, space_cells
+from pftrack.set_membership.steps import apply_strip, settle
 from pftrack.set_membership.strips import SLACK
 
 __all__ = ["observe_in_space"]
@@ -46,7 +46,7 @@ def observe_in_space(
         sizes[axis] = cells
     for n in range(total):
         feasible[n] = grid.shortest[n] <= grid.longest[n]
-    labels, runs = connected(feasible, sizes)
+    labels, runs = label_components(feasible, sizes)
     apart = ways.splitting and 1 < runs <= most
     if runs > 1 and not apart:
         runs = 1
@@ -58,13 +58,13 @@ def observe_in_space(
         for i in range(region.shape[0]):
             for j in range(region.shape[1]):
                 children[left, i, j] = region[i, j]
-        if _held(children[left], link, grid, labels, run, apart, ways):
+        if _restrict(children[left], link, grid, labels, run, apart, ways):
             left += 1
     return children[:left]
 
 
 @compiled
-def _held(
+def _restrict(
     region: NDArray[np.float64],
     link: Link,
     grid: Grid,
@@ -85,7 +85,7 @@ def _held(
             region[HIGH, j] = min(region[HIGH, j], last[axis] * scale + SLACK)
             if region[LOW, j] > region[HIGH, j]:
                 return False
-    turn, slopes = turned(link.reference, middle[:TURNS].copy())
+    turn, slopes = rotate(link.reference, middle[:TURNS].copy())
     theta = middle[TURNS] if dimension > TURNS else 0.0
     for k in range(2):
         normal, tilt = np.zeros(size), np.empty(TURNS + 1)
@@ -94,9 +94,9 @@ def _held(
             tilt[axis] *= middle[dimension]
             normal[grid.axes[axis]] = tilt[axis] / link.scale
         least, most = _extremes(grid, labels, run, tilt, normal[link.length])
-        if not applied(region, normal, least, most, ways):
+        if not apply_strip(region, normal, least, most, ways):
             return False
-    return settled(region, ways)
+    return settle(region, ways)
 
 
 @compiled

@@ -12,11 +12,13 @@ from pftrack.set_membership.prediction import predict
 from pftrack.set_membership.regions import CENTRE, HIGH, LOW, SHAPE, Ways
 from pftrack.set_membership.strips import cut
 
-__all__ = ["applied", "constrained", "move", "settled"]
+__all__ = ["apply_strip", "constrain", "move", "settle"]
 
 
 @compiled
-def applied(region: NDArray[np.float64], normal: NDArray[np.float64], least: float, most: float, ways: Ways) -> bool:
+def apply_strip(
+    region: NDArray[np.float64], normal: NDArray[np.float64], least: float, most: float, ways: Ways
+) -> bool:
     """Cut a region (n + 3, n) by the strip least <= m'x <= most."""
     if ways.contraction and not contract(region[LOW], region[HIGH], normal, least, most):
         return False
@@ -32,7 +34,7 @@ def applied(region: NDArray[np.float64], normal: NDArray[np.float64], least: flo
 
 
 @compiled
-def settled(region: NDArray[np.float64], ways: Ways) -> bool:
+def settle(region: NDArray[np.float64], ways: Ways) -> bool:
     """Let guides and ellipsoid bound each other."""
     if not ways.ellipsoids:
         return True
@@ -55,13 +57,13 @@ def move(region: NDArray[np.float64], moved: int, radius: float, ways: Ways) -> 
         high[j] += radius
     if ways.ellipsoids:
         predict(region[SHAPE:], moved, radius, ways.way)
-        if ways.sides and not settled(region, ways):
+        if ways.sides and not settle(region, ways):
             # What has moved is not empty: they are apart by rounding alone.
             circumscribe(low, high, region[CENTRE], region[SHAPE:])
 
 
 @compiled
-def constrained(
+def constrain(
     region: NDArray[np.float64],
     rows: NDArray[np.float64],
     least: NDArray[np.float64],
@@ -87,6 +89,6 @@ def constrained(
                 lowest += min(one, other)
                 highest += max(one, other)
             low, high = max(low, min(lowest, high)), min(high, max(highest, low))
-        if not applied(region, rows[row], low, high, ways):
+        if not apply_strip(region, rows[row], low, high, ways):
             return False
-    return settled(region, ways)
+    return settle(region, ways)

@@ -118,7 +118,7 @@ class ImageSequence:
             shape = shape or picture.shape
             if picture.shape != shape:
                 raise SourceError(
-                    f"{file.called} is {picture.shape[1]} x {picture.shape[0]} px and {self._files[0].called} is "
+                    f"{file.title} is {picture.shape[1]} x {picture.shape[0]} px and {self._files[0].title} is "
                     f"{shape[1]} x {shape[0]} px; all pictures must be of one size"
                 )
             checksums.append(zlib.crc32(picture.data))
@@ -146,7 +146,7 @@ class _File:
     digest: bytes
 
     @property
-    def called(self) -> str:
+    def title(self) -> str:
         """What a message calls it: its own name, as its owner knows it."""
         name = "".join(letter if letter.isprintable() else "?" for letter in self.path.name)
         return name if len(name) <= 60 else f"{name[:57]}..."
@@ -183,21 +183,21 @@ def _decode(file: _File, limits: Limits) -> NDArray[np.uint8]:
     except (SourceError, MemoryError):
         raise
     except (Image.DecompressionBombError, Image.DecompressionBombWarning):
-        raise SourceError(f"{file.called} is too large; at most {limits.pixels:,} pixels are allowed") from None
+        raise SourceError(f"{file.title} is too large; at most {limits.pixels:,} pixels are allowed") from None
     except Exception:  # noqa: BLE001 - whatever a decoder makes of broken bytes, it is the bytes that are broken
-        raise SourceError(f"{file.called} is broken or cut short; expected {_PICTURES} that open elsewhere") from None
+        raise SourceError(f"{file.title} is broken or cut short; expected {_PICTURES} that open elsewhere") from None
     picture.setflags(write=False)
     return picture
 
 
 def _check(image: Image.Image, file: _File, limits: Limits) -> None:
     """Refuse, by its header, a picture that is too large or has no one way to be shown."""
-    check_pixels(image.width, image.height, limits, f"{file.called} has")
+    check_pixels(image.width, image.height, limits, f"{file.title} has")
     if image.mode in _DEPTHLESS:
-        raise SourceError(f"{file.called} has 32 bits a channel; expected 8 or 16")
+        raise SourceError(f"{file.title} has 32 bits a channel; expected 8 or 16")
     pages = getattr(image, "n_frames", 1) if file.format in _ALBUMS else 1
     if pages > 1:
-        raise SourceError(f"{file.called} holds {pages} pictures; expected one a file")
+        raise SourceError(f"{file.title} holds {pages} pictures; expected one a file")
 
 
 def _rgb(image: Image.Image) -> NDArray[np.uint8]:

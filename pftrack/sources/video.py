@@ -123,7 +123,7 @@ class VideoSequence:
         with self._lock:
             held = self._cache.get(index)
             if isinstance(held, VideoFrame):
-                held = self._believed(index, held)
+                held = self._convert(index, held)
             return self._reach(index) if held is None else held
 
     def close(self) -> None:
@@ -225,15 +225,15 @@ class VideoSequence:
             except SourceError:
                 break
             self._decoder.skip_before = skip_before
-            self._pass = self._numbered()
+            self._pass = self._number_frames()
             self._from_start = False
             yield keyframe
         self._begin()
-        self._pass = self._numbered()
+        self._pass = self._number_frames()
         self._from_start = True
         yield None
 
-    def _numbered(self) -> Iterator[tuple[int, VideoFrame]]:
+    def _number_frames(self) -> Iterator[tuple[int, VideoFrame]]:
         """Decode on, with each frame's number: from its time or, where times are of no use, counted."""
         for count, frame in enumerate(self._decoder.frames()):
             number = self._numbers.get(frame.pts) if self._numbers else count
@@ -247,15 +247,15 @@ class VideoSequence:
         for number, frame in self._pass:
             self._position = number + 1
             if number >= goal:
-                return self._believed(goal, frame) if number == goal else None
+                return self._convert(goal, frame) if number == goal else None
             if number >= goal - self._kept_on_the_way and number not in self._cache:
                 if self._from_start:
-                    self._believed(number, frame)
+                    self._convert(number, frame)
                 else:
                     self._cache.put(number, frame, sum(plane.buffer_size for plane in frame.planes))
         return None
 
-    def _believed(self, number: int, frame: VideoFrame) -> NDArray[np.uint8] | None:
+    def _convert(self, number: int, frame: VideoFrame) -> NDArray[np.uint8] | None:
         """Convert a frame and keep it, if its pixels are those of the survey."""
         # The index alone says whether pixels are made square: one of an earlier version did not.
         size = stored_size(self.size, self.index.orientation)

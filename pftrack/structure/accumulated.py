@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pftrack.numerics.matrices import product
 from pftrack.numerics.singular import eigenvalues
 
-__all__ = ["Accumulated", "accumulate", "nothing_seen", "principal_shape"]
+__all__ = ["Accumulated", "accumulate", "empty", "principal_shape"]
 
 UNSEEN_DEPTH = 1e-13
 """The third eigenvalue, relative to the first, that is rounding."""
@@ -32,7 +32,7 @@ class Accumulated:
     frames: int
 
 
-def nothing_seen(count: int) -> Accumulated:
+def empty(count: int) -> Accumulated:
     """Return what is kept of no frame of `count` points."""
     return Accumulated(np.zeros((count, count)), 0)
 

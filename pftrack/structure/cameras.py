@@ -8,9 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import compiled
-from pftrack.structure.positive import cholesky_solve, factorise, invert
+from pftrack.structure.positive import cholesky_log_det, cholesky_solve, invert
 
-__all__ = ["SIZE", "evidence", "fitted", "frontal", "normal_of", "settled", "steadied", "turn_between"]
+__all__ = [
+    "SIZE",
+    "evidence",
+    "fit_camera",
+    "frontal",
+    "normal_of",
+    "residuals_and_slopes",
+    "steady_camera",
+    "turn_between",
+]
 
 SIZE = 6
 """Numbers of a camera: a small rotation, then the translation."""
@@ -34,7 +43,7 @@ NEAREST = 1e-3
 
 
 @compiled
-def fitted(
+def residuals_and_slopes(
     focal: float, camera: NDArray[np.float64], shape: NDArray[np.float64], rows: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return residuals (2, n), px, and the slopes of the predictions by the points (2, n, 3) and the camera (2, n, 6).
@@ -101,7 +110,7 @@ def frontal(
 
 
 @compiled
-def settled(
+def fit_camera(
     focal: float,
     camera: NDArray[np.float64],
     shape: NDArray[np.float64],
@@ -126,9 +135,9 @@ def settled(
     """
     found = camera
     for _ in range(most_rounds):
-        residuals, _, slopes = fitted(focal, found, shape, rows)
+        residuals, _, slopes = residuals_and_slopes(focal, found, shape, rows)
         normal, wanted, _ = normal_of(residuals, slopes, precisions, turn_between(found, before), turn_precision)
-        change = cholesky_solve(factorise(normal)[0], wanted)
+        change = cholesky_solve(cholesky_log_det(normal)[0], wanted)
         found = _move(found, change)
         length = 0.0
         for i in range(SIZE):
@@ -148,13 +157,13 @@ def evidence(
     before: NDArray[np.float64],
     turn_precision: float,
 ) -> float:
-    """Return the log density of a view given a shape, its camera integrated out, up to a constant; see `settled`.
+    """Return the log density of a view given a shape, its camera integrated out, up to a constant; see `fit_camera`.
 
     The constant is that of the camera's prior, which is flat in the translation: the same for all shapes in one unit.
     """
-    residuals, _, slopes = fitted(focal, camera, shape, rows)
+    residuals, _, slopes = residuals_and_slopes(focal, camera, shape, rows)
     normal, _, cost = normal_of(residuals, slopes, precisions, turn_between(camera, before), turn_precision)
-    _, log_determinant = factorise(normal)
+    _, log_determinant = cholesky_log_det(normal)
     return -0.5 * (cost + log_determinant)
 
 
@@ -175,7 +184,7 @@ def turn_between(camera: NDArray[np.float64], reference: NDArray[np.float64]) ->
 
 
 @compiled
-def steadied(
+def steady_camera(
     focal: float,
     camera: NDArray[np.float64],
     reference: NDArray[np.float64],
@@ -199,7 +208,7 @@ def steadied(
     """
     turn = turn_between(camera, reference)
     angle = np.sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2])
-    residuals, _, slopes = fitted(focal, camera, shape, rows)
+    residuals, _, slopes = residuals_and_slopes(focal, camera, shape, rows)
     normal, _, _ = normal_of(residuals, slopes, precisions, turn, 0.0)
     covariance, precision = np.empty((SIZE, SIZE)), np.empty((3, 3))
     invert(normal, covariance)

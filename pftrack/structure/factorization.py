@@ -14,7 +14,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.numerics.matrices import contiguous_copy, least_squares, product, solved
+from pftrack.numerics.matrices import contiguous_copy, least_squares, product, solve_system
 from pftrack.numerics.singular import eigenvalues, singular_values
 from pftrack.structure.tracks import Tracks
 
@@ -97,7 +97,7 @@ def metric_upgrade(
         ValueError: The cameras do not determine the map, since there are too few or they do not differ in rotation.
     """
     transform = metric_transform(found.motion, found.shape, camera, depth_sign)
-    shape = product(found.shape, solved(transform, np.eye(3)).T)
+    shape = product(found.shape, solve_system(transform, np.eye(3)).T)
     return replace(found, motion=product(found.motion, transform), shape=shape)
 
 
@@ -120,7 +120,7 @@ def metric_transform(
         return transform
     near, far, sign = depth_sign
     first = product(motion[:2], transform)
-    apart = product(solved(transform, np.eye(3)), shape[far] - shape[near])
+    apart = product(solve_system(transform, np.eye(3)), shape[far] - shape[near])
     # Right and down span the picture, so that what they have at right angles is the line of sight.
     depth = float((np.cross(first[0], first[1]) * apart).sum())
     return transform if sign * depth >= 0.0 else transform * np.array([1.0, 1.0, -1.0])

@@ -24,12 +24,12 @@ from numpy.typing import NDArray
 
 from pftrack.geometry.face_model import Similarity, fit_similarity
 from pftrack.numerics.compiled import compiled
-from pftrack.numerics.matrices import product, solved
+from pftrack.numerics.matrices import product, solve_system
 from pftrack.structure import recursive
-from pftrack.structure.cameras import evidence, frontal, settled
+from pftrack.structure.cameras import evidence, fit_camera, frontal
 from pftrack.structure.positive import invert
 from pftrack.structure.recursive import Recursive
-from pftrack.structure.tracks import checked_view
+from pftrack.structure.tracks import check_view
 
 __all__ = ["Growing", "Settings", "begin", "step"]
 
@@ -156,7 +156,7 @@ def step(state: Growing, positions: NDArray[np.float64], variances: NDArray[np.f
         ValueError: The shapes differ, a variance is not above 0, or a position that was seen is not finite.
     """
     settings = state.settings
-    rows, precisions = checked_view(positions, variances, len(state.mean_shape))
+    rows, precisions = check_view(positions, variances, len(state.mean_shape))
     focal = float(settings.focal_px)
     mean_camera = state.mean_camera
     if mean_camera is None:
@@ -176,7 +176,7 @@ def step(state: Growing, positions: NDArray[np.float64], variances: NDArray[np.f
         # What is not learned from must be followed all the same.
         own, onto_mean = replace(state.own, camera=own_camera), state.onto_mean
     else:
-        own = recursive.taken(replace(state.own, settings=_of_own(settings)), rows, precisions)
+        own = recursive.take(replace(state.own, settings=_of_own(settings)), rows, precisions)
         onto_mean = fit_similarity(own.shape, state.mean_shape)
     shape = state.mean_shape + weight * (onto_mean(own.shape) - state.mean_shape)
     return Growing(settings, state.mean_shape, own, onto_mean, mean_camera, probability, weight, advantage, shape)
@@ -191,7 +191,7 @@ def _shape_only(shape: NDArray[np.float64]) -> NDArray[np.float64]:
         ways[3 + axis] = np.cross(along, centred)
     ways[6] = centred
     whole = ways.reshape(7, 3 * count)
-    return np.eye(3 * count) - product(whole.T, solved(product(whole, whole.T), whole))
+    return np.eye(3 * count) - product(whole.T, solve_system(product(whole, whole.T), whole))
 
 
 ALMOST = 1e-12
@@ -211,5 +211,5 @@ def _predict(
     turn_precision: float,
 ) -> tuple[NDArray[np.float64], float]:
     """Return the camera that fits a shape to a frame, and the frame's log density given the shape."""
-    fitted = settled(focal, camera, shape, rows, precisions, camera, turn_precision, CAMERA_ROUNDS)
+    fitted = fit_camera(focal, camera, shape, rows, precisions, camera, turn_precision, CAMERA_ROUNDS)
     return fitted, evidence(focal, fitted, shape, rows, precisions, camera, turn_precision)

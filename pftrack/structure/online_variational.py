@@ -25,9 +25,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import compiled
-from pftrack.structure.passes import free_energy, moments, points_given, rows_given
+from pftrack.structure.passes import free_energy, moments, posterior_points, posterior_rows
 from pftrack.structure.positive import invert
-from pftrack.structure.tracks import FEWEST_POINTS, Tracks, checked_view
+from pftrack.structure.tracks import FEWEST_POINTS, Tracks, check_view
 from pftrack.structure.variational import GAMMA, initial_motion, iterate
 
 __all__ = ["Forgetting", "Online", "Settings", "begin", "run", "step"]
@@ -138,7 +138,7 @@ def step(state: Online, positions: NDArray[np.float64], variances: NDArray[np.fl
     Raises:
         ValueError: The shapes differ, a variance is not above 0, or a position that was seen is not finite.
     """
-    row, precision = checked_view(positions, variances, state.rows.shape[1])
+    row, precision = check_view(positions, variances, state.rows.shape[1])
     frames = state.frames + 1
     dropped = max(0, len(state.rows) + 2 - 2 * state.settings.window)
     rows = np.concatenate([state.rows[dropped:], row])
@@ -184,7 +184,7 @@ def _next(state: Online) -> Online:
     settings = state.settings
     first = 2 * (state.frames - settings.window)
     memory = float(settings.memory)
-    second, eta, totals, motion, spreads, energy = _slid(
+    second, eta, totals, motion, spreads, energy = _slide(
         state.rows,
         state.precisions,
         state.second,
@@ -217,7 +217,7 @@ def _next(state: Online) -> Online:
 
 
 @compiled
-def _slid(
+def _slide(
     rows: NDArray[np.float64],
     precisions: NDArray[np.float64],
     second: NDArray[np.float64],
@@ -237,7 +237,7 @@ def _slid(
     The window has slid on already; motion and spreads are those of before.
     """
     height, count = rows.shape
-    newest, newest_spreads, _ = rows_given(
+    newest, newest_spreads, _ = posterior_rows(
         rows[height - 2 :].copy(), precisions[height - 2 :].copy(), second, gamma, first + height - 2
     )
     cameras, camera_spreads = np.empty((height, 4)), np.empty((height, 4, 4))
@@ -249,7 +249,7 @@ def _slid(
                 camera_spreads[frame, i, j] = (
                     spreads[frame + 2, i, j] if kept else newest_spreads[frame - height + 2, i, j]
                 )
-    shape, covariances = points_given(rows, precisions, cameras, camera_spreads)
+    shape, covariances = posterior_points(rows, precisions, cameras, camera_spreads)
     seen = _information(covariances)
     fresh = moments(shape, covariances)
     averaged, weights, sums = np.empty_like(second), np.empty(count), np.empty(count)
@@ -261,7 +261,7 @@ def _slid(
         for i in range(4):
             for j in range(4):
                 averaged[n, i, j] = second[n, i, j] + weights[n] * (fresh[n, i, j] - second[n, i, j])
-    cameras, camera_spreads, logs = rows_given(rows, precisions, averaged, gamma, first)
+    cameras, camera_spreads, logs = posterior_rows(rows, precisions, averaged, gamma, first)
     energy = free_energy(rows, precisions, shape, covariances, cameras, camera_spreads, logs, gamma, first)
     return averaged, weights, sums, cameras, camera_spreads, energy
 

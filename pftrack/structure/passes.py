@@ -4,8 +4,8 @@ The model (Bando 2007, ch. 4 section 5.2): position d of point n is theta_d . (s
 variance sigma_dn^2, s_n ~ N(0, I), theta_d ~ N(e_d, I / gamma). The posterior is taken as a product of beliefs in each
 point, N(shat_n, Sig_n), and in each row of the motion, N(thhat_d, Vd^-1). Each is found given the moments of the other:
 
-- `points_given`: Sig_n^-1 = I + sum_d sigma^-2 (Vd^-1 + thhat thhat^T)_ss, in the form that inverts 3 x 3 only;
-- `rows_given`: Vd = gamma I + sum_n sigma^-2 G_n, G_n the second moment of (s_n; 1);
+- `posterior_points`: Sig_n^-1 = I + sum_d sigma^-2 (Vd^-1 + thhat thhat^T)_ss, in the form that inverts 3 x 3 only;
+- `posterior_rows`: Vd = gamma I + sum_n sigma^-2 G_n, G_n the second moment of (s_n; 1);
 - `free_energy`: the bound on the log evidence that both raise, corrected (docs/methods/heads.md).
 
 A precision of 0 says that a point was not seen: it adds nothing to any of the three.
@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from pftrack.numerics.compiled import compiled
 from pftrack.structure.positive import invert
 
-__all__ = ["free_energy", "moments", "points_given", "rows_given"]
+__all__ = ["free_energy", "moments", "posterior_points", "posterior_rows"]
 
 
 @compiled
-def points_given(
+def posterior_points(
     rows: NDArray[np.float64],
     precisions: NDArray[np.float64],
     motion: NDArray[np.float64],
@@ -73,7 +73,7 @@ def moments(means: NDArray[np.float64], covariances: NDArray[np.float64]) -> NDA
 
 
 @compiled
-def rows_given(
+def posterior_rows(
     rows: NDArray[np.float64],
     precisions: NDArray[np.float64],
     second: NDArray[np.float64],

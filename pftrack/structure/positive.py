@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.sums import inner_product
 
-__all__ = ["cholesky_solve", "factorise", "invert"]
+__all__ = ["cholesky_log_det", "cholesky_solve", "invert"]
 
 SMALLEST_PIVOT = 1e-14
 """What is left of a precision, relative to it, at least; beyond that it is rounding."""
@@ -19,7 +19,7 @@ SMALLEST = 1e-300
 
 
 @compiled
-def factorise(matrix: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+def cholesky_log_det(matrix: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
     """Return L (n, n) of L L^T = P, of which the lower half is read, and log det P."""
     size = matrix.shape[0]
     lower = np.zeros((size, size))
@@ -52,7 +52,7 @@ def cholesky_solve(lower: NDArray[np.float64], wanted: NDArray[np.float64]) -> N
 def invert(matrix: NDArray[np.float64], inverse: NDArray[np.float64]) -> float:
     """Write the inverse of a positive definite matrix (n, n), of which the lower half is read; return its log det."""
     size = matrix.shape[0]
-    lower, log_determinant = factorise(matrix)
+    lower, log_determinant = cholesky_log_det(matrix)
     # The inverse of the root, in place, and then its product with its transpose.
     for j in range(size):
         lower[j, j] = 1.0 / lower[j, j]

@@ -29,11 +29,19 @@ from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.sums import inner_product
-from pftrack.structure.cameras import SIZE, fitted, frontal, normal_of, settled, steadied, turn_between
-from pftrack.structure.positive import cholesky_solve, factorise, invert
-from pftrack.structure.tracks import FEWEST_POINTS, checked_view
+from pftrack.structure.cameras import (
+    SIZE,
+    fit_camera,
+    frontal,
+    normal_of,
+    residuals_and_slopes,
+    steady_camera,
+    turn_between,
+)
+from pftrack.structure.positive import cholesky_log_det, cholesky_solve, invert
+from pftrack.structure.tracks import FEWEST_POINTS, check_view
 
-__all__ = ["Recursive", "Settings", "begin", "step", "taken"]
+__all__ = ["Recursive", "Settings", "begin", "step", "take"]
 
 TURN_SD_RAD = 0.1
 """By default: 6 degrees from frame to frame."""
@@ -167,11 +175,11 @@ def step(state: Recursive, positions: NDArray[np.float64], variances: NDArray[np
     Raises:
         ValueError: The shapes differ, a variance is not above 0, or a position that was seen is not finite.
     """
-    return taken(state, *checked_view(positions, variances, len(state.shape)))
+    return take(state, *check_view(positions, variances, len(state.shape)))
 
 
-def taken(state: Recursive, rows: NDArray[np.float64], precisions: NDArray[np.float64]) -> Recursive:
-    """Take a frame as `tracks.checked_view` has it: rows (2, n) of positions and of precisions."""
+def take(state: Recursive, rows: NDArray[np.float64], precisions: NDArray[np.float64]) -> Recursive:
+    """Take a frame as `tracks.check_view` has it: rows (2, n) of positions and of precisions."""
     focal = float(state.settings.focal_px)
     camera = frontal(focal, state.shape, rows, precisions) if state.camera is None else state.camera
     start, held = state.shape, state.precision
@@ -184,7 +192,7 @@ def taken(state: Recursive, rows: NDArray[np.float64], precisions: NDArray[np.fl
     turn_precision = 1.0 / state.settings.turn_sd_rad**2
     reference = state.reference
     if reference is None:
-        reference = settled(focal, camera, state.shape, rows, precisions, camera, turn_precision, rounds)
+        reference = fit_camera(focal, camera, state.shape, rows, precisions, camera, turn_precision, rounds)
     shape, precision, camera, log_evidence = _improve(
         focal, start, held, camera, reference, rows, precisions, turn_precision, state.settings.rounds, rounds
     )
@@ -215,9 +223,9 @@ def _improve(
 
     Not compiled: it calls a dozen compiled functions a frame, each of which would be compiled into it once more.
     """
-    _, log_before = factorise(held)
+    _, log_before = cholesky_log_det(held)
     shape = start
-    camera = settled(focal, before, shape, rows, precisions, before, turn_precision, camera_rounds)
+    camera = fit_camera(focal, before, shape, rows, precisions, before, turn_precision, camera_rounds)
     precision, gradient, cost, log_camera = _combine(
         focal, camera, before, reference, shape, start, held, rows, precisions, turn_precision
     )
@@ -228,7 +236,7 @@ def _improve(
         better = False
         for _ in range(HALVINGS):
             tried = shape + change.reshape(start.shape)
-            seen_from = settled(focal, camera, tried, rows, precisions, before, turn_precision, camera_rounds)
+            seen_from = fit_camera(focal, camera, tried, rows, precisions, before, turn_precision, camera_rounds)
             fresh = _combine(focal, seen_from, before, reference, tried, start, held, rows, precisions, turn_precision)
             if fresh[2] <= cost:
                 shape, camera = tried, seen_from
@@ -238,14 +246,14 @@ def _improve(
             change *= 0.5
         if not better:
             break
-    _, log_after = factorise(precision)
+    _, log_after = cholesky_log_det(precision)
     return shape, precision, camera, -0.5 * (cost + log_after - log_before + log_camera)
 
 
 @compiled
 def _newton_step(precision: NDArray[np.float64], gradient: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
     """Return the change that Newton's method proposes, and by how much it promises to lower the cost."""
-    lower, _ = factorise(precision)
+    lower, _ = cholesky_log_det(precision)
     change = cholesky_solve(lower, gradient)
     return change, inner_product(change, gradient)
 
@@ -265,9 +273,9 @@ def _combine(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float]:
     """Return precision and gradient of the shape with the camera integrated out, the cost, and log det B."""
     size = 3 * shape.shape[0]
-    residuals, _, _ = fitted(focal, camera, shape, rows)
-    steady = steadied(focal, camera, reference, shape, rows, precisions)
-    _, by_point, by_camera = fitted(focal, steady, shape, rows)
+    residuals, _, _ = residuals_and_slopes(focal, camera, shape, rows)
+    steady = steady_camera(focal, camera, reference, shape, rows, precisions)
+    _, by_point, by_camera = residuals_and_slopes(focal, steady, shape, rows)
     normal, wanted, cost = normal_of(residuals, by_camera, precisions, turn_between(camera, before), turn_precision)
     precision, gradient, coupling = held.copy(), np.zeros(size), np.zeros((size, SIZE))
     away = (start - shape).reshape(size)
@@ -283,7 +291,7 @@ def _combine(
                     precision[place, 3 * n + j] += slope * by_point[d, n, j]
                 for k in range(SIZE):
                     coupling[place, k] += slope * by_camera[d, n, k]
-    lower, log_camera = factorise(normal)
+    lower, log_camera = cholesky_log_det(normal)
     _pay(precision, gradient, coupling, wanted, lower)
     return precision, gradient, cost, log_camera
 
@@ -338,5 +346,5 @@ def _forgotten(
             keep, back = np.sqrt(kept[p // 3] * kept[q // 3]), np.sqrt((1.0 - kept[p // 3]) * (1.0 - kept[q // 3]))
             held[p, q] = keep * known[p, q] + back * prior_precision[p, q]
             pull[p] += back * prior_precision[p, q] * (prior_shape[q // 3, q % 3] - shape[q // 3, q % 3])
-    lower, _ = factorise(held)
+    lower, _ = cholesky_log_det(held)
     return shape + cholesky_solve(lower, pull).reshape(count, 3), held

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FEWEST_POINTS", "FEWEST_VIEWS", "Tracks", "checked_view"]
+__all__ = ["FEWEST_POINTS", "FEWEST_VIEWS", "Tracks", "check_view"]
 
 FEWEST_POINTS = 4
 """Fewer always lie in one plane, and any camera fits them."""
@@ -68,7 +68,7 @@ def rows_of(frames: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.ascontiguousarray(frames.transpose(0, 2, 1).reshape(-1, frames.shape[1]))
 
 
-def checked_view(
+def check_view(
     positions: NDArray[np.float64], variances: NDArray[np.float64], count: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return one frame as rows (2, n) of positions, 0 where not seen, and of precisions.

@@ -16,14 +16,24 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.numerics.matrices import product, solved
+from pftrack.numerics.matrices import product, solve_system
 from pftrack.numerics.random import Generator
 from pftrack.numerics.singular import singular_values
 from pftrack.structure.factorization import Camera, metric_transform
-from pftrack.structure.passes import free_energy, moments, points_given, rows_given
+from pftrack.structure.passes import free_energy, moments, posterior_points, posterior_rows
 from pftrack.structure.tracks import Tracks
 
-__all__ = ["GAMMA", "Initial", "Variational", "fit", "initial_motion", "iterate", "mapped", "metric", "strengths_of"]
+__all__ = [
+    "GAMMA",
+    "Initial",
+    "Variational",
+    "fit",
+    "initial_motion",
+    "iterate",
+    "metric",
+    "strengths_of",
+    "transform_covariances",
+]
 
 Initial: TypeAlias = Literal["svd", "zero", "random"]
 
@@ -97,8 +107,8 @@ def iterate(
     """Return the posterior after passes from a given motion; arguments as in `passes`."""
     energies = np.empty(iterations)
     for iteration in range(iterations):
-        shape, spread = points_given(rows, precisions, motion, covariances)
-        motion, covariances, logs = rows_given(rows, precisions, moments(shape, spread), gamma, first)
+        shape, spread = posterior_points(rows, precisions, motion, covariances)
+        motion, covariances, logs = posterior_rows(rows, precisions, moments(shape, spread), gamma, first)
         energies[iteration] = free_energy(rows, precisions, shape, spread, motion, covariances, logs, gamma, first)
     return Variational(shape, spread, motion, covariances, energies, strengths_of(precisions, shape, motion))
 
@@ -147,17 +157,17 @@ def metric(
     """
     transform = np.eye(4)
     transform[:3, :3] = metric_transform(found.motion[:, :3], found.shape, camera, depth_sign)
-    inverse = solved(transform, np.eye(4))[:3, :3].copy()
+    inverse = solve_system(transform, np.eye(4))[:3, :3].copy()
     return replace(
         found,
         shape=product(found.shape, inverse.T),
-        shape_covariances=mapped(found.shape_covariances, inverse),
+        shape_covariances=transform_covariances(found.shape_covariances, inverse),
         motion=product(found.motion, transform),
-        motion_covariances=mapped(found.motion_covariances, transform.T),
+        motion_covariances=transform_covariances(found.motion_covariances, transform.T),
     )
 
 
-def mapped(covariances: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+def transform_covariances(covariances: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return A P A^T of covariances (n, d, d)."""
     return np.array([product(product(matrix, one), matrix.T) for one in covariances])
 

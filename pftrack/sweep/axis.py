@@ -20,13 +20,13 @@ from pftrack.model.parameters import (
     Declaration,
     ParameterError,
     Value,
-    allowed,
     declarations,
+    describe_allowed,
     parse,
 )
 from pftrack.sweep.errors import SweepError
 
-__all__ = ["MOST_RUNS", "TRACKER", "Axis", "check", "declared", "parse_axis"]
+__all__ = ["MOST_RUNS", "TRACKER", "Axis", "check", "find_declaration", "parse_axis"]
 
 MOST_RUNS = 2_000_000
 """The largest sweep; an axis alone cannot have more values than that."""
@@ -63,11 +63,11 @@ def parse_axis(experiment: Experiment, text: str) -> Axis:
     name, given = name.strip(), given.strip()
     if not (separator and name):
         raise SweepError(f"an axis is {FORMS}, got {text!r}")
-    declaration = None if name == TRACKER else declared(experiment, name)
+    declaration = None if name == TRACKER else find_declaration(experiment, name)
     if not given:
         raise SweepError(f"the axis {name} is empty; an axis is {FORMS}")
     if ":" in given and declaration is not None and declaration.kind in {"integer", "number"}:
-        return check(experiment, Axis(name, _stepped(declaration, given)))
+        return check(experiment, Axis(name, _range_values(declaration, given)))
     parts = [part.strip() for part in given.split(",")]
     if not all(parts):
         raise SweepError(f"the axis {name} has an empty value: {_short(given)}")
@@ -95,7 +95,7 @@ def check(experiment: Experiment, axis: Axis) -> Axis:
     if axis.name == TRACKER:
         values: Sequence[Value] = [_tracker(experiment, value) for value in axis.values]
     else:
-        declaration = declared(experiment, axis.name)
+        declaration = find_declaration(experiment, axis.name)
         if declaration.kind == "file":
             raise SweepError(f"{axis.name} is a file, which all runs of a sweep have alike, and no axis")
         values = [value_of(declaration, value) for value in axis.values]
@@ -107,7 +107,7 @@ def check(experiment: Experiment, axis: Axis) -> Axis:
     return Axis(axis.name, tuple(values))
 
 
-def declared(experiment: Experiment, name: str) -> Declaration:
+def find_declaration(experiment: Experiment, name: str) -> Declaration:
     """Return the declaration of a parameter of an experiment's simulated scene or trackers.
 
     Raises:
@@ -143,10 +143,10 @@ def value_of(declaration: Declaration, value: object) -> Value:
             inside = low <= value <= (inf if declaration.maximum is None else declaration.maximum)
             if inside and (kind == "number" or float(value).is_integer()):
                 return float(value) if kind == "number" else int(value)
-    raise SweepError(f"{declaration.name} must be {allowed(declaration)}, got {_short(value)}")
+    raise SweepError(f"{declaration.name} must be {describe_allowed(declaration)}, got {_short(value)}")
 
 
-def _stepped(declaration: Declaration, text: str) -> tuple[Value, ...]:
+def _range_values(declaration: Declaration, text: str) -> tuple[Value, ...]:
     """Return the values of start:stop:step; the count is checked before they are made."""
     name, parts = declaration.name, text.split(":")
     if len(parts) != 3:

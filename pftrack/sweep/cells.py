@@ -22,7 +22,7 @@ __all__ = [
     "Code",
     "Significance",
     "cells",
-    "coded",
+    "code_significance",
     "significance",
 ]
 
@@ -118,10 +118,10 @@ def significance(
     """
     tested = chi_square if test == "chi-square" else fisher_exact
     p_values = tested(first.successes, first.judged, second.successes, second.judged)
-    return coded(p_values, first.rate - second.rate, level=level, correction=correction)
+    return code_significance(p_values, first.rate - second.rate, level=level, correction=correction)
 
 
-def coded(
+def code_significance(
     p_values: NDArray[np.float64], effect: NDArray[np.float64], *, level: float = 0.01, correction: Correction = "none"
 ) -> Significance:
     """Say in which cells one tracker is better, of what a test came to.

@@ -111,7 +111,7 @@ class ClusterWorkers:
             except Exception:  # noqa: BLE001 - it was there, and its worker was lost before it came here
                 return Done(number, lost="lost before its result arrived")
         if future.status != "error":
-            raise self._gone()
+            raise self._lost_error()
         error = future.exception(timeout=CONNECT_S)
         if isinstance(error, KilledWorker):
             raise SweepError(
@@ -126,11 +126,11 @@ class ClusterWorkers:
             return
         self._checked_at = now
         if self._client.status != "running":
-            raise self._gone()
+            raise self._lost_error()
         try:
             self._threads = sum(self._client.nthreads().values())
         except Exception:  # noqa: BLE001 - the connection can break in many ways
-            raise self._gone() from None
+            raise self._lost_error() from None
         if self._threads:
             self._seen_at = now
         elif now - self._seen_at > WORKERLESS_S:
@@ -152,7 +152,7 @@ class ClusterWorkers:
             raise SweepError(f"the workers at {self._address} have pftrack {there}, here it is {__version__}")
         self._threads = sum(self._client.nthreads().values())
 
-    def _gone(self) -> SweepError:
+    def _lost_error(self) -> SweepError:
         return SweepError(f"the cluster at {self._address} went away; what was computed is kept")
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.numerics.statistics import paired_mean_interval, paired_rate_interval, rank_sum
-from pftrack.sweep.cells import CONFIDENCE, CellMap, Correction, Significance, Test, coded, significance
+from pftrack.sweep.cells import CONFIDENCE, CellMap, Correction, Significance, Test, code_significance, significance
 from pftrack.sweep.errors import SweepError
 from pftrack.sweep.quantities import Quantity, Samples
 
@@ -73,7 +73,7 @@ class Comparison:
             level: Of significance.
             correction: "holm" for the whole map at the level, "none" for every cell by itself.
         """
-        return coded(self.p_values, self.effect, level=level, correction=correction)
+        return code_significance(self.p_values, self.effect, level=level, correction=correction)
 
 
 def compare(

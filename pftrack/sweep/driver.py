@@ -17,7 +17,7 @@ from pftrack.sweep.journal import Journal, begin, resume
 from pftrack.sweep.plan import Plan
 from pftrack.sweep.pool import LocalWorkers
 from pftrack.sweep.result import Result, read_result
-from pftrack.sweep.work import as_text, computed, measure
+from pftrack.sweep.work import as_text, compute_chunk, measure
 from pftrack.sweep.workers import Workers
 
 __all__ = ["Estimate", "Progress", "carry_out", "estimate"]
@@ -105,7 +105,7 @@ def carry_out(
         OSError: A file cannot be written; what was computed is kept.
     """
     journal = resume(out) if plan is None else begin(plan, out)
-    with journal.claimed():
+    with journal.claim():
         journal.check_version()
         if not journal.finished:
             try:
@@ -148,7 +148,7 @@ class _Drive:
     def finish(self) -> None:
         """Compute what is missing and put the result together."""
         chunks = self._journal.chunks() or self._cut()
-        kept = self._journal.kept(chunks)
+        kept = self._journal.complete_chunks(chunks)
         self._done = sum(chunks[number].runs for number in kept)
         waiting = deque(int(number) for number in chunks.spread() if int(number) not in kept)
         running: set[int] = set()
@@ -157,7 +157,7 @@ class _Drive:
         while waiting or running:
             while waiting and self._workers.free() > 0:
                 number = waiting.popleft()
-                self._workers.start(number, computed, self._text, chunks.conditions, chunks.trials, number)
+                self._workers.start(number, compute_chunk, self._text, chunks.conditions, chunks.trials, number)
                 running.add(number)
             self._collect(chunks, waiting, running, POLL_S)
             if self._stop():

@@ -54,7 +54,7 @@ class Journal:
         return self.out.exists()
 
     @contextmanager
-    def claimed(self) -> Iterator[None]:
+    def claim(self) -> Iterator[None]:
         """Hold the sweep while computing it, so that nobody else does; the claim ends with the process.
 
         Raises:
@@ -107,7 +107,7 @@ class Journal:
         """Keep a finished chunk: the bytes of its Parquet file."""
         write_whole(self.folder / f"{chunk.number:06d}.parquet", data)
 
-    def kept(self, chunks: Chunks) -> set[int]:
+    def complete_chunks(self, chunks: Chunks) -> set[int]:
         """Return the numbers of the chunks that are there; one that is damaged is not.
 
         Raises:

@@ -19,7 +19,7 @@ from pftrack.model.parameters import ParameterError, Value, revise
 from pftrack.model.recipe import Recipe
 from pftrack.numerics.random import LARGEST_SEED
 from pftrack.runs.run import LONGEST_RUN, Change, Run
-from pftrack.sweep.axis import MOST_RUNS, TRACKER, Axis, check, declared, value_of
+from pftrack.sweep.axis import MOST_RUNS, TRACKER, Axis, check, find_declaration, value_of
 from pftrack.sweep.errors import SweepError
 
 __all__ = ["Plan", "Single"]
@@ -253,7 +253,7 @@ def _values(experiment: Experiment, given: Mapping[str, Value], axes: tuple[Axis
             raise SweepError("tracker is no fixed value of a sweep; name the trackers as such")
         if name in varied:
             raise SweepError(f"{name} is an axis of the sweep and cannot have a fixed value ({value}) as well")
-        values[name] = value_of(declared(experiment, name), value)
+        values[name] = value_of(find_declaration(experiment, name), value)
     return values
 
 

@@ -64,7 +64,7 @@ def schema(plan: Plan) -> pa.Schema:
 
 def reductions(plan: Plan) -> list[Reduction]:
     """Return what is kept of the series that the plan's trackers and its experiment declare."""
-    return [reduction for series in plan.wiring.declared(*plan.trackers) for reduction in series.reductions]
+    return [reduction for series in plan.wiring.all_series(*plan.trackers) for reduction in series.reductions]
 
 
 def conform(table: pa.Table, columns: pa.Schema) -> pa.Table:

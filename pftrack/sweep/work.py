@@ -20,7 +20,7 @@ from pftrack.sweep.plan import Plan
 from pftrack.sweep.table import compute
 from pftrack.version import __version__
 
-__all__ = ["as_text", "computed", "measure", "one_thread", "version"]
+__all__ = ["as_text", "compute_chunk", "measure", "one_thread", "version"]
 
 MEASURED_S = 0.5
 """How long a plan is measured at most, beyond the first condition."""
@@ -36,7 +36,7 @@ def as_text(plan: Plan) -> str:
     return json.dumps(plan.as_dict(), sort_keys=True)
 
 
-def computed(text: str, conditions: int, trials: int, number: int) -> bytes:
+def compute_chunk(text: str, conditions: int, trials: int, number: int) -> bytes:
     """Carry out a chunk and return its Parquet file.
 
     Args:

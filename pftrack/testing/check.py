@@ -9,7 +9,17 @@ from pftrack.experiment import Experiment, Step
 from pftrack.model.drawing import Drawing
 from pftrack.runs.run import Change, Run
 
-__all__ = ["FRAMES", "Check", "CheckError", "Straight", "begun", "demand", "each_tracker", "named", "straight"]
+__all__ = [
+    "FRAMES",
+    "Check",
+    "CheckError",
+    "Straight",
+    "begin_run",
+    "demand",
+    "each_tracker",
+    "named_checks",
+    "straight",
+]
 
 FRAMES = 12
 """Length of the runs: as much as differs between frames has shown itself by then, and no check takes long."""
@@ -55,7 +65,7 @@ def demand(holds: object, sentence: str) -> None:
         raise CheckError(sentence)
 
 
-def named(experiment: Experiment, parts: Sequence[tuple[str, Callable[[Experiment], None]]]) -> Iterator[Check]:
+def named_checks(experiment: Experiment, parts: Sequence[tuple[str, Callable[[Experiment], None]]]) -> Iterator[Check]:
     """Yield checks of an experiment as a whole."""
     for name, function in parts:
         yield Check(name, partial(function, experiment))
@@ -70,7 +80,7 @@ def each_tracker(
             yield Check(f"{name} ({tracker})", partial(function, experiment, tracker))
 
 
-def begun(
+def begin_run(
     experiment: Experiment, tracker: str | None = None, *, seed: int = SEED, timeline: Iterable[Change] = ()
 ) -> Run:
     """Return a short run on the simulated scene, at its frame 0."""
@@ -107,7 +117,7 @@ def straight(experiment: Experiment, tracker: str, *, seed: int = SEED) -> Strai
     for known, key, found in _LATEST:
         if known is experiment and key == (tracker, seed):
             return found
-    run = begun(experiment, tracker, seed=seed)
+    run = begin_run(experiment, tracker, seed=seed)
     made = Straight(run, tuple(run))
     _LATEST.append((experiment, (tracker, seed), made))
     return made

@@ -13,7 +13,7 @@ from pftrack.runs.run import Change, Run
 from pftrack.sweep import Axis, Plan, SweepError
 from pftrack.sweep.quantities import COMMON
 from pftrack.sweep.table import FIXED
-from pftrack.testing.check import Check, CheckError, begun, demand, named
+from pftrack.testing.check import Check, CheckError, begin_run, demand, named_checks
 
 __all__ = ["checks"]
 
@@ -36,7 +36,7 @@ SHAPES: Mapping[str, tuple[SeriesShape, ...]] = {
 
 def checks(experiment: Experiment) -> Iterator[Check]:
     """Yield the checks of this module."""
-    yield from named(
+    yield from named_checks(
         experiment,
         [
             ("the registry finds it by its id", _is_registered),
@@ -139,7 +139,7 @@ def _declares_measures(experiment: Experiment) -> None:
         demand(measure.name not in COMMON, f"every sweep has {measure.name}: a measure must have another name")
         demand(measure.title, f"the measure {measure.name} must have a title")
         _demand_end(measure.description, ".", f"the description of the measure {measure.name}")
-    reductions = [reduction.name for series in experiment.declared() for reduction in series.reductions]
+    reductions = [reduction.name for series in experiment.all_series() for reduction in series.reductions]
     parameters = [declared.name for declared in declarations(type(experiment.simulate().parameters))]
     columns = [*FIXED, *parameters, *(measure.name for measure in experiment.run_measures), *reductions]
     _demand_unique(columns, "columns of a sweep (parameters, measures and reductions)")
@@ -160,7 +160,7 @@ def _presets_run(experiment: Experiment) -> None:
             demand(name in known, f"the preset {preset.name} is about {name!r}, which is no parameter")
         timeline = (Change(0, preset.parameters),) if preset.parameters else ()
         try:
-            run = begun(experiment, preset.tracker, seed=preset.seed, timeline=timeline)
+            run = begin_run(experiment, preset.tracker, seed=preset.seed, timeline=timeline)
             run.seek(2)
         except ParameterError as error:
             raise CheckError(f"the preset {preset.name} does not fit the experiment: {error}") from None
@@ -187,7 +187,7 @@ def _example_sweep_is_a_plan(experiment: Experiment) -> None:
 def _declares_plots(experiment: Experiment) -> None:
     _demand_unique((plot.id for plot in experiment.plots), "plots")
     demand(experiment.readings, "an experiment needs a reading at least: a line of figures for each frame")
-    declared = {series.name: series for series in experiment.declared()}
+    declared = {series.name: series for series in experiment.all_series()}
     for plot in experiment.plots:
         demand(plot.title, f"the plot {plot.id} must have a title")
         _demand_end(plot.description, ".", f"the description of the plot {plot.id}")

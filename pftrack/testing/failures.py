@@ -27,8 +27,8 @@ def _fails_and_is_cured(shown: Entry) -> None:
     frame = shown.failure.frame
     demand(failure.finding.shown, f"{name} must fail as its symptom says, got: {failure.finding.words}")
     demand(frame + 1 < len(failure.rows), f"{name} must stand before its last frame, got {frame}")
-    demand(not failure.rows[frame].gone, f"{name} must stand at a frame in which the target is held, got {frame}")
-    demand(failure.rows[frame + 1].gone, f"{name} must stand at the frame before the loss, got {frame}")
+    demand(not failure.rows[frame].is_lost, f"{name} must stand at a frame in which the target is held, got {frame}")
+    demand(failure.rows[frame + 1].is_lost, f"{name} must stand at the frame before the loss, got {frame}")
     demand(_lost_at_end(failure) == AT_END, f"{name} must end with {AT_END} lost frames")
     demand(not cured.finding.shown, f"the cure of {name} must cure, got: {cured.finding.words}")
     demand(_lost_at_end(cured) == 0, f"the cure of {name} must hold the target in the last {AT_END} frames")
@@ -36,4 +36,4 @@ def _fails_and_is_cured(shown: Entry) -> None:
 
 
 def _lost_at_end(done: FailureRun) -> int:
-    return sum(row.gone for row in done.rows[-AT_END:])
+    return sum(row.is_lost for row in done.rows[-AT_END:])

@@ -9,7 +9,7 @@ from pftrack.model.drawing import Drawing
 from pftrack.model.marks import Editor, Mark
 from pftrack.model.parameters import ParameterError
 from pftrack.rendering import render
-from pftrack.testing.check import Check, CheckError, demand, named
+from pftrack.testing.check import Check, CheckError, demand, named_checks
 
 __all__ = ["at_first", "checks"]
 
@@ -19,7 +19,7 @@ SIZE = (320, 240)
 
 def checks(experiment: Experiment) -> Iterator[Check]:
     """Yield the checks of this module."""
-    yield from named(
+    yield from named_checks(
         experiment,
         [
             ("its kinds of mark describe themselves", _kinds_describe_themselves),

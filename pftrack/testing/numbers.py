@@ -6,8 +6,8 @@ import numpy as np
 
 from pftrack.experiment import Experiment, Step
 from pftrack.model.series import check_value, columns
-from pftrack.runs.scoring import course_of
-from pftrack.testing.check import Check, CheckError, begun, demand, each_tracker, straight
+from pftrack.runs.scoring import evaluated_run
+from pftrack.testing.check import Check, CheckError, begin_run, demand, each_tracker, straight
 
 __all__ = ["checks"]
 
@@ -46,7 +46,7 @@ def _estimates_are_finite(experiment: Experiment, tracker: str) -> None:
 
 
 def _states_are_values(experiment: Experiment, tracker: str) -> None:
-    run = begun(experiment, tracker)
+    run = begin_run(experiment, tracker)
     first = run.current
     before = _copy(first)
     run.finish()
@@ -62,7 +62,7 @@ def _copy(step: Step) -> dict[str, np.ndarray]:
 
 
 def _series_are_declared(experiment: Experiment, tracker: str) -> None:
-    declared = {series.name: series for series in experiment.declared(tracker)}
+    declared = {series.name: series for series in experiment.all_series(tracker)}
     for step in straight(experiment, tracker).steps:
         frame = step.diagnostics.frame
         # A run leaves out what cannot be used, so they are asked directly.
@@ -81,7 +81,7 @@ def _series_are_declared(experiment: Experiment, tracker: str) -> None:
 
 def _measures_are_numbers(experiment: Experiment, tracker: str) -> None:
     run = straight(experiment, tracker).run
-    course = course_of(run.diagnostics, experiment.declared(), judged=experiment.judges_loss)
+    course = evaluated_run(run.diagnostics, experiment.all_series(), judged=experiment.judges_loss)
     for measure in experiment.run_measures:
         values = measure.frames(course)
         shape, kind = np.shape(values), np.asarray(values).dtype

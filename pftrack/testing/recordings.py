@@ -28,7 +28,7 @@ from pftrack.runs.record import RecordError, load, save
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.tracks.table import write
-from pftrack.testing.check import FRAMES, SEED, Check, CheckError, begun, demand, named
+from pftrack.testing.check import FRAMES, SEED, Check, CheckError, begin_run, demand, named_checks
 from pftrack.testing.marks import at_first
 from pftrack.testing.repeatability import demand_equal
 
@@ -40,7 +40,7 @@ LATER = FRAMES // 3
 
 def checks(experiment: Experiment) -> Iterator[Check]:
     """Yield the checks of this module."""
-    yield from named(
+    yield from named_checks(
         experiment,
         [
             ("a film of its scene is tracked from a mark", _a_film_is_tracked),
@@ -52,7 +52,7 @@ def checks(experiment: Experiment) -> Iterator[Check]:
 @contextmanager
 def _film(experiment: Experiment) -> Iterator[tuple[FrameSequence, list[Target | None]]]:
     """Write the simulated scene to a file, and give its pictures as a decoder has them, and where the target is."""
-    run = begun(experiment)
+    run = begin_run(experiment)
     targets: list[Target | None] = []
     with tempfile.TemporaryDirectory() as folder:
         if set(experiment.footage) & set(PICTURES):

@@ -15,7 +15,17 @@ from pftrack.runs import batch
 from pftrack.runs.record import RecordError, load, save
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import reductions
-from pftrack.testing.check import FRAMES, SEED, Check, CheckError, begun, demand, each_tracker, named, straight
+from pftrack.testing.check import (
+    FRAMES,
+    SEED,
+    Check,
+    CheckError,
+    begin_run,
+    demand,
+    each_tracker,
+    named_checks,
+    straight,
+)
 from pftrack.testing.other_process import hashes_elsewhere
 
 __all__ = ["checks"]
@@ -26,7 +36,7 @@ TO_AND_FRO = (MIDDLE, 1, FRAMES - 2, MIDDLE - 1, FRAMES - 1)
 
 def checks(experiment: Experiment) -> Iterator[Check]:
     """Yield the checks of this module."""
-    yield from named(
+    yield from named_checks(
         experiment,
         [
             ("frames are the same when asked for again", _frames_are_the_same),
@@ -73,7 +83,7 @@ def _look_alike(one: Frame, other: Frame) -> bool:
 
 
 def _seeking_agrees(experiment: Experiment, tracker: str) -> None:
-    reference, wandering = straight(experiment, tracker).run, begun(experiment, tracker)
+    reference, wandering = straight(experiment, tracker).run, begin_run(experiment, tracker)
     for frame in TO_AND_FRO:
         wandering.seek(frame)
     demand_equal(reference, wandering, "a run that seeks to and fro")
@@ -96,7 +106,7 @@ def _a_branch_agrees(experiment: Experiment, tracker: str) -> None:
     past = [row.estimate for row in trunk.diagnostics[: MIDDLE + 1]]
     demand(shared == past, "a branch that changes a parameter must share the past, and its past differs")
     demand(trunk.estimates_sha256 == before, "computing a branch changed the run that it left")
-    replayed = begun(experiment, tracker, timeline=changed.timeline.changes)
+    replayed = begin_run(experiment, tracker, timeline=changed.timeline.changes)
     replayed.finish()
     demand_equal(changed, replayed, "a run with the branch's timeline")
 
@@ -120,12 +130,12 @@ def _a_saved_run_agrees(experiment: Experiment, tracker: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
         run = straight(experiment, tracker).run
         save(run, Path(folder, "run.pft"), states=True)
-        again = _loaded(Path(folder, "run.pft"))
+        again = _load(Path(folder, "run.pft"))
     again.finish()
     demand_equal(run, again, "the run from its file")
 
 
-def _loaded(path: Path) -> Run:
+def _load(path: Path) -> Run:
     try:
         return load(path)
     except RecordError as error:
@@ -150,7 +160,7 @@ def _a_batch_agrees(experiment: Experiment) -> None:
     rows = batch.outcomes(experiment, experiment.simulate(), values={}, trackers=trackers, seeds=seeds, frames=FRAMES)
     for seed, row in zip(seeds, rows, strict=True):
         for tracker, outcome in zip(trackers, row, strict=True):
-            live = straight(experiment, tracker).run if seed == SEED else begun(experiment, tracker, seed=seed)
+            live = straight(experiment, tracker).run if seed == SEED else begin_run(experiment, tracker, seed=seed)
             live.finish()
             where = f"than a live run with the tracker {tracker}, seed {seed}"
             same = outcome.estimates_sha256 == live.estimates_sha256
@@ -158,7 +168,7 @@ def _a_batch_agrees(experiment: Experiment) -> None:
             summary = live.summary()
             names = ("success", "mean_error", "lost_frames", "first_lost_frame", "labelled_frames")
             of_batch = {**{name: getattr(outcome, name) for name in names}, **outcome.measures, **outcome.reductions}
-            kept = reductions(experiment.declared(tracker), live.diagnostics[1:])
+            kept = reductions(experiment.all_series(tracker), live.diagnostics[1:])
             of_live = {**{name: getattr(summary.verdict, name) for name in names}, **summary.measures, **kept}
             for name in of_batch | of_live:
                 pair = of_batch.get(name), of_live.get(name)
@@ -169,7 +179,7 @@ def _trackers_take_over(experiment: Experiment) -> None:
     """Let each tracker follow each other one, and see that the run comes again from its timeline."""
     names = list(experiment.trackers)
     for shift in range(1, len(names)):
-        run = begun(experiment, names[0])
+        run = begin_run(experiment, names[0])
         order = islice(cycle([*names[shift:], *names[:shift]]), FRAMES // 2 - 1)
         for place, tracker in enumerate(order, 1):
             run.seek(2 * place - 1)
@@ -178,7 +188,7 @@ def _trackers_take_over(experiment: Experiment) -> None:
         for row in run.diagnostics:
             finite = np.isfinite(row.estimate).all()
             demand(finite, f"the estimate of frame {row.frame} is {row.estimate} after the tracker changed")
-        again = begun(experiment, names[0], timeline=run.timeline.changes)
+        again = begin_run(experiment, names[0], timeline=run.timeline.changes)
         again.finish()
         demand_equal(run, again, "a run with the same changes of tracker")
 

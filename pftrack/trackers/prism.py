@@ -42,7 +42,7 @@ def start(method: Method, target: Target, frame: Frame, parameters: TrackedPrism
         raise ValueError("a prism is tracked by its vertices, got a target without any")
     solid = _solid(landmarks.model_mm, parameters)
     belief = pose.begin(solid, landmarks.points_px, parameters, method, rng)
-    return PoseState(solid, belief, belief.pose, _recognised(_measure(frame)))
+    return PoseState(solid, belief, belief.pose, _recognised_points(_measure(frame)))
 
 
 def step(method: Method, state: PoseState, frame: Frame, parameters: TrackedPrismParameters, rng: Stream) -> PoseState:
@@ -56,9 +56,9 @@ def step(method: Method, state: PoseState, frame: Frame, parameters: TrackedPris
         method,
         rng,
     )
-    switched = pose.switched(state.belief, belief)
+    switched = pose.has_switched(state.belief, belief)
     angles, calibration = pose_and_band(state.calibration, state.solid, belief, parameters)
-    return PoseState(state.solid, belief, angles, _recognised(measured), switched, calibration=calibration)
+    return PoseState(state.solid, belief, angles, _recognised_points(measured), switched, calibration=calibration)
 
 
 def _solid(points_mm: np.ndarray[tuple[int, ...], np.dtype[np.float64]], parameters: TrackedPrismParameters) -> Solid:
@@ -74,7 +74,7 @@ def _measure(frame: Frame) -> Measurements:
     return frame.measurements
 
 
-def _recognised(measured: Measurements) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+def _recognised_points(measured: Measurements) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
     seen: np.ndarray[tuple[int, ...], np.dtype[np.bool_]] = np.less(measured.sd_px, SEEN_FACTOR * measured.sd_px.min())
     return seen
 

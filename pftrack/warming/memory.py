@@ -85,7 +85,7 @@ def _everything() -> str:
     All of the source, since a process that has imported more than another must come to the same.
     """
     digest = hashlib.sha256(str(sys.implementation.cache_tag).encode())
-    on = machine.computed_on()
+    on = machine.describe_platform()
     for name in ("target", "numba", "llvmlite", "numpy"):
         digest.update(f"{name} {on[name]}\n".encode())
     digest.update(source_hash())

@@ -28,7 +28,7 @@ class Schedule:
         """Whether anything is waiting."""
         return bool(self._new) or any(self._waiting.values())
 
-    def begun(self, name: str, count: int) -> None:
+    def on_begin(self, name: str, count: int) -> None:
         """Take up how many cases there are of an experiment whose first is running; after `clear` none are taken up."""
         if not self._cleared:
             self._waiting[name] = deque(range(1, count))

@@ -130,7 +130,7 @@ class Warming:
         with self._lock:
             if "begun" in news:
                 self._total = news["total"]
-                self._schedule.begun(news["begun"], news["cases"])
+                self._schedule.on_begin(news["begun"], news["cases"])
                 self._hand_out(news["begun"])
             else:
                 self._seconds[news["function"]] = self._seconds.get(news["function"], 0.0) + news["seconds"]

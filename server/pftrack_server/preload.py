@@ -23,7 +23,7 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.rendering import png, render
 from pftrack.warming import cache_folder, loading_cases, ready, remember
 from pftrack.warming.coverage import cases, run_case
-from pftrack.warming.watch import loaded
+from pftrack.warming.watch import loaded_functions
 
 __all__ = ["PRELOADED"]
 
@@ -65,9 +65,9 @@ def _load(name: str) -> None:
     found: set[int] = set()
     for number, case in enumerate(cases(EXPERIMENTS[name])):
         if number == 0 or remembered is None or number in remembered:
-            before = loaded()
+            before = loaded_functions()
             drawing = run_case(EXPERIMENTS[name], *case)
-            if loaded() - before:
+            if loaded_functions() - before:
                 found.add(number)
     if remembered is None:
         remember(name, found)

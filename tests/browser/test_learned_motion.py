@@ -30,7 +30,7 @@ def test_a_learned_motion_is_taken_away_and_brought_in(
     text = place.read_text()
     guidance = find("ball").guidance
     assert guidance is not None
-    assert guidance.learned(text).tracks == 1
+    assert guidance.parse(text).tracks == 1
 
     picker = unchosen.locator("[data-file=learned]")
     foreign = text.replace('"ball"', '"fish"').encode()

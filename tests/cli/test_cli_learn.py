@@ -81,7 +81,7 @@ def test_a_branch_keeps_the_file(learned: Path) -> None:
     other = run.branch(5, {"learned": ""})
     other.finish()
     assert other.estimates_sha256 != run.estimates_sha256
-    assert guidance.learned(other.parameters_at(11).learned).tracks == 10
+    assert guidance.parse(other.parameters_at(11).learned).tracks == 10
 
 
 def test_the_open_run_offers_what_it_teaches(saved: Path, learned: Path, call: Call) -> None:

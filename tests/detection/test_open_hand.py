@@ -6,11 +6,11 @@ import cv2
 import numpy as np
 import pytest
 
-from pftrack.detection.hand_fit import FlatHand, disagreement, fitted, placed
-from pftrack.detection.open_hand import NoOpenHandError, OpenHand, opened
+from pftrack.detection.hand_fit import FlatHand, apply_changes, disagreement, fit_hand
+from pftrack.detection.open_hand import NoOpenHandError, OpenHand, find_open_hand
 from pftrack.detection.protrusions import HandFeatures, features_of
 from pftrack.detection.raised_fingers import propose
-from pftrack.detection.silhouette import Finding, SilhouetteParameters, suggested
+from pftrack.detection.silhouette import Finding, SilhouetteParameters, suggest_parameters
 from pftrack.geometry.hand_model import MODEL, joints, open_pose, silhouette
 from pftrack.model.parameters import revise
 from pftrack.model.source import History
@@ -61,7 +61,7 @@ def test_open_hands_are_begun_by_themselves() -> None:
     found = []
     for number, values in enumerate(CASES):
         features, target = seen(0, 500 + number, **values)
-        hand = opened(features)
+        hand = find_open_hand(features)
         assert hand.shape.side == target.shape.side
         assert ("a left palm" in " ".join(hand.remarks)) == (target.shape.side < 0)
         assert ("from above" in " ".join(hand.remarks)) == (abs(values["turn_deg"]) > 120)  # type: ignore[operator, arg-type]
@@ -87,7 +87,7 @@ def test_the_first_pose_on_a_hundred_hands() -> None:
         }
         features, target = seen(0, 2000 + number, **values)
         try:
-            hand = opened(features)
+            hand = find_open_hand(features)
         except NoOpenHandError:
             continue
         assert hand.shape.side == target.shape.side
@@ -99,7 +99,7 @@ def test_the_first_pose_on_a_hundred_hands() -> None:
 def test_the_persons_fingers_are_measured() -> None:
     """Lengths within 8 % of this hand's, widths within 12 %."""
     features, target = seen(0, 3, proportions=0.1)
-    hand = opened(features)
+    hand = find_open_hand(features)
     lengths = hand.scale * hand.shape.phalanges.sum(axis=1) / (target.scale * target.shape.phalanges.sum(axis=1))
     widths = hand.scale * hand.shape.radii.mean(axis=1) / (target.scale * target.shape.radii.mean(axis=1))
     assert lengths == pytest.approx(1.0, abs=0.08)
@@ -123,7 +123,7 @@ def test_what_cannot_be_begun_is_said_in_words(index: int, values: dict[str, obj
     """A fist, a hand from its side, folded fingers, nothing, a flash, and a hand of a few pixels."""
     features, _ = seen(index, 3, **values)
     with pytest.raises(NoOpenHandError, match=reason):
-        opened(features)
+        find_open_hand(features)
 
 
 def test_two_hands_and_a_hand_beyond_the_border_are_refused() -> None:
@@ -132,14 +132,14 @@ def test_two_hands_and_a_hand_beyond_the_border_are_refused() -> None:
     for both, finding in ((np.hstack([mask, mask]), Finding.SEVERAL), (np.roll(mask, -60, 0) | mask, Finding.CUT)):
         image = np.repeat(both[..., None].astype(np.uint8) * 255, 3, axis=2)
         with pytest.raises(NoOpenHandError, match=finding.value):
-            opened(features_of(image, SETTINGS))
+            find_open_hand(features_of(image, SETTINGS))
 
 
 def test_a_hand_in_a_huge_picture_is_begun_in_its_pixels() -> None:
     """4,000 x 4,000 px: pose and size are those of the large picture."""
     mask = silhouette(open_pose((1000, 1370)), 520.0, MODEL, (2000, 2000))
     image = np.repeat(np.repeat(mask, 2, axis=0), 2, axis=1)[..., None].astype(np.uint8) * np.uint8(200)
-    hand = opened(features_of(read_only(np.repeat(image, 3, axis=2)), SETTINGS))
+    hand = find_open_hand(features_of(read_only(np.repeat(image, 3, axis=2)), SETTINGS))
     assert hand.scale == pytest.approx(1040, rel=0.03)
     assert hand.pose[:2] == pytest.approx([2000.5, 2740.5], abs=50)
     assert hand.misfit < 0.08
@@ -148,7 +148,7 @@ def test_a_hand_in_a_huge_picture_is_begun_in_its_pixels() -> None:
 def test_marks_give_what_is_seen_its_names() -> None:
     """With all tips marked an open hand is the one that is found without."""
     features, target = seen(0, 6)
-    alone, marked = opened(features), opened(features, target.tips)
+    alone, marked = find_open_hand(features), find_open_hand(features, target.tips)
     assert errors(marked, target)[0] < 0.05
     assert marked.scale == pytest.approx(alone.scale, rel=0.06)
     assert marked.shape.side == alone.shape.side == 1.0
@@ -158,8 +158,8 @@ def test_folded_fingers_may_be_marked() -> None:
     """With two fingers folded, marks begin what cannot be begun by itself."""
     features, target = seen(10, 3, motion="occlusion", hand="left")
     with pytest.raises(NoOpenHandError):
-        opened(features)
-    hand = opened(features, target.tips)
+        find_open_hand(features)
+    hand = find_open_hand(features, target.tips)
     tips, wrist, size, turn = errors(hand, target)
     assert hand.shape.side == -1.0
     assert tips < 0.15
@@ -174,7 +174,7 @@ def test_marks_beside_the_fingers_are_refused() -> None:
     """At least two belong to fingers that are seen."""
     features, target = seen(0, 6)
     with pytest.raises(NoOpenHandError, match="marked tips"):
-        opened(features, target.tips + np.array([60.0, 50.0]))
+        find_open_hand(features, target.tips + np.array([60.0, 50.0]))
 
 
 def test_a_hand_is_moved_in_one_quantity_at_a_time() -> None:
@@ -183,7 +183,7 @@ def test_a_hand_is_moved_in_one_quantity_at_a_time() -> None:
     for quantity, change in ((2, 0.2), (3, 0.1), (4, 0.1)):
         changes = np.zeros(20)
         changes[quantity] = change
-        moved = placed(start, changes)
+        moved = apply_changes(start, changes)
         before, after = (joints(hand.pose, hand.scale, hand.shape)[..., :2] for hand in (start, moved))
         assert after[1:, 0].mean(axis=0) == pytest.approx(before[1:, 0].mean(axis=0))
         assert after[1:, 3] - after[1:, 0] == pytest.approx(before[1:, 3] - before[1:, 0])
@@ -195,7 +195,7 @@ def test_a_fit_finds_a_hand_that_is_known() -> None:
     mask = silhouette(known.pose, known.scale, known.shape, (200, 200))
     assert disagreement(mask, np.ones_like(mask), known.pose, known.scale, known.shape) == 0
     beside = known._replace(pose=known.pose + np.array([2.0, -2.0, 0.05] + 22 * [0.0]), scale=54.0)
-    hand, misfit, _ = fitted(mask, beside)
+    hand, misfit, _ = fit_hand(mask, beside)
     assert misfit < 0.05
     assert hand.scale == pytest.approx(52.0, rel=0.025)
     assert hand.pose[2] == pytest.approx(0.1, abs=0.02)
@@ -207,10 +207,10 @@ def test_a_persons_two_fingers_are_begun_by_marks() -> None:
     picture = cv2.imread(str(CLIP / "img" / "001.png"))
     assert picture is not None
     image = np.ascontiguousarray(picture[..., ::-1], np.uint8)
-    features = features_of(image, revise(SilhouetteParameters(), suggested(image)).silhouette)
+    features = features_of(image, revise(SilhouetteParameters(), suggest_parameters(image)).silhouette)
     with pytest.raises(NoOpenHandError, match="2 fingers are seen"):
-        opened(features)
-    hand = opened(features, np.array([[80.0, 125], [40, 60], [72, 42], [93, 121], [111, 125]]))
+        find_open_hand(features)
+    hand = find_open_hand(features, np.array([[80.0, 125], [40, 60], [72, 42], [93, 121], [111, 125]]))
     assert hand.shape.side == -1.0
     assert 80 < hand.scale < 105
     assert hand.misfit < 0.25

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.detection.silhouette import Finding, SilhouetteParameters, contacts, silhouette_of, suggested
+from pftrack.detection.silhouette import Finding, SilhouetteParameters, contacts, silhouette_of, suggest_parameters
 from pftrack.geometry.hand_model import MODEL, open_pose, silhouette
 from pftrack.model.parameters import revise
 from pftrack.numerics.compiled import read_only
@@ -118,11 +118,11 @@ def test_contacts_are_counted_around_the_border() -> None:
 def test_a_suggestion_tells_the_hand(ground: Any, colour: Any, tells_by: str) -> None:
     """Brightness where that is enough, with a level that leaves a hand its shadows."""
     image, mask = hand(ground=ground, colour=colour)
-    values = suggested(image)
+    values = suggest_parameters(image)
     assert values["tells_by"] == tells_by
     assert (found(image, **values).mask != mask).mean() < 0.005
     image[mask & (np.arange(200) < 90)] = (60, 60, 60) if tells_by == "light" else (150, 140, 130)
-    assert (found(image, **suggested(image)).mask != mask).mean() < 0.005
+    assert (found(image, **suggest_parameters(image)).mask != mask).mean() < 0.005
 
 
 def test_before_a_wall_of_many_colours_skin_is_suggested() -> None:
@@ -130,7 +130,7 @@ def test_before_a_wall_of_many_colours_skin_is_suggested() -> None:
     wall = np.linspace(40, 240, 200)[None, :, None] * np.array([0.8, 1.0, 1.0])
     _, mask = hand()
     image = np.where(mask[..., None], SKIN, np.broadcast_to(wall, (200, 200, 3))).astype(np.uint8)
-    values = suggested(image)
+    values = suggest_parameters(image)
     assert values["tells_by"] == "skin"
     assert (found(image, **values).mask != mask).mean() < 0.02
 
@@ -139,4 +139,4 @@ def test_a_plain_picture_gets_a_suggestion_as_well() -> None:
     """Without anything in it there is nothing to tell, and nothing breaks."""
     for level in (0, 128, 255):
         image = np.full((60, 80, 3), level, np.uint8)
-        assert not found(image, **suggested(image)).finding.ok
+        assert not found(image, **suggest_parameters(image)).finding.ok

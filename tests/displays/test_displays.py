@@ -63,7 +63,7 @@ def test_a_sparkline_has_a_point_for_each_error_and_a_band_for_each_loss(run: pf
     path = next(part for part in drawn if part.tag == "path")
     assert len(path.get("d").split()) == 60
     stretches = 0
-    for flags in ([row.hidden is True for row in run.diagnostics], [row.gone for row in run.diagnostics]):
+    for flags in ([row.hidden is True for row in run.diagnostics], [row.is_lost for row in run.diagnostics]):
         stretches += sum(flag and not before for before, flag in zip([False, *flags], flags, strict=False))
     assert len([part for part in drawn if part.tag == "rect"]) == stretches > 0
 

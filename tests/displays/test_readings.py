@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from pftrack.displays.readings import MISSING, quantity, readings_of, said
+from pftrack.displays.readings import MISSING, format_reading, quantity, readings_of
 from pftrack.experiments import EXPERIMENTS
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.plot import Reading, ReadingKind
@@ -52,18 +52,18 @@ ROW = Diagnostics(
 )
 def test_a_reading_is_a_number_with_its_unit(reading: Reading, words: str) -> None:
     """Each kind of reading says what the frame has, and a dash where it has nothing."""
-    assert said(EXPERIMENTS["ball"], reading, ROW) == words
+    assert format_reading(EXPERIMENTS["ball"], reading, ROW) == words
 
 
 def test_particles_and_samplers_are_found_by_their_role() -> None:
     """Their series are those that the trackers declare for it; one that is in use is said, one at rest is not."""
     experiment = EXPERIMENTS["ball"]
-    names = {series.role: series for series in experiment.declared() if series.role}
+    names = {series.role: series for series in experiment.all_series() if series.role}
     share = names["share"]
     counts = tuple(float(30 * (place == 1)) for place in range(len(share.components)))
     row = replace(ROW, series={names["particles"].name: 30.0, names["ess"].name: 12.4, share.name: counts})
-    assert said(experiment, Reading("particles", "particles"), row) == "30, ESS 12"
-    assert said(experiment, Reading("proposal", "samplers"), row) == f"{share.components[1]} 30"
+    assert format_reading(experiment, Reading("particles", "particles"), row) == "30, ESS 12"
+    assert format_reading(experiment, Reading("proposal", "samplers"), row) == f"{share.components[1]} 30"
     assert {reading.kind for reading in readings_of(experiment, [row])} >= {"particles", "samplers"}
     bare = {reading.kind for reading in readings_of(experiment, [ROW])}
     assert not bare & {"particles", "samplers", "error"}
@@ -73,7 +73,7 @@ def test_every_kind_of_reading_can_be_said() -> None:
     """No kind is forgotten, and none fails on a frame that has nothing of it."""
     kinds: tuple[ReadingKind, ...] = ReadingKind.__args__
     for kind in kinds:
-        assert said(EXPERIMENTS["ball"], Reading("x", kind, "", "nothing"), ROW)
+        assert format_reading(EXPERIMENTS["ball"], Reading("x", kind, "", "nothing"), ROW)
 
 
 @pytest.mark.parametrize(

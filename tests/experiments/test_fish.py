@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pftrack.experiment import Setup
 from pftrack.experiments import find
-from pftrack.experiments.fish.recording import FishBody, _told
+from pftrack.experiments.fish.recording import FishBody, _appearance
 from pftrack.geometry.fish_shape import FishShape, body_points, tail_corners, tail_line
 from pftrack.model.drawing import Polyline
 from pftrack.model.frame import Frame, Target
@@ -25,7 +25,7 @@ from pftrack.sources.fish import FishTarget
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthTable
 from pftrack.trackers.fish.learned import GUIDANCE
-from pftrack.trackers.fish.step import begun
+from pftrack.trackers.fish.step import begin_at
 
 FISH = find("fish")
 SHAPE = FishShape(24.0, 10.0, 28.0)
@@ -122,7 +122,7 @@ def test_a_bend_is_off_by_half_a_turn_at_most() -> None:
     """A bend that is not limited may go round: what counts is how far apart the two tails are."""
     assert FISH.measure is not None
     target = FishTarget.of(np.array([100.0, 100.0, 0.0, 0.5]), FishShape(40.0, 10.0, 40.0), np.zeros(2))
-    state = replace(begun(target, 10), mean=np.array([100.0, 100.0, 0.0, 0.0, 0.0, 0.5 - np.deg2rad(233.0)]))
+    state = replace(begin_at(target, 10), mean=np.array([100.0, 100.0, 0.0, 0.0, 0.0, 0.5 - np.deg2rad(233.0)]))
     measured = FISH.measure(Frame(0, 0.0, target=target), state)
     assert measured["bend_error"] == pytest.approx(127.0)
 
@@ -131,7 +131,7 @@ def test_the_true_heading_is_beside_the_estimated_one() -> None:
     """A heading of 179 degrees is 3 from one of -178, in the plot as well, which has both in one band."""
     assert FISH.measure is not None
     target = FishTarget.of(np.array([100.0, 100.0, np.deg2rad(179.0), 0.0]), FishShape(40.0, 10.0, 40.0), np.zeros(2))
-    state = replace(begun(target, 10), mean=np.array([100.0, 100.0, 0.0, 0.0, np.deg2rad(-178.0), 0.0]))
+    state = replace(begin_at(target, 10), mean=np.array([100.0, 100.0, 0.0, 0.0, np.deg2rad(-178.0), 0.0]))
     measured = FISH.measure(Frame(0, 0.0, target=target), state)
     assert measured["heading_error"] == pytest.approx(3.0)
     assert measured["true_heading"] == pytest.approx(-181.0)
@@ -145,7 +145,7 @@ def test_lost_is_outside_the_silhouette_or_outside_the_box() -> None:
         return FISH.missed(replace(state, mean=np.array([*place, 0.0, 0.0, 0.0, 0.0])), target)
 
     fish = FishTarget.of(np.array([100.0, 100.0, np.pi / 4, 0.0]), FishShape(40.0, 10.0, 40.0), np.zeros(2))
-    state, beside = begun(fish, 1), (120.0, 80.0)
+    state, beside = begin_at(fish, 1), (120.0, 80.0)
     assert missed(beside, fish)
     assert missed((109.0, 91.0), fish)  # within a goldfish of 15 px half width, beside this one
     assert not missed((120.0, 120.0), fish)
@@ -185,7 +185,7 @@ def drawn(**values: object) -> dict[str, object]:
 def test_the_ghost_moves_along_the_mode(mode: int) -> None:
     """Its tail is that of a fish at rest, head upwards, after so many deviations along the eigenvector."""
     along = 1.5
-    diffusion = GUIDANCE.learned("").diffusion("document")
+    diffusion = GUIDANCE.parse("").diffusion("document")
     change = along * np.sqrt(diffusion.eigenvalues[mode - 1]) * diffusion.modes[:, mode - 1]
     theta = -np.pi / 2 + change[2]
     place = np.array([[np.cos(theta), -np.sin(theta)], [np.sin(theta), np.cos(theta)]]) @ change[:2]
@@ -211,4 +211,4 @@ def test_a_fish_that_fills_the_picture_is_told_by_its_colour() -> None:
     """Where nothing is around it, nothing around it is alike."""
     image = np.full((20, 40, 3), (235, 105, 40), np.uint8)
     fish = FishBody(head=(39.0, 10.0), root=(0.0, 10.0), tip=(0.0, 10.0), half_width=20.0)
-    assert _told(image, fish.target)["foreground"] == "colour"
+    assert _appearance(image, fish.target)["foreground"] == "colour"

@@ -147,7 +147,7 @@ def test_where_no_truth_is_known_a_loss_is_what_the_tracker_says() -> None:
     run = on([*shown[:10], *[empty(shown[0])] * 20, *shown[10:40]])
     searching = np.array([row.searching for row in run.diagnostics])
     assert {row.lost for row in run.diagnostics} == {None}
-    assert [row.gone for row in run.diagnostics] == searching.tolist()
+    assert [row.is_lost for row in run.diagnostics] == searching.tolist()
     first = int(np.argmax(searching))
     assert 10 < first < 25
     assert not searching[45:].any()

@@ -31,7 +31,7 @@ def drawn(run: Run, frame: int) -> tuple[PoseState, dict[str, Primitive]]:
 
 def seen(state: PoseState, points_mm: np.ndarray) -> np.ndarray:
     """Where points of the model are seen in the picture, px."""
-    return state.seen(points_mm.astype(np.float64) @ state.memory.turn.T)
+    return state.project(points_mm.astype(np.float64) @ state.memory.turn.T)
 
 
 def test_the_points_are_those_of_the_model(run: Run) -> None:

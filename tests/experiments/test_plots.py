@@ -18,7 +18,7 @@ def begun(request: pytest.FixtureRequest) -> tuple[Experiment, Diagnostics]:
 def test_series_have_the_values_that_their_plot_draws(begun: tuple[Experiment, Diagnostics]) -> None:
     """Features have a number each between 0 and 1, and a frequency counts flags."""
     experiment, row = begun
-    declared = {series.name: series for series in experiment.declared()}
+    declared = {series.name: series for series in experiment.all_series()}
     for plot in experiment.plots:
         for name in plot.series:
             if plot.kind == "features":
@@ -44,5 +44,5 @@ def test_short_names_of_features_are_written_out() -> None:
     """Each row of the head's features has words for what people call it."""
     head = find("head")
     (plot,) = (plot for plot in head.plots if plot.kind == "features")
-    (series,) = (series for series in head.declared() if series.name == plot.series[0])
+    (series,) = (series for series in head.all_series() if series.name == plot.series[0])
     assert dict(zip(series.components, plot.row_titles, strict=True))["lmc"] == "left eye, inner corner"

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from pftrack.experiments import find
 from pftrack.experiments.head.sketch import front
-from pftrack.experiments.pose.placing import heights, placed
+from pftrack.experiments.pose.placing import heights, place_points
 from pftrack.experiments.pose.sketch import beside, dashes
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.face_model import FEATURES, TITLES, FaceModel, mean_model
@@ -80,7 +80,7 @@ def test_camera_pixel_and_point_are_in_line_and_the_solid_has_its_proportions(na
     """With the pinhole every point stands where it is in the camera's frame, on one scale for all three directions."""
     state = run_of(name, "perspective").current.state
     camera = camera_of(drawn(run_of(name, "perspective")))
-    points = placed(state, state.solid.points_mm)
+    points = place_points(state, state.solid.points_mm)
     there = state.solid.points_mm @ rotation(state.estimate).T + state.translation_mm
     assert points[:, :2] == pytest.approx(pinhole(there, state.solid.focal_px) + state.solid.principal_px)
     # From the camera, x right, y down and z away from it, px.
@@ -135,13 +135,13 @@ def test_the_ghost_of_a_second_run_has_the_pose_of_its_row(name: str, upper: str
     drawing = run.experiment.draw(run.current, run.diagnostics, other)
     state, theta = run.current.state, np.deg2rad(other.estimate)
     if name == "prism":
-        corners = placed(state, VERTICES_MM, theta)
+        corners = place_points(state, VERTICES_MM, theta)
         ends = links(drawing, "second edges").reshape(-1, 3)
         assert len(ends) >= 18
         assert np.abs(ends[:, None] - corners).max(axis=2).min(axis=1).max() < 1e-3
     else:
         tip = state.memory.turn @ state.memory.model["nose"]
-        line = placed(state, tip + np.array([[0, 0, 0], [0, 0, -110.0]]), theta)
+        line = place_points(state, tip + np.array([[0, 0, 0], [0, 0, -110.0]]), theta)
         assert links(drawing, "second look")[0] == pytest.approx(line, abs=1e-3)
     second = [item for item in drawing.primitives.values() if item.layer == "second run"]
     assert second
@@ -186,7 +186,7 @@ def test_ways_lead_from_the_picture_to_the_solid() -> None:
     run = run_of("head")
     ways, state = links(drawn(run), "ways"), run.current.state
     assert ways[:, 0, :2] == pytest.approx(state.feature_means, abs=1e-3)
-    assert ways[:, 1] == pytest.approx(placed(state, state.solid.points_mm), abs=1e-3)
+    assert ways[:, 1] == pytest.approx(place_points(state, state.solid.points_mm), abs=1e-3)
 
 
 @BOTH

@@ -12,7 +12,7 @@ from pftrack.experiments.structure.truth import shape_errors
 from pftrack.experiments.structure.world import shape_world
 from pftrack.geometry.face_model import FEATURES, fit_similarity, mean_model, person
 from pftrack.model.drawing import Ellipse, Ellipsoids
-from pftrack.model.export import export_named
+from pftrack.model.export import find_export
 from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.tracks.table import read_tracks
@@ -102,7 +102,7 @@ def test_tracks_of_a_head_teach_its_face(tmp_path: Path) -> None:
     tracked = Run(head, head.simulate(), seed=7, frames=240, timeline=(Change(0, {"person": 210}),))
     table = tmp_path / "tracks.csv"
     tracked.finish()
-    table.write_bytes(export_named(head.exports, "tracks").make(tracked.current.state, tracked.diagnostics))
+    table.write_bytes(find_export(head.exports, "tracks").make(tracked.current.state, tracked.diagnostics))
     setup = EXPERIMENT.on_video(open_sequence(table), None)
     run = Run(EXPERIMENT, setup)
     run.finish()
@@ -122,7 +122,7 @@ def test_the_table_of_a_head_s_tracks_says_what_the_rows_say() -> None:
     rows = tracked.diagnostics
     hidden = (np.nan, *rows[1].series["track_sd_px"][1:])
     past = [rows[0], replace(rows[1], series={**rows[1].series, "track_sd_px": hidden}), replace(rows[2], series={})]
-    table = read_tracks(export_named(head.exports, "tracks").make(None, past), most_frames=10)
+    table = read_tracks(find_export(head.exports, "tracks").make(None, past), most_frames=10)
     assert table.names == FEATURES
     assert table.positions.shape == (2, 11, 2)
     for frame, row in enumerate(past[:2]):

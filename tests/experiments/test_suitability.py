@@ -15,7 +15,7 @@ from pftrack.model.marks import Box
 from pftrack.model.parameters import revise
 from pftrack.model.sequence import FrameSequence
 from pftrack.model.source import History
-from pftrack.model.suitability import NOT_AT_ALL, WELL, Suitability, graded
+from pftrack.model.suitability import NOT_AT_ALL, WELL, Suitability, grade
 from pftrack.runs.run import Run
 from pftrack.sources.ball import BallSceneParameters, BallSource
 from pftrack.sources.sequence import open_sequence
@@ -128,7 +128,7 @@ def test_a_large_picture_is_looked_at_in_part() -> None:
 )
 def test_more_is_better_up_to_twice_what_is_needed(value: float, expected: float) -> None:
     """The limits of the words lie where the quantity is unusable and usable."""
-    assert graded(value, 5.0, 10.0) == pytest.approx(expected)
+    assert grade(value, 5.0, 10.0) == pytest.approx(expected)
 
 
 # ---------------------------------------------------------------- faces

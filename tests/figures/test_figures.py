@@ -60,7 +60,7 @@ def test_bands_are_as_wide_as_the_frames_that_they_shade(ball: Run) -> None:
     shaded = {round(span.get_x() + 0.5) + at for span in axes.patches for at in range(round(span.get_width()))}  # type: ignore[attr-defined]
     hidden = {row.frame for row in ball.diagnostics if row.hidden}
     assert hidden
-    assert shaded == hidden | {row.frame for row in ball.diagnostics if row.gone}
+    assert shaded == hidden | {row.frame for row in ball.diagnostics if row.is_lost}
 
 
 @pytest.mark.parametrize("name", ["linkage", "prism", "hand"])

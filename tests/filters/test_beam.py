@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.filters.beam import Beam, backtrack, kept
+from pftrack.filters.beam import Beam, backtrack, select_best
 
 NONE = np.full(0, -1)
 
@@ -22,7 +22,7 @@ def roots(count: int) -> np.ndarray:
 
 def test_the_best_that_differ_are_kept() -> None:
     """The best comes first, what is near a better one is dropped, and each keeps its own parent."""
-    beam = kept((0.0, 5.0, 5.5, 9.0), np.log([0.1, 0.2, 0.4, 0.3]), np.array([0, 1, 2, -1]), 2, near)
+    beam = select_best((0.0, 5.0, 5.5, 9.0), np.log([0.1, 0.2, 0.4, 0.3]), np.array([0, 1, 2, -1]), 2, near)
     assert beam.members == (5.5, 9.0)
     assert beam.parents.tolist() == [2, -1]
     assert np.allclose(beam.weights, [4 / 7, 3 / 7])
@@ -31,15 +31,15 @@ def test_the_best_that_differ_are_kept() -> None:
 
 def test_among_equals_the_first_is_kept() -> None:
     """Equal scores keep their order, so that a beam does not depend on how sorting is done."""
-    beam = kept((3.0, 1.0, 2.0), np.zeros(3), np.arange(3), 2, near)
+    beam = select_best((3.0, 1.0, 2.0), np.zeros(3), np.arange(3), 2, near)
     assert beam.members == (3.0, 1.0)
 
 
 def test_the_impossible_is_kept_only_where_nothing_is_possible() -> None:
     """NaN and +inf count as impossible; where all is, members are equally probable instead of none."""
     scores = np.array([np.nan, np.inf, 2.0])
-    assert kept((1.0, 5.0, 9.0), scores, np.arange(3), 3, near).members == (9.0,)
-    hopeless = kept((1.0, 5.0, 9.0), np.full(3, np.nan), np.arange(3), 2, near)
+    assert select_best((1.0, 5.0, 9.0), scores, np.arange(3), 3, near).members == (9.0,)
+    hopeless = select_best((1.0, 5.0, 9.0), np.full(3, np.nan), np.arange(3), 2, near)
     assert hopeless.members == (1.0, 5.0)
     assert np.allclose(hopeless.weights, 0.5)
 
@@ -51,7 +51,7 @@ def test_the_impossible_is_kept_only_where_nothing_is_possible() -> None:
 def test_what_is_kept_differs_and_is_as_probable_as_it_was(found: list[tuple[float, float]], width: int) -> None:
     """No two that are kept are the same, ratios of weights stay, and what is dropped is worse or near a better one."""
     members, scores = [one for one, _ in found], np.array([score for _, score in found])
-    beam = kept(members, scores, np.arange(len(found)), width, near)
+    beam = select_best(members, scores, np.arange(len(found)), width, near)
     assert 1 <= len(beam) <= width
     assert beam.weights.sum() == pytest.approx(1.0)
     assert not any(near(one, other) for place, one in enumerate(beam.members) for other in beam.members[:place])
@@ -89,6 +89,6 @@ def test_lengths_that_disagree_are_refused() -> None:
     with pytest.raises(ValueError, match="at least one"):
         Beam((), np.zeros(0), NONE)
     with pytest.raises(ValueError, match="got 0 and 4"):
-        kept((), np.zeros(0), NONE, 4, near)
+        select_best((), np.zeros(0), NONE, 4, near)
     with pytest.raises(ValueError, match="got 1 and 0"):
-        kept((1.0,), np.zeros(1), roots(1), 0, near)
+        select_best((1.0,), np.zeros(1), roots(1), 0, near)

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from pftrack.learning.charts import Chart, Reading, advanced, body_velocity, changes, steps
+from pftrack.learning.charts import Chart, Reading, advance_states, body_velocity, changes, steps
 
 FISH = Chart(place=("a", "b"), heading="theta", angles=("phi",))
 BALL = Chart(place=("u", "v"))
@@ -135,7 +135,7 @@ def test_particles_move_by_the_equations(reading: Reading) -> None:
     rng = np.random.default_rng(2)
     states, ancestors = rng.normal(size=(5, 6)), np.array([4, 0, 0, 2])
     root, mean, normals = np.tril(rng.normal(size=(4, 4))), rng.normal(size=4), rng.normal(size=(4, 4))
-    moved = advanced(states, ancestors, normals, root, mean, FISH, reading)
+    moved = advance_states(states, ancestors, normals, root, mean, FISH, reading)
     for n, parent in enumerate(ancestors):
         assert moved[n] == pytest.approx(move(states[parent], mean + root @ normals[:, n], reading))
 
@@ -153,7 +153,7 @@ def test_what_moves_the_particles_is_learned_back(chart: Chart, reading: Reading
     kept = [*range(places), *range(2 * places, size + places)]
     for _ in range(30):
         normals = rng.normal(size=(size, 1))
-        state = advanced(state, np.zeros(1, np.int64), normals, root, np.zeros(size), chart, reading)
+        state = advance_states(state, np.zeros(1, np.int64), normals, root, np.zeros(size), chart, reading)
         track.append(state[0, kept])
         drawn.append(root @ normals[:, 0])
     assert changes(track, chart, reading) == pytest.approx(np.array(drawn)[2 if places else 1 :], abs=1e-9)
@@ -193,4 +193,6 @@ def test_states_that_do_not_fit_are_refused() -> None:
     with pytest.raises(ValueError, match="a reading fixed or motion of u, v, got document"):
         changes(np.zeros((5, 2)), BALL, "document")
     with pytest.raises(ValueError, match="particles of 6 numbers and 4 changes, got 5"):
-        advanced(np.zeros((2, 5)), np.zeros(2, np.int64), np.zeros((4, 2)), np.eye(4), np.zeros(4), FISH, "document")
+        advance_states(
+            np.zeros((2, 5)), np.zeros(2, np.int64), np.zeros((4, 2)), np.eye(4), np.zeros(4), FISH, "document"
+        )

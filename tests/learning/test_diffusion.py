@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from pftrack.learning.charts import Chart, Reading, advanced, changes, steps
+from pftrack.learning.charts import Chart, Reading, advance_states, changes, steps
 from pftrack.learning.diffusion import Learned, LearnedError, learn
 
 FISH = Chart(place=("a", "b"), heading="theta", angles=("phi",))
@@ -26,7 +26,7 @@ def swim(frames: int, seed: int, reading: Reading = "increments") -> NDArray[np.
     root = np.linalg.cholesky(TRUE)
     for _ in range(frames):
         normals = rng.standard_normal((4, 1))
-        state = advanced(state, np.zeros(1, np.int64), normals, root, np.zeros(4), FISH, reading)
+        state = advance_states(state, np.zeros(1, np.int64), normals, root, np.zeros(4), FISH, reading)
         track.append(state[0, [0, 1, 4, 5]])
     return np.array(track)
 

@@ -5,14 +5,14 @@ import numpy as np
 from pftrack.lessons.course.colour import LESSON
 from pftrack.lessons.judging import judge
 from pftrack.lessons.lesson import Scenario
-from pftrack.lessons.running import answer_of, asked
+from pftrack.lessons.running import answer_of, question_recipe
 from pftrack.runs.record import make
 
 
 def test_the_question_is_about_a_sharper_likelihood_in_the_scenario() -> None:
     """The run that is asked about is the scenario's own but for lambda."""
     assert isinstance(LESSON.body, Scenario)
-    shown, about = (make(recipe).parameters_at(0) for recipe in (LESSON.body.recipe, asked(LESSON)))
+    shown, about = (make(recipe).parameters_at(0) for recipe in (LESSON.body.recipe, question_recipe(LESSON)))
     assert (shown.sharpness, about.sharpness) == (20, 200)
     assert shown.model_copy(update={"sharpness": 200}) == about
 

@@ -12,7 +12,7 @@ from pftrack.lessons.course.corridor import (
     STEPS,
     Corridor,
     assign_bins,
-    known,
+    cached_walk,
     total_variation,
 )
 from pftrack.lessons.course.sir import CHANCE, SirParameters, show, tolerate
@@ -31,7 +31,7 @@ def test_the_likelihood_is_that_of_the_lesson() -> None:
 @pytest.mark.parametrize("corridor", [Corridor(), Corridor(0.1, 1.0), Corridor(3.0, 0.0)])
 def test_densities_have_the_area_one(corridor: Corridor) -> None:
     """Whatever the noise and the sensor, in every step."""
-    _, exact = known(corridor)
+    _, exact = cached_walk(corridor)
     assert exact.given.sum(axis=1) * CELL_M == pytest.approx(np.ones(STEPS + 1))
     assert exact.predicted.sum(axis=1) * CELL_M == pytest.approx(np.ones(STEPS))
     assert (exact.given >= 0.0).all()
@@ -39,7 +39,7 @@ def test_densities_have_the_area_one(corridor: Corridor) -> None:
 
 def test_without_a_sensor_the_density_only_moves_on() -> None:
     """A sensor that guesses tells nothing: after 12 steps of 3 m it is uniform from 36 m on."""
-    _, exact = known(Corridor(0.6, 0.0))
+    _, exact = cached_walk(Corridor(0.6, 0.0))
     after = exact.given[-1]
     assert after[CELLS_M < 25.0].max() < 1e-6
     assert after[(CELLS_M > 46.0) & (CELLS_M < 99.0)] == pytest.approx(1.0 / (LENGTH_M - 36.0), rel=0.02)
@@ -47,7 +47,7 @@ def test_without_a_sensor_the_density_only_moves_on() -> None:
 
 def test_what_is_known_cannot_be_written_to() -> None:
     """It is shared by all who ask for the same corridor."""
-    walk, exact = known(Corridor())
+    walk, exact = cached_walk(Corridor())
     for array in (walk.positions_m, walk.doors, exact.predicted, exact.given):
         assert not array.flags.writeable
 
@@ -63,7 +63,7 @@ def test_total_variation_is_that_of_the_bins() -> None:
 
 def test_a_filter_without_redrawing_keeps_its_particles_apart() -> None:
     """With the threshold 0 each particle is its own ancestor, and the weights are those of all measurements."""
-    walk, _ = known(Corridor())
+    walk, _ = cached_walk(Corridor())
     clouds = Corridor().clouds(walk.doors, 50, 1, threshold=0.0)
     assert all((cloud.ancestors == np.arange(50)).all() for cloud in clouds)
     assert clouds[-1].effective_sample_size < clouds[1].effective_sample_size
@@ -79,7 +79,7 @@ def test_fifty_particles_settle_at_a_wrong_door_now_and_then() -> None:
 
 def test_the_tolerance_is_what_repeats_keep_to() -> None:
     """Independent draws are off by a third of it on average; nearly all clouds keep to it, after each step."""
-    walk, exact = known(Corridor())
+    walk, exact = cached_walk(Corridor())
     limits = [tolerate(density, 400) for density in exact.given]
     runs = [Corridor().clouds(walk.doors, 400, seed) for seed in range(100)]
     within = np.array(

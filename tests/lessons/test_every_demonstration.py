@@ -76,7 +76,7 @@ def test_the_veil_hides_what_reveals(lesson: Lesson) -> None:
     """Veiled, the figure has all traces but those that reveal; what is left can be drawn."""
     body = demonstration(lesson)
     figure = body.show(asked_at(lesson), body.seed).figure
-    veiled = figure.veiled()
+    veiled = figure.without_answer()
     assert_sound(veiled)
     for whole, rest in zip(figure.panels, veiled.panels, strict=True):
         assert [trace for trace in whole.traces if not trace.reveals] == list(rest.traces)

@@ -8,10 +8,10 @@ import pytest
 
 from pftrack.exports.notebook import code, markdown, notebook
 from pftrack.lessons import LESSONS, Scenario
-from pftrack.lessons.cells import found
+from pftrack.lessons.cells import lesson_cell
 from pftrack.lessons.lecturers import read_lessons
 from pftrack.lessons.notebook import demonstration_notebook, lesson_notebook
-from pftrack.lessons.running import answer_of, asked
+from pftrack.lessons.running import answer_of, question_recipe
 from pftrack.model.parameters import revise
 from pftrack.model.recipe import Recipe
 from pftrack.runs.record import make
@@ -100,7 +100,7 @@ def test_every_scenario_is_found_and_asked_about_in_its_cells(name: str) -> None
     for source in (sources[0], *(source for source in sources if source.startswith("from pftrack.model.recipe"))):
         exec(source, known)  # noqa: S102 - see above
     assert known["lesson"].question.text == lesson.question.text
-    assert make(known["recipe"]).parameters_at(0) == make(asked(lesson)).parameters_at(0)
+    assert make(known["recipe"]).parameters_at(0) == make(question_recipe(lesson)).parameters_at(0)
     first, question, *_ = cells(content, "markdown")
     assert lesson.title in first
     assert lesson.question.text in question
@@ -111,7 +111,7 @@ def test_every_scenario_is_found_and_asked_about_in_its_cells(name: str) -> None
 def test_any_text_of_a_file_comes_back_from_its_cell(text: str) -> None:
     """Quotes, LaTeX and odd signs are carried as they are."""
     lesson = replace(read_lessons().lessons["cost-of-a-threshold"], source=text)
-    source = found(lesson, "").source
+    source = lesson_cell(lesson, "").source
     read: list[str] = []
     exec(source[source.index("lesson = ") :], {"read_lesson": read.append})  # noqa: S102 - see above
     assert read == [text]

@@ -46,7 +46,7 @@ def test_ten_predictions_and_one_measurement_are_as_the_question_says() -> None:
 
 def test_what_comes_of_the_last_step_is_behind_the_veil() -> None:
     """The variance chart tells all steps but the last, and no curve of the density afterwards is shown."""
-    figure = shown(LESSON, **(LESSON.question.at or {})).figure.veiled()
+    figure = shown(LESSON, **(LESSON.question.at or {})).figure.without_answer()
     density, variance = figure.panels
     assert [trace.title for trace in density.traces] == ["before: predicted", "likelihood of the measurement 3.9 m"]
     assert max(float(np.max(trace.x)) for trace in variance.traces if trace.kind == "strip chart") == 18.0

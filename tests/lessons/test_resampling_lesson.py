@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pftrack.lessons.course.offspring import WEIGHTS, Scheme, copies, exact_variance, marks, redrawn
+from pftrack.lessons.course.offspring import WEIGHTS, Scheme, copies, exact_variance, marks, sample_copies
 from pftrack.lessons.course.resampling import ResamplingParameters, effective_sizes, show
 
 SCHEMES: tuple[Scheme, ...] = "systematic", "stratified", "multinomial"
@@ -23,7 +23,7 @@ def test_marks_pick_the_copies_that_are_shown(scheme: Scheme, count: int) -> Non
 @pytest.mark.parametrize("count", [3, 20, 100])
 def test_the_exact_variance_is_that_of_many_redraws(scheme: Scheme, count: int) -> None:
     """Within five standard errors of 4,000 redraws."""
-    squared = np.square(redrawn(scheme, count, 4000, 5) - count * WEIGHTS).sum(axis=1)
+    squared = np.square(sample_copies(scheme, count, 4000, 5) - count * WEIGHTS).sum(axis=1)
     assert squared.mean() == pytest.approx(exact_variance(scheme, count), abs=5 * squared.std() / 4000**0.5 + 1e-9)
 
 

@@ -67,7 +67,7 @@ def test_fit_finds_mean_and_spread() -> None:
     model = chromaticity.fit(image, (9.5, 9.5, 40, 40))
     assert np.allclose(model.mean, (0.24, 0.56), atol=0.01)
     assert all(0.01 <= spread <= 0.05 for spread in model.spread)
-    assert chromaticity.displayed(image, (9.5, 9.5, 40, 40)).startswith("#3")
+    assert chromaticity.median_colour(image, (9.5, 9.5, 40, 40)).startswith("#3")
 
 
 def test_fit_refuses_what_it_cannot_see() -> None:

@@ -111,13 +111,13 @@ def test_renewal_follows_the_picture(grey: np.ndarray) -> None:
     templates = template.cut(grey, POINTS, SIZES)
     other = cv2.flip(grey, 1)
     before = template.correlations(other, POINTS[:, None], templates)
-    after = template.correlations(other, POINTS[:, None], template.renewed(templates, other, POINTS, 0.3))
+    after = template.correlations(other, POINTS[:, None], template.renew(templates, other, POINTS, 0.3))
     assert (after > before + 0.1).all()
     lost = POINTS.copy()
     lost[0] = np.nan
-    kept = template.renewed(templates, other, lost, 1.0)
+    kept = template.renew(templates, other, lost, 1.0)
     assert np.array_equal(kept.pixels[: 64 * 42], templates.pixels[: 64 * 42])
-    assert np.allclose(template.renewed(templates, other, POINTS, 0.0).pixels, templates.pixels, atol=1e-6)
+    assert np.allclose(template.renew(templates, other, POINTS, 0.0).pixels, templates.pixels, atol=1e-6)
 
 
 def test_bank_gathers_views_and_chooses_the_nearest(grey: np.ndarray) -> None:

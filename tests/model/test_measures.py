@@ -12,10 +12,10 @@ from pftrack.model.measures import (
     MEAN_IOU,
     PICTURE_MEASURES,
     POSE_MEASURES,
-    Course,
+    EvaluatedRun,
     Measure,
-    measured,
-    succeeded,
+    evaluate,
+    is_success,
 )
 from pftrack.runs.batch import outcomes
 from pftrack.runs.run import Change, Run
@@ -24,13 +24,13 @@ from pftrack.sources.truth import TruthTable
 NAN = np.nan
 
 
-def course(offsets: list[tuple[float, float]], extent: tuple[float, float] = (30.0, 40.0)) -> Course:
+def course(offsets: list[tuple[float, float]], extent: tuple[float, float] = (30.0, 40.0)) -> EvaluatedRun:
     """Return a run whose estimates are off by these, px, from a target in a box; NaN where nothing is known of it."""
     estimates = np.full((len(offsets), 2), 100.0)
     truths = estimates - np.array(offsets)
     errors = np.hypot(*np.array(offsets).T)
     extents = np.where(np.isnan(errors)[:, None], NAN, np.array(extent))
-    return Course(estimates, truths, errors, errors > 60.0, extents, np.full_like(extents, NAN))
+    return EvaluatedRun(estimates, truths, errors, errors > 60.0, extents, np.full_like(extents, NAN))
 
 
 FIVE = course([(0.0, 0.0), (15.0, 0.0), (0.0, 21.0), (NAN, NAN), (30.0, 0.0), (3.0, 4.0)])
@@ -39,7 +39,7 @@ FIVE = course([(0.0, 0.0), (15.0, 0.0), (0.0, 21.0), (NAN, NAN), (30.0, 0.0), (3
 
 def test_a_small_run_by_hand() -> None:
     """Errors of 0, 15, 21, 30 and 5 px in a box whose diagonal is 50 px; a box one width aside touches, and no more."""
-    assert measured(PICTURE_MEASURES, FIVE) == {
+    assert evaluate(PICTURE_MEASURES, FIVE) == {
         "inside_share": pytest.approx(3 / 5),
         "precision_20px": pytest.approx(3 / 5),
         "normalised_error": pytest.approx(15 / 50),
@@ -57,7 +57,7 @@ def test_precision_includes_its_threshold() -> None:
 
 def test_a_run_that_never_fails_lasts_to_its_end() -> None:
     """The frames to failure are then all frames of the run, labelled or not."""
-    assert measured(PICTURE_MEASURES, course([(1.0, 1.0), (29.9, 39.9), (NAN, NAN)]))["frames_to_failure"] == 3
+    assert evaluate(PICTURE_MEASURES, course([(1.0, 1.0), (29.9, 39.9), (NAN, NAN)]))["frames_to_failure"] == 3
 
 
 def test_boxes_overlap_by_hand() -> None:
@@ -74,7 +74,7 @@ def test_boxes_overlap_by_hand() -> None:
 
 def test_a_wide_region_of_success_praises_what_is_lost() -> None:
     """Outside the box by a little in every frame: not lost by a limit of 60 px, and never inside."""
-    found = measured((HIT_RATE, *PICTURE_MEASURES), course([(16.0, 0.0)] * 4))
+    found = evaluate((HIT_RATE, *PICTURE_MEASURES), course([(16.0, 0.0)] * 4))
     assert found["hit_rate"] == 1.0
     assert found["inside_share"] == 0.0
 
@@ -82,21 +82,21 @@ def test_a_wide_region_of_success_praises_what_is_lost() -> None:
 @pytest.mark.parametrize("measure", PICTURE_MEASURES)
 def test_what_has_no_truth_has_no_measure(measure: object) -> None:
     """Without truth a measure is absent, not 0."""
-    assert measured((measure,), course([(NAN, NAN)] * 3)) == {}  # type: ignore[arg-type]
+    assert evaluate((measure,), course([(NAN, NAN)] * 3)) == {}  # type: ignore[arg-type]
 
 
 def test_what_has_no_box_is_not_inside_one() -> None:
     """Truth without a box, such as a signal's, leaves out what needs one, and keeps the errors."""
     bare = replace(FIVE, extents=np.full((6, 2), NAN))
-    assert measured(PICTURE_MEASURES, bare).keys() == {"precision_20px", "median_error_px"}
+    assert evaluate(PICTURE_MEASURES, bare).keys() == {"precision_20px", "median_error_px"}
 
 
 def test_an_estimate_that_is_none_counts_as_wrong() -> None:
     """Where the truth is known an estimate that is not finite misses it; medians that are not finite are absent."""
     off = np.array([[0.0, 0.0], [NAN, NAN], [NAN, NAN]])
     truths, errors = np.full((3, 2), 100.0), np.array([0.0, np.inf, np.inf])
-    run = Course(truths + off, truths, errors, errors > 60.0, np.full((3, 2), 30.0), np.full((3, 2), NAN))
-    assert measured((HIT_RATE, *PICTURE_MEASURES), run) == {
+    run = EvaluatedRun(truths + off, truths, errors, errors > 60.0, np.full((3, 2), 30.0), np.full((3, 2), NAN))
+    assert evaluate((HIT_RATE, *PICTURE_MEASURES), run) == {
         "hit_rate": pytest.approx(1 / 3),
         "inside_share": pytest.approx(1 / 3),
         "precision_20px": pytest.approx(1 / 3),
@@ -108,8 +108,8 @@ def test_a_pose_by_hand() -> None:
     """Errors of 2, 10, 12 and 20 degrees, of which the last counts as lost."""
     errors = np.array([2.0, 10.0, 12.0, 20.0])
     nothing = np.full((4, 2), NAN)
-    turned = Course(errors[:, None], np.zeros((4, 1)), errors, errors > 15.0, nothing, nothing)
-    assert measured(POSE_MEASURES, turned) == {
+    turned = EvaluatedRun(errors[:, None], np.zeros((4, 1)), errors, errors > 15.0, nothing, nothing)
+    assert evaluate(POSE_MEASURES, turned) == {
         "precision_10deg": 0.5,
         "median_error_deg": 11.0,
         "frames_to_failure": 3,
@@ -119,8 +119,8 @@ def test_a_pose_by_hand() -> None:
 @pytest.mark.parametrize(("allowed", "expected"), [(0.4, True), (0.39, False)])
 def test_success_counts_the_frames_that_miss(allowed: float, expected: bool) -> None:
     """Two of five labelled frames may miss at 0.4, to the frame."""
-    assert succeeded(PICTURE_MEASURES[0], FIVE, allowed) is expected
-    assert succeeded(PICTURE_MEASURES[0], course([(NAN, NAN)]), allowed) is None
+    assert is_success(PICTURE_MEASURES[0], FIVE, allowed) is expected
+    assert is_success(PICTURE_MEASURES[0], course([(NAN, NAN)]), allowed) is None
 
 
 def test_every_measure_is_declared_whole() -> None:

@@ -21,7 +21,7 @@ def told(code: str, **environment: str) -> str:
     return done.stdout.strip()
 
 
-@pytest.mark.skipif(not machine.capable(), reason="settled on x86-64 with AVX2")
+@pytest.mark.skipif(not machine.is_capable(), reason="settled on x86-64 with AVX2")
 def test_the_compiler_is_settled_before_it_is_used() -> None:
     """What the environment asks of Numba is overridden."""
     code = "import pftrack, numba; from numba.core.registry import cpu_target; numba.njit(lambda x: x)(1)"
@@ -36,7 +36,7 @@ def test_the_vector_mathematics_of_one_vendor_is_out() -> None:
 
 def test_what_a_run_is_computed_on_is_told() -> None:
     """Processor, target and the versions of what computes are there, each in a few words."""
-    found = machine.computed_on()
+    found = machine.describe_platform()
     assert set(found) >= {"processor", "features", "target", "system", "python", "numba", "llvmlite", "numpy", "opencv"}
     assert all(isinstance(value, str) and len(value) < 200 for value in found.values())
 
@@ -44,8 +44,8 @@ def test_what_a_run_is_computed_on_is_told() -> None:
 def test_an_unknown_processor_settles_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """On a processor without AVX2, or of another kind, the environment is left alone and everything still runs."""
     monkeypatch.setattr(machine, "_processor", lambda: ("old", frozenset({"sse2"})))
-    machine.capable.cache_clear()
+    machine.is_capable.cache_clear()
     monkeypatch.delenv("OPENCV_IPP", raising=False)
     machine.settle()
     assert "OPENCV_IPP" not in os.environ
-    machine.capable.cache_clear()
+    machine.is_capable.cache_clear()

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.numerics.matrices import least_squares, principal, product, root, solved
+from pftrack.numerics.matrices import cholesky, least_squares, principal, product, solve_system
 
 SEEDS = st.integers(0, 10_000)
 SIZES = st.integers(1, 6)
@@ -30,15 +30,15 @@ def test_systems_are_solved(seed: int, size: int, columns: int) -> None:
     """A X is B again, also where a pivot is 0 without exchanging rows."""
     rng = np.random.default_rng(seed)
     matrix, wanted = rng.normal(size=(size, size)) + np.eye(size)[::-1] * 3, rng.normal(size=(size, columns))
-    assert np.allclose(matrix @ solved(matrix, wanted), wanted)
+    assert np.allclose(matrix @ solve_system(matrix, wanted), wanted)
     swap = np.eye(size)[::-1]
-    assert np.allclose(solved(swap, wanted[:, 0]), wanted[::-1, 0])
+    assert np.allclose(solve_system(swap, wanted[:, 0]), wanted[::-1, 0])
 
 
 def test_a_singular_system_is_refused() -> None:
     """A matrix without an inverse raises as NumPy's would."""
     with pytest.raises(np.linalg.LinAlgError):
-        solved(np.ones((2, 2)), np.ones(2))
+        solve_system(np.ones((2, 2)), np.ones(2))
 
 
 @given(SEEDS, SIZES, SIZES)
@@ -46,7 +46,7 @@ def test_roots_multiply_to_the_covariance(seed: int, size: int, rank: int) -> No
     """L L^T is P, of full rank and of less; of full rank L is Cholesky's."""
     factor = np.random.default_rng(seed).normal(size=(size, rank))
     covariance = factor @ factor.T
-    found = root(covariance)
+    found = cholesky(covariance)
     assert np.allclose(found @ found.T, covariance, atol=1e-6 * covariance.max())
     if rank >= size + 2:
         assert np.allclose(found, np.linalg.cholesky(covariance))
@@ -54,7 +54,7 @@ def test_roots_multiply_to_the_covariance(seed: int, size: int, rank: int) -> No
 
 def test_a_certain_direction_has_no_root() -> None:
     """A variance of 0 gives a column of zeros, and a diagonal its square roots."""
-    assert np.array_equal(root(np.diag([4.0, 0.0, 9.0])), np.diag([2.0, 0.0, 3.0]))
+    assert np.array_equal(cholesky(np.diag([4.0, 0.0, 9.0])), np.diag([2.0, 0.0, 3.0]))
 
 
 @given(SEEDS, SIZES)

@@ -28,12 +28,12 @@ def test_a_track_that_is_learned_from_holds() -> None:
     off = found.tracks[..., :2] - found.truths[..., :2]
     assert np.sqrt(np.square(off).mean()) < 2.0
     alone = taught([found])
-    assert alone.diffusion("document").sd[0] == pytest.approx(GUIDANCE.learned("").diffusion("document").sd[0], rel=0.2)
+    assert alone.diffusion("document").sd[0] == pytest.approx(GUIDANCE.parse("").diffusion("document").sd[0], rel=0.2)
 
 
 def test_the_true_motion_is_narrower_than_what_is_learned() -> None:
     """The noise of the estimates is most of the learned spread of accelerations."""
-    truth, learned = taught_by_truth(100).diffusion("document"), GUIDANCE.learned("").diffusion("document")
+    truth, learned = taught_by_truth(100).diffusion("document"), GUIDANCE.parse("").diffusion("document")
     assert (truth.sd[:2] < 0.5 * learned.sd[:2]).all()
     assert truth.correlation[2, 3] < learned.correlation[2, 3] < -0.7
 

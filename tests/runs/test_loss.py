@@ -2,7 +2,7 @@
 
 import pytest
 
-from pftrack.runs.loss import approach, before_loss, lost_since
+from pftrack.runs.loss import approach, before_loss, loss_start
 
 
 def flags(*spans: tuple[int, int], frames: int = 100) -> list[bool]:
@@ -46,5 +46,5 @@ def test_a_loss_goes_on_whoever_tells_it() -> None:
     searching = [None, False, True, True, True, False, None]
     found: list[int | None] = []
     for frame, (one, other) in enumerate(zip(lost, searching, strict=True)):
-        found.append(lost_since(frame, found[-1] if found else None, lost=one, searching=other))
+        found.append(loss_start(frame, found[-1] if found else None, lost=one, searching=other))
     assert found == [None, 1, 1, 1, 1, None, 6]

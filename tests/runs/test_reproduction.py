@@ -29,7 +29,7 @@ def saved(run: Run, tmp_path: Path) -> Saved:
 def test_the_same_numbers_do_not_differ(run: Run, saved: Saved) -> None:
     """A run and its own file are equal, and the file says on what it was computed."""
     assert difference(run, saved) is None
-    assert saved.record.computed_on == machine.computed_on()
+    assert saved.record.computed_on == machine.describe_platform()
     assert saved.estimates is not None
     assert saved.estimates.shape == (12, 1)
 
@@ -37,7 +37,7 @@ def test_the_same_numbers_do_not_differ(run: Run, saved: Saved) -> None:
 def test_the_first_frame_that_differs_is_named(run: Run, saved: Saved) -> None:
     """Other numbers are told with the first frame, by how much at most, and what was different about the machine."""
     record = saved.record.model_copy(
-        update={"estimates_sha256": "0" * 64, "computed_on": {**machine.computed_on(), "numpy": "1.0"}}
+        update={"estimates_sha256": "0" * 64, "computed_on": {**machine.describe_platform(), "numpy": "1.0"}}
     )
     estimates = saved.estimates.copy()
     estimates[5:] += 0.25
@@ -46,7 +46,7 @@ def test_the_first_frame_that_differs_is_named(run: Run, saved: Saved) -> None:
     assert apart is not None
     assert (apart.frame, apart.largest) == (5, pytest.approx(0.25))
     assert apart.sentence.startswith("the numbers differ from the saved ones from frame 5 on, by up to 0.25; ")
-    assert f"numpy 1.0 (here {machine.computed_on()['numpy']})" in apart.sentence
+    assert f"numpy 1.0 (here {machine.describe_platform()['numpy']})" in apart.sentence
     assert json.loads(json.dumps(apart.as_dict()))["first_frame"] == 5
 
 

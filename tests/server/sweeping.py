@@ -13,7 +13,7 @@ import psutil
 from pftrack.files import write_whole
 from pftrack.sweep import driver as driving
 from pftrack.sweep.journal import partial_of
-from pftrack.sweep.work import computed
+from pftrack.sweep.work import compute_chunk
 from pftrack_server.sweeps import functions
 from tests.waiting import wait_for
 
@@ -81,7 +81,7 @@ def compute_by_permission(out: Path, jobs: int) -> None:
     until `allow` is called. A sweep that stands still can be looked at, cancelled or killed at any speed of a machine.
     """
     driving.SMALLEST_CHUNK_S = driving.PATIENCE_S = 0.0
-    driving.computed = partial(computed_by_permission, out)  # type: ignore[attr-defined]
+    driving.compute_chunk = partial(computed_by_permission, out)  # type: ignore[attr-defined]
     COMPUTE(out, jobs)
 
 
@@ -90,7 +90,7 @@ def computed_by_permission(out: Path, *chunk: Any) -> bytes:
     allowed = out.with_name("allowed")
     while len(list(partial_of(out).glob("0*.parquet"))) >= (int(allowed.read_text()) if allowed.exists() else 1):
         time.sleep(0.005)
-    return computed(*chunk)
+    return compute_chunk(*chunk)
 
 
 def allow(sweeps: Path, chunks: int = 1_000_000) -> None:

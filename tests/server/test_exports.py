@@ -52,7 +52,7 @@ def test_what_cannot_be_made_of_these_frames_is_told(client: httpx.Client) -> No
     said = error_of(client.get(address), 409)["message"]
     assert "xpected at least 10 frames with two frames known before them, got 0" in said
     steer(client, session["id"], "seek", frame=40)
-    learned = find("ball").guidance.learned(client.get(address).text)
+    learned = find("ball").guidance.parse(client.get(address).text)
     assert (learned.tracks, learned.experiment) == (1, "ball")
 
 

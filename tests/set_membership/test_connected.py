@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from pftrack.set_membership.connected import connected
+from pftrack.set_membership.connected import label_components
 
 
 def runs(pattern: str) -> tuple[list[int], int]:
-    labels, count = connected(np.array([it == "x" for it in pattern]), np.array([len(pattern)]))
+    labels, count = label_components(np.array([it == "x" for it in pattern]), np.array([len(pattern)]))
     return labels.tolist(), count
 
 
@@ -24,6 +24,6 @@ def test_runs_of_any_grid_are_those_of_scipy(sizes: tuple[int, ...]) -> None:
     for share in (0.02, 0.05, 0.3, 1.0):
         feasible = rng.random(sizes) < share
         wanted, count = ndimage.label(feasible, np.ones((3,) * len(sizes)))
-        labels, found = connected(feasible.ravel(), np.array(sizes))
+        labels, found = label_components(feasible.ravel(), np.array(sizes))
         assert found == count
         assert np.array_equal(labels.reshape(sizes) + 1, wanted)

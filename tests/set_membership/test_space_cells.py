@@ -4,7 +4,7 @@ import pytest
 from pftrack.geometry.rotation_vector import matrix
 from pftrack.set_membership.prediction import OUTER
 from pftrack.set_membership.regions import CENTRE, SHAPE, Ways, region_of
-from pftrack.set_membership.space_cells import Link, image, space_cells, turned
+from pftrack.set_membership.space_cells import Link, image, rotate, space_cells
 from pftrack.set_membership.space_observation import observe_in_space
 from pftrack.set_membership.strips import TRACE
 from tests.set_membership.ellipsoids import lost, within
@@ -65,7 +65,7 @@ def test_the_slopes_are_those_of_the_image() -> None:
     rng = np.random.default_rng(0)
     for _ in range(20):
         omega, theta, step = rng.uniform(-1.5, 1.5, 3), rng.uniform(-2, 2), 1e-6
-        told = np.array([image(*turned(REFERENCE, omega), np.cos(theta), np.sin(theta), k) for k in range(2)])
+        told = np.array([image(*rotate(REFERENCE, omega), np.cos(theta), np.sin(theta), k) for k in range(2)])
         for j in range(4):
             ends = []
             for sign in (-1, 1):

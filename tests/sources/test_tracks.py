@@ -11,7 +11,7 @@ from pftrack.model.parameters import Parameters
 from pftrack.model.source import History
 from pftrack.sources.formats import SourceError
 from pftrack.sources.sequence import Limits, open_sequence
-from pftrack.sources.tracks.bodies import named, normalise
+from pftrack.sources.tracks.bodies import named_shape, normalise
 from pftrack.sources.tracks.recorded import RecordedTracks, body_of
 from pftrack.sources.tracks.sequence import TrackSequence
 from pftrack.sources.tracks.table import MOST_POINTS, TrackTable, read_tracks, write
@@ -236,12 +236,12 @@ def test_recorded_tracks_begin_at_the_chosen_frame(tmp_path: Path) -> None:
 def test_points_with_the_names_of_a_face_are_one() -> None:
     """Whatever their order, and if some are missing: what other faces look like is known of them, and of no others."""
     names = ("nose", "reye", "leye", *FEATURES[5:8])
-    shape = named(names)
+    shape = named_shape(names)
     assert shape.mean is not None
     mean = mean_model().points_mm[[FEATURES.index(name) for name in names]]
     np.testing.assert_allclose(shape.mean, normalise(mean))
     assert {(names[one], names[other]) for one, other in shape.edges} == {it for it in LINKS if set(it) <= set(names)}
-    other = named(("nose", "reye", "leye", "tail"))
+    other = named_shape(("nose", "reye", "leye", "tail"))
     assert other.mean is None
     assert len(other.edges) == 0
 

@@ -1,7 +1,7 @@
 import numpy as np
 
 from pftrack.reproduce.structure.scenes import prism_tracks
-from pftrack.structure.accumulated import accumulate, nothing_seen, principal_shape
+from pftrack.structure.accumulated import accumulate, empty, principal_shape
 from pftrack.structure.alignment import shape_error
 from pftrack.structure.factorization import factorize
 
@@ -9,7 +9,7 @@ from pftrack.structure.factorization import factorize
 def test_it_is_the_factorization_of_all_frames() -> None:
     """Frame by frame it comes to the singular values and, up to an affine map, the shape of all frames at once."""
     tracks = prism_tracks(3, frames=30).tracks
-    known = nothing_seen(14)
+    known = empty(14)
     for positions in tracks.positions:
         known = accumulate(known, positions)
     found, whole = principal_shape(known), factorize(tracks)
@@ -23,6 +23,6 @@ def test_it_is_the_factorization_of_all_frames() -> None:
 def test_a_single_view_has_no_depth() -> None:
     """Nothing is made of one frame, nor of the same frame twice."""
     positions = prism_tracks(3, frames=2).true_px[0]
-    once = accumulate(nothing_seen(14), positions)
+    once = accumulate(empty(14), positions)
     assert principal_shape(once) is None
     assert principal_shape(accumulate(once, positions)) is None

@@ -4,7 +4,7 @@ import pytest
 from pftrack.geometry.rotation import rotation
 from pftrack.structure import recursive
 from pftrack.structure.alignment import shape_error
-from pftrack.structure.cameras import fitted, frontal, settled, steadied
+from pftrack.structure.cameras import fit_camera, frontal, residuals_and_slopes, steady_camera
 from pftrack.structure.first_window import from_window
 from pftrack.structure.recursive import Recursive, Settings
 from pftrack.structure.tracks import Tracks
@@ -29,11 +29,11 @@ def test_slopes_are_those_of_central_differences() -> None:
     shape = own()
     camera = np.column_stack([rotation(np.array([0.2, -0.4, 0.1])), [5.0, -3.0, 400.0]])
     rows = np.zeros((2, len(shape)))
-    _, by_point, by_camera = fitted(FOCAL_PX, camera, shape, rows)
+    _, by_point, by_camera = residuals_and_slopes(FOCAL_PX, camera, shape, rows)
     step = 1e-5
 
     def seen(camera: np.ndarray, shape: np.ndarray) -> np.ndarray:
-        return -fitted(FOCAL_PX, camera, shape, rows)[0]
+        return -residuals_and_slopes(FOCAL_PX, camera, shape, rows)[0]
 
     for axis in range(3):
         change = step * np.eye(3)[axis]
@@ -56,7 +56,7 @@ def test_a_camera_is_found_exactly() -> None:
     rows = np.ascontiguousarray((FOCAL_PX * placed[:, :2] / placed[:, 2:]).T)
     ones = np.ones_like(rows)
     first = frontal(FOCAL_PX, shape, rows, ones)
-    found = settled(FOCAL_PX, first, shape, rows, ones, first, 0.0, 30)
+    found = fit_camera(FOCAL_PX, first, shape, rows, ones, first, 0.0, 30)
     assert np.abs(found - camera).max() < 1e-7
 
 
@@ -98,8 +98,8 @@ def test_a_turn_that_may_be_noise_is_taken_as_none() -> None:
     front = np.column_stack([np.eye(3), [0.0, 0.0, 500.0]])
     for theta, kept in ((1e-4, False), (0.5, True)):
         camera = np.column_stack([rotation(np.array([0.0, theta, 0.0])), front[:, 3]])
-        rows = -fitted(FOCAL_PX, camera, shape, np.zeros((2, len(shape))))[0]
-        steady = steadied(FOCAL_PX, camera, front, shape, rows, np.ones_like(rows))
+        rows = -residuals_and_slopes(FOCAL_PX, camera, shape, np.zeros((2, len(shape))))[0]
+        steady = steady_camera(FOCAL_PX, camera, front, shape, rows, np.ones_like(rows))
         assert np.allclose(steady, camera if kept else front, atol=0.02 if kept else 1e-12)
 
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pftrack.structure.tracks import Tracks, checked_view
+from pftrack.structure.tracks import Tracks, check_view
 
 ONE = np.ones((3, 5, 2))
 
@@ -40,9 +40,9 @@ def test_what_are_no_tracks_is_refused(positions: np.ndarray, variances: np.ndar
 def test_a_frame_must_have_the_points_of_the_others() -> None:
     """A single frame is refused alike."""
     with pytest.raises(ValueError, match=r"expected positions and variances \(6, 2\), got \(5, 2\) and \(5, 2\)"):
-        checked_view(ONE[0], ONE[0], 6)
+        check_view(ONE[0], ONE[0], 6)
     with pytest.raises(ValueError, match="variances above 0"):
-        checked_view(ONE[0], -ONE[0], 5)
+        check_view(ONE[0], -ONE[0], 5)
 
 
 def test_tracks_keep_what_they_were_given() -> None:

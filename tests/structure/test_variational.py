@@ -9,8 +9,8 @@ from pftrack.numerics.random import Purpose, Stream
 from pftrack.structure import variational
 from pftrack.structure.alignment import shape_error
 from pftrack.structure.factorization import factorize
-from pftrack.structure.passes import free_energy, moments, points_given, rows_given
-from pftrack.structure.positive import cholesky_solve, factorise, invert
+from pftrack.structure.passes import free_energy, moments, posterior_points, posterior_rows
+from pftrack.structure.positive import cholesky_log_det, cholesky_solve, invert
 from pftrack.structure.tracks import Tracks
 from pftrack.structure.variational import GAMMA, Initial, Variational
 from tests.structure.bodies import body, cameras, seen
@@ -46,7 +46,7 @@ def test_inverses_are_exact() -> None:
     matrix, inverse = root @ root.T + np.eye(4), np.empty((4, 4))
     assert invert(matrix, inverse) == pytest.approx(np.linalg.slogdet(matrix)[1])
     assert np.allclose(inverse, np.linalg.inv(matrix), atol=1e-14)
-    lower, _ = factorise(matrix)
+    lower, _ = cholesky_log_det(matrix)
     assert np.allclose(lower @ lower.T, matrix)
     assert np.allclose(cholesky_solve(lower, root[0].copy()), np.linalg.solve(matrix, root[0]))
 
@@ -55,7 +55,7 @@ def test_the_information_form_is_the_gain_form() -> None:
     """The points' beliefs agree with the gain form of Bando 2007, eq. 4.13 as corrected, to 1e-9."""
     found = fitted()
     rows, precisions = NOISY.matrix, NOISY.precisions
-    means, covariances = points_given(rows, precisions, found.motion, found.motion_covariances)
+    means, covariances = posterior_points(rows, precisions, found.motion, found.motion_covariances)
     slopes = found.motion[:, :3]
     for n in range(len(BODY)):
         xi = np.diag([1.0, 1.0, 1.0, 0.0]) + np.einsum("d,dij->ij", precisions[:, n], found.motion_covariances)
@@ -72,7 +72,7 @@ def test_rows_are_a_regression_on_the_points() -> None:
     """The rows' beliefs are those of Bayesian regression with the moments of the points."""
     found = fitted()
     second = moments(found.shape, found.shape_covariances)
-    means, covariances, logs = rows_given(NOISY.matrix, NOISY.precisions, second, GAMMA, 0)
+    means, covariances, logs = posterior_rows(NOISY.matrix, NOISY.precisions, second, GAMMA, 0)
     for d in (0, 2, 3, 17):
         weights = NOISY.precisions[d]
         precision = GAMMA * np.eye(4) + np.einsum("n,nij->ij", weights, second)
@@ -120,7 +120,7 @@ def test_the_free_energy_never_falls(initial: Initial) -> None:
 def test_the_passes_are_stationary() -> None:
     """After a pass over the points dF/ds vanishes; after one over the rows any change of them lowers F."""
     found = fitted()
-    shape, spread = points_given(NOISY.matrix, NOISY.precisions, found.motion, found.motion_covariances)
+    shape, spread = posterior_points(NOISY.matrix, NOISY.precisions, found.motion, found.motion_covariances)
     after = replace(found, shape=shape, shape_covariances=spread)
     step = 1e-5
     slope = energy(NOISY, replace(after, shape=(1 + step) * shape)) - energy(

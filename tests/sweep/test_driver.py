@@ -204,7 +204,7 @@ def test_two_drivers_do_not_compute_the_same_sweep(plan: Plan, tmp_path: Path) -
     """The second is told that somebody is at it already; once the first has ended it may."""
     out = tmp_path / "twice.parquet"
     journal = begin(plan, out)
-    with journal.claimed(), pytest.raises(SweepError, match="is being computed by another process"):
+    with journal.claim(), pytest.raises(SweepError, match="is being computed by another process"):
         carry_out(None, out)
     assert carry_out(None, out).complete
 
@@ -296,11 +296,11 @@ def test_a_full_disk_is_told_and_costs_nothing_that_is_kept(plan: Plan, tmp_path
 
 def test_the_driver_holds_no_rows() -> None:
     """What comes back from a worker is bytes on their way to the disk, a few dozen a run."""
-    from pftrack.sweep.work import as_text, computed
+    from pftrack.sweep.work import as_text, compute_chunk
 
     plan = Plan("ball", (), ("h-spf",), trials=200, frames=2, values={"sample_count": 1})
     begun = time.perf_counter()
-    data = computed(as_text(plan), 1, 200, 0)
+    data = compute_chunk(as_text(plan), 1, 200, 0)
     assert time.perf_counter() - begun < 60
     assert len(data) < 200 * 120
 

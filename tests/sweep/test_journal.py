@@ -11,7 +11,7 @@ from pftrack import __version__
 from pftrack.sweep import Plan, Result, SweepError, begin, carry_out, partial_of, read_chunk, read_result, resume
 from pftrack.sweep.chunks import Chunks
 from pftrack.sweep.journal import METADATA
-from pftrack.sweep.work import as_text, computed
+from pftrack.sweep.work import as_text, compute_chunk
 
 
 def half_done(plan: Plan, out: Path) -> Path:
@@ -20,7 +20,7 @@ def half_done(plan: Plan, out: Path) -> Path:
     chunks = Chunks.of(plan, 24)
     journal.cut(chunks)
     for number in (0, 2):
-        journal.keep(chunks[number], computed(as_text(plan), chunks.conditions, chunks.trials, number))
+        journal.keep(chunks[number], compute_chunk(as_text(plan), chunks.conditions, chunks.trials, number))
     return journal.folder
 
 

@@ -57,7 +57,7 @@ def stepped(
     """Take a frame in which the features are where they are."""
     rng = Stream(5, frame, Purpose.TRACK)
     belief = pose.advance(state, around(pixels((shift, shift))), values, method, rng)
-    changed = pose.switched(state.belief, belief)
+    changed = pose.has_switched(state.belief, belief)
     return replace(state, belief=belief, pose=belief.pose, switched=changed)
 
 
@@ -93,9 +93,9 @@ def test_the_believed_camera_sees_the_solid_where_its_features_are(kind: str) ->
     # The weak perspective of the camera leaves out that near corners look larger: up to a fifth of 25 mm here.
     assert seen.mean(axis=0) == pytest.approx(state.feature_means.mean(axis=0), abs=3.0)
     assert np.abs(seen - state.feature_means).max() < 25.0
-    assert np.abs(state.seen(VERTICES_MM) - pixels()).max() < 25.0
+    assert np.abs(state.project(VERTICES_MM) - pixels()).max() < 25.0
     if upper == "perspective":
-        assert np.abs(state.seen(VERTICES_MM) - pixels()).max() < 2.0
+        assert np.abs(state.project(VERTICES_MM) - pixels()).max() < 2.0
         assert state.translation_mm == pytest.approx(PLACE, abs=1.5)
 
 
@@ -182,7 +182,7 @@ def test_what_is_reported_is_what_the_belief_has(method: pose.Method) -> None:
     measure = measurement(series)
     state = begun(method, values)
     for frame in range(1, 6):
-        ratios = state.belief.measured().get("alpha")
+        ratios = state.belief.own_series().get("alpha")
         state = stepped(state, method, values, frame)
         found = measure(state)
         assert found.keys() == {one.name for one in series}
@@ -211,9 +211,9 @@ def test_a_switch_is_a_feature_that_trusts_another_prediction() -> None:
     even = begun("pf-asd", values).belief.follows_solid
     assert even is not None
     assert not even.any()  # at one half neither is trusted more
-    assert pose.switched(ones.belief, zeros.belief)
-    assert not pose.switched(ones.belief, stepped(ones, "alpha-1", values, 1).belief)
-    assert not pose.switched(zeros.belief, stepped(zeros, "alpha-0", values, 1).belief)
+    assert pose.has_switched(ones.belief, zeros.belief)
+    assert not pose.has_switched(ones.belief, stepped(ones, "alpha-1", values, 1).belief)
+    assert not pose.has_switched(zeros.belief, stepped(zeros, "alpha-0", values, 1).belief)
     joint = begun("rb-pf", values)
-    assert pose.switched(ones.belief, joint.belief)
-    assert not pose.switched(joint.belief, stepped(joint, "rb-pf", values, 1).belief)
+    assert pose.has_switched(ones.belief, joint.belief)
+    assert not pose.has_switched(joint.belief, stepped(joint, "rb-pf", values, 1).belief)

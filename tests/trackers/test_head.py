@@ -48,11 +48,11 @@ def test_doubt_needs_patience() -> None:
     memory, _ = memory_after(1)
     points = memory.sight.points_px + 5
     for count in (1, 2):
-        memory = memory.judged(np.zeros(11), points, 3, doubtful=True)
+        memory = memory.judge(np.zeros(11), points, 3, doubtful=True)
         assert (memory.doubtful_frames, memory.lost) == (count, False)
-    assert memory.judged(np.zeros(11), points, 3, doubtful=True).lost
-    assert not memory.judged(np.zeros(11), points, 0, doubtful=True).lost
-    good = memory.judged(np.ones(11), points, 3, doubtful=False)
+    assert memory.judge(np.zeros(11), points, 3, doubtful=True).lost
+    assert not memory.judge(np.zeros(11), points, 0, doubtful=True).lost
+    good = memory.judge(np.ones(11), points, 3, doubtful=False)
     assert good.doubtful_frames == 0
     assert good.box == around(points)
     assert memory.box != good.box

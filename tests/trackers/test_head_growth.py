@@ -242,7 +242,7 @@ def test_it_goes_on_when_a_face_is_found_again() -> None:
 def test_a_face_that_is_found_again_may_be_anywhere(state: PoseState) -> None:
     """Both cameras are given up, and what was learned of the shape is kept."""
     growth: Growing = state.memory.growth
-    again = face_growth.reacquired(growth)
+    again = face_growth.widen_motion(growth)
     assert growth.own.camera is not None
     assert growth.mean_camera is not None
     assert again.own.camera is None

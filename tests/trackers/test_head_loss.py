@@ -111,7 +111,7 @@ def test_a_face_of_much_the_same_size_is_found_again(
     assert state.estimate == pytest.approx([0, 0, 0.2])
     assert np.rad2deg(state.sigma) == pytest.approx([10.0] * 3)
     assert state.feature_means == pytest.approx(points, abs=4)
-    assert state.seen(state.solid.points_mm) == pytest.approx(points, abs=1e-6 if method != "rb-pf" else 1e-5)
+    assert state.project(state.solid.points_mm) == pytest.approx(points, abs=1e-6 if method != "rb-pf" else 1e-5)
     spread = np.sqrt(np.trace(state.feature_covariances, axis1=1, axis2=2) / 2)
     if method != "rb-pf":
         expected = 0.05 * memory(before).box[2] / 1.5

@@ -13,7 +13,7 @@ from pftrack.likelihoods import template
 from pftrack.model.parameters import revise
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.trackers.head import step as head
-from pftrack.trackers.head.first_sight import posed, solid_of
+from pftrack.trackers.head.first_sight import fit_pose, solid_of
 from pftrack.trackers.head.memory import FirstSight, Form, around, eye_distance
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.methods import METHODS, Method
@@ -47,7 +47,7 @@ def test_a_still_face_stays_where_it_is(method: Method) -> None:
         assert memory(state).correlations.min() > (0.8 if method != "rb-pf" else 0.6)
     assert np.rad2deg(np.abs(state.estimate)).max() < 3
     assert np.abs(state.feature_means - POINTS).max() < (1.0 if method != "rb-pf" else 2.0)
-    assert state.seen(state.solid.points_mm) == pytest.approx(POINTS, abs=2.0)
+    assert state.project(state.solid.points_mm) == pytest.approx(POINTS, abs=2.0)
 
 
 def test_a_moving_face_is_followed() -> None:
@@ -101,7 +101,7 @@ def test_what_is_reported_is_of_this_frame() -> None:
     templates = memory(state).templates(np.zeros(3), by_pose=False)
     there = template.correlations(grey(12, 0), after.feature_means[:, None], templates)[:, 0]
     assert memory(after).correlations == pytest.approx(there, abs=1e-12)
-    misfit = memory(after).misfit(after.seen(after.solid.points_mm), after.feature_means)
+    misfit = memory(after).misfit(after.project(after.solid.points_mm), after.feature_means)
     assert 0.02 < misfit < 2.0
     for limit, doubtful in ((misfit * (1 - 1e-9), 1), (misfit * (1 + 1e-9), 0)):
         judged = stepped(state, "alpha-0", revise(given, {"largest_misfit": limit}), 4, grey(12, 0))
@@ -187,7 +187,7 @@ def test_a_bank_learns_only_from_what_correlates() -> None:
     for most, one, gathered in ((0.9, 0.9, 2), (0.5, 0.5, 1), (0.5, 0.95, 1), (0.65, 0.1, 2)):
         known = replace(memory(turned), correlations=np.array([one] + [most] * 10))
         templates = known.templates(turned.pose.mean, by_pose=True)
-        learned = head._learned(known, grey(), turned, templates, given)
+        learned = head._learn(known, grey(), turned, templates, given)
         assert len(learned.bank.sets) == gathered
         assert (learned is known) == (gathered == 1)
 
@@ -198,7 +198,7 @@ def test_the_templates_in_use_are_those_of_the_pose() -> None:
     state = begun("pf-asd", given)
     turned = replace(state, pose=replace(state.pose, mean=np.array([0.0, 0.25, 0.0])))
     frontal = memory(state).templates(np.zeros(3), by_pose=True)
-    learned = head._learned(memory(turned), grey(3, 0), turned, frontal, given)
+    learned = head._learn(memory(turned), grey(3, 0), turned, frontal, given)
     assert learned.templates(np.zeros(3), by_pose=True) is frontal
     assert learned.templates(np.array([0.0, 0.3, 0.0]), by_pose=True) is not frontal
     assert learned.templates(np.array([0.0, 0.3, 0.0]), by_pose=False) is frontal
@@ -231,7 +231,7 @@ def test_the_solid_at_first_sight_is_where_the_features_are(upper: str) -> None:
     assert state.solid.principal_px.tolist() == [WIDTH / 2, HEIGHT / 2]
     expected = state.solid.points_mm @ state.solid.reference[:, :3].T + state.solid.reference[:, 3]
     assert expected == pytest.approx(POINTS, abs=1e-6)
-    away = np.abs(state.seen(state.solid.points_mm, np.zeros(3)) - POINTS).max()
+    away = np.abs(state.project(state.solid.points_mm, np.zeros(3)) - POINTS).max()
     assert away < (1e-6 if upper == "affine" else 0.1 * eye_distance(POINTS))
     assert state.solid.translation_mm[2] == pytest.approx(1.3 * WIDTH / PX_PER_MM, rel=0.1)
 
@@ -283,6 +283,6 @@ def test_the_pose_before_a_pinhole_is_found_exactly() -> None:
     points_mm, principal = mean_model().points_mm, np.array([120.0, 100.0])
     pixels = pinhole(points_mm @ rotation(theta).T + place, focal) + principal
     first = pose.translation(points_mm, pixels, focal, principal)
-    found, where = posed(points_mm, pixels, focal, principal, first)
+    found, where = fit_pose(points_mm, pixels, focal, principal, first)
     assert np.rad2deg(found) == pytest.approx(np.rad2deg(theta), abs=0.01)
     assert where == pytest.approx(place, abs=0.01)

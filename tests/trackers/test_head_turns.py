@@ -87,7 +87,7 @@ def test_where_one_looks_does_not_change_what_is_seen() -> None:
     """A look finds detail where it is asked for: here, beside it, within both, and wherever somebody asks for more."""
     sight, bent = memory(begun("pf-asd", parameters())).sight, memory(begun("pf-asd", RELIEVED)).reliefs
     assert bent is not None
-    views = relief.seen(bent, np.tile([[1.1, 0.0, 0.0], [0.0, 1.1, 0.0]], (11, 1, 1)))
+    views = relief.project_views(bent, np.tile([[1.1, 0.0, 0.0], [0.0, 1.1, 0.0]], (11, 1, 1)))
     look, whole = reliefs.Look(grey(), sight, views), reliefs.detail(grey(), sight)
     for shift in (0.0, 30.0, 5.0, -60.0, 500.0, np.nan):
         positions = (POINTS + shift)[:, None] + np.random.default_rng(1).uniform(-9.0, 9.0, (11, 8, 2))

@@ -9,7 +9,7 @@ from pftrack.experiment import Setup
 from pftrack.experiments import find
 from pftrack.model.parameters import Value, revise
 from pftrack.runs.run import Change, Run
-from pftrack.trackers.linkage.regions import begun
+from pftrack.trackers.linkage.regions import begin
 
 LINKAGE = find("linkage")
 TRACKERS = ("ellipsoids", "ellipsoids-literal", "box-guides")
@@ -35,8 +35,8 @@ def test_a_change_of_scale_loses_nothing(tracker: str) -> None:
 def test_a_region_is_the_same_in_another_scale(scales: tuple[float, float]) -> None:
     """Its pose, its guides and its ellipsoid, told in rad and px."""
     low, high = np.array([0.1, 0.2, 0.3, 60.0, 50.0, 40.0]), np.array([0.3, 0.5, 0.4, 80.0, 70.0, 60.0])
-    region = begun((low, high), scales[0])
-    other = region.scaled(scales[1])
+    region = begin((low, high), scales[0])
+    other = region.rescale(scales[1])
     for name in ("pose", "low", "high", "shape"):
         np.testing.assert_allclose(getattr(other, name), getattr(region, name), rtol=1e-12)
 

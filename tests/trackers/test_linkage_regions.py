@@ -8,7 +8,7 @@ from pftrack.model.frame import Measurements, Target
 from pftrack.set_membership.regions import HIGH, LOW, SHAPE
 from pftrack.set_membership.regions import contains as in_region
 from pftrack.trackers.linkage.parameters import LinkageTrackerParameters
-from pftrack.trackers.linkage.regions import ROOT, Region, begun, box_of, contains, known, union
+from pftrack.trackers.linkage.regions import ROOT, Region, begin, box_of, contains, known_bounds, union
 from pftrack.trackers.linkage.state import LinkageState
 from tests.trackers.chains import RUNS, frame_of, frames, lengths_of, step, told, tracked
 
@@ -235,8 +235,8 @@ def test_the_box_of_the_start_is_its_region() -> None:
         high = low + rng.uniform(0, 0.5, size)
         if size == 11:
             low[5] = high[5] = 0.0
-        region = begun((low, high), 55.0)
-        inner = begun((low, high), 55.0, inscribed=True)
+        region = begin((low, high), 55.0)
+        inner = begin((low, high), 55.0, inscribed=True)
         kept = []
         for _ in range(200):
             point = low + rng.choice([0.0, 1.0, *[0.5] * 8], size) * (high - low)
@@ -256,7 +256,7 @@ def test_bounds_are_the_same_in_the_coordinates_of_regions() -> None:
         theta, r = rng.normal(size=3), rng.uniform(40, 80, 3)
         theta[0] *= not in_space
         place = np.concatenate([rng.normal(size=3), np.cumsum(theta)[1:]] if in_space else [np.cumsum(theta)])
-        told_by = known(bounds, 55.0, 0.1, in_space=in_space)
+        told_by = known_bounds(bounds, 55.0, 0.1, in_space=in_space)
         constraints = bounds.constraints(in_space=in_space)
         assert np.allclose(told_by.rows @ np.append(place * 55.0, r), constraints.rows @ np.append(theta, r))
         assert (told_by.moved, told_by.radius) == (len(place), pytest.approx(5.5))
@@ -267,7 +267,7 @@ def test_a_region_is_told_in_radians_and_pixels() -> None:
     states, _ = tracked("mirror3", 0, count=10)
     region = states[-1].belief.members[0]
     assert isinstance(region, Region)
-    other = region.scaled(150.0)
+    other = region.rescale(150.0)
     for name in ("pose", "low", "high", "shape"):
         assert np.allclose(getattr(region, name), getattr(other, name))
     assert np.allclose(region.low[:3] * 55.0, region.array[LOW, :3])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pftrack.experiments.pose.placing import placed
+from pftrack.experiments.pose.placing import place_points
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.face_model import FEATURES, mean_model
 from pftrack.geometry.rotation import rotation
@@ -59,7 +59,7 @@ def test_every_method_begins_at_a_given_pose(method: pose.Method, upper: str) ->
     assert isinstance(belief, JointParticles) == (method == "rb-pf")
     assert state.estimate == pytest.approx(THETA)
     assert state.feature_means == pytest.approx(pixels)
-    assert np.abs(placed(state, SOLID.points_mm)[:, :2] - pixels).max() < 6
+    assert np.abs(place_points(state, SOLID.points_mm)[:, :2] - pixels).max() < 6
     if upper == "affine" or method == "rb-pf":
         assert state.belief.camera(SOLID)[:, :3] == pytest.approx(SOLID.reference[:, :3] @ rotation(THETA))
     assert state.nbytes > state.belief.positions.nbytes
@@ -69,7 +69,7 @@ def test_a_nose_is_nearer_than_the_corners_of_the_eyes() -> None:
     """Heights of a drawing grow towards the viewer, as depths in the camera's frame fall."""
     belief = pose.begin(SOLID, SOLID.points_mm[:, :2] + 300, PoseTrackerParameters(), "pf-asd", rng())
     state = PoseState(SOLID, belief, belief.pose, np.ones(11, np.bool_))
-    heights = dict(zip(FEATURES, placed(state, SOLID.points_mm)[:, 2], strict=True))
+    heights = dict(zip(FEATURES, place_points(state, SOLID.points_mm)[:, 2], strict=True))
     assert max(heights, key=lambda name: heights[name]) == "nose"
     assert heights["llc"] < heights["lmc"]
 

@@ -174,19 +174,19 @@ def test_an_affine_camera_says_where_the_origin_is_across() -> None:
         shift = np.array([min(2.5 * frame, 25.0), 0.0])
         state = prism.step("alpha-0", state, frame_of(posed((0, 0, 0), given) + shift, frame), given, rng(frame))
     assert state.translation_mm == pytest.approx([25 * 80 / 400, 0, 80], abs=0.6)
-    assert state.seen(np.zeros((1, 3)))[0] == pytest.approx(PRINCIPAL_PX + np.array([25, 0]), abs=3)
+    assert state.project(np.zeros((1, 3)))[0] == pytest.approx(PRINCIPAL_PX + np.array([25, 0]), abs=3)
 
 
 def test_a_solid_may_be_drawn_in_another_pose() -> None:
-    """`seen` in a given pose is what it would be if that were believed, for both cameras."""
+    """`project` in a given pose is what it would be if that were believed, for both cameras."""
     for upper in ("affine", "perspective"):
         given = parameters(upper_layer=upper)
         state = begun("pf-asd", given)
         theta = np.array([0.1, -0.2, 0.3])
         turned = replace(state, pose=replace(state.pose, mean=theta))
-        assert state.seen(VERTICES_MM, theta) == pytest.approx(turned.seen(VERTICES_MM))
+        assert state.project(VERTICES_MM, theta) == pytest.approx(turned.project(VERTICES_MM))
         if upper == "perspective":
-            assert state.seen(VERTICES_MM, theta) == pytest.approx(posed((0.1, -0.2, 0.3), given), abs=1.0)
+            assert state.project(VERTICES_MM, theta) == pytest.approx(posed((0.1, -0.2, 0.3), given), abs=1.0)
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -71,7 +71,9 @@ def test_a_turned_head_is_found_turned() -> None:
         assert frame.target is not None
         assert frame.target.landmarks is not None
         true = frame.target.position
-        turned = head._found(known, state.solid, head._grey(frame), frame.target.landmarks.points_px, true[2], given)
+        turned = head._judge_face(
+            known, state.solid, head._grey(frame), frame.target.landmarks.points_px, true[2], given
+        )
         found.append(np.abs(turned.theta - true)[:2].sum())
         front.append(np.abs(true[:2]).sum())
     assert np.mean(found) < 0.7 * np.mean(front)

@@ -13,7 +13,7 @@ from pftrack.geometry.rotation import rotation
 from pftrack.model.frame import Frame, Measurements
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.runs.run import Change, Run
-from pftrack.sources.tracks.bodies import body_of, normalise, unnamed
+from pftrack.sources.tracks.bodies import body_of, normalise, unnamed_shape
 from pftrack.sources.tracks.target import BodyTarget
 from pftrack.trackers.structure.parameters import StructureTrackerParameters
 from pftrack.trackers.structure.state import StructureState
@@ -36,7 +36,7 @@ def views(points: NDArray[np.float64], count: int, sd: float = 1e-3) -> list[Mea
 def followed(tracker: str, seen: Sequence[Measurements], **values: Any) -> list[StructureState]:
     """The states of a tracker over views of a body of which nothing else is known."""
     count = len(seen[0].points_px)
-    target = BodyTarget(np.zeros(3 * count), shape=unnamed(count), focal_px=FOCAL)
+    target = BodyTarget(np.zeros(3 * count), shape=unnamed_shape(count), focal_px=FOCAL)
     parameters = StructureTrackerParameters(**values)
     states: list[Any] = []
     for index, measured in enumerate(seen):

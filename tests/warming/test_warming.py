@@ -92,8 +92,8 @@ def test_a_process_stays_with_its_experiment_and_helps_others_before_it_begins_o
     """Its own cases from the front, then others' from the end, and last of all an experiment that nobody has begun."""
     schedule = Schedule(["short", "long", "tiny"])
     assert [schedule.take(None), schedule.take(None)] == [("short", 0), ("long", 0)]
-    schedule.begun("short", 2)
-    schedule.begun("long", 3)
+    schedule.on_begin("short", 2)
+    schedule.on_begin("long", 3)
     assert not schedule.done("short")
     assert schedule.take("short") == ("short", 1)
     assert schedule.done("short")
@@ -104,7 +104,7 @@ def test_a_process_stays_with_its_experiment_and_helps_others_before_it_begins_o
     assert schedule.take("long") == ("tiny", 0)
     assert schedule.done("long")
     assert not schedule
-    schedule.begun("tiny", 4)
+    schedule.on_begin("tiny", 4)
     assert schedule
     schedule.give_up("tiny")
     assert schedule.take("long") is None
@@ -116,7 +116,7 @@ def test_what_is_told_after_the_end_brings_nothing_back() -> None:
     schedule = Schedule(["one", "two"])
     schedule.take(None)
     schedule.clear()
-    schedule.begun("one", 5)
+    schedule.on_begin("one", 5)
     assert not schedule
     assert schedule.take("one") is None
 

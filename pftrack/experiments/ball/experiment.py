@@ -98,7 +98,7 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
             "target_green_share": colour.mean[1],
             "red_spread": colour.spread[0],
             "green_spread": colour.spread[1],
-            "distracter_colour": chromaticity.displayed(sequence.picture(start), box),
+            "distracter_colour": chromaticity.median_colour(sequence.picture(start), box),
         },
     )
 
@@ -153,7 +153,7 @@ def _caption(step: Step) -> str:
     row = step.diagnostics
     parts = [f"frame {row.frame}", TRACKERS[step.tracker].title]
     if step.tracker == GUIDED.id:
-        parts.append(f"learned from {GUIDANCE.learned(step.parameters.learned).origin}")
+        parts.append(f"learned from {GUIDANCE.parse(step.parameters.learned).origin}")
     samples = row.vector("samples")
     if samples is not None:
         parts.append("{:g} by prediction, {:g} by observation".format(*samples))
@@ -179,7 +179,7 @@ def _distance(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> An
     return np.hypot(off[..., 0], off[..., 1])
 
 
-def _lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model above
+def _is_lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model above
     return errors > parameters.lost_radii * sizes / 2
 
 
@@ -309,7 +309,7 @@ EXPERIMENT = Experiment(
     suits=suits,
     draw=draw,
     error=_distance,
-    lost=_lost,
+    lost=_is_lost,
     measures=PICTURE_MEASURES,
     target="ball",
     exports=(GUIDANCE.export,),

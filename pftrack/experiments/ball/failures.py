@@ -16,7 +16,7 @@ def _other_way(rows: Sequence[Diagnostics]) -> Finding:
     true = later.truth[1] - first.truth[1] if later.truth and first.truth else 0.0
     believed = later.estimate[1] - first.estimate[1]
     return Finding(
-        believed < 0.5 * true and rows[-1].gone,
+        believed < 0.5 * true and rows[-1].is_lost,
         "In the first {frames:.0f} frames the ball goes {true:.1f} px down, and the estimate {believed:.1f} px, with a "
         "standard deviation of {sigma:.1f} px; in the last frame it is {error:.1f} px off.",
         {

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.fish.recording import FishBody, on_video, suits
-from pftrack.experiments.fish.sketch import edges_drawn, fish, particles_drawn, path_drawn, truth_drawn
+from pftrack.experiments.fish.sketch import draw_edges, draw_particles, draw_path, draw_truth, fish
 from pftrack.experiments.fish.world import CHANGES_WORLD, MODES_WORLD, changes_world, modes_world
 from pftrack.experiments.sketch import SECOND_RUN
 from pftrack.model.diagnostics import Diagnostics
@@ -29,7 +29,7 @@ from pftrack.trackers.fish.learned import GUIDANCE
 from pftrack.trackers.fish.motion import shape
 from pftrack.trackers.fish.parameters import FishTrackerParameters
 from pftrack.trackers.fish.state import FishState
-from pftrack.trackers.fish.step import TRACKERS, seen_edges
+from pftrack.trackers.fish.step import TRACKERS, find_edges
 
 __all__ = ["EXPERIMENT", "SimulatedFishParameters"]
 
@@ -112,7 +112,7 @@ def measure(frame: Frame, state: FishState) -> Mapping[str, SeriesValue]:
     }
 
 
-def missed(state: FishState, target: Target) -> bool:
+def is_missed(state: FishState, target: Target) -> bool:
     """Return whether the estimate lies outside the fish's silhouette, or outside its box where no more is known."""
     estimate = state.estimate
     if not np.isfinite(estimate).all():
@@ -133,14 +133,14 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     height, width, _ = image.shape
     body = shape(parameters)
     primitives: dict[str, Primitive] = {"picture": Picture(image)}
-    primitives |= edges_drawn(seen_edges(step.frame, parameters))
-    primitives |= particles_drawn(state, body, width)
-    primitives |= truth_drawn(step.frame.target)
+    primitives |= draw_edges(find_edges(step.frame, parameters))
+    primitives |= draw_particles(state, body, width)
+    primitives |= draw_truth(step.frame.target)
     second = None if other is None else other.vector("body")
     if second is not None:
         primitives |= fish(np.array(second), body, COLOURS["second"], "second run", "second")
     primitives |= fish(state.pose, body, COLOURS["estimate"], "estimate", "estimated")
-    primitives |= path_drawn(past, row.frame)
+    primitives |= draw_path(past, row.frame)
     worlds = (modes_world(parameters, row.frame), changes_world(state, parameters, past, row.frame))
     return Drawing(width, height, primitives, _caption(step), worlds)
 
@@ -266,7 +266,7 @@ EXPERIMENT = Experiment(
     suits=suits,
     draw=draw,
     error=_distance,
-    missed=missed,
+    missed=is_missed,
     series=SERIES,
     measure=measure,
     measures=PICTURE_MEASURES,

@@ -19,7 +19,7 @@ from pftrack.model.marks import LongBody, Mark
 from pftrack.model.parameters import ParameterError, revise
 from pftrack.model.recipe import Footage
 from pftrack.model.sequence import FrameSequence
-from pftrack.model.suitability import Suitability, graded
+from pftrack.model.suitability import Suitability, grade
 from pftrack.model.truth import Truth
 from pftrack.sources.fish import FishTarget
 from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
@@ -102,14 +102,14 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
             "tail_length_px": min(target.shape.tail_length, 400.0),
             "sigma_d_px2": min(max(scaled, LEAST_SIGMA_D_PX2), LARGEST_SIGMA_D_PX2),
             "lost_share": 0.25,
-            **_told(sequence.picture(start), target),
+            **_appearance(sequence.picture(start), target),
         },
     )
     source = RecordingSource(sequence, (0.0, 0.0, 1.0, 1.0), start, truth.at if truth else None, start=target)
     return Setup(lambda _seed, _parameters: source, parameters, Footage.of(sequence, mark, start, truth))
 
 
-def _told(image_rgb: NDArray[np.uint8], target: FishTarget) -> dict[str, object]:
+def _appearance(image_rgb: NDArray[np.uint8], target: FishTarget) -> dict[str, object]:
     """Return how a fish is told from what is around it: by its colour if it has one, else by its brightness."""
     on, around = _regions(image_rgb.shape[:2], target)
     hsv = np.asarray(cv2.cvtColor(image_rgb, cv2.COLOR_RGB2HSV), np.int64)
@@ -164,7 +164,7 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: RecordedFishPar
     covered, beside = (float((seen.mask[region] > 0).mean()) if region.any() else 0.0 for region in (on, around))
     d_max = _fit(seen, mark, parameters)
     allowed = 0.5 * parameters.half_width_px + 2.0
-    value = min(graded(max(covered - beside, 0.0), 0.3, 0.7), graded(allowed / max(d_max, 0.1), 0.5, 1.0))
+    value = min(grade(max(covered - beside, 0.0), 0.3, 0.7), grade(allowed / max(d_max, 0.1), 0.5, 1.0))
     told = {"colour": "colour", "dark": "darkness", "light": "brightness"}[parameters.foreground]
     fits = f"within {d_max:.1f} px of edges" if d_max < CAP_PX else f"partly {CAP_PX} px or more from any edge"
     remark = (

@@ -15,7 +15,7 @@ from pftrack.model.palette import VIRIDIS
 from pftrack.sources.fish import FishTarget
 from pftrack.trackers.fish.state import FishState
 
-__all__ = ["edges_drawn", "fish", "outlines", "particles_drawn", "path_drawn", "truth_drawn"]
+__all__ = ["draw_edges", "draw_particles", "draw_path", "draw_truth", "fish", "outlines"]
 
 FEW, MANY = 10, 200
 """How many particles are drawn as whole fish: as in the paper's figures 8 and 9, or nearly all."""
@@ -43,7 +43,7 @@ def fish(
     }
 
 
-def particles_drawn(state: FishState, shape: FishShape, width: int) -> dict[str, Primitive]:
+def draw_particles(state: FishState, shape: FishShape, width: int) -> dict[str, Primitive]:
     """Draw all particles as points at their centres, and some of them as whole fish."""
     states = state.particles.states
     poses = states[:, [0, 1, 4, 5]]
@@ -66,7 +66,7 @@ def outlines(poses: NDArray[np.float64], shape: FishShape, colour: Colour, width
     return Links(flat, colour, width, layer)
 
 
-def edges_drawn(edges: Edges) -> dict[str, Primitive]:
+def draw_edges(edges: Edges) -> dict[str, Primitive]:
     """Draw the distance image, dark near the edges, and the edges themselves."""
     rows, columns = np.nonzero(edges.edges)
     places = at_height(np.column_stack([columns, rows]).astype(np.float64), 1.0)
@@ -77,7 +77,7 @@ def edges_drawn(edges: Edges) -> dict[str, Primitive]:
     }
 
 
-def truth_drawn(target: Target | None) -> dict[str, Primitive]:
+def draw_truth(target: Target | None) -> dict[str, Primitive]:
     """Draw the true fish, or a circle where only its place is known."""
     if isinstance(target, FishTarget):
         return fish(target.pose, target.shape, COLOURS["truth"], "truth", "true")
@@ -86,7 +86,7 @@ def truth_drawn(target: Target | None) -> dict[str, Primitive]:
     return {}
 
 
-def path_drawn(past: Sequence[Diagnostics], frame: int) -> dict[str, Primitive]:
+def draw_path(past: Sequence[Diagnostics], frame: int) -> dict[str, Primitive]:
     """Draw where the estimate was in the last three seconds."""
     rows = past[max(frame - TRAIL_FRAMES, 0) : frame + 1]
     places = np.array([row.estimate for row in rows]).reshape(-1, 2)

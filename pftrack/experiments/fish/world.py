@@ -77,7 +77,7 @@ NAMES = (("turn", (1.0, 0.0, 0.0)), ("bend", (0.0, 1.0, 0.0)), ("across", (0.0, 
 
 def modes_world(parameters: FishTrackerParameters, frame: int) -> WorldDrawing:
     """Draw the mode that is chosen: the fish at rest, a fan along the mode, and the ghost."""
-    diffusion = _learned(parameters)
+    diffusion = _learned_diffusion(parameters)
     sway = np.cos(2.0 * np.pi * frame / SWAY_FRAMES) if parameters.mode_sways else 1.0
     along = float(parameters.along_mode * sway)
     change = _change(diffusion, parameters.shown_mode, along)
@@ -109,7 +109,7 @@ def changes_world(
     state: FishState, parameters: FishTrackerParameters, past: Sequence[Diagnostics], frame: int
 ) -> WorldDrawing:
     """Draw the changes of all particles and of the estimate beside what was learned."""
-    diffusion = _learned(parameters)
+    diffusion = _learned_diffusion(parameters)
     length = shape(parameters).half_length / GOLDFISH.half_length
     sd = diffusion.sd[[2, 3, 1]] * np.array([1.0, 1.0, length])
     drawn: dict[str, Primitive] = {"axes": _axes()}
@@ -135,8 +135,8 @@ def changes_world(
     return WorldDrawing(CHANGES_WORLD, drawn)
 
 
-def _learned(parameters: FishTrackerParameters) -> Diffusion:
-    learned = GUIDANCE.learned(parameters.learned)
+def _learned_diffusion(parameters: FishTrackerParameters) -> Diffusion:
+    learned = GUIDANCE.parse(parameters.learned)
     return learned.diffusion(parameters.motion_reading, correlated=parameters.correlated_changes)
 
 

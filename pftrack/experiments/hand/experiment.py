@@ -54,7 +54,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     height, width, _ = image.shape
     shown = min(step.parameters.shown_hypothesis, len(state.beam)) - 1
     primitives: dict[str, Primitive] = {"picture": Picture(image)}
-    primitives |= sketch.seen(features(step.frame, step.parameters))
+    primitives |= sketch.draw_silhouette(features(step.frame, step.parameters))
     primitives |= sketch.ghosts(state, shown, (width, height))
     primitives |= sketch.hand(state, shown, (width, height))
     if isinstance(step.frame.target, HandTarget):
@@ -66,7 +66,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
 
 def measure(frame: Frame, state: HandState) -> Mapping[str, SeriesValue]:
     """Return how near to the truth a frame's hands are, where that is known, and what there is to say of it."""
-    return {**truth.measure(frame, state), **findings.told(state)}
+    return {**truth.measure(frame, state), **findings.flags(state)}
 
 
 def _caption(step: Step, shown: int) -> str:
@@ -81,7 +81,7 @@ def _caption(step: Step, shown: int) -> str:
         tips, target = state.tips[shown], step.frame.target
         off = float(_distance(tips, target.position))
         parts.append(f"tips off by {off:.0f} px" + (", lost" if _too_far(tips, target) else ""))
-    if words := findings.said(state):
+    if words := findings.describe(state):
         parts.append(words)
     return " · ".join(parts)
 
@@ -92,7 +92,7 @@ def _distance(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> An
     return np.sqrt(np.square(off).sum(axis=-1)).mean(axis=-1)
 
 
-def missed(state: HandState, target: Target) -> bool:
+def is_missed(state: HandState, target: Target) -> bool:
     """Return whether the tips are too far from the true ones in space, for a hand of this size."""
     if not isinstance(target, HandTarget):
         return False
@@ -133,7 +133,7 @@ EXPERIMENT = Experiment(
     simulate=simulate,
     draw=draw,
     error=_distance,
-    missed=missed,
+    missed=is_missed,
     on_video=on_video,
     marks=(HandTips,),
     advice="Spread all five fingers, with the palm towards the camera and the arm leaving the picture.",

@@ -6,7 +6,7 @@ from pftrack.detection.silhouette import Finding
 from pftrack.model.series import Series, SeriesValue
 from pftrack.trackers.hand.state import HandState
 
-__all__ = ["SERIES", "said", "told"]
+__all__ = ["SERIES", "describe", "flags"]
 
 NO_FINGER = "no finger is seen beside the palm: a fist, or fingers before it"
 
@@ -28,12 +28,12 @@ SERIES = (
 )
 
 
-def told(state: HandState) -> Mapping[str, SeriesValue]:
+def flags(state: HandState) -> Mapping[str, SeriesValue]:
     """Return which of these is so in a frame."""
     happened = EVENTS.get(state.finding, "no_fit") if state.finding else "no_finger" if not state.protrusions else ""
     return {series.name: float(series.name == happened) for series in SERIES}
 
 
-def said(state: HandState) -> str:
+def describe(state: HandState) -> str:
     """Return what there is to say of a frame in words; nothing if a hand is seen, and a finger of it."""
     return state.finding or ("" if state.protrusions else NO_FINGER)

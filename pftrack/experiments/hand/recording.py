@@ -6,10 +6,10 @@ tips corrects that, or begins with a hand that is not open.
 
 from collections.abc import Iterator, Sequence
 
-from pftrack.detection.open_hand import NoOpenHandError, OpenHand, opened
+from pftrack.detection.open_hand import NoOpenHandError, OpenHand, find_open_hand
 from pftrack.detection.protrusions import HandFeatures, features_of
 from pftrack.detection.raised_fingers import propose
-from pftrack.detection.silhouette import suggested
+from pftrack.detection.silhouette import suggest_parameters
 from pftrack.experiment import Setup
 from pftrack.experiments.hand.marks import TIPS, HandTips
 from pftrack.model.finder import Finder, Sighting
@@ -17,7 +17,7 @@ from pftrack.model.marks import Mark
 from pftrack.model.parameters import ParameterError, revise
 from pftrack.model.recipe import Footage
 from pftrack.model.sequence import FrameSequence
-from pftrack.model.suitability import Suitability, graded
+from pftrack.model.suitability import Suitability, grade
 from pftrack.model.truth import Truth
 from pftrack.sources.hand import HandTarget
 from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
@@ -56,7 +56,7 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
         raise ParameterError("mark", mark.kind, "the tips of the fingers")
     mark.check(sequence.size)
     parameters = _parameters(sequence, start)
-    hand = opened(_features(sequence, start, parameters), mark.tips)
+    hand = find_open_hand(_features(sequence, start, parameters), mark.tips)
     target = HandTarget.of(hand.pose, hand.scale, hand.shape, hand.shape, hidden=None)
     source = RecordingSource(sequence, (0.0, 0.0, 1.0, 1.0), start, None, start=target)
     return Setup(lambda _seed, _parameters: source, parameters, Footage.of(sequence, mark, start, truth))
@@ -77,7 +77,7 @@ def search(sequence: FrameSequence, frames: Sequence[int]) -> Iterator[Sighting]
     for place, frame in enumerate(frames):
         features = _features(sequence, frame, _parameters(sequence, frame))
         try:
-            found = opened(features)
+            found = find_open_hand(features)
         except NoOpenHandError as error:
             if len(frames) == 1:
                 yield _guess(features, frame, str(error))
@@ -109,7 +109,7 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: RecordedHandPar
     """Return how well the hand that a recording begins with covers the silhouette that is seen."""
     features = _features(sequence, footage.start, parameters)
     try:
-        hand = opened(features, HandTips.read(footage.mark).tips)
+        hand = find_open_hand(features, HandTips.read(footage.mark).tips)
     except NoOpenHandError as error:
         return Suitability(0.0, str(error), ("turn what the hand is told by, or begin with another picture",))
     seen = len(features.protrusions)
@@ -118,7 +118,7 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: RecordedHandPar
     advice = list(hand.remarks)
     if seen < len(TIPS):
         advice.append("begin with a picture in which all five fingers are spread, which tells how long they are")
-    return Suitability(graded(max(1.0 - hand.misfit, 0.0), 0.5, 0.8), remark, tuple(advice))
+    return Suitability(grade(max(1.0 - hand.misfit, 0.0), 0.5, 0.8), remark, tuple(advice))
 
 
 def _first(sequence: FrameSequence, start: int) -> tuple[int, Mark]:
@@ -132,14 +132,14 @@ def _first(sequence: FrameSequence, start: int) -> tuple[int, Mark]:
     reason = ""
     for frame in frames_to_search(start, sequence.frame_count - 1):
         try:
-            return frame, _tips(opened(_features(sequence, frame, _parameters(sequence, frame))))
+            return frame, _tips(find_open_hand(_features(sequence, frame, _parameters(sequence, frame))))
         except NoOpenHandError as error:
             reason = reason or str(error)
     raise ValueError(f"{reason}; or mark the tips of its fingers")
 
 
 def _parameters(sequence: FrameSequence, frame: int) -> RecordedHandParameters:
-    return revise(RecordedHandParameters(), {"growth_sd": GROWTH_SD, **suggested(sequence.picture(frame))})
+    return revise(RecordedHandParameters(), {"growth_sd": GROWTH_SD, **suggest_parameters(sequence.picture(frame))})
 
 
 def _features(sequence: FrameSequence, frame: int, parameters: RecordedHandParameters) -> HandFeatures:

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from pftrack.detection.protrusions import HandFeatures
 from pftrack.experiments.hand.solids import ribbon
-from pftrack.experiments.pose.sketch import rimmed
+from pftrack.experiments.pose.sketch import draw_with_rim
 from pftrack.experiments.sketch import at_height
 from pftrack.geometry.hand_model import HandShape, joints, parts
 from pftrack.geometry.polygons import fill
@@ -14,7 +14,7 @@ from pftrack.model.drawing import COLOURS, Colour, Links, Mesh, Points, Primitiv
 from pftrack.sources.hand import HandTarget
 from pftrack.trackers.hand.state import HandState
 
-__all__ = ["bones", "ghosts", "hand", "hand_colour", "outline", "second_run", "seen", "truth"]
+__all__ = ["bones", "draw_silhouette", "ghosts", "hand", "hand_colour", "outline", "second_run", "truth"]
 
 LARGEST_DRAWN = 400.0
 """Longer side of the raster on which outlines are found, px: finer ones could not be seen."""
@@ -22,7 +22,7 @@ FAINTEST = 0.3
 """What is hardly probable at all is still seen."""
 
 
-def seen(features: HandFeatures) -> dict[str, Primitive]:
+def draw_silhouette(features: HandFeatures) -> dict[str, Primitive]:
     """Draw the outline of the silhouette, the axes of its protrusions, their tips, and the wrist."""
     to_picture = features.silhouette.in_picture
     axes = [to_picture(each.axis) for each in features.protrusions]
@@ -32,8 +32,8 @@ def seen(features: HandFeatures) -> dict[str, Primitive]:
         ends.append(to_picture(features.wrist))
     around = _contours(features.silhouette.mask, features.silhouette.reduction)
     return {
-        "silhouette": Links(_raised(around, 0.8), COLOURS["observation"], 1.5, "silhouette"),
-        "protrusions": Links(_raised(lines, 1.0), COLOURS["second"], 2.0, "protrusions"),
+        "silhouette": Links(_raise(around, 0.8), COLOURS["observation"], 1.5, "silhouette"),
+        "protrusions": Links(_raise(lines, 1.0), COLOURS["second"], 2.0, "protrusions"),
         "protrusion ends": _dots(np.array(ends).reshape(-1, 2), COLOURS["second"], 6.0, "protrusions"),
     }
 
@@ -43,8 +43,8 @@ def hand(state: HandState, place: int, size: tuple[int, int]) -> dict[str, Primi
     pose, colour = state.beam.members[place], hand_colour(state)
     around = outline(pose, state.scale, state.shape, size)
     return {
-        "outline": Links(_raised(around, 2.0), colour, 2.0, "hand"),
-        **rimmed("fingers", bones(pose, state.scale, state.shape, colour, "fingers")),
+        "outline": Links(_raise(around, 2.0), colour, 2.0, "hand"),
+        **draw_with_rim("fingers", bones(pose, state.scale, state.shape, colour, "fingers")),
     }
 
 
@@ -62,7 +62,7 @@ def ghosts(state: HandState, shown: int, size: tuple[int, int]) -> dict[str, Pri
         if place == shown:
             continue
         around = outline(state.beam.members[place], state.scale, state.shape, size)
-        corners, triangles = ribbon(_raised(around, 1.5).astype(np.float64), width)
+        corners, triangles = ribbon(_raise(around, 1.5).astype(np.float64), width)
         vertices.append(corners)
         faces.append(triangles + np.int32(count))
         opacities.append(np.full(len(corners), FAINTEST + (1.0 - FAINTEST) * weight, np.float32))
@@ -75,7 +75,7 @@ def truth(target: HandTarget) -> dict[str, Primitive]:
     """Draw the fingers where they truly are, and their tips, with a light rim."""
     lines = bones(target.pose, target.scale, target.shape, COLOURS["truth"], "truth")
     return {
-        **rimmed("true fingers", lines),
+        **draw_with_rim("true fingers", lines),
         "true tips rim": _dots(target.tips, COLOURS["paper"], 8.0, "truth", 2.5),
         "true tips": _dots(target.tips, COLOURS["truth"], 6.0, "truth", 2.6),
     }
@@ -85,7 +85,7 @@ def second_run(estimate: tuple[float, ...], size: float) -> dict[str, Primitive]
     """Draw a cross of a size, px, at each finger tip of a second run: all that a row knows of its hand."""
     tips = np.array(estimate).reshape(5, 1, 1, 3)[..., :2]
     arms = size * np.array([[[-1.0, -1.0], [1.0, 1.0]], [[-1.0, 1.0], [1.0, -1.0]]])
-    return {"second": Links(_raised((tips + arms).reshape(-1, 2, 2), 2.4), COLOURS["second"], 2.0, "second run")}
+    return {"second": Links(_raise((tips + arms).reshape(-1, 2, 2), 2.4), COLOURS["second"], 2.0, "second run")}
 
 
 def bones(pose: NDArray[np.float64], scale: float, shape: HandShape, colour: Colour, layer: str) -> Links:
@@ -94,7 +94,7 @@ def bones(pose: NDArray[np.float64], scale: float, shape: HandShape, colour: Col
     wrist = np.broadcast_to(pose[:2], (5, 1, 2))
     chain = np.concatenate([wrist, places], axis=1)
     ends = np.stack([chain[:, :-1], chain[:, 1:]], axis=2).reshape(-1, 2, 2)
-    return Links(_raised(ends, 2.2), colour, 1.5, layer)
+    return Links(_raise(ends, 2.2), colour, 1.5, layer)
 
 
 def outline(pose: NDArray[np.float64], scale: float, shape: HandShape, size: tuple[int, int]) -> NDArray[np.float64]:
@@ -114,7 +114,7 @@ def _contours(mask: NDArray[np.bool_], step: float) -> NDArray[np.float64]:
     return np.asarray(step * (together + 0.5) - 0.5)
 
 
-def _raised(segments: NDArray[np.float64], height: float) -> NDArray[np.float32]:
+def _raise(segments: NDArray[np.float64], height: float) -> NDArray[np.float32]:
     return at_height(segments.reshape(-1, 2), height).reshape(-1, 2, 3)
 
 

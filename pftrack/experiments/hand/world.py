@@ -48,7 +48,7 @@ def hand_world(state: HandState, shown: int, target: object) -> WorldDrawing:
     """
     pose = state.beam.members[shown]
     upright = _upright(float(pose[2]))
-    places = _placed(pose, state.scale, state.shape, upright)
+    places = _place(pose, state.scale, state.shape, upright)
     drawn: dict[str, Primitive] = {
         "forearm": _forearm(state.shape),
         **_ghosts(state, shown, upright),
@@ -57,7 +57,7 @@ def hand_world(state: HandState, shown: int, target: object) -> WorldDrawing:
         "joints": _joints(places),
     }
     if isinstance(target, HandTarget):
-        true = _placed(target.pose, target.scale, target.shape, upright)
+        true = _place(target.pose, target.scale, target.shape, upright)
         chain = np.concatenate([np.zeros((5, 1, 3)), true], axis=1)
         ends = np.stack([chain[:, :-1], chain[:, 1:]], axis=2).reshape(-1, 2, 3)
         drawn["true fingers"] = Links(ends.astype(np.float32), COLOURS["truth"], 2.0, "truth")
@@ -70,7 +70,7 @@ def _upright(angle: float) -> NDArray[np.float64]:
     return np.array([[cosine, -sine, 0.0], [-sine, -cosine, 0.0], [0.0, 0.0, 1.0]])
 
 
-def _placed(
+def _place(
     pose: NDArray[np.float64], scale: float, shape: HandShape, upright: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the joints and tips (5, 4, 3) of a pose from its wrist, palm axes."""
@@ -107,7 +107,7 @@ def _ghosts(state: HandState, shown: int, upright: NDArray[np.float64]) -> dict[
     for place, weight in enumerate(state.beam.weights.tolist()):
         if place == shown:
             continue
-        places = _placed(state.beam.members[place], state.scale, state.shape, upright)
+        places = _place(state.beam.members[place], state.scale, state.shape, upright)
         offset = np.append(state.beam.members[place][:2] - state.beam.members[shown][:2], 0.0) / state.scale
         chain = np.concatenate([np.zeros((5, 1, 3)), places], axis=1) + offset @ upright.T
         starts.append(chain[:, :-1].reshape(-1, 3))

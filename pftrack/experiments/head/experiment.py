@@ -28,12 +28,12 @@ from pftrack.experiments.pose.sketch import (
     BY_PREDICTION,
     beside,
     camera,
+    draw_with_rim,
     feature_clouds,
     feature_marks,
     feature_names,
     model_points,
     pose_axes,
-    rimmed,
     true_marks,
 )
 from pftrack.experiments.sketch import SECOND_RUN
@@ -118,7 +118,7 @@ def _truth(state: PoseState, target: Target, size: float) -> dict[str, Primitive
     lines["true look"] = head.look(COLOURS["truth"], 1.0, "truth")
     drawn: dict[str, Primitive] = {}
     for name, line in lines.items():
-        drawn |= rimmed(name, line)
+        drawn |= draw_with_rim(name, line)
     return drawn if target.landmarks is None else drawn | true_marks(target.landmarks, size)
 
 
@@ -126,7 +126,7 @@ def _apart(state: PoseState, target: Target) -> NDArray[np.float64]:
     """Return how far the true head is from the believed one in the picture, (2,) px, where that is known."""
     if target.landmarks is None:
         return np.zeros(2)
-    off = target.landmarks.points_px - state.seen(state.solid.points_mm, target.position)
+    off = target.landmarks.points_px - state.project(state.solid.points_mm, target.position)
     mean: NDArray[np.float64] = off.mean(axis=0)
     return mean
 
@@ -140,14 +140,14 @@ def _caption(step: Step, past: Sequence[Diagnostics]) -> str:
         parts.append(f"no face for {frames}, looking for it")
     else:
         parts.append(f"yaw {round(yaw)}°, pitch {round(pitch)}°, roll {round(roll)}°")
-        if _found_again(row, past):
+        if _is_found_again(row, past):
             parts.append("face found again")
     if row.error is not None:
         parts.append(f"error {row.error:.1f}°" + (", lost" if row.lost else ""))
     return " · ".join([*parts, TRACKERS[step.tracker].title])
 
 
-def _found_again(row: Diagnostics, past: Sequence[Diagnostics]) -> bool:
+def _is_found_again(row: Diagnostics, past: Sequence[Diagnostics]) -> bool:
     """Whether there is a face that was lost a moment ago."""
     for before in reversed(past[: row.frame]):
         if row.time_s - before.time_s > SAID_FOR_S:
@@ -165,7 +165,7 @@ def report(rows: Sequence[Diagnostics]) -> Mapping[str, Any]:
     """
     found = {name: [row.number(f"{name}_deg") for row in rows] for name in ("yaw", "pitch", "roll")}
     said: dict[str, Any] = {f"{name}_deg": values for name, values in found.items()}
-    said["tracked_share"] = float(np.mean([not row.gone for row in rows]))
+    said["tracked_share"] = float(np.mean([not row.is_lost for row in rows]))
     labelled = np.array([row.truth is not None for row in rows])
     said["mean_abs_error_deg"] = None
     if labelled.any():
@@ -178,7 +178,7 @@ def report(rows: Sequence[Diagnostics]) -> Mapping[str, Any]:
     return said
 
 
-def _lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model
+def _is_lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model
     del sizes
     return errors > parameters.lost_deg
 
@@ -314,7 +314,7 @@ EXPERIMENT = Experiment(
     simulate=simulate,
     draw=draw,
     error=mean_error_deg,
-    lost=_lost,
+    lost=_is_lost,
     measures=POSE_MEASURES,
     on_video=on_video,
     marks=(FacePoints, FaceBox),

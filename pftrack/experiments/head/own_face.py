@@ -17,7 +17,7 @@ from pftrack.model.layer import Key, Layer
 from pftrack.rendering.heat import viridis
 from pftrack.structure.growing import Growing
 
-__all__ = ["MASK_OPACITY", "MEAN_FACE", "UNCERTAINTY", "grown_face", "surface_colours"]
+__all__ = ["MASK_OPACITY", "MEAN_FACE", "UNCERTAINTY", "draw_grown_face", "surface_colours"]
 
 SURE_MM, UNSURE_MM = 0.5, 3.0
 """Standard deviations of a place in space at both ends of the colours."""
@@ -42,7 +42,7 @@ UNKNOWN = 0.2
 """What nothing was seen of weighs as much as a point 1.8 times the reach away."""
 
 
-def grown_face(growth: Growing, model: FaceModel) -> dict[str, Primitive]:
+def draw_grown_face(growth: Growing, model: FaceModel) -> dict[str, Primitive]:
     """Draw the face as it has grown, its points' uncertainty, and the mean face as a thin wire, in mm."""
     own, usual = front(model), front(FaceModel(growth.mean_shape, model.names))
     vertices = own.vertices_mm.astype(np.float32)

@@ -80,7 +80,7 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
         return RecordingSource(sequence, _clip(found, sequence.size), first, known.at if known else None, start=target)
 
     # The face where it was found: it is not looked for again when the run is made again.
-    footage = Footage.of(sequence, FacePoints.model_validate({"points": _named(found)}), first, truth)
+    footage = Footage.of(sequence, FacePoints.model_validate({"points": _points_by_name(found)}), first, truth)
     return Setup(open_source, defaults(found, sequence.frame_rate_hz), footage)
 
 
@@ -111,7 +111,7 @@ def defaults(points: NDArray[np.float64], frame_rate_hz: float) -> RecordedHeadP
     )
 
 
-def _named(points: NDArray[np.float64]) -> dict[str, list[float]]:
+def _points_by_name(points: NDArray[np.float64]) -> dict[str, list[float]]:
     return {name: position.tolist() for name, position in zip(FEATURES, points, strict=True)}
 
 

@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiments.pose.placing import placed
+from pftrack.experiments.pose.placing import place_points
 from pftrack.experiments.pose.sketch import dashes
 from pftrack.geometry.face_model import FaceModel
 from pftrack.geometry.head_surface import grid_triangles, head_mesh
@@ -90,7 +90,7 @@ class PlacedHead:
 
     def _draw(self, points_mm: NDArray[np.float64]) -> NDArray[np.float32]:
         """Return where points (n, 3) of the model are drawn, (n, 3) px."""
-        places = placed(self.state, points_mm @ self._memory.turn.T, self.theta)
+        places = place_points(self.state, points_mm @ self._memory.turn.T, self.theta)
         places[:, :2] += self.shift_px
         return places.astype(np.float32)
 

@@ -15,7 +15,7 @@ from pftrack.geometry.face_model import FEATURES
 from pftrack.likelihoods.template import luma
 from pftrack.model.recipe import Footage
 from pftrack.model.sequence import FrameSequence
-from pftrack.model.suitability import WELL, Suitability, graded
+from pftrack.model.suitability import WELL, Suitability, grade
 from pftrack.trackers.head.memory import around, eye_distance
 
 __all__ = ["suits"]
@@ -65,7 +65,7 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: Any) -> Suitabi
 def _size(points: NDArray[np.float64]) -> _Reason:
     distance = eye_distance(points)
     return _Reason(
-        graded(distance, LEAST_EYES_PX, GOOD_EYES_PX),
+        grade(distance, LEAST_EYES_PX, GOOD_EYES_PX),
         f"the eyes are {distance:.0f} px apart",
         f"a larger face, its eyes at least {GOOD_EYES_PX:.0f} px apart, would help",
     )
@@ -75,7 +75,7 @@ def _light(grey: NDArray[np.uint8], points: NDArray[np.float64]) -> _Reason:
     (left, top), (right, bottom) = np.floor(points.min(axis=0)).astype(int), np.ceil(points.max(axis=0)).astype(int)
     face = grey[max(top, 0) : bottom + 1, max(left, 0) : right + 1].astype(np.float64)
     spread, mean = float(face.std()), float(face.mean())
-    value = graded(spread, LEAST_CONTRAST, GOOD_CONTRAST)
+    value = grade(spread, LEAST_CONTRAST, GOOD_CONTRAST)
     if value >= WELL:
         return _Reason(value, "its light is good", "")
     if mean < DARK:

@@ -8,7 +8,7 @@ camera, at the depth of the model's point.
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiments.head.own_face import grown_face
+from pftrack.experiments.head.own_face import draw_grown_face
 from pftrack.experiments.head.sketch import front
 from pftrack.geometry.face_model import LINKS, FaceModel
 from pftrack.geometry.rotation import rotation
@@ -69,7 +69,7 @@ def head_world(state: PoseState, target: Target | None) -> WorldDrawing:
     turn = rotation(state.estimate) @ memory.turn
     drawn: dict[str, Primitive] = {**_surface(memory.model, colour), **_axes()}
     if memory.growth is not None and not memory.lost:
-        drawn |= grown_face(memory.growth, memory.model)
+        drawn |= draw_grown_face(memory.growth, memory.model)
     if not memory.lost:
         drawn["features"] = _features(state, turn)
     if target is not None:
@@ -109,7 +109,7 @@ def _features(state: PoseState, turn: NDArray[np.float64]) -> Ellipsoids:
     model = memory.model.points_mm
     mm_per_px = (model @ turn[2] + state.translation_mm[2]) / state.solid.focal_px
     off = np.zeros_like(model)
-    off[:, :2] = mm_per_px[:, None] * (state.feature_means - state.seen(state.solid.points_mm))
+    off[:, :2] = mm_per_px[:, None] * (state.feature_means - state.project(state.solid.points_mm))
     spread = np.zeros((len(model), 3, 3))
     spread[:, :2, :2] = mm_per_px[:, None, None] ** 2 * state.feature_covariances
     centres = model + off @ turn

@@ -86,7 +86,7 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
             "gamma_max_px": min(0.5 * side, 1000.0),
             "sharpness": 50,
             "spatial_kernel": True,
-            "distracter_colour": chromaticity.displayed(sequence.picture(start), box),
+            "distracter_colour": chromaticity.median_colour(sequence.picture(start), box),
         },
     )
 
@@ -102,7 +102,7 @@ def _distance(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> An
     return np.hypot(off[..., 0], off[..., 1])
 
 
-def _lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model above
+def _is_lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model above
     return errors >= parameters.lost_radii * sizes / 2
 
 
@@ -139,7 +139,7 @@ EXPERIMENT = Experiment(
     suits=suits,
     draw=draw,
     error=_distance,
-    lost=_lost,
+    lost=_is_lost,
     measures=(HELD_AT_END, *PICTURE_MEASURES, MEAN_IOU),
     target="target",
     plots=(ERROR, LIKENESS, SIGMA, SAMPLE_SIZE, SAMPLERS),

@@ -20,9 +20,9 @@ def _off(row: Diagnostics) -> float:
     return 0.0 if row.error is None else row.error
 
 
-def _impoverished(rows: Rows) -> Finding:
+def _impoverishment(rows: Rows) -> Finding:
     """Count the velocities that are left just before the target is lost, or at the end."""
-    before = next((row.frame - 1 for row in rows if row.gone), len(rows) - 1)
+    before = next((row.frame - 1 for row in rows if row.is_lost), len(rows) - 1)
     left = rows[before].number("velocities")
     return Finding(
         left <= 3 and before < len(rows) - 1,
@@ -44,9 +44,9 @@ def _overconfident(rows: Rows) -> Finding:
     )
 
 
-def _captured(rows: Rows) -> Finding:
+def _capture(rows: Rows) -> Finding:
     """Ask how alike that is which is followed while the target is lost."""
-    lost = [row for row in rows if row.gone]
+    lost = [row for row in rows if row.is_lost]
     if not lost:
         return Finding(
             False, "In no frame is anything else followed; the estimate ends {error:.1f} px off.", _end(rows)
@@ -70,7 +70,7 @@ def _forgotten(rows: Rows) -> Finding:
     true = hidden[-1].truth[0] - hidden[0].truth[0] if hidden and hidden[-1].truth and hidden[0].truth else 0.0
     believed = hidden[-1].estimate[0] - hidden[0].estimate[0] if hidden else 0.0
     return Finding(
-        believed < 0.5 * true and rows[-1].gone,
+        believed < 0.5 * true and rows[-1].is_lost,
         "While it is hidden for {frames:.0f} frames the target goes {true:.1f} px on, and the estimate {believed:.1f} "
         "px; in the last frame it is {error:.1f} px off.",
         {"frames": len(hidden), "true": true, "believed": believed, **_end(rows)},
@@ -93,14 +93,14 @@ def _drift(rows: Rows) -> Finding:
     last = rows[-1]
     now, first = last.number("likeness"), last.number("first_likeness")
     return Finding(
-        now > 0.9 and first < 0.7 and last.gone,
+        now > 0.9 and first < 0.7 and last.is_lost,
         "In the last frame the window looks like the model by {now:.2f}, and the model like the first look by "
         "{first:.2f}; the estimate is {error:.1f} px off.",
         {"now": now, "first": first, **_end(rows)},
     )
 
 
-def _seized(rows: Rows) -> Finding:
+def _search_result(rows: Rows) -> Finding:
     """Ask where the first search through the whole picture ends."""
     found = next((row for before, row in pairwise(rows) if before.searching and not row.searching), None)
     if found is None:
@@ -130,7 +130,7 @@ FAILURES = (
         "its way.",
         "condensation",
         44,
-        _impoverished,
+        _impoverishment,
         Cure(
             "Noise on the velocity, 0.3 px/frame: each copy gets a velocity of its own, so that all stay different.",
             {"velocity_noise_px": 0.3},
@@ -163,7 +163,7 @@ FAILURES = (
         "fit as well, and the cloud goes away with the wrong one.",
         "condensation",
         48,
-        _captured,
+        _capture,
         Cure(
             "A velocity that is kept: the look-alike is as alike as before, but it moves the other way, and particles "
             "that move so have died out.",
@@ -227,7 +227,7 @@ FAILURES = (
         "in the background, and a threshold of 0.6 takes it for the target.",
         "condensation",
         92,
-        _seized,
+        _search_result,
         Cure(
             "A threshold of 0.92, which the background does not reach: the search goes on until the target comes out.",
             {"found_likeness": 0.92},

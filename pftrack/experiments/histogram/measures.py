@@ -3,14 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.measures import Course, Measure
+from pftrack.model.measures import EvaluatedRun, Measure
 
 __all__ = ["HELD_AT_END"]
 
 LAST = 10
 
 
-def _held_at_end(course: Course) -> NDArray[np.float64]:
+def _is_held_at_end(course: EvaluatedRun) -> NDArray[np.float64]:
     """Return 1 or 0 for each of the last labelled frames, NaN for the others."""
     values = np.full(len(course.errors), np.nan)
     last = np.flatnonzero(~np.isnan(course.errors))[-LAST:]
@@ -24,5 +24,5 @@ HELD_AT_END = Measure(
     "Held at the end",
     "Share of the last 10 labelled frames that do not count as lost.",
     "share",
-    _held_at_end,
+    _is_held_at_end,
 )

@@ -14,7 +14,7 @@ from pftrack.trackers.linkage.chain import Chain, describe, pose_size, reference
 from pftrack.trackers.linkage.regions import Region
 from pftrack.trackers.linkage.state import LinkageState
 
-__all__ = ["Shown", "chain_of", "particles", "shown", "turn_of"]
+__all__ = ["ShownHypothesis", "chain_of", "list_hypotheses", "particles", "turn_of"]
 
 SIGMAS = 2.0
 """How many standard deviations a Gaussian is taken to extend."""
@@ -24,7 +24,7 @@ MOST_PARTICLES = 100
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shown:
+class ShownHypothesis:
     """One hypothesis.
 
     Attributes:
@@ -44,7 +44,7 @@ class Shown:
     shape: NDArray[np.float64] | None
 
 
-def shown(state: LinkageState) -> list[Shown]:
+def list_hypotheses(state: LinkageState) -> list[ShownHypothesis]:
     """Return the hypotheses of a state in its order; none of particles."""
     if not isinstance(state.belief, Beam):
         return []
@@ -73,7 +73,7 @@ def particles(state: LinkageState) -> NDArray[np.float64]:
     return np.hstack([states[:, :5], first, states[:, 5:7], states[:, -LINKS:]])
 
 
-def _gaussian(member: Chain, weight: float, state: LinkageState) -> Shown:
+def _gaussian(member: Chain, weight: float, state: LinkageState) -> ShownHypothesis:
     reference = reference_attitude(state.reference)
     position = describe(member.mean, member.covariance, member.attitude, reference)[0]
     size = len(member.mean)
@@ -85,16 +85,16 @@ def _gaussian(member: Chain, weight: float, state: LinkageState) -> Shown:
         rows[LINKS + link, size - LINKS + link] = 1.0
     shape = SIGMAS**2 * rows @ member.covariance @ rows.T
     half = np.sqrt(np.maximum(np.diagonal(shape), 0.0))
-    return Shown(position, member.pose, weight, member.pose - half, member.pose + half, shape)
+    return ShownHypothesis(position, member.pose, weight, member.pose - half, member.pose + half, shape)
 
 
-def _region(member: Region, weight: float, state: LinkageState) -> Shown:
+def _region(member: Region, weight: float, state: LinkageState) -> ShownHypothesis:
     position = state.mean.copy()
     position[-2 * LINKS : -LINKS], position[-LINKS:] = joint_angles(member.pose[:LINKS]), member.pose[LINKS:]
     if state.in_space:
         position[:LINKS] = member.array[CENTRE, :LINKS] / member.scale
     shape = member.shape if member.has_ellipsoid else None
-    return Shown(position, member.pose, weight, member.low, member.high, shape)
+    return ShownHypothesis(position, member.pose, weight, member.low, member.high, shape)
 
 
 def chain_of(position: NDArray[np.float64], state: LinkageState) -> NDArray[np.float64]:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiments.linkage.beliefs import Shown, chain_of, particles, shown, turn_of
+from pftrack.experiments.linkage.beliefs import ShownHypothesis, chain_of, list_hypotheses, particles, turn_of
 from pftrack.geometry.linkage import LINKS
 from pftrack.model.drawing import COLOURS, Arrows, Colour, Links, Mesh, Points, Polyline, Primitive, Text, WorldDrawing
 from pftrack.model.world import Viewpoint, World
@@ -68,7 +68,7 @@ def depth_world(
         "name camera": Text(_at(0.06, 0.0, -0.8 * CAMERA_AT), "camera", COLOURS["camera"], "axes"),
         "name across": Text(_at(AXIS_AT, 0.0, -0.07), "image", COLOURS["camera"], "axes", "end"),
     }
-    for number, one in enumerate(shown(state)[:MOST_SHOWN]):
+    for number, one in enumerate(list_hypotheses(state)[:MOST_SHOWN]):
         joints = (chain_of(one.position, state) - middle) / reach
         drawn |= _extent(f"{number}", one, joints, turn_of(one.position, state), reach)
         colour = pale(COLOURS["prediction"], one.weight)
@@ -89,7 +89,7 @@ def depth_world(
 
 
 def _extent(
-    name: str, one: Shown, joints: NDArray[np.float64], turn: NDArray[np.float64], reach: float
+    name: str, one: ShownHypothesis, joints: NDArray[np.float64], turn: NDArray[np.float64], reach: float
 ) -> dict[str, Primitive]:
     """Draw sectors of directions by lengths, and the ellipsoid's shadow in each."""
     drawn: dict[str, Primitive] = {}
@@ -98,20 +98,20 @@ def _extent(
         low, high = (np.array([ends[link], ends[LINKS + link]]) for ends in (one.low, one.high))
         high[0] = min(high[0], low[0] + 2.0 * np.pi)
         angles = np.linspace(low[0], high[0], STEPS)
-        rims = [_placed(angles, max(float(r), 0.0) / reach, turn) + joints[link] for r in (low[1], high[1])]
+        rims = [_place(angles, max(float(r), 0.0) / reach, turn) + joints[link] for r in (low[1], high[1])]
         vertices = np.concatenate(rims)
         if not _near(vertices):
             continue
         drawn[f"box {name} {link + 1}"] = Mesh(vertices.astype(np.float32), BAND, colour, opacity, "guide boxes")
         if one.shape is not None:
             curve = _shadow(one, link)
-            along = joints[link] + _placed(curve[:, 0], np.maximum(curve[:, 1], 0.0) / reach, turn)
+            along = joints[link] + _place(curve[:, 0], np.maximum(curve[:, 1], 0.0) / reach, turn)
             if _near(along):
                 drawn[f"ellipsoid {name} {link + 1}"] = Polyline(along.astype(np.float32), colour, 1.5, "ellipsoids")
     return drawn
 
 
-def _shadow(one: Shown, link: int) -> NDArray[np.float64]:
+def _shadow(one: ShownHypothesis, link: int) -> NDArray[np.float64]:
     """Return points (2 STEPS, 2), direction and length of a link, on the border of the ellipsoid's projection."""
     if one.shape is None:
         return np.zeros((0, 2))
@@ -122,7 +122,7 @@ def _shadow(one: Shown, link: int) -> NDArray[np.float64]:
     return np.asarray(one.middle[rows] + round_ @ vectors.T)
 
 
-def _placed(angles: NDArray[np.float64], radius: NDArray[np.float64] | float, turn: NDArray[np.float64]) -> Any:  # noqa: ANN401
+def _place(angles: NDArray[np.float64], radius: NDArray[np.float64] | float, turn: NDArray[np.float64]) -> Any:  # noqa: ANN401
     flat = np.stack([radius * np.cos(angles), radius * np.sin(angles), np.zeros_like(angles)], axis=1)
     return flat @ turn.T
 

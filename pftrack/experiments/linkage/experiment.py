@@ -19,8 +19,8 @@ from pftrack.experiments.linkage.parameters import SimulatedLinkageParameters
 from pftrack.experiments.linkage.plots import KEPT, MEASURES, PLOTS, READINGS
 from pftrack.experiments.linkage.presets import PRESETS
 from pftrack.experiments.linkage.recording import LinkagePoints, on_video
-from pftrack.experiments.linkage.sketch import believed, measured, second_run, truth
-from pftrack.experiments.linkage.truth import SERIES, direction_error, measure, missed, report
+from pftrack.experiments.linkage.sketch import draw_belief, draw_measurements, second_run, truth
+from pftrack.experiments.linkage.truth import SERIES, direction_error, is_missed, measure, report
 from pftrack.experiments.sketch import SECOND_RUN
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.drawing import Drawing, Picture, Primitive
@@ -50,7 +50,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         raise ValueError("a chain is drawn on a picture, got a frame without one")
     height, width, _ = frame.image_rgb.shape
     longest = float(max(width, height))
-    primitives: dict[str, Primitive] = {"picture": Picture(frame.image_rgb), **measured(frame, state)}
+    primitives: dict[str, Primitive] = {"picture": Picture(frame.image_rgb), **draw_measurements(frame, state)}
     if isinstance(frame.target, LinkageTarget):
         primitives |= truth(frame.target, state, longest)
     second = None
@@ -58,7 +58,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         second = in_radians(np.array(other.estimate))
     if second is not None:
         primitives |= second_run(second, state, longest)
-    primitives |= believed(state, parameters.shown_hypothesis, longest)
+    primitives |= draw_belief(state, parameters.shown_hypothesis, longest)
     worlds = (
         depth_world(state, frame.target, parameters, second),
         lengths_world(state, frame.target, parameters, second),
@@ -93,7 +93,7 @@ def _unseen(frame: Frame) -> list[str]:
     return [name for name, seen in zip(NAMES[-len(known) :], known.tolist(), strict=True) if not seen]
 
 
-def _lost(errors: Any, _sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model
+def _is_lost(errors: Any, _sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model
     return errors > parameters.lost_deg
 
 
@@ -136,8 +136,8 @@ EXPERIMENT = Experiment(
     advice="Start at a picture in which all four points are seen, and no link points at the camera.",
     draw=draw,
     error=direction_error,
-    lost=_lost,
-    missed=missed,
+    lost=_is_lost,
+    missed=is_missed,
     truth=None,
     series=SERIES,
     measure=measure,

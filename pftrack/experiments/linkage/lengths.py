@@ -7,7 +7,7 @@ method runs, the question is whether the point is inside, and how much of the cu
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiments.linkage.beliefs import SIGMAS, Shown, particles, shown
+from pftrack.experiments.linkage.beliefs import SIGMAS, ShownHypothesis, list_hypotheses, particles
 from pftrack.experiments.linkage.depth import MOST_SHOWN, pale
 from pftrack.geometry.linkage import LINKS
 from pftrack.model.drawing import COLOURS, Arrows, Ellipsoids, Links, Points, Primitive, Text, WorldDrawing
@@ -56,7 +56,7 @@ def lengths_world(
         place[link] = NAME_AT
         text = f"link {link + 1}"
         drawn[f"name {link + 1}"] = Text(place.astype(np.float32), text, COLOURS["camera"], "axes", "middle")
-    for number, one in enumerate(shown(state)[:MOST_SHOWN]):
+    for number, one in enumerate(list_hypotheses(state)[:MOST_SHOWN]):
         drawn |= _extent(f"{number}", one, middle, half)
     if len(cloud := particles(state)):
         places = (cloud[:, -LINKS:] - middle) / half
@@ -71,7 +71,9 @@ def lengths_world(
     return WorldDrawing(LENGTHS_WORLD, drawn)
 
 
-def _extent(name: str, one: Shown, middle: NDArray[np.float64], half: NDArray[np.float64]) -> dict[str, Primitive]:
+def _extent(
+    name: str, one: ShownHypothesis, middle: NDArray[np.float64], half: NDArray[np.float64]
+) -> dict[str, Primitive]:
     """Draw the box and the ellipsoid of a hypothesis, as far as they are near."""
     colour = pale(COLOURS["prediction"], one.weight)
     low, high = ((ends[LINKS:] - middle) / half for ends in (one.low, one.high))

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.measures import Course, Measure
+from pftrack.model.measures import EvaluatedRun, Measure
 from pftrack.model.plot import ERROR, PARTICLES, SAMPLE_SIZE, STEP_TIME, Plot, Reading
 
 __all__ = ["KEPT", "MEASURES", "PLOTS", "READINGS"]
@@ -13,18 +13,18 @@ LAST_FRAMES = 6
 """Over which Shimada's success of a crossing is judged."""
 
 
-def _errors(course: Course) -> NDArray[np.float64]:
+def _errors(course: EvaluatedRun) -> NDArray[np.float64]:
     return course.errors
 
 
-def _kept_at_the_end(course: Course) -> NDArray[np.float64]:
+def _is_held_at_end(course: EvaluatedRun) -> NDArray[np.float64]:
     last = _last_errors(course)
     if course.lost is None:
         return np.full(len(last), np.nan)
     return np.where(np.isnan(last), np.nan, ~course.lost)
 
 
-def _last_errors(course: Course) -> NDArray[np.float64]:
+def _last_errors(course: EvaluatedRun) -> NDArray[np.float64]:
     known = np.flatnonzero(~np.isnan(course.errors))
     errors = np.full(len(course.errors), np.nan)
     errors[known[-LAST_FRAMES:]] = course.errors[known[-LAST_FRAMES:]]
@@ -37,7 +37,7 @@ KEPT = Measure(
     f"Share of the last {LAST_FRAMES} labelled frames in which no link's direction is beyond the limit, or regions "
     "hold the truth.",
     "share",
-    _kept_at_the_end,
+    _is_held_at_end,
 )
 """Whether a chain came through: in between a wrong hypothesis may be ahead."""
 

@@ -21,7 +21,7 @@ from pftrack.model.parameters import ParameterError, Value, revise
 from pftrack.model.recipe import Footage
 from pftrack.model.sequence import FrameSequence
 from pftrack.model.truth import Truth
-from pftrack.sources.linkage.recorded import Followed, FollowingParameters, RecordedLinkage, guess, tracked
+from pftrack.sources.linkage.recorded import Followed, FollowingParameters, RecordedLinkage, guess, track_points
 from pftrack.sources.linkage.truth import NAMES
 from pftrack.sources.recording import check_start
 from pftrack.sources.tracks.sequence import TrackSequence
@@ -110,7 +110,7 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
     if isinstance(sequence, TrackSequence):
         columns = _columns(sequence, mark if isinstance(mark, LinkagePoints) else None, start)
         points = sequence.positions[start][columns]
-        source = RecordedLinkage(sequence, start, guess(points), tracked(sequence, columns, start))
+        source = RecordedLinkage(sequence, start, guess(points), track_points(sequence, columns, start))
         defaults = revise(RecordedLinkageParameters(), _bounds(points))
         return Setup(lambda _seed, _parameters: source, defaults, footage, success=KEPT.name)
     if not isinstance(mark, LinkagePoints):

@@ -7,14 +7,14 @@ neither hides what was seen; in space all is drawn where it is.
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiments.linkage.beliefs import chain_of, shown
+from pftrack.experiments.linkage.beliefs import chain_of, list_hypotheses
 from pftrack.experiments.sketch import at_height, circle
 from pftrack.model.drawing import COLOURS, Colour, Links, Points, Primitive, Text
 from pftrack.model.frame import Frame
 from pftrack.sources.linkage.truth import LinkageTarget
 from pftrack.trackers.linkage.state import LinkageState
 
-__all__ = ["believed", "measured", "second_run", "truth"]
+__all__ = ["draw_belief", "draw_measurements", "second_run", "truth"]
 
 ABOVE_PX, BELOW_PX, NEXT_PX = -60.0, 56.0, 14.0
 """Rows from the line of a chain in the plane: of the truth, the estimate, and how far the hypothesis is below that."""
@@ -24,7 +24,7 @@ FARTHEST = 5.0
 """What is further from the picture's corner than so many of its longer sides is not drawn."""
 
 
-def measured(frame: Frame, state: LinkageState) -> dict[str, Primitive]:
+def draw_measurements(frame: Frame, state: LinkageState) -> dict[str, Primitive]:
     """Draw where points were measured: rings, and across the line of a chain in the plane ticks."""
     if frame.measurements is None:
         return {}
@@ -39,7 +39,7 @@ def measured(frame: Frame, state: LinkageState) -> dict[str, Primitive]:
     return drawn
 
 
-def believed(state: LinkageState, number: int, longest: float) -> dict[str, Primitive]:
+def draw_belief(state: LinkageState, number: int, longest: float) -> dict[str, Primitive]:
     """Draw the estimate, and one of the hypotheses.
 
     Args:
@@ -48,7 +48,7 @@ def believed(state: LinkageState, number: int, longest: float) -> dict[str, Prim
         longest: Longer side of the picture, px.
     """
     drawn: dict[str, Primitive] = {}
-    hypotheses = shown(state)
+    hypotheses = list_hypotheses(state)
     if len(hypotheses) > 1:
         one = hypotheses[min(number, len(hypotheses)) - 1]
         points = _in_picture(chain_of(one.position, state), state, BELOW_PX + NEXT_PX)

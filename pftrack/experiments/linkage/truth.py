@@ -15,7 +15,7 @@ from pftrack.sources.linkage.truth import LinkageTarget, in_radians
 from pftrack.trackers.linkage.regions import Region, contains
 from pftrack.trackers.linkage.state import LinkageState
 
-__all__ = ["SERIES", "direction_error", "measure", "missed", "report"]
+__all__ = ["SERIES", "direction_error", "is_missed", "measure", "report"]
 
 LINKS = 3
 IN_SPACE = 11
@@ -67,13 +67,13 @@ def measure(frame: Frame, state: LinkageState) -> Mapping[str, SeriesValue]:
     for link in range(LINKS):
         values[f"true_length_{link + 1}"] = float(target.r[link])
         values[f"true_direction_{link + 1}"] = float(np.rad2deg(near[link]))
-    excluded = missed(state, target)
+    excluded = is_missed(state, target)
     if excluded is not None:
         values["contained"] = float(not excluded)
     return values
 
 
-def missed(state: LinkageState, target: Target) -> bool | None:
+def is_missed(state: LinkageState, target: Target) -> bool | None:
     """Return whether regions exclude the truth; None for other beliefs, whose estimate says where they are.
 
     The middle of all that is possible may be far from the truth: regions hold no point to be the likeliest.

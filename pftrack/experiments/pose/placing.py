@@ -11,7 +11,7 @@ from pftrack.geometry.camera import NEAREST_MM
 from pftrack.geometry.rotation import rotation
 from pftrack.trackers.pose.state import PoseState
 
-__all__ = ["heights", "placed"]
+__all__ = ["heights", "place_points"]
 
 CLEAR_RADII = 1.5
 """How far behind a solid's origin its picture is drawn, in radii of its points: a head is larger than its features."""
@@ -28,7 +28,7 @@ def heights(state: PoseState, depths_mm: NDArray[np.float64]) -> NDArray[np.floa
     return np.minimum(focal * (1.0 - depths_mm / plane_mm), MOST_RAISED * focal)
 
 
-def placed(
+def place_points(
     state: PoseState, points_mm: NDArray[np.float64], theta: NDArray[np.float64] | None = None
 ) -> NDArray[np.float64]:
     """Return where points (n, 3) of the solid are seen, and how high above the picture they stand, (n, 3) px.
@@ -40,4 +40,4 @@ def placed(
     """
     turn = rotation(state.pose.mean if theta is None else theta)
     depths = points_mm @ turn[2] + state.translation_mm[2]
-    return np.column_stack([state.seen(points_mm, theta), heights(state, depths)])
+    return np.column_stack([state.project(points_mm, theta), heights(state, depths)])

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiments.pose.placing import placed
+from pftrack.experiments.pose.placing import place_points
 from pftrack.experiments.sketch import at_height, uncertainty
 from pftrack.model.drawing import COLOURS, Axes, Colour, Frustum, Links, Points, Primitive, Text
 from pftrack.model.frame import Landmarks
@@ -18,12 +18,12 @@ __all__ = [
     "beside",
     "camera",
     "dashes",
+    "draw_with_rim",
     "feature_clouds",
     "feature_marks",
     "feature_names",
     "model_points",
     "pose_axes",
-    "rimmed",
     "true_marks",
 ]
 
@@ -115,7 +115,7 @@ def _colours(state: PoseState) -> list[Colour]:
 
 def model_points(state: PoseState, size: float) -> dict[str, Primitive]:
     """Draw the solid's points in its estimated pose, and the ways to where they are tracked in the picture."""
-    points = placed(state, state.solid.points_mm)
+    points = place_points(state, state.solid.points_mm)
     arms = size * np.array([[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [[0.0, -1.0, 0.0], [0.0, 1.0, 0.0]]])
     crosses = (points[:, None, None] + arms).reshape(-1, 2, 3).astype(np.float32)
     ways = np.stack([at_height(state.feature_means, 1.0), points.astype(np.float32)], axis=1)
@@ -125,7 +125,7 @@ def model_points(state: PoseState, size: float) -> dict[str, Primitive]:
     }
 
 
-def rimmed(name: str, lines: Links) -> dict[str, Primitive]:
+def draw_with_rim(name: str, lines: Links) -> dict[str, Primitive]:
     """Draw dark lines with a light rim, so that they are seen on any picture."""
     rim = replace(lines, colour=COLOURS["paper"], width=lines.width + 1.0)
     return {f"{name} rim": rim, name: lines}
@@ -151,7 +151,7 @@ def pose_axes(state: PoseState, origin_mm: NDArray[np.float64], length_mm: float
     The axes that lie in the picture then are named; a third name would cover the others whenever the solid is turned.
     """
     directions = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, -1]])
-    ends = placed(state, origin_mm + length_mm * directions).astype(np.float32)
+    ends = place_points(state, origin_mm + length_mm * directions).astype(np.float32)
     length = length_mm * state.solid.scale
     axes = (ends[1:] - ends[0]).T / np.float32(length)
     colour = COLOURS["estimate"]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
-from pftrack.experiments.pose.placing import heights, placed
+from pftrack.experiments.pose.placing import heights, place_points
 from pftrack.experiments.pose.series import POSE_PLOTS, POSE_READINGS, mean_error_deg, pose_measure, pose_series
 from pftrack.experiments.pose.sketch import (
     BY_PREDICTION,
@@ -80,10 +80,10 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         points = at_height(frame.measurements.points_px, 1.0)
         primitives["measurements"] = Links(points[:, None] + TICK, COLOURS["hidden"], 2.0, "measurements")
     primitives |= feature_clouds(state, 3.0)
-    primitives |= _edges("estimated", _placed(state, state.estimate), COLOURS["estimate"], 3.0, "estimate")
+    primitives |= _edges("estimated", _place_solid(state, state.estimate), COLOURS["estimate"], 3.0, "estimate")
     if other is not None:
         theta = np.array(other.estimate) / EXPERIMENT.scale
-        primitives |= _edges("second", _placed(state, theta), COLOURS["second"], 1.5, "second run")
+        primitives |= _edges("second", _place_solid(state, theta), COLOURS["second"], 1.5, "second run")
     target = frame.target
     if isinstance(target, PrismTarget):
         primitives |= _edges("true", _true(state, target), COLOURS["truth"], 1.0, "truth")
@@ -100,9 +100,9 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     return Drawing(width, height, primitives, " · ".join(parts))
 
 
-def _placed(state: PoseState, theta: NDArray[np.float64]) -> Placed:
+def _place_solid(state: PoseState, theta: NDArray[np.float64]) -> Placed:
     """Return the solid where it is believed to be, at these angles."""
-    return placed(state, VERTICES_MM, theta), visible_faces(theta, state.translation_mm)
+    return place_points(state, VERTICES_MM, theta), visible_faces(theta, state.translation_mm)
 
 
 def _true(state: PoseState, target: PrismTarget) -> Placed:
@@ -131,7 +131,7 @@ def _paper() -> NDArray[np.uint8]:
     return paper
 
 
-def _lost(errors: NDArray[np.float64], sizes: NDArray[np.float64], parameters: TrackedPrismParameters) -> object:
+def _is_lost(errors: NDArray[np.float64], sizes: NDArray[np.float64], parameters: TrackedPrismParameters) -> object:
     del sizes
     return errors > parameters.lost_deg
 
@@ -227,7 +227,7 @@ EXPERIMENT = Experiment(
     simulate=simulate,
     draw=draw,
     error=mean_error_deg,
-    lost=_lost,
+    lost=_is_lost,
     measures=POSE_MEASURES,
     scale=float(np.rad2deg(1.0)),
     series=pose_series(NAMES),

@@ -12,14 +12,20 @@ from numpy.typing import NDArray
 
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.sketch import SECOND_RUN
-from pftrack.experiments.structure.sketch import measured, paper, second_in_picture, shape_in_picture, true_in_picture
+from pftrack.experiments.structure.sketch import (
+    draw_measurements,
+    paper,
+    second_in_picture,
+    shape_in_picture,
+    true_in_picture,
+)
 from pftrack.experiments.structure.truth import SERIES, SHARE, measure, shape_errors
 from pftrack.experiments.structure.world import SHAPE_WORLD, shape_world
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.drawing import Drawing, Picture, Primitive
 from pftrack.model.layer import Key, Layer
 from pftrack.model.marks import Mark
-from pftrack.model.measures import Course, Measure
+from pftrack.model.measures import EvaluatedRun, Measure
 from pftrack.model.parameters import ParameterError
 from pftrack.model.plot import ERROR, STEP_TIME, Plot, Reading
 from pftrack.model.recipe import Footage
@@ -88,7 +94,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     frame, state = step.frame, step.state
     width, height = (round(float(side)) for side in 2.0 * state.principal_px)
     primitives: dict[str, Primitive] = {"picture": Picture(paper(width, height))}
-    primitives |= measured(state, height)
+    primitives |= draw_measurements(state, height)
     if isinstance(frame.target, BodyTarget):
         primitives |= true_in_picture(frame.target, height)
     second = None if other is None else np.array(other.estimate).reshape(-1, 3) / SHARE
@@ -118,12 +124,12 @@ def _remarks(state: StructureState, row: Diagnostics) -> list[str]:
     return said
 
 
-def _within(course: Course) -> NDArray[np.float64]:
+def _within(course: EvaluatedRun) -> NDArray[np.float64]:
     known = ~np.isnan(course.errors)
     return np.where(known, course.errors <= FOUND_PERCENT, np.nan)
 
 
-def _errors(course: Course) -> NDArray[np.float64]:
+def _errors(course: EvaluatedRun) -> NDArray[np.float64]:
     return course.errors
 
 

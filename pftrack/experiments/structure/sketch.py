@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 
 from pftrack.experiments.pose.sketch import dashes
 from pftrack.experiments.sketch import at_height, circle
-from pftrack.experiments.structure.truth import laid_on
+from pftrack.experiments.structure.truth import align_similarity
 from pftrack.geometry.camera import pinhole
 from pftrack.model.drawing import COLOURS, Colour, Ellipse, Links, Points, Primitive
 from pftrack.sources.tracks.target import BodyTarget
 from pftrack.trackers.structure.state import StructureState
 
-__all__ = ["TRAIL_FRAMES", "measured", "paper", "second_in_picture", "shape_in_picture", "true_in_picture"]
+__all__ = ["TRAIL_FRAMES", "draw_measurements", "paper", "second_in_picture", "shape_in_picture", "true_in_picture"]
 
 TRAIL_FRAMES = 15
 NEAREST = 1e-3
@@ -35,7 +35,7 @@ def paper(width: int, height: int) -> NDArray[np.uint8]:
     return white
 
 
-def measured(state: StructureState, height: float) -> dict[str, Primitive]:
+def draw_measurements(state: StructureState, height: float) -> dict[str, Primitive]:
     """Draw where the points were, where they are and how sure that is; of what is hardly seen a ring at the shape's."""
     seen, names = state.seen, state.body.names
     positions = seen.filled[-TRAIL_FRAMES:] + state.principal_px
@@ -45,7 +45,7 @@ def measured(state: StructureState, height: float) -> dict[str, Primitive]:
     drawn: dict[str, Primitive] = {"trails": _links(ways, COLOURS["hidden"], 1.0, "trails")}
     dots = positions[-1][sure[-1]]
     drawn["points"] = Points(at_height(dots, 2.0), np.tile(SEEN, (len(dots), 1)), DOT_PX, "points")
-    believed = _believed(state)
+    believed = _estimated_points(state)
     shown = sure[-1] | _near(believed, height)
     for number in np.flatnonzero(shown):
         if sure[-1, number]:
@@ -63,7 +63,7 @@ def _near(positions: NDArray[np.float64], height: float) -> NDArray[np.bool_]:
     return np.asarray((np.abs(positions) < FURTHEST * height).all(axis=-1))
 
 
-def _believed(state: StructureState) -> NDArray[np.float64]:
+def _estimated_points(state: StructureState) -> NDArray[np.float64]:
     """Return where the shape has the points (n, 2), px."""
     return _project(state, state.placed.points)
 
@@ -78,12 +78,12 @@ def _project(state: StructureState, points: NDArray[np.float64]) -> NDArray[np.f
 
 def shape_in_picture(state: StructureState, height: float) -> dict[str, Primitive]:
     """Draw the shape as it is believed to be seen: its points, and the edges between them."""
-    return _body("shape", _believed(state), state.body.edges, COLOURS["estimate"], 2.0, "shape", height)
+    return _body("shape", _estimated_points(state), state.body.edges, COLOURS["estimate"], 2.0, "shape", height)
 
 
 def second_in_picture(state: StructureState, points: NDArray[np.float64], height: float) -> dict[str, Primitive]:
     """Draw the shape (n, 3) of a second run, laid on this one's and seen by its camera."""
-    places = _project(state, laid_on(points, state.placed.points)(points))
+    places = _project(state, align_similarity(points, state.placed.points)(points))
     return _body("second", places, state.body.edges, COLOURS["second"], 1.5, "second run", height)
 
 

@@ -12,7 +12,7 @@ from pftrack.sources.tracks.target import BodyTarget
 from pftrack.trackers.structure.placing import MIRROR
 from pftrack.trackers.structure.state import StructureState
 
-__all__ = ["SERIES", "SHARE", "laid_on", "measure", "shape_errors", "true_shape"]
+__all__ = ["SERIES", "SHARE", "align_similarity", "measure", "shape_errors", "true_shape"]
 
 SHARE = 100.0
 """Percent of the body's size."""
@@ -51,7 +51,7 @@ def true_shape(target: object) -> NDArray[np.float64] | None:
     return target.position.reshape(-1, 3)
 
 
-def laid_on(points: NDArray[np.float64], other: NDArray[np.float64]) -> Similarity:
+def align_similarity(points: NDArray[np.float64], other: NDArray[np.float64]) -> Similarity:
     """Return the similarity, never a mirror image, that lays a shape on another one."""
     return fit_similarity(points, other)
 
@@ -62,7 +62,7 @@ def measure(frame: Frame, state: StructureState) -> Mapping[str, SeriesValue]:
     if true is None or not isinstance(target, BodyTarget) or not state.placed.known:
         return {}
     points = state.placed.points
-    lay = laid_on(points, true)
+    lay = align_similarity(points, true)
     apart, mirrored = (_apart(one, true) for one in (points, points * MIRROR))
     off = state.placed.camera[:, :3] @ lay.rotation.T @ target.turn.T
     return {
@@ -74,4 +74,4 @@ def measure(frame: Frame, state: StructureState) -> Mapping[str, SeriesValue]:
 
 def _apart(points: NDArray[np.float64], true: NDArray[np.float64]) -> float:
     """Return what a similarity leaves of the true shape, relative to its size."""
-    return float(np.sqrt(np.square(laid_on(points, true)(points) - true).sum() / np.square(true).sum()))
+    return float(np.sqrt(np.square(align_similarity(points, true)(points) - true).sum() / np.square(true).sum()))

@@ -7,7 +7,7 @@ round is to be seen as that. The camera goes round the body, which is at rest.
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiments.structure.truth import laid_on, true_shape
+from pftrack.experiments.structure.truth import align_similarity, true_shape
 from pftrack.model.drawing import COLOURS, Arrows, Ellipsoids, Links, Mesh, Points, Primitive, Text, WorldDrawing
 from pftrack.model.frame import Target
 from pftrack.model.world import Viewpoint, World
@@ -54,7 +54,7 @@ def shape_world(
     placed, body, true = state.placed, state.body, true_shape(target)
     points, covariances, turn = placed.points, placed.covariances, placed.camera[:, :3]
     if true is not None and placed.known:
-        lay = laid_on(points, true)
+        lay = align_similarity(points, true)
         points, turn = lay(points), turn @ lay.rotation.T
         covariances = lay.scale**2 * (lay.rotation @ covariances @ lay.rotation.T)
     near = np.linalg.norm(points, axis=1) < RADIUS
@@ -82,7 +82,7 @@ def shape_world(
     if not len(body.edges):
         drawn |= _scatter(points, near, body.names)
     if second is not None:
-        other = laid_on(second, points)(second)
+        other = align_similarity(second, points)(second)
         drawn["second edges"] = Links(_segments(other, body.edges), COLOURS["second"], 1.5, "second run")
         inside = other[np.linalg.norm(other, axis=1) < RADIUS].astype(np.float32)
         drawn["second points"] = Points(inside, _colour(len(inside), "second"), 0.7 * POINT, "second run")

@@ -19,7 +19,13 @@ from pftrack.experiments.trajectories.exports import EXPORTS
 from pftrack.experiments.trajectories.plots import MEASURES, PLOTS, READINGS
 from pftrack.experiments.trajectories.presets import PRESETS
 from pftrack.experiments.trajectories.scales import SCALES_WORLD, scales_world
-from pftrack.experiments.trajectories.search import SEARCH_WORLD, Sought, in_picture, nothing_sought, search_world
+from pftrack.experiments.trajectories.search import (
+    SEARCH_WORLD,
+    TemplateSearch,
+    empty_search_world,
+    in_picture,
+    search_world,
+)
 from pftrack.experiments.trajectories.truth import SERIES, measure, report
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.drawing import Drawing, Picture, Primitive
@@ -114,10 +120,10 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     primitives |= sketch.trails(state, longest)
     if other is not None:
         primitives |= sketch.second_estimate(other.estimate, longest)
-    primitives |= sketch.selected(state, longest)
-    searched, scales = nothing_sought(), scales_world(state, step.parameters)
+    primitives |= sketch.draw_selected(state, longest)
+    searched, scales = empty_search_world(), scales_world(state, step.parameters)
     if state.corners is not None and frame.image_rgb is not None:
-        sought = Sought.of(state.corners, image, state.selected, step.parameters)
+        sought = TemplateSearch.of(state.corners, image, state.selected, step.parameters)
         primitives |= in_picture(sought)
         searched = search_world(sought)
     return Drawing(width, height, primitives, _caption(step), (searched, scales))
@@ -140,7 +146,7 @@ def _distance(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> An
     return np.hypot(off[..., 0], off[..., 1])
 
 
-def _lost(errors: Any, _sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model
+def _is_lost(errors: Any, _sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model
     return errors > parameters.lost_px
 
 
@@ -191,7 +197,7 @@ EXPERIMENT = Experiment(
     truth=None,
     draw=draw,
     error=_distance,
-    lost=_lost,
+    lost=_is_lost,
     measures=MEASURES,
     series=SERIES,
     measure=measure,

@@ -3,13 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.measures import Course, Measure
+from pftrack.model.measures import EvaluatedRun, Measure
 from pftrack.model.plot import ERROR, PARTICLES, STEP_TIME, Plot, Reading
 
 __all__ = ["MEASURES", "PLOTS", "READINGS"]
 
 
-def _errors(course: Course) -> NDArray[np.float64]:
+def _errors(course: EvaluatedRun) -> NDArray[np.float64]:
     return course.errors
 
 

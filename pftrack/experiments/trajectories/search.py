@@ -19,7 +19,7 @@ from pftrack.rendering import heat
 from pftrack.trackers.trajectories.corner_parameters import CornerParameters
 from pftrack.trackers.trajectories.corners import Corners
 
-__all__ = ["SEARCH_WORLD", "Sought", "in_picture", "nothing_sought", "search_world"]
+__all__ = ["SEARCH_WORLD", "TemplateSearch", "empty_search_world", "in_picture", "search_world"]
 
 SHOWN_PX = 20
 """To so far from the middle costs are shown."""
@@ -49,7 +49,7 @@ SEARCH_WORLD = World(
 
 
 @dataclass(frozen=True, eq=False)
-class Sought:
+class TemplateSearch:
     """What was looked for in a frame, and what each place cost.
 
     Attributes:
@@ -71,7 +71,7 @@ class Sought:
     @classmethod
     def of(
         cls, corners: Corners, image_rgb: NDArray[np.uint8], selected: int, parameters: CornerParameters
-    ) -> "Sought":
+    ) -> "TemplateSearch":
         """Look for a corner once more.
 
         Args:
@@ -87,7 +87,7 @@ class Sought:
         return cls(template, cut(grey, place[None], len(template))[0], around, place, costs, reach)
 
 
-def in_picture(sought: Sought) -> dict[str, Primitive]:
+def in_picture(sought: TemplateSearch) -> dict[str, Primitive]:
     """Draw the window in which the corner was looked for, the template at its match, and what looks alike."""
     half = len(sought.template) / 2.0
     places = sought.around + _peaks(sought.costs)[1:] - sought.reach
@@ -99,7 +99,7 @@ def in_picture(sought: Sought) -> dict[str, Primitive]:
     }
 
 
-def search_world(sought: Sought) -> WorldDrawing:
+def search_world(sought: TemplateSearch) -> WorldDrawing:
     """Draw the costs of all places as a surface, the best and those nearly as good, the template and what was found."""
     reach, costs = sought.reach, sought.costs
     shown = min(reach, SHOWN_PX)
@@ -123,7 +123,7 @@ def search_world(sought: Sought) -> WorldDrawing:
     return WorldDrawing(SEARCH_WORLD, drawn)
 
 
-def nothing_sought() -> WorldDrawing:
+def empty_search_world() -> WorldDrawing:
     """Say that nothing is looked for, as in a table of tracks."""
     text = Text(np.zeros(3, np.float32), "no picture to look in", COLOURS["hidden"], "search", "middle")
     return WorldDrawing(SEARCH_WORLD, {"nothing": text})

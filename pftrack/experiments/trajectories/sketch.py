@@ -11,7 +11,7 @@ from pftrack.filters.trajectories.cloud import Cloud
 from pftrack.model.drawing import COLOURS, Colour, Links, Points, Primitive
 from pftrack.trackers.trajectories.state import TrajectoriesState
 
-__all__ = ["paper", "second_estimate", "selected", "trails", "true_trails"]
+__all__ = ["draw_selected", "paper", "second_estimate", "trails", "true_trails"]
 
 TRAIL_FRAMES = 60
 ON_PICTURE, OUTLIERS_ON_PICTURE = 12, 3
@@ -87,7 +87,7 @@ def true_trails(state: TrajectoriesState, target: object, index: int, longest: f
     }
 
 
-def selected(state: TrajectoriesState, longest: float) -> dict[str, Primitive]:
+def draw_selected(state: TrajectoriesState, longest: float) -> dict[str, Primitive]:
     """Draw a ring around the selected track, and its particles where it has some."""
     drawn: dict[str, Primitive] = {}
     if isinstance(state.belief, Cloud):

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.filters.trajectories.modes import locate
-from pftrack.filters.trajectories.tree import came_from, copy, grow, placed, positions_of, sprout
+from pftrack.filters.trajectories.tree import came_from, copy, grow, positions_of, sample_positions, sprout
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.elementary import exponentials, logarithms
 from pftrack.numerics.random import standard_normals, uniforms
@@ -185,7 +185,7 @@ def step(
         numbers: (K,) by which the tracks draw their random numbers.
         stream: Seed, frame and purpose of these.
     """
-    offsets, nodes, parents, counts, logs, known, *moments = _stepped(
+    offsets, nodes, parents, counts, logs, known, *moments = _step_particles(
         before.offsets,
         before.nodes,
         before.parents,
@@ -310,7 +310,7 @@ def _moments(values: NDArray[np.float64], weights: NDArray[np.float64]) -> tuple
 
 
 @compiled
-def _stepped(
+def _step_particles(
     offsets: NDArray[np.int64],
     nodes: NDArray[np.float32],
     parents: NDArray[np.uint16],
@@ -371,7 +371,7 @@ def _stepped(
         else:
             own, row = np.arange(count), np.array([0, count])
             normals = standard_normals(seed, frame, purpose, draw + PLACE, 4 * count)
-            at, earlier = placed(means[track], covariances[track], normals)
+            at, earlier = sample_positions(means[track], covariances[track], normals)
             old_nodes, old_parents = at.astype(np.float32), np.zeros(count, np.uint16)
         new_known[track] = min((known[track] if standing > 0 else given_known[track]) + 1, kept)
         squares, deviations = np.array([noise[track]]), np.array([np.sqrt(drive[track])])

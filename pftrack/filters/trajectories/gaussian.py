@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.elementary import logarithms
 
-__all__ = ["Gaussians", "begun", "log_likelihoods", "nothing", "smooth", "step", "without"]
+__all__ = ["Gaussians", "begin", "log_likelihoods", "nothing", "smooth", "step", "without"]
 
 LOG_2_PI = 1.8378770664093453
 
@@ -45,7 +45,7 @@ def nothing(count: int) -> Gaussians:
     return Gaussians(np.full((1, count, 2, 2), np.nan), np.full((1, count, 3), np.nan), np.zeros((1, count)))
 
 
-def begun(
+def begin(
     means: NDArray[np.float64], covariances: NDArray[np.float64], observed: NDArray[np.float64], start_sd: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return means (K, 2, 2) and covariances (K, 3) in which tracks that are measured for the first time have begun.
@@ -86,7 +86,7 @@ def step(
     Returns:
         What is believed now, and (K,) log p(y_t | Y_{t-1}), 0 where there is no measurement.
     """
-    means, covariances = begun(before.means[0], before.covariances[0], observed, start_sd)
+    means, covariances = begin(before.means[0], before.covariances[0], observed, start_sd)
     new_means, new_covariances, densities = _update(means, covariances, observed, noise, drive)
     return (
         Gaussians(

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from pftrack.numerics.compiled import compiled
 from pftrack.resampling import systematic_parents
 
-__all__ = ["Tree", "came_from", "copy", "grow", "placed", "positions_of", "sprout"]
+__all__ = ["Tree", "came_from", "copy", "grow", "positions_of", "sample_positions", "sprout"]
 
 Tree: TypeAlias = tuple[NDArray[np.float32], NDArray[np.uint16], NDArray[np.uint16]]
 
 
 @compiled
-def placed(
+def sample_positions(
     mean: NDArray[np.float64], covariance: NDArray[np.float64], normals: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return positions in a frame (n, 2) and in the one before (n, 2), px, drawn from a Gaussian.

@@ -131,7 +131,7 @@ def beginnings(
     count = len(observed)
     nobody = np.full((count, 2, 2), np.nan), np.full((count, 3), np.nan)
     waiting = belief.offsets[:, 0] == belief.offsets[:, -1]
-    means, covariances = gaussian.begun(*nobody, np.where(waiting[:, None], observed, np.nan), start_sd)
+    means, covariances = gaussian.begin(*nobody, np.where(waiting[:, None], observed, np.nan), start_sd)
     return means, covariances, np.zeros(count, np.int64)
 
 

@@ -62,7 +62,7 @@ class BayesParameters(Parameters):
     # fmt: on
 
 
-def expected(x: ArrayLike, mode: str) -> NDArray[np.float64]:
+def expected_measurement(x: ArrayLike, mode: str) -> NDArray[np.float64]:
     """Return what would be measured without noise at each state x: the easy direction."""
     at = np.asarray(x, dtype=np.float64)
     return at if mode == "position" else np.abs(at - CAMERA)
@@ -74,7 +74,7 @@ def posterior(p: BayesParameters) -> NDArray[np.float64]:
     The product is made of logarithms, since both may be far too small for a number where the other is large.
     """
     logs = -0.5 * np.square((GRID - p.prior_mean) / p.prior_sd)
-    logs -= 0.5 * np.square((p.measured - expected(GRID, p.mode)) / p.noise_sd)
+    logs -= 0.5 * np.square((p.measured - expected_measurement(GRID, p.mode)) / p.noise_sd)
     product = np.exp(logs - logs.max())
     return np.asarray(product / (STEP * product.sum()))
 
@@ -109,7 +109,7 @@ def show(parameters: BayesParameters, seed: int) -> Shown:
     del seed
     p = parameters
     density = posterior(p)
-    likelihood = normal(expected(GRID, p.mode), p.measured, p.noise_sd)
+    likelihood = normal(expected_measurement(GRID, p.mode), p.measured, p.noise_sd)
     mean, variance = moments(density)
     exact_mean, exact_variance = exact_moments(p)
     tolerance = 1e-6 if p.mode == "position" else 1e-3
@@ -175,11 +175,11 @@ def _posterior(prior: NDArray[np.float64], density: NDArray[np.float64], mean: f
 def _answer(parameters: BayesParameters, seed: int) -> Answer:
     del seed
     found = peaks(posterior(parameters))
-    words = f"The posterior has {len(found)} peak{'s' if len(found) > 1 else ''}, at {_listed(found)}."
+    words = f"The posterior has {len(found)} peak{'s' if len(found) > 1 else ''}, at {_join(found)}."
     return Answer("two" if len(found) == 2 else "one", words=words)
 
 
-def _listed(places: NDArray[np.float64]) -> str:
+def _join(places: NDArray[np.float64]) -> str:
     return " and ".join(f"{place:.2f} m" for place in places)
 
 
@@ -206,7 +206,7 @@ def _grid() -> Outcome:
 
 def _area() -> Outcome:
     p = _distance()
-    return Outcome(STEP * float(normal(expected(GRID, p.mode), p.measured, p.noise_sd).sum()), 2.0, 1e-3)
+    return Outcome(STEP * float(normal(expected_measurement(GRID, p.mode), p.measured, p.noise_sd).sum()), 2.0, 1e-3)
 
 
 LESSON = Lesson(

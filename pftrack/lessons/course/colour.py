@@ -32,7 +32,7 @@ look-alike and behind the column.
 """
 
 
-def _lost_for_good(columns: Columns) -> Answer:
+def _frame_of_loss(columns: Columns) -> Answer:
     """Return the frame from which on the target is lost until the end; the number of frames if it is held there."""
     held = np.flatnonzero(columns["lost"] == 0)
     frames = len(columns["lost"])
@@ -46,7 +46,7 @@ def _lost_for_good(columns: Columns) -> Answer:
 QUESTION = Question(
     text="Lambda is 200, ten times as much as usual. From which frame on is the target lost for good (120 for never)?",
     kind="number",
-    answer=_lost_for_good,
+    answer=_frame_of_loss,
     tolerance=6.0,
     words=(
         "While the target is seen, a sharp likelihood does no harm. Once it is hidden, the window that looks least "

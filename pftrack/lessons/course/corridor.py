@@ -30,7 +30,7 @@ __all__ = [
     "Pace",
     "Walk",
     "assign_bins",
-    "known",
+    "cached_walk",
     "total_variation",
 ]
 
@@ -179,7 +179,7 @@ class Corridor:
 
 
 @lru_cache(maxsize=32)
-def known(corridor: Corridor, seed: int = TYPICAL) -> tuple[Walk, Exact]:
+def cached_walk(corridor: Corridor, seed: int = TYPICAL) -> tuple[Walk, Exact]:
     """Return a walk, and what can be known of it at best."""
     walk = corridor.walk(seed)
     exact = corridor.exact(walk.doors)

@@ -20,7 +20,7 @@ from pftrack.lessons.course.corridor import (
 from pftrack.lessons.figure import Axis, Curve, Handle, HeatMap, Histogram, Panel, Rule, Scatter, Stems
 from pftrack.particles import ParticleSet
 
-__all__ = ["redrawn", "steps_so_far", "weigh"]
+__all__ = ["resampled_panel", "steps_so_far", "weigh"]
 
 MOST_STEMS, MOST_DOTS = 400, 50
 """Particles that are drawn of a step, spread evenly over all of them."""
@@ -98,7 +98,7 @@ def weigh(cloud: ParticleSet, walk: Walk, exact: Exact, corridor: Corridor, step
     )
 
 
-def redrawn(places: NDArray[np.float64], walk: Walk, exact: Exact, step: int) -> Panel:
+def resampled_panel(places: NDArray[np.float64], walk: Walk, exact: Exact, step: int) -> Panel:
     """Return the particles of a step after they were redrawn, and the exact density."""
     density = exact.given[step]
     heights = assign_bins(places, np.full(len(places), 1.0 / len(places))) / BIN_M

@@ -34,7 +34,7 @@ from pftrack.lessons.lesson import (
 from pftrack.model.parameters import Parameters, parameter
 from pftrack.model.recipe import Recipe
 from pftrack.model.timeline import Change
-from pftrack.numerics.matrices import root, solved
+from pftrack.numerics.matrices import cholesky, solve_system
 
 __all__ = ["LESSON", "KalmanParameters"]
 
@@ -73,7 +73,7 @@ def show(parameters: KalmanParameters, seed: int) -> Shown:
     frame = parameters.frame
     off, covariance = errors(tracks, known.gains[: frame + 1]), known.covariances[frame]
     squared, variance = float(np.mean(off[0] ** 2)), float(covariance[0, 0])
-    within = float(np.mean((off * solved(covariance, off)).sum(axis=0) <= 4.0))
+    within = float(np.mean((off * solve_system(covariance, off)).sum(axis=0) <= 4.0))
     numbers = (
         Number(f"Mean squared error of position over {TRACKS} tracks", squared, variance,
                FOUR_SDS * variance * math.sqrt(2.0 / TRACKS), "m²", digits=3, reveals=True),
@@ -130,7 +130,7 @@ def _track_panel(parameters: KalmanParameters, tracks: Tracks, known: Filtered) 
 def _plane_panel(parameters: KalmanParameters, off: NDArray[np.float64], known: Filtered) -> Panel:
     frame = parameters.frame
     before = min(frame, GAP - 1)
-    steady, now = (root(known.covariances[at]) @ CIRCLE * 2.0 for at in (before, frame))
+    steady, now = (cholesky(known.covariances[at]) @ CIRCLE * 2.0 for at in (before, frame))
     reach = [ceiling(1.3 * max(float(ellipse[axis].max()) for ellipse in (steady, now))) for axis in (0, 1)]
     traces: list[Trace] = [
         Curve(title="the filter's ellipse", ink="truth", x=now[0], y=now[1], reveals=True),
@@ -184,7 +184,7 @@ def riccati(process: float, noise: float) -> NDArray[np.float64]:
     return covariance
 
 
-def _settled(axis: int) -> Outcome:
+def _steady_state(axis: int) -> Outcome:
     ours = apply_filter(0.05, 4.0, np.zeros(300)).predicted[-1, axis, axis]
     return Outcome(float(ours), float(riccati(0.05, 4.0)[axis, axis]), 1e-8)
 
@@ -249,9 +249,9 @@ LESSON = Lesson(
     ),
     checks=(
         Check("settled-position", "The predicted variance of the position settles at 2.41836 m², as Riccati's equation "
-              "says.", partial(_settled, 0)),
+              "says.", partial(_steady_state, 0)),
         Check("settled-velocity", "The predicted variance of the velocity settles at 0.238449 m²/s², as Riccati's "
-              "equation says.", partial(_settled, 1)),
+              "equation says.", partial(_steady_state, 1)),
         Check("surprises", "Over 4000 steps the squared surprise is on average what its variance says.", _surprises),
         Check("without-data", "Two tracks that are measured differently have the same variances.", _without_data),
     ),

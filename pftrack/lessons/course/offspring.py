@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.resampling import RESAMPLERS, systematic_parents
 
-__all__ = ["WEIGHTS", "Scheme", "copies", "exact_variance", "marks", "redrawn"]
+__all__ = ["WEIGHTS", "Scheme", "copies", "exact_variance", "marks", "sample_copies"]
 
 Scheme: TypeAlias = Literal["systematic", "stratified", "multinomial"]
 
@@ -44,7 +44,7 @@ def copies(scheme: Scheme, count: int, offset: float, seed: int) -> NDArray[np.i
     return _count(RESAMPLERS[scheme](Stream(seed, 0, Purpose.TRACK), LOG_WEIGHTS, count))
 
 
-def redrawn(scheme: Scheme, count: int, repeats: int, seed: int) -> NDArray[np.float64]:
+def sample_copies(scheme: Scheme, count: int, repeats: int, seed: int) -> NDArray[np.float64]:
     """Return the copies of each particle in many redraws, (repeats, particles)."""
     rng, resample = Stream(seed, REPEATS_FRAME, Purpose.TRACK), RESAMPLERS[scheme]
     return np.array([_count(resample(rng, LOG_WEIGHTS, count)) for _ in range(repeats)], dtype=np.float64)

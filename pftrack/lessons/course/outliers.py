@@ -74,7 +74,7 @@ def show(parameters: OutliersParameters, seed: int) -> Shown:
     z, scale = parameters.z, parameters.scale
     gaussian, cauchy = (posterior(z, scale, heavy=heavy) for heavy in (False, True))
     means = gaussian_mean(z, scale), float(cauchy_mean(z, scale))
-    paths = _followed("lg", scale, 0), _followed("lng", scale, seed)
+    paths = _filtered_positions("lg", scale, 0), _filtered_positions("lng", scale, seed)
     numbers = (
         Number("Mean under Cauchy noise", _mean(cauchy), means[1], NEARLY, reveals=True),
         Number("Mean under Gaussian noise", _mean(gaussian), means[0], NEARLY),
@@ -108,7 +108,7 @@ def _mean(density: NDArray[np.float64]) -> float:
 
 
 @lru_cache(maxsize=64)
-def _followed(method: Method, scale: float, seed: int) -> NDArray[np.float64]:
+def _filtered_positions(method: Method, scale: float, seed: int) -> NDArray[np.float64]:
     """Return the filtered positions (FRAMES, 2) on the reference track, px."""
     settings = Settings(noise=scale * scale, drive=DRIVE, lag=1, count=PARTICLES, seed=seed)
     return follow(method, MEASURED_PX, settings).filtered[:, 0]

@@ -32,7 +32,7 @@ from pftrack.lessons.lesson import (
 )
 from pftrack.model.recipe import Recipe
 from pftrack.model.timeline import Change
-from pftrack.numerics.matrices import solved
+from pftrack.numerics.matrices import solve_system
 
 __all__ = ["LESSON"]
 
@@ -50,12 +50,14 @@ def show(parameters: RecursionParameters, seed: int) -> Shown:
     numbers = (
         Number("Variance now, on the grid", variance, last.variance, 1e-4, "m²", reveals=any_step),
         Number("Mean now, on the grid", mean, float(last.exact.mean[0]), 1e-4, "m", digits=3, reveals=any_step),
-        Number("Variance that it settles at, measured in every step", _settled(parameters), unit="m²", digits=3),
+        Number(
+            "Variance that it settles at, measured in every step", _steady_variance(parameters), unit="m²", digits=3
+        ),
     )
     return Shown(Figure(panels=(_density_panel(past, parameters.noise), _variance_panel(past))), numbers)
 
 
-def _settled(parameters: RecursionParameters) -> float:
+def _steady_variance(parameters: RecursionParameters) -> float:
     """Return the variance after a measurement that the next round comes back to."""
     motion, noise = parameters.motion, parameters.noise
     return 0.5 * (math.sqrt(motion**2 + 4.0 * motion * noise) - motion)
@@ -142,7 +144,7 @@ def _reference() -> list[Moment]:
     return list(moments(_CHECKED, RecursionParameters(steps="pm" * len(MEASURED))))
 
 
-def _added() -> Outcome:
+def _added_information() -> Outcome:
     past = _reference()
     variances = [spread(_CHECKED, moment.density)[1] for moment in past]
     rises = [variances[number] - variances[number - 1] for number in range(1, len(past)) if past[number].step == "p"]
@@ -170,7 +172,7 @@ def _batch() -> float:
     """Return the mean of the last position given all measurements at once, from their joint Gaussian."""
     rounds = np.arange(1, len(MEASURED) + 1)
     covariance = PRIOR_VARIANCE + np.minimum.outer(rounds, rounds) + 2.0 * np.eye(len(rounds))
-    return float((PRIOR_VARIANCE + rounds) @ solved(covariance, np.array(MEASURED)))
+    return float((PRIOR_VARIANCE + rounds) @ solve_system(covariance, np.array(MEASURED)))
 
 
 LESSON = Lesson(
@@ -219,7 +221,7 @@ LESSON = Lesson(
         ),
     ),
     checks=(
-        Check("predict-adds", "Each prediction on the grid adds q to the variance.", _added),
+        Check("predict-adds", "Each prediction on the grid adds q to the variance.", _added_information),
         Check("grid-densities", "Grid and Kalman filter have the same density after every step.", _densities),
         Check("grid-moments", "Grid and Kalman filter have the same mean and variance after every step.", _moments),
         Check("one-by-one", "Step by step or all at once, the mean is the same.",

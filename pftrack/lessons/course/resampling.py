@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.lessons.course.axes import ceiling
-from pftrack.lessons.course.corridor import STEPS, Corridor, known
-from pftrack.lessons.course.offspring import WEIGHTS, Scheme, copies, exact_variance, marks, redrawn
+from pftrack.lessons.course.corridor import STEPS, Corridor, cached_walk
+from pftrack.lessons.course.offspring import WEIGHTS, Scheme, copies, exact_variance, marks, sample_copies
 from pftrack.lessons.figure import Axis, Bars, Figure, Handle, Panel, Scatter, Stems, StripChart, Tree
 from pftrack.lessons.lesson import (
     Answer,
@@ -107,7 +107,7 @@ def _weights(parameters: ResamplingParameters, seed: int) -> Panel:
             ),
         ),
         handles=(Handle(parameter="offset", at=parameters.offset),) if scheme == "systematic" else (),
-        words=f"Six particles expect {_listed(count * WEIGHTS)} copies; {what} pick {count} of them.",
+        words=f"Six particles expect {_join(count * WEIGHTS)} copies; {what} pick {count} of them.",
         row=0,
         share=(0.7, 1.0),
     )
@@ -126,7 +126,7 @@ def _copies(parameters: ResamplingParameters, seed: int) -> Panel:
             Bars(title="copies", ink="estimate", heights=ours.astype(np.float64), reveals=True),
             Scatter(title="expected", ink="truth", x=np.arange(len(WEIGHTS)), y=expected, size_px=8.0),
         ),
-        words=f"The particles have {_listed(ours)} copies and expect {_listed(expected)}.",
+        words=f"The particles have {_join(ours)} copies and expect {_join(expected)}.",
         row=1,
     )
 
@@ -169,7 +169,7 @@ def _tree(parents: NDArray[np.float64], lines: NDArray[np.bool_]) -> Panel:
 
 def _parents(scheme: Scheme, count: int, seed: int) -> NDArray[np.float64]:
     """Return each particle's parent in the step before, (STEPS + 1, count), in the corridor; NaN at the start."""
-    walk, _ = known(Corridor())
+    walk, _ = cached_walk(Corridor())
     clouds = Corridor().clouds(walk.doors, count, seed, resample=RESAMPLERS[scheme])
     return np.array([np.full(count, np.nan), *(cloud.ancestors for cloud in clouds[1:])])
 
@@ -186,7 +186,7 @@ def _lines(parents: NDArray[np.float64]) -> NDArray[np.bool_]:
 @lru_cache(maxsize=32)
 def effective_sizes(scheme: Scheme, seed: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return effective sample sizes (STEPS + 1,) in the corridor if particles are never redrawn, and if always."""
-    walk, _ = known(Corridor())
+    walk, _ = cached_walk(Corridor())
 
     def sizes(threshold: float) -> NDArray[np.float64]:
         clouds = Corridor().clouds(walk.doors, CROWD, seed, resample=RESAMPLERS[scheme], threshold=threshold)
@@ -195,13 +195,13 @@ def effective_sizes(scheme: Scheme, seed: int) -> tuple[NDArray[np.float64], NDA
     return sizes(0.0), sizes(1.0)
 
 
-def _listed(values: NDArray[Any]) -> str:
+def _join(values: NDArray[Any]) -> str:
     return ", ".join(f"{value:.3g}" for value in values)
 
 
 def _scatter(scheme: Scheme, count: int, repeats: int, seed: int) -> NDArray[np.float64]:
     """Return, of each of many redraws, the squared deviations from what is expected, summed over the particles."""
-    off = redrawn(scheme, count, repeats, seed) - count * WEIGHTS
+    off = sample_copies(scheme, count, repeats, seed) - count * WEIGHTS
     return np.asarray(np.square(off).sum(axis=1))
 
 
@@ -215,7 +215,7 @@ def _answer(parameters: ResamplingParameters, seed: int) -> Answer:
 
 
 def _mean() -> Outcome:
-    mean = redrawn("systematic", 20, REPEATS, 1).mean(axis=0)
+    mean = sample_copies("systematic", 20, REPEATS, 1).mean(axis=0)
     return Outcome(float(np.abs(mean - 20 * WEIGHTS).max()), 0.0, 0.02)
 
 

@@ -7,8 +7,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.filters import bootstrap
-from pftrack.lessons.course.corridor import CELL_M, CELLS_M, STEPS, Corridor, Pace, assign_bins, known, total_variation
-from pftrack.lessons.course.corridor_panels import redrawn, steps_so_far, weigh
+from pftrack.lessons.course.corridor import (
+    CELL_M,
+    CELLS_M,
+    STEPS,
+    Corridor,
+    Pace,
+    assign_bins,
+    cached_walk,
+    total_variation,
+)
+from pftrack.lessons.course.corridor_panels import resampled_panel, steps_so_far, weigh
 from pftrack.lessons.course.rounds import GRID, MEASURED, PRIOR_VARIANCE, RecursionParameters, moments
 from pftrack.lessons.figure import Figure
 from pftrack.lessons.lesson import (
@@ -59,7 +68,7 @@ class SirParameters(Parameters):
 def show(parameters: SirParameters, seed: int) -> Shown:
     """Run the filter up to a step, beside the exact density."""
     corridor = Corridor(parameters.noise_m, parameters.quality)
-    walk, exact = known(corridor)
+    walk, exact = cached_walk(corridor)
     step, count = parameters.step, parameters.particles
     clouds = corridor.clouds(walk.doors[:step], count, seed)
     density = exact.given[step]
@@ -75,7 +84,7 @@ def show(parameters: SirParameters, seed: int) -> Shown:
             panels=(
                 steps_so_far(drawn, walk, exact, step),
                 weigh(clouds[-1], walk, exact, corridor, step),
-                redrawn(drawn[-1], walk, exact, step),
+                resampled_panel(drawn[-1], walk, exact, step),
             )
         ),
         numbers,
@@ -104,7 +113,7 @@ def tolerate(density: NDArray[np.float64], count: int) -> float:
 @lru_cache(maxsize=8)
 def _errors(corridor: Corridor, count: int) -> tuple[float, float]:
     """Return the mean total variation after the last step, and the rms error of the mean, m, over the repeats."""
-    walk, exact = known(corridor)
+    walk, exact = cached_walk(corridor)
     density = exact.given[-1]
     mean = float(density @ CELLS_M * CELL_M)
     clouds = [corridor.clouds(walk.doors, count, seed)[-1] for seed in range(REPEATS)]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pftrack.dynamics import LinearDynamics
 from pftrack.filters import kalman
 from pftrack.numerics.gaussian import Gaussian
-from pftrack.numerics.matrices import root
+from pftrack.numerics.matrices import cholesky
 from pftrack.numerics.random import Purpose, Stream
 
 __all__ = ["OBSERVATION", "PRIOR", "Filtered", "Tracks", "apply_filter", "errors", "motion", "simulate"]
@@ -59,7 +59,7 @@ class Filtered:
 def motion(process: float) -> LinearDynamics:
     """Return the model of a second, given the intensity of the noise on the velocity, m^2/s^3."""
     covariance = process * np.array([[1.0 / 3.0, 1.0 / 2.0], [1.0 / 2.0, 1.0]])
-    return LinearDynamics(TRANSITION, np.zeros(2), root(covariance))
+    return LinearDynamics(TRANSITION, np.zeros(2), cholesky(covariance))
 
 
 def simulate(process: float, noise: float, seed: int, frames: int, count: int) -> Tracks:

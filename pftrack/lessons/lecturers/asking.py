@@ -8,7 +8,7 @@ from pftrack.lessons.lecturers.expression import Expression, ExpressionError, No
 from pftrack.lessons.lecturers.findings import Findings
 from pftrack.lessons.lecturers.head import Head, near
 from pftrack.lessons.lesson import Answer, Demonstration, Mistake, Question, Scenario
-from pftrack.lessons.running import shown_numbers
+from pftrack.lessons.running import figure_numbers
 from pftrack.model.parameters import Parameters
 
 __all__ = ["check_expression", "check_question", "question_of"]
@@ -53,7 +53,7 @@ def question_of(head: Head, body: Scenario | Demonstration, expression: Expressi
 
 def _answer(expression: Expression, body: Scenario | Demonstration) -> Callable[..., Answer]:
     def of_figure(parameters: Parameters, seed: int, *, shown: Demonstration) -> Answer:
-        return Answer(expression.value(shown_numbers(shown, parameters, seed)))
+        return Answer(expression.value(figure_numbers(shown, parameters, seed)))
 
     if isinstance(body, Demonstration):
         return partial(of_figure, shown=body)

@@ -112,7 +112,7 @@ def _read(text: str, places: dict[Place, int]) -> dict[str, Any]:
         _check_events(text)
         loader = yaml.SafeLoader(text)
         node = loader.get_single_node()
-        head = _built(node, (), loader, places) if node is not None else None
+        head = _build(node, (), loader, places) if node is not None else None
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 2 if error.problem_mark else 1
         remedy = "put a text that has a : or a bracket into quotes, and indent with spaces"
@@ -139,17 +139,17 @@ def _check_events(text: str) -> None:
             raise DocumentError(line, f"the head is nested more than {DEEPEST} deep")
 
 
-def _built(node: yaml.Node, place: Place, loader: yaml.SafeLoader, places: dict[Place, int]) -> Any:  # noqa: ANN401 - JSON
+def _build(node: yaml.Node, place: Place, loader: yaml.SafeLoader, places: dict[Place, int]) -> Any:  # noqa: ANN401 - JSON
     places.setdefault(place, node.start_mark.line + 2)
     if isinstance(node, yaml.SequenceNode):
-        return [_built(item, (*place, number), loader, places) for number, item in enumerate(node.value)]
+        return [_build(item, (*place, number), loader, places) for number, item in enumerate(node.value)]
     if isinstance(node, yaml.MappingNode):
         built: dict[str, Any] = {}
         for name, key, value in _pairs(node):
             if name in built:
                 raise DocumentError(key.start_mark.line + 2, f"`{name}` is there twice; leave one out")
             places[(*place, name)] = key.start_mark.line + 2
-            built[name] = _built(value, (*place, name), loader, places)
+            built[name] = _build(value, (*place, name), loader, places)
         return built
     try:
         value = loader.construct_object(node)

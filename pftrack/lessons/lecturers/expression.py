@@ -102,9 +102,9 @@ def _check(node: ast.AST, names: set[str], depth: int) -> None:
     if isinstance(node, ast.Call):
         _check_call(node)
     elif type(node) not in NODES and type(node) not in SIGNS:
-        raise ExpressionError(f"{_told(node)} cannot be used in an expression")
+        raise ExpressionError(f"{_quote(node)} cannot be used in an expression")
     if isinstance(node, ast.Constant) and not isinstance(node.value, bool | int | float | str):
-        raise ExpressionError(f"{_told(node)} is neither a number nor a text in quotes")
+        raise ExpressionError(f"{_quote(node)} is neither a number nor a text in quotes")
     if isinstance(node, ast.Name):
         names.add(node.id)
     for part in node.args if isinstance(node, ast.Call) else ast.iter_child_nodes(node):
@@ -114,12 +114,12 @@ def _check(node: ast.AST, names: set[str], depth: int) -> None:
 
 def _check_call(node: ast.Call) -> None:
     if not isinstance(node.func, ast.Name) or node.func.id not in FUNCTIONS:
-        raise ExpressionError(f"{_told(node.func)} cannot be called; there are {', '.join(FUNCTIONS)}")
+        raise ExpressionError(f"{_quote(node.func)} cannot be called; there are {', '.join(FUNCTIONS)}")
     if len(node.args) != 1 or node.keywords:
-        raise ExpressionError(f"{node.func.id}(...) takes one argument, got {_told(node)}")
+        raise ExpressionError(f"{node.func.id}(...) takes one argument, got {_quote(node)}")
 
 
-def _told(node: ast.AST) -> str:
+def _quote(node: ast.AST) -> str:
     text = ast.unparse(node) if isinstance(node, ast.expr) else type(node).__name__
     return f"`{text if len(text) <= 30 else text[:27] + '...'}`"
 
@@ -183,7 +183,7 @@ def _part(node: ast.Subscript, columns: Columns) -> Value:
     value, place = _number(node.value, columns), node.slice
     parts = list(place.elts) if isinstance(place, ast.Tuple) else [place]
     if len(parts) > value.ndim:
-        raise ExpressionError(f"{_told(node)} has {len(parts)} places in brackets, and its numbers have {value.ndim}")
+        raise ExpressionError(f"{_quote(node)} has {len(parts)} places in brackets, and its numbers have {value.ndim}")
     places = tuple(_place(part, columns) for part in parts)
     try:
         return np.asarray(value[places])
@@ -203,19 +203,19 @@ def _place(node: ast.expr, columns: Columns) -> Any:  # noqa: ANN401 - whatever 
 def _whole(node: ast.AST, columns: Columns) -> int:
     value = _number(node, columns)
     if value.ndim or not np.isfinite(value) or abs(value) > LARGEST or value != np.floor(value):
-        raise ExpressionError(f"{_told(node)} is no number of a frame")
+        raise ExpressionError(f"{_quote(node)} is no number of a frame")
     return int(value)
 
 
 def _out_of_place(node: ast.AST, columns: Columns) -> Value:
     del columns
-    raise ExpressionError(f"{_told(node)} stands in brackets behind a column, or nowhere")
+    raise ExpressionError(f"{_quote(node)} stands in brackets behind a column, or nowhere")
 
 
 def _number(node: ast.AST, columns: Columns) -> NDArray[np.float64]:
     value = _value(node, columns)
     if isinstance(value, str):
-        raise ExpressionError(f"{_told(node)} is a text, where a number is expected")
+        raise ExpressionError(f"{_quote(node)} is a text, where a number is expected")
     return value
 
 
@@ -253,7 +253,7 @@ def _truth(value: Any) -> NDArray[np.float64]:  # noqa: ANN401 - of NumPy's bool
 # ---------------------------------------------------------------- functions and operators
 
 
-def _known(value: NDArray[np.float64]) -> NDArray[np.float64]:
+def _known_values(value: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the numbers that are known, those of the frames in which something was measured."""
     known = value[~np.isnan(value)] if value.ndim else value.reshape(1)
     if not known.size:
@@ -284,20 +284,20 @@ def _refuse(words: str) -> NoReturn:
 
 FUNCTIONS: Final[Mapping[str, Callable[[NDArray[np.float64]], Any]]] = {
     "abs": np.abs,
-    "all": lambda value: bool((_known(value) != 0).all()),
-    "any": lambda value: bool((_known(value) != 0).any()),
+    "all": lambda value: bool((_known_values(value) != 0).all()),
+    "any": lambda value: bool((_known_values(value) != 0).any()),
     "count": lambda value: np.count_nonzero(_row(value)),
     "first": _first,
     "last": _last,
     "len": lambda value: value.shape[0] if value.ndim else _refuse("len(...) takes a column"),
-    "max": lambda value: _known(value).max(),
-    "mean": lambda value: _known(value).mean(),
-    "median": lambda value: np.median(_known(value)),
-    "min": lambda value: _known(value).min(),
+    "max": lambda value: _known_values(value).max(),
+    "mean": lambda value: _known_values(value).mean(),
+    "median": lambda value: np.median(_known_values(value)),
+    "min": lambda value: _known_values(value).min(),
     "round": np.round,
-    "sd": lambda value: _known(value).std(),
+    "sd": lambda value: _known_values(value).std(),
     "sqrt": np.sqrt,
-    "sum": lambda value: _known(value).sum(),
+    "sum": lambda value: _known_values(value).sum(),
 }
 """By name. `first` and `last` give the frame, counted within what they are given, in which something holds: the length
 and -1 if it never does. `count` gives in how many it holds. Numbers that are not known are left out."""

@@ -29,7 +29,7 @@ class Findings:
         """Note that something is wrong with a value."""
         self.problems.append(DocumentError(self.document.line(place), message))
 
-    def tried(self, place: Place, what: Callable[[], T]) -> T | None:
+    def attempt(self, place: Place, what: Callable[[], T]) -> T | None:
         """Return what a function gives; None if it refuses, which is noted."""
         try:
             return what()

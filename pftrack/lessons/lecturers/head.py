@@ -82,7 +82,7 @@ def ask(document: Document) -> Head | list[DocumentError]:
     try:
         return Head.model_validate(document.head)
     except ValidationError as error:
-        return [_told(document, each) for each in errors_of(error)]
+        return [_to_document_error(document, each) for each in errors_of(error)]
 
 
 def errors_of(error: ValidationError) -> list[Any]:
@@ -98,7 +98,7 @@ KIND: Final = re.compile(r"(?:bool|int|float|constrained-str|tuple\[.*\]|functio
 """How pydantic calls the kinds of a value that may be of several; no key is called so."""
 
 
-def _told(document: Document, error: Any) -> DocumentError:  # noqa: ANN401 - pydantic's
+def _to_document_error(document: Document, error: Any) -> DocumentError:  # noqa: ANN401 - pydantic's
     place = tuple(error["loc"])
     name = ".".join(map(str, place))
     line = document.line(place)

@@ -35,7 +35,7 @@ def lesson_of(document: Document, origin: str) -> Lesson | list[DocumentError]:
     found = Findings(document)
     _check_text(document, found)
     body, columns = body_of(head, found)
-    expression = found.tried(("answer",), lambda: parse(str(head.answer)))
+    expression = found.attempt(("answer",), lambda: parse(str(head.answer)))
     check_question(head, body, found)
     if body is not None and expression is not None:
         check_expression(expression, columns, head, found)

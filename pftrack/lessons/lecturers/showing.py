@@ -11,7 +11,7 @@ from pftrack.lessons.lecturers.findings import Findings
 from pftrack.lessons.lecturers.head import Head, near
 from pftrack.lessons.lesson import Demonstration, Lesson, Scenario
 from pftrack.lessons.registry import find as find_lesson
-from pftrack.lessons.running import known_numbers, shown_numbers
+from pftrack.lessons.running import all_columns, figure_numbers
 from pftrack.model.parameters import Parameters, declarations, revise
 from pftrack.model.recipe import Recipe
 from pftrack.model.timeline import Change, Timeline
@@ -37,7 +37,7 @@ def body_of(head: Head, found: Findings) -> tuple[Scenario | Demonstration | Non
 
 
 def _scenario(head: Head, found: Findings) -> tuple[Scenario | None, Mapping[str, Any]]:
-    experiment = found.tried(("experiment",), lambda: find_experiment(str(head.experiment)))
+    experiment = found.attempt(("experiment",), lambda: find_experiment(str(head.experiment)))
     if experiment is None:
         return None, {}
     setup = experiment.simulate()
@@ -53,16 +53,16 @@ def _scenario(head: Head, found: Findings) -> tuple[Scenario | None, Mapping[str
     _check_names(head, experiment, type(setup.parameters), found)
     timeline = Timeline.begin(setup.parameters, tracker, tuple(experiment.trackers))
     for number, change in enumerate(head.timeline):
-        timeline = _changed(timeline, Change(change.frame, change.values), ("timeline", number, "values"), found)
+        timeline = _apply_change(timeline, Change(change.frame, change.values), ("timeline", number, "values"), found)
     at = {name: value for name, value in head.question.at.items() if name != "seed"}
-    _changed(timeline, Change(0, at), ("question", "at"), found)
+    _apply_change(timeline, Change(0, at), ("question", "at"), found)
     if found.problems:
         return None, {}
     available = setup.open_source(seed, timeline.parameters_at(0)).frame_count
     frames = head.frames or available or experiment.frames
     _check_frames(head, min(frames, available or frames), found)
     recipe = Recipe(experiment=experiment.id, tracker=tracker, seed=seed, frames=frames, timeline=timeline.changes)
-    return Scenario(recipe, head.unlocked, head.frame, head.plots, head.layers), known_numbers(experiment, frames)
+    return Scenario(recipe, head.unlocked, head.frame, head.plots, head.layers), all_columns(experiment, frames)
 
 
 def _check_frames(head: Head, frames: int, found: Findings) -> None:
@@ -76,7 +76,7 @@ def _check_frames(head: Head, frames: int, found: Findings) -> None:
             found.add(("timeline", number), message)
 
 
-def _changed(timeline: Timeline, change: Change, place: Place, found: Findings) -> Timeline:
+def _apply_change(timeline: Timeline, change: Change, place: Place, found: Findings) -> Timeline:
     model: type[Parameters] = type(timeline.parameters_at(0))
     known = {it.name for it in declarations(model)} | {"tracker"}
     values = {}
@@ -85,7 +85,7 @@ def _changed(timeline: Timeline, change: Change, place: Place, found: Findings) 
             values[name] = value
         else:
             found.add((*place, name), f"there is no parameter {name} here; {near(name, known)}")
-    changed = found.tried(place, lambda: timeline.insert(Change(change.frame, values)))
+    changed = found.attempt(place, lambda: timeline.insert(Change(change.frame, values)))
     return changed or timeline
 
 
@@ -104,7 +104,7 @@ def _check_names(head: Head, experiment: Experiment, model: type[Parameters], fo
 
 
 def _demonstration(head: Head, found: Findings) -> tuple[Demonstration | None, Mapping[str, Any]]:
-    lesson: Lesson | None = found.tried(("figure",), lambda: find_lesson(str(head.figure)))
+    lesson: Lesson | None = found.attempt(("figure",), lambda: find_lesson(str(head.figure)))
     for name in ("tracker", "frames", "timeline", "unlocked", "plots", "layers", "frame"):
         if name in head.model_fields_set:
             found.add((name,), f"`{name}` is of an experiment; a figure has `parameters` and `seed`, all unlocked")
@@ -115,9 +115,9 @@ def _demonstration(head: Head, found: Findings) -> tuple[Demonstration | None, M
         found.add(("figure",), f"the lesson {lesson.id} shows no figure; name its `experiment`, {experiment}")
         return None, {}
     body = lesson.body
-    parameters = found.tried(("parameters",), lambda: revise(body.parameters, head.parameters))
-    at = found.tried(("question", "at"), lambda: revise(parameters or body.parameters, head.question.at))
+    parameters = found.attempt(("parameters",), lambda: revise(body.parameters, head.parameters))
+    at = found.attempt(("question", "at"), lambda: revise(parameters or body.parameters, head.question.at))
     if parameters is None or at is None:
         return None, {}
     seed = body.seed if head.seed is None else head.seed
-    return replace(body, parameters=parameters, seed=seed), shown_numbers(body, at, seed)
+    return replace(body, parameters=parameters, seed=seed), figure_numbers(body, at, seed)

@@ -19,7 +19,7 @@ from pftrack.reproduce.pool import Pool
 from pftrack.sources.fish import FishSource, FishTarget
 from pftrack.sources.fish.swimming import FRAMES, TankName, clip
 from pftrack.trackers.fish.learned import FISH
-from pftrack.trackers.fish.step import MOTIONS, begun, seen_edges, stepped
+from pftrack.trackers.fish.step import MOTIONS, begin_at, find_edges, step_frame
 
 __all__ = [
     "FISHES",
@@ -80,10 +80,10 @@ def lesson(shown: Clip) -> Lesson:
     tracks, truths = np.empty((FISHES, FRAMES, 4)), np.empty((FISHES, FRAMES, 4))
     tracked = np.ones(FISHES, np.bool_)
     for fish in range(FISHES):
-        state = begun(targets[fish][0], 3000)
+        state = begin_at(targets[fish][0], 3000)
         for frame, target in enumerate(targets[fish]):
             if frame > 0:
-                state = stepped(MOTIONS["ordinary"], state, edges[frame], offline, shown.number, frame)
+                state = step_frame(MOTIONS["ordinary"], state, edges[frame], offline, shown.number, frame)
             tracks[fish, frame], truths[fish, frame] = state.pose, target.pose
             tracked[fish] &= target.holds(state.estimate)
     return Lesson(tracks, truths, tracked)
@@ -111,9 +111,9 @@ def followed(work: tuple[Clip, tuple[Condition, ...], int]) -> list[Outcome]:
         for fish in range(FISHES):
             for run in range(runs):
                 seed = 10_000 * run + FISHES * shown.number + fish
-                state = begun(targets[fish][0], revised.sample_count)
+                state = begin_at(targets[fish][0], revised.sample_count)
                 for frame in range(1, FRAMES):
-                    state = stepped(MOTIONS[condition.tracker], state, edges[frame], revised, seed, frame)
+                    state = step_frame(MOTIONS[condition.tracker], state, edges[frame], revised, seed, frame)
                     frames += 1
                     if not targets[fish][frame].holds(state.estimate):
                         found[fish, run] = False
@@ -156,6 +156,6 @@ def _prepare(shown: Clip) -> tuple[Any, list[Edges], list[list[FishTarget]]]:
     )
     history = History(((0, parameters),))
     sources = [FishSource(0, revise(parameters, {"followed_fish": fish + 1})) for fish in range(FISHES)]
-    edges = [seen_edges(sources[0].frame(frame, history), parameters) for frame in range(FRAMES)]
+    edges = [find_edges(sources[0].frame(frame, history), parameters) for frame in range(FRAMES)]
     targets = [[source.target(frame, parameters) for frame in range(FRAMES)] for source in sources]
     return parameters, edges, targets

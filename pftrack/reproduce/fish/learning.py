@@ -85,7 +85,7 @@ def _learned(learned: Learned) -> list[Finding]:
     stroke = diffusion.modes[2:, 2]
     for name, ours, reference in zip(("turn", "bend"), stroke, STROKE, strict=True):
         findings.append(compare(f"fish-offline: {name} of the third mode", float(ours), reference, 0.05, SOURCE))
-    built_in = GUIDANCE.learned("").diffusion("document").covariance
+    built_in = GUIDANCE.parse("").diffusion("document").covariance
     apart = float(np.abs(diffusion.covariance - built_in).max())
     result = "fish-offline: the file that comes with the trackers is what is learned here (largest difference)"
     return [*findings, claim(result, apart, holds=apart < 1e-9, source="this project")]

@@ -137,7 +137,7 @@ class _Run:
     def step(self, frame: Frame) -> None:
         """Take a picture and note how far off the tracker is."""
         missing = (np.nan,) * len(self._state.recognised)
-        self._ratios.append(np.asarray(self._state.belief.measured().get("alpha", missing), dtype=np.float64))
+        self._ratios.append(np.asarray(self._state.belief.own_series().get("alpha", missing), dtype=np.float64))
         rng = Stream(self._trial.seed, frame.index, Purpose.TRACK)
         self._state = head.step(self._trial.method, self._state, frame, self._parameters, rng)
         self._errors.append(np.abs(wrap(self._state.estimate - _angles(frame))))

@@ -26,7 +26,7 @@ from pftrack.reproduce.finding import Finding, claim
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Change, Run
 from pftrack.sources.head import HeadSceneParameters, HeadSource
-from pftrack.sources.head.sensor import exposed
+from pftrack.sources.head.sensor import expose
 from pftrack.sources.head.source import focal_px
 
 __all__ = ["RELIEF", "Clip", "Outcome", "film", "turns", "watch"]
@@ -160,9 +160,9 @@ def film(person: int, frames: int = FRAMES) -> Clip:
         depth = DISTANCE_MM * (1.0 + PATH_SHARE * np.sin(0.95 * phase))
         path = PATH_PX * np.sin(np.array([0.9, 1.1]) * phase) * depth / focal
         place = np.append(path, depth) - product(rotation(theta), MIDDLE_MM)
-        grey, _ = source.pictured(theta, place, index / 1000.0, scene)
+        grey, _ = source.picture_of(theta, place, index / 1000.0, scene)
         noise = Stream(0, index, Purpose.SCENE).standard_normal(grey.size)
-        image = exposed(grey, float(scene.image_noise_sd), noise)
+        image = expose(grey, float(scene.image_noise_sd), noise)
         taken.append(image)
         truth.append(angles)
     pictures = np.array(taken)
@@ -188,7 +188,7 @@ def watch(clip: Clip, values: Mapping[str, Value], seed: int) -> Outcome:
     found = np.array([[row.number(f"{name}_deg") for name in ("yaw", "pitch", "roll")] for row in rows])
     truth = clip.gaze_deg[clip.frame_count - len(rows) :]
     errors = np.abs(np.rad2deg(wrap(np.deg2rad(found - truth))))
-    gone = np.array([row.gone for row in rows]) | (errors.mean(axis=1) > LOST_DEG)
+    gone = np.array([row.is_lost for row in rows]) | (errors.mean(axis=1) > LOST_DEG)
     return Outcome(errors.mean(axis=0), 1.0 - float(gone.mean()))
 
 

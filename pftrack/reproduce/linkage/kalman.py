@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pftrack.filters.truncation import truncate
 from pftrack.geometry.rotation_vector import matrix, right_jacobian
 from pftrack.model.parameters import Value
-from pftrack.numerics.matrices import solved
+from pftrack.numerics.matrices import solve_system
 from pftrack.reproduce.finding import Finding, claim, compare, share
 from pftrack.reproduce.linkage.course import Condition, Course, course, swung
 from pftrack.reproduce.pool import Pool
@@ -226,7 +226,7 @@ def _small_turn(omega: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return by differences what small turn du (3, 3) beside R(omega) a change of omega is: R(omega + dw) = R R(du)."""
     step, columns = 1e-6, []
     for axis in np.eye(3):
-        turn = solved(matrix(omega - step * axis), matrix(omega + step * axis))
+        turn = solve_system(matrix(omega - step * axis), matrix(omega + step * axis))
         columns.append(
             np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / (4 * step)
         )

@@ -256,6 +256,6 @@ def _pose_errors(by_particles: bool, seed: int) -> NDArray[np.float64]:
                 particles, measured, noise, reference, affine_pose.THETA_SD_RAD, rng, affine_pose.THETA_COUNT
             )
         else:
-            theta = affine_pose.extended(theta, measured, noise, reference, affine_pose.THETA_SD_RAD)
+            theta = affine_pose.extended_step(theta, measured, noise, reference, affine_pose.THETA_SD_RAD)
         errors.append(np.abs(wrap(theta.mean - truth)))
     return np.asarray(np.rad2deg(np.mean(errors, axis=0)))

@@ -12,11 +12,11 @@ from pftrack.numerics.angles import wrap
 from pftrack.reproduce.structure.scenes import SimulatedTracks, head_tracks, prism_tracks
 from pftrack.structure import growing, online_variational, recursive, variational
 from pftrack.structure.alignment import align, residuals, shape_error
-from pftrack.structure.cameras import frontal, settled
+from pftrack.structure.cameras import fit_camera, frontal
 from pftrack.structure.factorization import factorize
 from pftrack.structure.first_window import from_window
 from pftrack.structure.online_variational import Forgetting
-from pftrack.structure.tracks import Tracks, checked_view
+from pftrack.structure.tracks import Tracks, check_view
 
 __all__ = ["Course", "Grown", "Online", "Trial", "course", "grow", "online"]
 
@@ -151,11 +151,11 @@ def grow(trial: Trial) -> Grown:
     errors, weights = [], []
     for index, theta in enumerate(body.theta_rad):
         positions, variances = body.tracks.positions[index], body.tracks.variances[index]
-        rows, precisions = checked_view(positions, variances, len(mean))
+        rows, precisions = check_view(positions, variances, len(mean))
         cameras = cameras or [frontal(body.focal_px, mean, rows, precisions)] * 3
         shapes = mean, state.shape, np.array(body.shape_mm)
         cameras = [
-            settled(body.focal_px, camera, shape, rows, precisions, camera, 0.0, POSE_ROUNDS)
+            fit_camera(body.focal_px, camera, shape, rows, precisions, camera, 0.0, POSE_ROUNDS)
             for camera, shape in zip(cameras, shapes, strict=True)
         ]
         found = [angles(np.ascontiguousarray(camera[:, :3])) for camera in cameras]

@@ -97,7 +97,7 @@ def clip(number: int, count: int, lively: bool, tank: TankName) -> Clip:
         ValueError: No fit clip was drawn; it has never been seen to happen.
     """
     for draw in range(MOST_DRAWS):
-        poses = _swum(TANKS[tank], count, lively, number, draw)
+        poses = _swim(TANKS[tank], count, lively, number, draw)
         if len(poses) and all(has_sharp_turn(poses[:, fish, :2]) == (lively and fish == 0) for fish in range(count)):
             return read_only(poses)
     raise ValueError(f"clip {number} has not come out in {MOST_DRAWS} draws")
@@ -155,9 +155,9 @@ class Shoal(NamedTuple):
 
 
 @compiled
-def _swum(tank: Tank, count: int, lively: bool, number: int, draw: int) -> NDArray[np.float64]:
+def _swim(tank: Tank, count: int, lively: bool, number: int, draw: int) -> NDArray[np.float64]:
     """Return the poses (FRAMES, count, 4) of one draw of a clip, or an empty array if the fish come too near."""
-    shoal = _begun(count, uniforms(number, 0, SCENE, draw, count * BEGINNING).reshape(count, BEGINNING))
+    shoal = _begin(count, uniforms(number, 0, SCENE, draw, count * BEGINNING).reshape(count, BEGINNING))
     poses = np.empty((FRAMES, count, 4))
     for step in range(STEPS):
         if step % BLOCK == 0:  # most draws fail early, and take no more random numbers than they need
@@ -176,14 +176,14 @@ def _swum(tank: Tank, count: int, lively: bool, number: int, draw: int) -> NDArr
             first = (step % BLOCK) * count + fish
             noise = normals[first * NORMALS : (first + 1) * NORMALS]
             share = shares[first * UNIFORMS : (first + 1) * UNIFORMS]
-            error = _aimed(shoal, before, fish, share)
+            error = _aim(shoal, before, fish, share)
             change = _bend(tank, shoal, fish, error, lively and fish == 0, noise, share)
             _move(tank, shoal, fish, change, noise)
     return poses
 
 
 @compiled
-def _begun(count: int, share: NDArray[np.float64]) -> Shoal:
+def _begin(count: int, share: NDArray[np.float64]) -> Shoal:
     """Return fish at random, given uniform numbers (n, 8)."""
     shoal = Shoal(
         np.empty((count, 2)),
@@ -210,7 +210,7 @@ def _begun(count: int, share: NDArray[np.float64]) -> Shoal:
 
 
 @compiled
-def _aimed(shoal: Shoal, before: NDArray[np.float64], fish: int, share: NDArray[np.float64]) -> float:
+def _aim(shoal: Shoal, before: NDArray[np.float64], fish: int, share: NDArray[np.float64]) -> float:
     """Return the angle to where a fish would like to go, and give it another goal where it is there or tired of it."""
     goal = shoal.goals[fish]
     away = (goal[0] - before[fish, 0]) ** 2 + (goal[1] - before[fish, 1]) ** 2

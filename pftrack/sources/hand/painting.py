@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pftrack.numerics.elementary import exponential
 from pftrack.numerics.random import Purpose, Stream
 
-__all__ = ["painted", "with_noisy_edge"]
+__all__ = ["paint_silhouette", "with_noisy_edge"]
 
 HAND, BACKGROUND = (224, 172, 138), (16, 20, 24)
 """RGB. Any threshold of brightness between 25 and 175 tells them apart."""
@@ -46,7 +46,7 @@ def with_noisy_edge(mask: NDArray[np.bool_], noise_px: float, seed: int, frame: 
     return np.asarray(np.where(near, distance + noise_px * _smooth_noise(mask.shape, seed, frame), distance) > 0.0)
 
 
-def painted(mask: NDArray[np.bool_], noise_sd: float, seed: int, frame: int) -> NDArray[np.uint8]:
+def paint_silhouette(mask: NDArray[np.bool_], noise_sd: float, seed: int, frame: int) -> NDArray[np.uint8]:
     """Return the picture (height, width, 3) of a silhouette, RGB.
 
     Args:

@@ -12,7 +12,7 @@ from pftrack.numerics.compiled import read_only
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.numerics.trigonometry import sines_cosines
 from pftrack.sources.hand.motion import FRAMES, folded_time, pose_at
-from pftrack.sources.hand.painting import painted, with_noisy_edge
+from pftrack.sources.hand.painting import paint_silhouette, with_noisy_edge
 from pftrack.sources.hand.parameters import HandSceneParameters
 from pftrack.sources.hand.truth import HandTarget
 from pftrack.sources.overlay import paint, strip
@@ -89,7 +89,7 @@ class HandSource:
             return np.full((self.size[1], self.size[0], 3), 255, np.uint8)
         mask = silhouette(target.pose, target.scale, target.shape, self.size)
         mask = with_noisy_edge(mask, parameters.edge_noise_px, self._seed, index)
-        image = painted(mask, parameters.image_noise_sd, self._seed, index)
+        image = paint_silhouette(mask, parameters.image_noise_sd, self._seed, index)
         if parameters.occlusion_width_px > 0 or parameters.distracter_radius_px > 0:
             paint(image, parameters, LOOK_ALIKE)
         return image

@@ -5,11 +5,11 @@ from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import compiled
 
-__all__ = ["exposed"]
+__all__ = ["expose"]
 
 
 @compiled
-def exposed(grey: NDArray[np.float32], noise_sd: float, noise: NDArray[np.float64]) -> NDArray[np.uint8]:
+def expose(grey: NDArray[np.float32], noise_sd: float, noise: NDArray[np.float64]) -> NDArray[np.uint8]:
     """Return the picture (height, width, 3), its three channels alike.
 
     Args:

@@ -22,7 +22,7 @@ from pftrack.sources.head.motion import angles_rad, eased_amplitude, script_time
 from pftrack.sources.head.occluders import cover, with_lenses, with_sunglasses
 from pftrack.sources.head.parameters import HeadSceneParameters
 from pftrack.sources.head.rasteriser import lit, project, rasterise
-from pftrack.sources.head.sensor import exposed
+from pftrack.sources.head.sensor import expose
 from pftrack.sources.head.texture import LEFT_MM, STEP_MM, TOP_MM, albedo
 from pftrack.sources.head.truth import HeadTarget
 
@@ -84,7 +84,7 @@ class HeadSource:
         noise = Stream(self._seed, index, Purpose.SCENE).standard_normal(
             grey.size if parameters.image_noise_sd > 0 else 0
         )
-        image = exposed(grey, float(parameters.image_noise_sd), noise)
+        image = expose(grey, float(parameters.image_noise_sd), noise)
         image.flags.writeable = False
         return Frame(index, index / FRAME_RATE_HZ, image_rgb=image, target=target)
 
@@ -92,9 +92,9 @@ class HeadSource:
         self, theta: NDArray[np.float64], time: float, parameters: HeadSceneParameters
     ) -> tuple[NDArray[np.float32], HeadTarget]:
         """Return the picture in grey levels before noise, and the truth."""
-        return self.pictured(theta, HEAD_MM + PIVOT_MM - product(rotation(theta), PIVOT_MM), time, parameters)
+        return self.picture_of(theta, HEAD_MM + PIVOT_MM - product(rotation(theta), PIVOT_MM), time, parameters)
 
-    def pictured(
+    def picture_of(
         self,
         theta: NDArray[np.float64],
         translation: NDArray[np.float64],
@@ -136,7 +136,7 @@ class HeadSource:
         grey *= np.float32(gain)
         points, depths = project(product(self.model.points_mm, turn.T) + translation, self.focal_px, centre)
         visible = _visible(points, 1.0 / depths, depth_buffer, hidden)
-        return grey, HeadTarget.seen(self.model, theta, translation, points, visible)
+        return grey, HeadTarget.observe(self.model, theta, translation, points, visible)
 
 
 def face_of(parameters: HeadSceneParameters) -> FaceModel:

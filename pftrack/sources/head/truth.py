@@ -23,7 +23,7 @@ class HeadTarget(Target):
     translation_mm: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
 
     @classmethod
-    def seen(
+    def observe(
         cls,
         model: FaceModel,
         theta_rad: NDArray[np.float64],

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pftrack.sources.overlay import OccluderParameters, paint_strip
 
-__all__ = ["painted"]
+__all__ = ["paint"]
 
 LINKS = ((72, 99, 132), (95, 127, 163), (126, 157, 190))
 """Colours of the links, from the root on."""
@@ -27,7 +27,7 @@ SHIFT = 4
 """Bits of a sixteenth of a pixel."""
 
 
-def painted(
+def paint(
     points_px: NDArray[np.float64],
     depths: NDArray[np.float64] | None,
     size: tuple[int, int],

@@ -24,7 +24,7 @@ from pftrack.sources.overlay import OccluderParameters, paint_strip, strip
 from pftrack.sources.recording import check_start
 from pftrack.sources.tracks.sequence import TrackSequence
 
-__all__ = ["Followed", "FollowingParameters", "RecordedLinkage", "guess", "tracked"]
+__all__ = ["Followed", "FollowingParameters", "RecordedLinkage", "guess", "track_points"]
 
 MATCHING = "Following"
 POINTS = 4
@@ -93,7 +93,7 @@ class Followed:
         return np.where(good[:, None], places + offsets + self._within, np.nan)
 
 
-def tracked(sequence: TrackSequence, columns: list[int], first: int) -> Callable[[int], Points]:
+def track_points(sequence: TrackSequence, columns: list[int], first: int) -> Callable[[int], Points]:
     """Return four of the tracks of a table, by number of the frame from the frame `first` on."""
 
     def at(index: int) -> Points:

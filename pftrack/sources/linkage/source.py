@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pftrack.model.frame import Frame, Landmarks, Measurements, Target
 from pftrack.model.source import History
 from pftrack.numerics.random import Purpose, Stream, standard_normals, uniforms
-from pftrack.sources.linkage.painting import painted
+from pftrack.sources.linkage.painting import paint
 from pftrack.sources.linkage.parameters import LinkageSceneParameters
 from pftrack.sources.linkage.paths import LENGTH, PATHS, ease, move, swinging, turn
 from pftrack.sources.linkage.truth import NAMES, REFERENCE_RAD, LinkageTarget, attitude, in_degrees, places
@@ -77,14 +77,14 @@ class LinkageSource:
         left, right = strip(parameters, self.size[0])
         visible = ~((left <= true_px[:, 0]) & (true_px[:, 0] < right))
         depths = places(target)[:, 2] if target.is_spatial else None
-        image = painted(true_px, depths, self.size, parameters)
+        image = paint(true_px, depths, self.size, parameters)
         landmarks = replace(target.landmarks, visible=visible)
         target = replace(target, landmarks=landmarks, hidden=not bool(visible[1:].any()))
         first = 0 if target.is_spatial else 1
-        measured = self._measured(index, true_px[first:], visible[first:], parameters, spatial=target.is_spatial)
+        measured = self._measure(index, true_px[first:], visible[first:], parameters, spatial=target.is_spatial)
         return Frame(index, index / FRAME_RATE_HZ, image_rgb=image, measurements=measured, target=target)
 
-    def _measured(
+    def _measure(
         self,
         index: int,
         true_px: NDArray[np.float64],

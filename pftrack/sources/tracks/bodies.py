@@ -12,7 +12,7 @@ from pftrack.geometry.face_model import FEATURES, LINKS, mean_model, person
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.prism import FACES, NAMES, NORMALS, OFFSETS, TOUCHING, VERTICES_MM
 
-__all__ = ["Body", "Kind", "Shape", "body_of", "named", "normalise", "unnamed"]
+__all__ = ["Body", "Kind", "Shape", "body_of", "named_shape", "normalise", "unnamed_shape"]
 
 Kind: TypeAlias = Literal["prism", "face", "cloud", "plate"]
 
@@ -63,12 +63,12 @@ class Body:
     graded: bool = False
 
 
-def unnamed(count: int) -> Shape:
+def unnamed_shape(count: int) -> Shape:
     """Return what is known of a body of so many points: nothing else."""
     return Shape(tuple(map(str, range(1, count + 1))))
 
 
-def named(points: Sequence[str]) -> Shape:
+def named_shape(points: Sequence[str]) -> Shape:
     """Return what is known of a body by the names of its points: other faces, if all are features of one."""
     if not set(points) <= set(FEATURES):
         return Shape(tuple(points))
@@ -136,7 +136,7 @@ def _face(seed: int) -> Body:
     points = person(seed).points_mm
     outwards = points - HEAD_CENTRE_MM
     normals = outwards / np.sqrt(np.square(outwards).sum(axis=1))[:, None]
-    return Body(named(FEATURES), normalise(points), normals[:, None], np.zeros((len(points), 1)), graded=True)
+    return Body(named_shape(FEATURES), normalise(points), normals[:, None], np.zeros((len(points), 1)), graded=True)
 
 
 def _cloud(seed: int, count: int) -> Body:
@@ -147,7 +147,7 @@ def _cloud(seed: int, count: int) -> Body:
     directions = np.stack([radii * np.cos(angles), heights, radii * np.sin(angles)], axis=1)
     bumps = 1.0 + 0.15 * Stream(seed, 0, Purpose.SCENE).standard_normal((count, 1))
     points = normalise(directions * CLOUD_AXES * bumps)
-    return Body(unnamed(count), points, directions[:, None], np.zeros((count, 1)))
+    return Body(unnamed_shape(count), points, directions[:, None], np.zeros((count, 1)))
 
 
 def _plate(seed: int, count: int) -> Body:
@@ -155,4 +155,4 @@ def _plate(seed: int, count: int) -> Body:
     places = Stream(seed, 0, Purpose.SCENE).standard_normal((count, 2))
     points = normalise(np.column_stack([places, np.zeros(count)]))
     both = np.broadcast_to([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]], (count, 2, 3))
-    return Body(unnamed(count), points, both, np.zeros((count, 2)))
+    return Body(unnamed_shape(count), points, both, np.zeros((count, 2)))

@@ -6,7 +6,7 @@ from pftrack.model.frame import Frame, Measurements, Target
 from pftrack.model.parameters import Parameters
 from pftrack.model.source import History
 from pftrack.sources.recording import check_start
-from pftrack.sources.tracks.bodies import named
+from pftrack.sources.tracks.bodies import named_shape
 from pftrack.sources.tracks.sequence import TrackSequence
 from pftrack.sources.tracks.target import BodyTarget
 
@@ -22,7 +22,7 @@ def body_of(sequence: TrackSequence) -> BodyTarget:
     return BodyTarget(
         np.zeros(3 * len(sequence.names)),
         hidden=None,
-        shape=named(sequence.names),
+        shape=named_shape(sequence.names),
         principal_px=np.array(sequence.size) / 2.0,
         focal_px=FAR * max(sequence.size),
     )

@@ -125,7 +125,7 @@ class TracksSource:
         sd = self._deviations(target, parameters)
         points = target.landmarks.points_px + sd[:, None] * noise
         points += SLIP_PX * np.where((slips < parameters.slip_share)[:, None], away, 0.0)
-        missing = (gone < parameters.missing_share) | self._covered(index, parameters)
+        missing = (gone < parameters.missing_share) | self._is_covered(index, parameters)
         missing |= ~target.landmarks.visible & parameters.unseen_missing
         measured = Measurements(np.where(missing[:, None], np.nan, points), np.where(missing, np.inf, sd))
         return Frame(index, index / FRAME_RATE_HZ, measurements=measured, target=target)
@@ -147,7 +147,7 @@ class TracksSource:
         visible = target.landmarks.visible if target.landmarks else np.ones(len(sd), dtype=np.bool_)
         return np.where(visible, sd, max(parameters.unseen_noise_px, parameters.seen_noise_px))
 
-    def _covered(self, index: int, parameters: TracksSceneParameters) -> NDArray[np.bool_]:
+    def _is_covered(self, index: int, parameters: TracksSceneParameters) -> NDArray[np.bool_]:
         """Return which points (n,) a burst covers."""
         since = (index - BURST_FROM) % BURST_EVERY
         under_way = index >= BURST_FROM and since < parameters.burst_frames

@@ -104,7 +104,7 @@ def read_tracks(data: bytes, most_frames: int) -> TrackTable:
                 raise SourceError(f"the table has more than the {MOST_POINTS} points that are allowed")
             track = found.setdefault(name, {})
             if frame in track:
-                raise SourceError(_listed_twice(line, None if form is _long and point is None else name, frame))
+                raise SourceError(_duplicate_message(line, None if form is _long and point is None else name, frame))
             track[frame] = values
             if len(track) > most_frames:
                 raise SourceError(
@@ -150,7 +150,7 @@ def _table(
     return TrackTable(names, positions, variances, frames[0], tuple(warnings))
 
 
-def _listed_twice(line: int, name: str | None, frame: int) -> str:
+def _duplicate_message(line: int, name: str | None, frame: int) -> str:
     """Say what is wrong with a line that lists the point of this name, None where no column names it, once more."""
     if name is not None:
         return f"line {line} of the table lists point {name} in frame {frame} for the second time"

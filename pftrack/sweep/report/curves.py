@@ -15,7 +15,7 @@ from pftrack.sweep.axis import Axis
 from pftrack.sweep.cells import CellMap, Code
 from pftrack.sweep.comparison import TEST_TITLES
 from pftrack.sweep.quantities import Quantity, samples
-from pftrack.sweep.report.labels import label, shown, ticks
+from pftrack.sweep.report.labels import format_value, label, ticks
 from pftrack.sweep.report.study import Study
 
 __all__ = ["along", "boxes", "curves"]
@@ -51,8 +51,8 @@ def curves(study: Study, axes: Sequence[Axis]) -> Figure:
         if not axis.numerical:
             _write_values(panel, axis, wide)
         elif len(axis.values) <= MOST_TICKS:
-            places = _apart(positions, max(length(shown(value), 8) for value in axis.values) / wide)
-            panel.set_xticks(positions[places], [shown(axis.values[place]) for place in places], fontsize=8)
+            places = _apart(positions, max(length(format_value(value), 8) for value in axis.values) / wide)
+            panel.set_xticks(positions[places], [format_value(axis.values[place]) for place in places], fontsize=8)
         _finish(panel, label(study, axis), "Success rate" if study.judged else "Mean error")
     draw_key(figure, key, LEFT_IN, foot)
     return figure
@@ -162,7 +162,7 @@ def _differences(panel: Axes, study: Study, axis: Axis, quantity: Quantity) -> N
 
 def _write_values(panel: Axes, axis: Axis, wide: float) -> None:
     """Write the values of an axis at equal distances, upright if they are names that need the room."""
-    step, texts = wide / len(axis.values), [shown(value) for value in axis.values]
+    step, texts = wide / len(axis.values), [format_value(value) for value in axis.values]
     upright = _upright(axis, step) > 0
     needed = LINE_IN if upright else max(length(text, 8) for text in texts) + APART_IN
     places, kept = zip(*ticks(texts, step, needed), strict=True)
@@ -171,7 +171,7 @@ def _write_values(panel: Axes, axis: Axis, wide: float) -> None:
 
 def _upright(axis: Axis, step: float) -> float:
     """Return the room that names of choices need below where they are written upright, 0 where they are not."""
-    longest = max(length(shown(value), 8) for value in axis.values)
+    longest = max(length(format_value(value), 8) for value in axis.values)
     return longest if not axis.numerical and longest + APART_IN > step else 0.0
 
 

@@ -10,7 +10,7 @@ from html import escape
 from pftrack.figures.style import INK
 from pftrack.sweep.axis import Axis
 from pftrack.sweep.report.colours import MISSING
-from pftrack.sweep.report.labels import label, shown, ticks
+from pftrack.sweep.report.labels import format_value, label, ticks
 from pftrack.sweep.report.study import Study
 
 __all__ = ["Frame"]
@@ -97,7 +97,7 @@ class Frame:
 
 
 def _values(axis: Axis | None) -> list[str]:
-    return [shown(value) for value in axis.values] if axis else [""]
+    return [format_value(value) for value in axis.values] if axis else [""]
 
 
 def _cell(side: float, count: int) -> float:

@@ -5,15 +5,15 @@ from math import ceil, isnan
 from typing import Literal
 
 from pftrack.model.parameters import Value
-from pftrack.sweep.axis import Axis, declared
+from pftrack.sweep.axis import Axis, find_declaration
 from pftrack.sweep.report.study import Study
 
-__all__ = ["label", "number", "shown", "ticks"]
+__all__ = ["format_value", "label", "number", "ticks"]
 
 
 def label(study: Study, axis: Axis) -> str:
     """Return what an axis is called, with its unit."""
-    declaration = declared(study.result.plan.wiring, axis.name)
+    declaration = find_declaration(study.result.plan.wiring, axis.name)
     return f"{declaration.title}, {declaration.unit}" if declaration.unit else declaration.title
 
 
@@ -21,7 +21,7 @@ LONGEST_SHOWN = 60
 """Characters of a value."""
 
 
-def shown(value: Value) -> str:
+def format_value(value: Value) -> str:
     """Return a value as a tick or a table shows it."""
     if isinstance(value, bool):
         return str(value).lower()

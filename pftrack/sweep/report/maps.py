@@ -13,12 +13,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from pftrack.figures.style import INK, diverging
-from pftrack.sweep.axis import declared
+from pftrack.sweep.axis import find_declaration
 from pftrack.sweep.cells import Code
 from pftrack.sweep.comparison import TEST_TITLES, Comparison
 from pftrack.sweep.quantities import Quantity
 from pftrack.sweep.report.colours import CODE_NAMES, CODES, amounts, largest_difference, scale_of
-from pftrack.sweep.report.labels import shown
+from pftrack.sweep.report.labels import format_value
 from pftrack.sweep.report.panels import Block, stack
 from pftrack.sweep.report.study import Study
 
@@ -76,5 +76,6 @@ def _title(study: Study, pair: Comparison) -> str:
 def _fixed(study: Study) -> str:
     experiment = study.result.plan.wiring
     return ", ".join(
-        f"{declared(experiment, name).title.lower()} {shown(value)}" for name, value in study.result.plan.values.items()
+        f"{find_declaration(experiment, name).title.lower()} {format_value(value)}"
+        for name, value in study.result.plan.values.items()
     )

@@ -11,7 +11,7 @@ from pftrack.sweep.comparison import TEST_TITLES
 from pftrack.sweep.quantities import COMMON, Quantity
 from pftrack.sweep.report.colours import CODE_NAMES, CODES
 from pftrack.sweep.report.frame import Frame
-from pftrack.sweep.report.labels import label, shown
+from pftrack.sweep.report.labels import format_value, label
 from pftrack.sweep.report.plots import code_maps, difference_maps, tracker_maps
 from pftrack.sweep.report.study import Study
 from pftrack.sweep.report.tables import Table
@@ -146,7 +146,7 @@ def _verdict(study: Study, quantity: Quantity) -> str:
 
 def _pointer(study: Study) -> str:
     """Return what shows the figures of the cell under the pointer."""
-    axes = [(label(study, axis), [shown(value) for value in axis.values]) for axis in (study.x, study.y) if axis]
+    axes = [(label(study, axis), [format_value(value) for value in axis.values]) for axis in (study.x, study.y) if axis]
     told = json.dumps(axes).replace("<", "\\u003c")  # which could end the script
     data = f'<script type="application/json" id="axes">{told}</script>'
     return f'<dl id="cell" hidden></dl>\n{data}\n<script>{SCRIPT}</script>'
@@ -159,11 +159,12 @@ def _plan(study: Study) -> str:
         "Runs": f"{sum(int(total.runs[0, 0]) for total in study.totals.values()):,} of {plan.runs:,}",
         "Trackers": ", ".join(plan.trackers),
         **{
-            f"{label(study, axis)}": f"{', '.join(shown(value) for value in axis.values)} ({axis.name})"
+            f"{label(study, axis)}": f"{', '.join(format_value(value) for value in axis.values)} ({axis.name})"
             for axis in plan.axes
         },
         "Trials": f"{plan.trials} a tracker and condition, {plan.frames} frames each",
-        "Fixed": ", ".join(f"{name} = {shown(value)}" for name, value in plan.values.items()) or "all as by default",
+        "Fixed": ", ".join(f"{name} = {format_value(value)}" for name, value in plan.values.items())
+        or "all as by default",
         "Seed": str(plan.seed),
     }
     told = "".join(f"<dt>{escape(name)}</dt><dd>{escape(fact)}</dd>" for name, fact in facts.items())

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from pftrack.figures.layout import APART_IN, LINE_IN, axes_at, draw_key, length, write
 from pftrack.figures.style import INK
-from pftrack.sweep.report.labels import label, shown, ticks
+from pftrack.sweep.report.labels import format_value, label, ticks
 from pftrack.sweep.report.study import Study
 
 __all__ = ["Block", "stack"]
@@ -77,7 +77,7 @@ class _Grid:
 
     def __init__(self, study: Study) -> None:
         axes = study.x, study.y
-        self.across, self.up = ([shown(value) for value in axis.values] if axis else [""] for axis in axes)
+        self.across, self.up = ([format_value(value) for value in axis.values] if axis else [""] for axis in axes)
         self.names = [label(study, axis) if axis else "" for axis in axes]
         longest = _longest(self.across)
         is_named = study.x is not None and not study.x.numerical

@@ -103,22 +103,22 @@ class Study:
     @cached_property
     def comparisons(self) -> dict[str, tuple[Comparison, ...]]:
         """Each pair, cell by cell, by name of the quantity."""
-        return {it.name: self._compared(it, self.maps, *self.names) for it in self.quantities if self.pairs}
+        return {it.name: self._compare(it, self.maps, *self.names) for it in self.quantities if self.pairs}
 
     @cached_property
     def exact(self) -> tuple[Comparison, ...]:
         """Each pair by success, cell by cell, tested by Fisher's exact test, which small counts permit."""
-        return self._compared(quantity_named(self.result.plan, "success"), self.maps, *self.names, test="fisher")
+        return self._compare(quantity_named(self.result.plan, "success"), self.maps, *self.names, test="fisher")
 
     @cached_property
     def pooled(self) -> dict[str, tuple[Comparison, ...]]:
         """Each pair with all runs in one cell, by name of the quantity."""
-        return {it.name: self._compared(it, self.totals, None, None) for it in self.quantities if self.pairs}
+        return {it.name: self._compare(it, self.totals, None, None) for it in self.quantities if self.pairs}
 
     @cached_property
     def pooled_exact(self) -> tuple[Comparison, ...]:
         """The same with all runs in one cell."""
-        return self._compared(quantity_named(self.result.plan, "success"), self.totals, None, None, test="fisher")
+        return self._compare(quantity_named(self.result.plan, "success"), self.totals, None, None, test="fisher")
 
     @cached_property
     def by_axis(self) -> dict[str, dict[str, CellMap]]:
@@ -129,7 +129,7 @@ class Study:
         """Return what a tracker is called."""
         return self.result.plan.wiring.trackers[tracker].title
 
-    def _compared(
+    def _compare(
         self, quantity: Quantity, maps: dict[str, CellMap], x: str | None, y: str | None, test: Test = "chi-square"
     ) -> tuple[Comparison, ...]:
         values = samples(self.result, quantity, x, y)

@@ -8,7 +8,7 @@ from pftrack.sweep.axis import Axis
 from pftrack.sweep.cells import CellMap, Code
 from pftrack.sweep.comparison import TEST_TITLES, Comparison
 from pftrack.sweep.quantities import COMMON, Quantity
-from pftrack.sweep.report.labels import label, number, shown
+from pftrack.sweep.report.labels import format_value, label, number
 from pftrack.sweep.report.study import Study
 
 __all__ = ["Table", "tables"]
@@ -85,7 +85,7 @@ def _along(study: Study, axis: Axis) -> Table:
             else number(cell.mean_error[0, place])
             for cell in found.values()
         )
-        rows.append((shown(value), *cells))
+        rows.append((format_value(value), *cells))
     what = "Success (95 % interval)" if study.judged else "Mean error"
     return Table(f"{what} by {label(study, axis)}", (axis.name, *study.trackers), tuple(rows))
 
@@ -93,12 +93,12 @@ def _along(study: Study, axis: Axis) -> Table:
 def _compare(study: Study, quantity: Quantity) -> Table:
     """Every pair of trackers by one quantity: over all runs, and in how many cells one is better."""
     rows = [
-        (*_pair(pair), *_over_all(pooled), *_tested(study, pair, pooled))
+        (*_pair(pair), *_over_all(pooled), *_test_columns(study, pair, pooled))
         for pair, pooled in zip(study.comparisons[quantity.name], study.pooled[quantity.name], strict=True)
     ]
     if quantity.name == "success":
         rows += [
-            (*_pair(pair), "", "", "", *_tested(study, pair, pooled))
+            (*_pair(pair), "", "", "", *_test_columns(study, pair, pooled))
             for pair, pooled in zip(study.exact, study.pooled_exact, strict=True)
         ]
     columns = (
@@ -131,7 +131,7 @@ def _over_all(pooled: Comparison) -> tuple[str, str, str]:
     return number(pooled.difference[0, 0], "+"), number(mean, "+") + interval, f"{pooled.paired.pairs[0, 0]:,}"
 
 
-def _tested(study: Study, pair: Comparison, pooled: Comparison) -> tuple[str, ...]:
+def _test_columns(study: Study, pair: Comparison, pooled: Comparison) -> tuple[str, ...]:
     """Return the test, its p-value over all runs, and the cells by what it says, in brackets after Holm."""
     order = Code.FIRST_BETTER, Code.SECOND_BETTER, Code.NOT_SIGNIFICANT, Code.NOT_APPLICABLE
     alone, corrected = pair.significance(study.level).codes, pair.significance(study.level, "holm").codes

@@ -13,7 +13,7 @@ from pftrack.trackers import reports
 from pftrack.trackers.ball import motion
 from pftrack.trackers.ball.common import lineage_of, start
 from pftrack.trackers.ball.likelihood import colour_model
-from pftrack.trackers.ball.motion import TRACKED, learned, with_learner
+from pftrack.trackers.ball.motion import TRACKED, learn_motion, with_learner
 from pftrack.trackers.ball.parameters import BallTrackerParameters
 from pftrack.trackers.point_state import PointState
 from pftrack.trackers.sampling.common import particles_of, picture_of, size_of
@@ -49,7 +49,7 @@ def step_unscented(state: PointState, frame: Frame, parameters: BallTrackerParam
         learner=state.learner,
         lineage=lineage_of(state, particles, posterior.particles, parameters),
     )
-    return learned(tracked, parameters, size)
+    return learn_motion(tracked, parameters, size)
 
 
 def step_kalman(state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> PointState:
@@ -65,7 +65,7 @@ def step_kalman(state: PointState, frame: Frame, parameters: BallTrackerParamete
         noise = parameters.measurement_noise_px**2 * np.eye(TRACKED)
         predicted, log_evidence = kalman.update(predicted, measurement, np.eye(TRACKED, 2 * TRACKED), noise)
     tracked = PointState(predicted, TRACKED, log_evidence=log_evidence, learner=state.learner)
-    return learned(tracked, parameters, size)
+    return learn_motion(tracked, parameters, size)
 
 
 UNSCENTED = Tracker(

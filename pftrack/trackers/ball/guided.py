@@ -34,7 +34,7 @@ def step_guided(state: PointState, frame: Frame, parameters: BallTrackerParamete
     """Draw every particle by the learned diffusion."""
     image, model = picture_of(frame), colour_model(parameters)
     particles = particles_of(state, parameters, rng)
-    diffusion = GUIDANCE.learned(parameters.learned).diffusion(
+    diffusion = GUIDANCE.parse(parameters.learned).diffusion(
         parameters.guided_frame, scale=parameters.diffusion_scale, correlated=parameters.correlated_changes
     )
     places, before = particles.states[:, :TRACKED], particles.states[:, TRACKED:]

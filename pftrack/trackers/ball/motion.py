@@ -16,7 +16,7 @@ from pftrack.numerics.gaussian import Gaussian
 from pftrack.trackers.ball.parameters import LoopParameters
 from pftrack.trackers.point_state import PointState
 
-__all__ = ["TRACKED", "begin_learning", "dynamics", "learned", "noise", "with_learner"]
+__all__ = ["TRACKED", "begin_learning", "dynamics", "learn_motion", "noise", "with_learner"]
 
 TRACKED = 2
 """The position: the first coordinates of the state."""
@@ -68,7 +68,7 @@ def with_learner(state: PointState, size: tuple[int, int], parameters: LoopParam
     return replace(state, learner=begin_learning(known, size, parameters))
 
 
-def learned(state: PointState, parameters: LoopParameters, size: tuple[int, int]) -> PointState:
+def learn_motion(state: PointState, parameters: LoopParameters, size: tuple[int, int]) -> PointState:
     """Return the state with what its estimate teaches, if it is to learn."""
     if state.learner is None:
         return state

@@ -259,7 +259,7 @@ class GuidedParameters(Parameters):
     @field_validator("learned")
     @classmethod
     def _fits(cls, text: str) -> str:
-        GUIDANCE.learned(text)
+        GUIDANCE.parse(text)
         return text
 
 

@@ -20,13 +20,13 @@ from pftrack.trackers.ball.centroid import KALMAN, UNSCENTED
 from pftrack.trackers.ball.common import lineage_of, start
 from pftrack.trackers.ball.guided import GUIDED
 from pftrack.trackers.ball.likelihood import CHROMATICITY
-from pftrack.trackers.ball.motion import learned, noise, with_learner
+from pftrack.trackers.ball.motion import learn_motion, noise, with_learner
 from pftrack.trackers.ball.parameters import LoopParameters
 from pftrack.trackers.point_state import PointState
 from pftrack.trackers.sampling.common import particles_of, picture_of, size_of
 from pftrack.trackers.sampling.likelihood import Likelihood
 from pftrack.trackers.sampling.loop import Loop, Motion, Rule
-from pftrack.trackers.sampling.samplers import SAMPLERS, advance, folded, scheme
+from pftrack.trackers.sampling.samplers import SAMPLERS, advance, fold, scheme
 
 __all__ = ["TRACKERS", "fold_loop", "loop_trackers", "step_loop"]
 
@@ -48,7 +48,7 @@ def step_loop(
     result = _loop(likelihood, rule, begun, image[None], parameters, rng.seed, rng.frame)
     tracked = advance(state, result)
     lineage = lineage_of(state, particles, tracked.particles, parameters)
-    return learned(replace(tracked, learner=state.learner, lineage=lineage), parameters, size)
+    return learn_motion(replace(tracked, learner=state.learner, lineage=lineage), parameters, size)
 
 
 def fold_loop(
@@ -64,7 +64,7 @@ def fold_loop(
     if parameters.learn_dynamics:
         return None
     result = _loop(likelihood, rule, state, pictures_rgb, parameters, seed, first_frame)
-    return folded(state, result)
+    return fold(state, result)
 
 
 def _loop(

@@ -104,7 +104,7 @@ def frame_step(
     if drawn.motion in (HEADING, WORLD):
         moved = advance(states, ancestors, normals, drawn.root, drawn.mean, 2, drawn.motion)
     else:
-        moved = _walked(states, ancestors, normals, drawn)
+        moved = _walk(states, ancestors, normals, drawn)
     changes = np.empty((3, count))
     for n in range(count):
         for i in range(3):
@@ -118,7 +118,7 @@ def frame_step(
 
 
 @compiled
-def _walked(
+def _walk(
     states: NDArray[np.float64], ancestors: NDArray[np.int64], normals: NDArray[np.float64], drawn: Drawn
 ) -> NDArray[np.float64]:
     """Return the ancestors moved in the picture's frame: by a step that is drawn, or by a velocity that is changed."""

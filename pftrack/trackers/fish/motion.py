@@ -26,7 +26,7 @@ def draw(motion: int | None, parameters: FishTrackerParameters) -> Drawn:
         motion: ORDINARY, VELOCITY, or None for the guided filter, whose motion is that of its reading.
         parameters: In force.
     """
-    learned = GUIDANCE.learned(parameters.learned)
+    learned = GUIDANCE.parse(parameters.learned)
     scale, count = float(parameters.diffusion_scale), parameters.sample_count
     lengths = np.array([shape(parameters).half_length / LEARNED_HALF_LENGTH_PX] * 2 + [1.0, 1.0])
     guided = learned.diffusion(parameters.motion_reading, scale=scale, correlated=parameters.correlated_changes)

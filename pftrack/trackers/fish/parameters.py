@@ -176,5 +176,5 @@ class FishTrackerParameters(Parameters):
     @field_validator("learned")
     @classmethod
     def _learned(cls, text: str) -> str:
-        GUIDANCE.learned(text)
+        GUIDANCE.parse(text)
         return text

@@ -19,7 +19,7 @@ from pftrack.trackers.fish.motion import draw, foreground, weighing
 from pftrack.trackers.fish.parameters import FishTrackerParameters
 from pftrack.trackers.fish.state import FishState
 
-__all__ = ["MOTIONS", "SERIES", "TRACKERS", "begun", "seen_edges", "stepped"]
+__all__ = ["MOTIONS", "SERIES", "TRACKERS", "begin_at", "find_edges", "step_frame"]
 
 SERIES = (
     *reports.CLOUD,
@@ -39,10 +39,10 @@ def start(target: Target, frame: Frame, parameters: FishTrackerParameters, rng: 
     del frame, rng
     if not isinstance(target, FishTarget):
         raise TypeError(f"a tracker of fish begins at the pose of one, got {type(target).__name__}")
-    return begun(target, parameters.sample_count)
+    return begin_at(target, parameters.sample_count)
 
 
-def begun(target: FishTarget, count: int) -> FishState:
+def begin_at(target: FishTarget, count: int) -> FishState:
     """Return the state of frame 0: `count` particles, all of them at the truth."""
     heading = float(np.remainder(target.theta + np.pi, 2.0 * np.pi) - np.pi)
     one = np.concatenate([target.position, body_velocity(target.velocity, heading), (heading, target.phi)])
@@ -54,10 +54,10 @@ def step(
     motion: int | None, state: FishState, frame: Frame, parameters: FishTrackerParameters, rng: Stream
 ) -> FishState:
     """Take one frame."""
-    return stepped(motion, state, seen_edges(frame, parameters), parameters, rng.seed, rng.frame)
+    return step_frame(motion, state, find_edges(frame, parameters), parameters, rng.seed, rng.frame)
 
 
-def seen_edges(frame: Frame, parameters: FishTrackerParameters) -> Edges:
+def find_edges(frame: Frame, parameters: FishTrackerParameters) -> Edges:
     """Return the edges of what has the fish's colour in a frame.
 
     Raises:
@@ -68,7 +68,7 @@ def seen_edges(frame: Frame, parameters: FishTrackerParameters) -> Edges:
     return edges_of(frame.image_rgb, foreground(parameters))
 
 
-def stepped(
+def step_frame(
     motion: int | None, state: FishState, edges: Edges, parameters: FishTrackerParameters, seed: int, frame: int
 ) -> FishState:
     """Take one frame of which the edges are known.
@@ -140,4 +140,4 @@ TRACKERS = {
 """All trackers by name, in the order in which they are shown."""
 
 MOTIONS: dict[str, int | None] = {"guided": None, "ordinary": ORDINARY, "constant-velocity": VELOCITY}
-"""Their motions, as `stepped` takes them."""
+"""Their motions, as `step_frame` takes them."""

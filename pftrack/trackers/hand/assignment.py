@@ -47,11 +47,11 @@ def assign(scores: NDArray[np.float64], costs: NDArray[np.float64]) -> tuple[flo
             score -= 0.0 if after & (1 << p) else costs[p]
         if score > greatest:
             greatest, last = score, after
-    return greatest, _followed_back(taken, last)
+    return greatest, _trace_back(taken, last)
 
 
 @compiled
-def _followed_back(taken: NDArray[np.int64], last: int) -> NDArray[np.int64]:
+def _trace_back(taken: NDArray[np.int64], last: int) -> NDArray[np.int64]:
     """Return the protrusion (F,) of each finger that led to a set of taken ones."""
     chosen = np.empty(taken.shape[0], np.int64)
     for finger in range(taken.shape[0] - 1, -1, -1):

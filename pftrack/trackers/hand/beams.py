@@ -9,16 +9,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.filters.beam import Beam, kept
+from pftrack.filters.beam import Beam, select_best
 from pftrack.geometry.hand_model import HIGH, LOW, joints
 from pftrack.particles import normalise
 from pftrack.trackers.hand.assignment import HIDDEN
-from pftrack.trackers.hand.likelihood import Seen
+from pftrack.trackers.hand.likelihood import PictureTables
 from pftrack.trackers.hand.ranking import differences, improve
 from pftrack.trackers.hand.search import Hands, search
 from pftrack.trackers.hand.settings import Task
 
-__all__ = ["COMPARED", "Found", "alike", "followed", "predictions"]
+__all__ = ["COMPARED", "Found", "alike", "follow", "predictions"]
 
 COMPARED = 12
 """So many of the best hands are compared with the silhouette as wholes."""
@@ -70,11 +70,11 @@ def predictions(members: NDArray[np.float64], origins: NDArray[np.float64]) -> N
     return expected
 
 
-def followed(
+def follow(
     before: Beam[NDArray[np.float64]],
     expected: NDArray[np.float64],
     still_penalty: float,
-    seen: Seen,
+    seen: PictureTables,
     task: Task,
     width: int,
 ) -> Found:
@@ -114,7 +114,7 @@ def followed(
             poses[best], growth = _regrow(poses[best], expected[origins[best]], assignments[best], within, seen, task)
     elif np.isfinite(task.settings.cover_sd):
         scores -= np.square(differences(poses, seen, task) / (task.settings.cover_sd * seen.area))
-    beam = kept(list(poses), scores, origins % len(members), width, alike)
+    beam = select_best(list(poses), scores, origins % len(members), width, alike)
     off = differences(np.array(beam.members), seen, task._replace(scale=growth * task.scale)) / seen.area
     return Found(beam, members[beam.parents], off, hands.tried, float(normalise(scores)[1]), growth)
 
@@ -124,7 +124,7 @@ def _regrow(
     expected: NDArray[np.float64],
     assignment: NDArray[np.int64],
     score: float,
-    seen: Seen,
+    seen: PictureTables,
     task: Task,
 ) -> tuple[NDArray[np.float64], float]:
     """Return a pose (25,) and how many times as large as before its hand is: as large, or a step larger or smaller.

@@ -15,7 +15,7 @@ from pftrack.geometry.polygons import spans, sum_within
 from pftrack.numerics.compiled import compiled
 from pftrack.trackers.hand.settings import Task
 
-__all__ = ["Seen", "finger_fit", "finger_fits", "unexplained_cost", "x_p"]
+__all__ = ["PictureTables", "finger_fit", "finger_fits", "unexplained_cost", "x_p"]
 
 TIP, LAST_JOINT = 3, 2
 """Of the four places along a finger, those at which a protrusion may end."""
@@ -27,7 +27,7 @@ EXPLAINED_SHARE, EXPLAINED_COST = 0.6, 0.1
 """What share of a protrusion a finger should explain, and what each px less costs."""
 
 
-class Seen(NamedTuple):
+class PictureTables(NamedTuple):
     """What is looked up in a picture.
 
     Attributes:
@@ -48,7 +48,7 @@ class Seen(NamedTuple):
 
 
 @compiled
-def x_p(polygon: NDArray[np.float64], seen: Seen, scale: float) -> float:
+def x_p(polygon: NDArray[np.float64], seen: PictureTables, scale: float) -> float:
     """Return how far a convex polygon sticks out of the silhouette, in fiftieths of the palm axis (eq. 2.5).
 
     Args:
@@ -67,7 +67,7 @@ def finger_fits(
     log_priors: NDArray[np.float64],
     count: int,
     radii: NDArray[np.float64],
-    seen: Seen,
+    seen: PictureTables,
     task: Task,
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return the best candidate of a finger for each protrusion, and for none.
@@ -104,7 +104,7 @@ def finger_fit(
     places: NDArray[np.float64],
     radii: NDArray[np.float64],
     protrusion: int,
-    seen: Seen,
+    seen: PictureTables,
     task: Task,
     least: float,
 ) -> float:
@@ -121,7 +121,7 @@ def finger_fit(
     if not 0 <= protrusion < seen.lengths.shape[0]:
         if -task.settings.hidden_cost <= least:
             return -np.inf
-        misfit = _hidden(places, radii, seen, task.scale)
+        misfit = _hidden_cost(places, radii, seen, task.scale)
         return -task.settings.hidden_cost - 0.5 * misfit * misfit / (
             task.settings.hidden_fit_sd * task.settings.hidden_fit_sd
         )
@@ -170,7 +170,7 @@ def _along(places: NDArray[np.float64], end: int, axis: NDArray[np.float64]) -> 
 
 
 @compiled
-def _hidden(places: NDArray[np.float64], radii: NDArray[np.float64], seen: Seen, scale: float) -> float:
+def _hidden_cost(places: NDArray[np.float64], radii: NDArray[np.float64], seen: PictureTables, scale: float) -> float:
     """Return x_p of the boxes of a finger's three phalanges together."""
     outside, touching = 0, 0
     box = np.empty((4, 2))

@@ -23,7 +23,7 @@ from pftrack.particles import normalise
 from pftrack.resampling import parents
 from pftrack.trackers.hand.assignment import assign
 from pftrack.trackers.hand.candidates import HIGHEST, LOWEST, flexion_limits
-from pftrack.trackers.hand.likelihood import Seen, finger_fit, unexplained_cost, x_p
+from pftrack.trackers.hand.likelihood import PictureTables, finger_fit, unexplained_cost, x_p
 from pftrack.trackers.hand.ranking import differing
 from pftrack.trackers.hand.settings import Settings, Task
 
@@ -63,7 +63,7 @@ def sample(
     wrists: NDArray[np.float64],
     count: int,
     still_share: float,
-    seen: Seen,
+    seen: PictureTables,
     task: Task,
     seed: int,
     frame: int,
@@ -105,7 +105,7 @@ def _palms(
     wrists: NDArray[np.float64],
     count: int,
     still_share: float,
-    seen: Seen,
+    seen: PictureTables,
     task: Task,
     seed: int,
     frame: int,
@@ -142,7 +142,13 @@ def _palms(
 
 @compiled
 def _with_fingers(
-    expected: NDArray[np.float64], costs: NDArray[np.float64], seen: Seen, task: Task, seed: int, frame: int, n: int
+    expected: NDArray[np.float64],
+    costs: NDArray[np.float64],
+    seen: PictureTables,
+    task: Task,
+    seed: int,
+    frame: int,
+    n: int,
 ) -> tuple[NDArray[np.float64], float]:
     """Return a pose (25,) whose fingers are drawn by how well they fit, and the log of their mean fits."""
     settings, protrusions = task.settings, costs.shape[0]

@@ -13,7 +13,7 @@ from pftrack.geometry.hand_model import capsule, joints, palm_points, parts
 from pftrack.geometry.polygons import convex_hull, fill, spans
 from pftrack.numerics.compiled import compiled
 from pftrack.trackers.hand.candidates import HIGHEST, LOWEST
-from pftrack.trackers.hand.likelihood import Seen, finger_fit, x_p
+from pftrack.trackers.hand.likelihood import PictureTables, finger_fit, x_p
 from pftrack.trackers.hand.settings import Task
 
 __all__ = ["differences", "differing", "improve", "log_score"]
@@ -25,7 +25,7 @@ SPREAD_MOVE, FLEXION_MOVE = 0.05, 0.15
 
 
 @compiled
-def differences(poses: NDArray[np.float64], seen: Seen, task: Task) -> NDArray[np.int64]:
+def differences(poses: NDArray[np.float64], seen: PictureTables, task: Task) -> NDArray[np.int64]:
     """Return by how many pixels (M,) the silhouettes of poses (M, 25) differ from the one that was seen."""
     found = np.empty(poses.shape[0], np.int64)
     for n in range(poses.shape[0]):
@@ -36,7 +36,11 @@ def differences(poses: NDArray[np.float64], seen: Seen, task: Task) -> NDArray[n
 
 @compiled
 def improve(
-    pose: NDArray[np.float64], predicted: NDArray[np.float64], assignment: NDArray[np.int64], seen: Seen, task: Task
+    pose: NDArray[np.float64],
+    predicted: NDArray[np.float64],
+    assignment: NDArray[np.int64],
+    seen: PictureTables,
+    task: Task,
 ) -> tuple[NDArray[np.float64], float]:
     """Return a pose (25,) uphill of one, and its log score.
 
@@ -74,7 +78,7 @@ def improve(
                     _move_finger(moved, finger, way - 1, share)
                 mark += 1
                 there = _finger_score(moved, finger, predicted, assignment[finger], seen, task)
-                there += _cover(without + _added(moved, finger, others, marks, mark, seen, task), seen, task)
+                there += _cover(without + _added_pixels(moved, finger, others, marks, mark, seen, task), seen, task)
                 if way == 0:
                     here = there
                 elif there > here:
@@ -84,7 +88,11 @@ def improve(
 
 @compiled
 def log_score(
-    pose: NDArray[np.float64], predicted: NDArray[np.float64], assignment: NDArray[np.int64], seen: Seen, task: Task
+    pose: NDArray[np.float64],
+    predicted: NDArray[np.float64],
+    assignment: NDArray[np.int64],
+    seen: PictureTables,
+    task: Task,
 ) -> float:
     """Return the log posterior of a hand up to a constant; the arguments are those of `improve`."""
     settings = task.settings
@@ -104,7 +112,7 @@ def log_score(
 
 
 @compiled
-def _cover(differing: int, seen: Seen, task: Task) -> float:
+def _cover(differing: int, seen: PictureTables, task: Task) -> float:
     share = differing / (task.settings.cover_sd * seen.area)
     return -share * share
 
@@ -121,7 +129,12 @@ def differing(mask: NDArray[np.bool_], silhouette: NDArray[np.bool_]) -> int:
 
 @compiled
 def _finger_score(
-    pose: NDArray[np.float64], finger: int, predicted: NDArray[np.float64], protrusion: int, seen: Seen, task: Task
+    pose: NDArray[np.float64],
+    finger: int,
+    predicted: NDArray[np.float64],
+    protrusion: int,
+    seen: PictureTables,
+    task: Task,
 ) -> float:
     """Return the log prior and the fit of one finger."""
     at = 5 + 4 * finger
@@ -146,13 +159,13 @@ def _move_finger(pose: NDArray[np.float64], finger: int, way: int, share: float)
 
 
 @compiled
-def _added(
+def _added_pixels(
     pose: NDArray[np.float64],
     finger: int,
     others: NDArray[np.bool_],
     marks: NDArray[np.int32],
     mark: int,
-    seen: Seen,
+    seen: PictureTables,
     task: Task,
 ) -> int:
     """Return by how many pixels more a hand differs from the silhouette with one finger than without it.

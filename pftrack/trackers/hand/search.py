@@ -14,7 +14,7 @@ from pftrack.geometry.polygons import convex_hull
 from pftrack.numerics.compiled import compiled
 from pftrack.trackers.hand.assignment import HIDDEN, assign
 from pftrack.trackers.hand.candidates import PALMS, finger_candidates, palm_candidates
-from pftrack.trackers.hand.likelihood import Seen, finger_fits, unexplained_cost, x_p
+from pftrack.trackers.hand.likelihood import PictureTables, finger_fits, unexplained_cost, x_p
 from pftrack.trackers.hand.settings import Task
 
 __all__ = ["Hands", "search"]
@@ -47,7 +47,7 @@ class Hands(NamedTuple):
 def search(
     predictions: NDArray[np.float64],
     log_priors: NDArray[np.float64],
-    seen: Seen,
+    seen: PictureTables,
     task: Task,
 ) -> Hands:
     """Return the best hand of every palm that fits.
@@ -80,7 +80,7 @@ def _give_fingers(
     angles: NDArray[np.float64],
     priors: NDArray[np.float64],
     counts: NDArray[np.int64],
-    seen: Seen,
+    seen: PictureTables,
     task: Task,
 ) -> float:
     """Put the best fingers into a pose (25,), and which protrusion shows each (5,), in place; return their log score.
@@ -121,7 +121,7 @@ def _give_fingers(
 
 @compiled
 def _palms(
-    predictions: NDArray[np.float64], log_priors: NDArray[np.float64], seen: Seen, task: Task
+    predictions: NDArray[np.float64], log_priors: NDArray[np.float64], seen: PictureTables, task: Task
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], int]:
     """Return the best palms that differ: poses (M, 25), scores (M,), predictions (M,), and how many were looked at."""
     many = PALMS * predictions.shape[0]

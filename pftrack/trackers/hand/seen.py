@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from pftrack.geometry.polygons import row_sums
 from pftrack.trackers.hand.assignment import MOST_PROTRUSIONS
-from pftrack.trackers.hand.likelihood import Seen
+from pftrack.trackers.hand.likelihood import PictureTables
 
-__all__ = ["contour_of", "seen_in"]
+__all__ = ["contour_of", "tables_of"]
 
 
 def contour_of(silhouette: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -20,7 +20,7 @@ def contour_of(silhouette: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return np.asarray(silhouette & ~inner, np.bool_)
 
 
-def seen_in(silhouette: NDArray[np.bool_], axes: Sequence[NDArray[np.float64]]) -> Seen:
+def tables_of(silhouette: NDArray[np.bool_], axes: Sequence[NDArray[np.float64]]) -> PictureTables:
     """Return what is looked up in a picture.
 
     Args:
@@ -34,4 +34,4 @@ def seen_in(silhouette: NDArray[np.bool_], axes: Sequence[NDArray[np.float64]]) 
     for p, axis in enumerate(chosen):
         points[p, : len(axis)] = axis
     mask = np.ascontiguousarray(silhouette)
-    return Seen(mask, max(int(mask.sum()), 1), row_sums(~mask), row_sums(contour_of(mask)), points, lengths)
+    return PictureTables(mask, max(int(mask.sum()), 1), row_sums(~mask), row_sums(contour_of(mask)), points, lengths)

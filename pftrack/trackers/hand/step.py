@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 
 from pftrack.detection.protrusions import HandFeatures, features_of
-from pftrack.filters.beam import Beam, kept
+from pftrack.filters.beam import Beam, select_best
 from pftrack.geometry.hand_model import ANGLES
 from pftrack.model.frame import Frame, Target
 from pftrack.model.series import Series, SeriesValue
@@ -17,14 +17,14 @@ from pftrack.numerics.elementary import exponential
 from pftrack.numerics.random import Stream
 from pftrack.particles import ParticleSet
 from pftrack.sources.hand import HandTarget
-from pftrack.trackers.hand.beams import alike, followed, predictions
+from pftrack.trackers.hand.beams import alike, follow, predictions
 from pftrack.trackers.hand.parameters import HandTrackerParameters
 from pftrack.trackers.hand.particles import sample
 from pftrack.trackers.hand.ranking import differences
 from pftrack.trackers.hand.reports import PARTICLES, SERIES, measure, measure_particles
 from pftrack.trackers.hand.state import HandState
 from pftrack.trackers.hand.view import View, fingers, wrist_offset
-from pftrack.trackers.hand.waiting import NO_FINGER, found_again, judge, waiting
+from pftrack.trackers.hand.waiting import NO_FINGER, judge, restart, waiting
 
 __all__ = ["TRACKERS", "features"]
 
@@ -69,7 +69,7 @@ def step(follow: Follow, state: HandState, frame: Frame, parameters: HandTracker
     if not found.finding.ok:
         return waiting(state, found, found.finding.value)
     if state.lost or state.waited > parameters.patience_frames:
-        return found_again(state, found)
+        return restart(state, found)
     if not fingers(found, state.scale):
         return waiting(state, found, NO_FINGER)
     return judge(state, follow(state, found, parameters, rng), parameters)
@@ -81,7 +81,7 @@ def _by_beam(state: HandState, found: HandFeatures, parameters: HandTrackerParam
     view, before = View(state, found, parameters), np.array(state.beam.members)
     members = view.into(before)
     expected = view.with_wrists(predictions(members, view.into(state.origins)))
-    hands = followed(state.beam, expected, parameters.still_penalty, view.seen, view.task, parameters.beam_width)
+    hands = follow(state.beam, expected, parameters.still_penalty, view.seen, view.task, parameters.beam_width)
     poses = view.back(np.array(hands.beam.members))
     return replace(
         state,
@@ -121,7 +121,7 @@ def _by_particles(state: HandState, found: HandFeatures, parameters: HandTracker
         rng.seed,
         rng.frame,
     )
-    hands = kept(list(cloud.states[:, :ANGLES]), cloud.log_weights, np.full(len(cloud.states), -1), SHOWN, alike)
+    hands = select_best(list(cloud.states[:, :ANGLES]), cloud.log_weights, np.full(len(cloud.states), -1), SHOWN, alike)
     chosen = np.array(hands.members)
     back = np.hstack([view.back(cloud.states[:, :ANGLES]), view.back(cloud.states[:, ANGLES:])])
     return replace(

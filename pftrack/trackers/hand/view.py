@@ -5,9 +5,9 @@ from numpy.typing import NDArray
 
 from pftrack.detection.protrusions import HandFeatures
 from pftrack.numerics.trigonometry import sines_cosines
-from pftrack.trackers.hand.likelihood import Seen
+from pftrack.trackers.hand.likelihood import PictureTables
 from pftrack.trackers.hand.parameters import HandTrackerParameters
-from pftrack.trackers.hand.seen import seen_in
+from pftrack.trackers.hand.seen import tables_of
 from pftrack.trackers.hand.settings import Task, settings
 from pftrack.trackers.hand.state import HandState
 
@@ -36,7 +36,7 @@ class View:
         if found.wrist is None:
             given = given._replace(wrist_sd=UNSEEN * given.wrist_sd)
         self.task = Task(scale, state.shape, given)
-        self.seen: Seen = seen_in(found.silhouette.mask, fingers(found, state.scale))
+        self.seen: PictureTables = tables_of(found.silhouette.mask, fingers(found, state.scale))
 
     def into(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return poses (K, 25) of the picture in px of the mask."""

@@ -9,14 +9,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from pftrack.detection.open_hand import NoOpenHandError, opened
+from pftrack.detection.open_hand import NoOpenHandError, find_open_hand
 from pftrack.detection.protrusions import HandFeatures
 from pftrack.filters.beam import Beam
 from pftrack.trackers.hand.parameters import HandTrackerParameters
 from pftrack.trackers.hand.state import HandState
 from pftrack.trackers.hand.view import wrist_offset
 
-__all__ = ["NO_FINGER", "found_again", "judge", "waiting"]
+__all__ = ["NO_FINGER", "judge", "restart", "waiting"]
 
 NO_FINGER = "no finger is seen beside the palm, as of a fist"
 
@@ -51,10 +51,10 @@ def judge(before: HandState, state: HandState, parameters: HandTrackerParameters
     return replace(state, misfits=misfits, finding=reason, lost=lost, searching=lost)
 
 
-def found_again(state: HandState, found: HandFeatures) -> HandState:
+def restart(state: HandState, found: HandFeatures) -> HandState:
     """Return the state that begins with the open hand of a frame; or one that waits, and says why there is none."""
     try:
-        hand = opened(found)
+        hand = find_open_hand(found)
     except NoOpenHandError as reason:
         return replace(waiting(state, found, str(reason)), lost=True)
     return HandState(

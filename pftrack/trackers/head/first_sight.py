@@ -29,7 +29,7 @@ from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.calibrated import pin
 from pftrack.trackers.pose.solid import STUDENT_4, Solid
 
-__all__ = ["camera_of", "form_of", "growth_of", "model_of", "posed", "reliefs_of", "solid_of"]
+__all__ = ["camera_of", "fit_pose", "form_of", "growth_of", "model_of", "reliefs_of", "solid_of"]
 
 LEAST_SCALE = 0.02
 """Of a camera, px/mm; what is smaller shows no face."""
@@ -155,7 +155,7 @@ def solid_of(
         shown_mm = _where(model.points_mm, known, form)
         solid = Solid(shown_mm, camera, focal_px, principal_px, place, known, doubt, share, widths=STUDENT_4)
         return solid, np.eye(3)
-    theta, place = posed(model.points_mm, points_px, focal_px, principal_px, place)
+    theta, place = fit_pose(model.points_mm, points_px, focal_px, principal_px, place)
     turn = rotation(theta)
     camera[:, :3] = product(enlarged * camera[:, :3], turn.T)
     points_mm = product(model.points_mm, turn.T)
@@ -172,7 +172,7 @@ def _where(points_mm: NDArray[np.float64], pinned_mm: NDArray[np.float64], form:
     return points_mm if form.templates == "flat" else pinned_mm
 
 
-def posed(
+def fit_pose(
     points_mm: NDArray[np.float64],
     pixels: NDArray[np.float64],
     focal_px: float,

@@ -29,7 +29,7 @@ from pftrack.trackers.head.templates import EYE_DISTANCE_PX
 from pftrack.trackers.pose.calibrated import scarcity
 from pftrack.trackers.pose.state import PoseState
 
-__all__ = ["begin", "learn", "position_variances", "reacquired"]
+__all__ = ["begin", "learn", "position_variances", "widen_motion"]
 
 PERSISTENCE = 5.0
 """For so many frames an error of a template lasts."""
@@ -51,7 +51,7 @@ def begin(start: FaceModel, focal_px: float, parameters: HeadTrackerParameters) 
     return growing.begin(start.points_mm, spread_mm2(), _settings(focal_px, parameters))
 
 
-def reacquired(growth: Growing) -> Growing:
+def widen_motion(growth: Growing) -> Growing:
     """Return what is known of the face, for a head that may have moved anywhere since it was last seen."""
     return replace(growth, own=replace(growth.own, camera=None), mean_camera=None)
 

@@ -125,7 +125,7 @@ class HeadMemory:
         """Return the templates to use at a pose (3,)."""
         return self.bank.choose(theta_rad if by_pose else np.zeros(3))
 
-    def judged(
+    def judge(
         self, correlations: NDArray[np.float64], means_px: NDArray[np.float64], patience: int, *, doubtful: bool
     ) -> "HeadMemory":
         """Return what is remembered after a frame.

@@ -8,7 +8,7 @@ from pftrack.geometry.face_model import FEATURES, FaceModel
 from pftrack.geometry.head_surface import HeadSurface
 from pftrack.likelihoods import relief
 from pftrack.likelihoods.relief import Part, Reliefs, Views
-from pftrack.numerics.matrices import contiguous_copy, product, solved
+from pftrack.numerics.matrices import contiguous_copy, product, solve_system
 from pftrack.trackers.head.memory import FirstSight
 from pftrack.trackers.head.templates import template_sizes
 from pftrack.trackers.pose.methods import slopes_at
@@ -59,9 +59,9 @@ def cut(
     points, normals, levels, ends = [], [], [], [0]
     for n, ((x, y), (w, h)) in enumerate(zip(sight.points_px, sizes, strict=True)):
         step = max(1.0, max(w, h) / MOST_ACROSS)
-        across, down = np.meshgrid(_spaced(int(w), step), _spaced(int(h), step))
+        across, down = np.meshgrid(_space(int(w), step), _space(int(h), step))
         offsets = np.stack([across.ravel(), down.ravel()], axis=1)
-        place, normal = _laid(offsets, surface, model.points_mm[n], product(slopes[n], turn))
+        place, normal = _lay(offsets, surface, model.points_mm[n], product(slopes[n], turn))
         kept = -normal[:, 2] >= LEAST_FACING
         columns = np.floor(x + offsets[kept, 0] + 0.5).astype(int).clip(0, width - 1)
         rows = np.floor(y + offsets[kept, 1] + 0.5).astype(int).clip(0, height - 1)
@@ -117,14 +117,14 @@ def _covers(part: Part, other: Part) -> bool:
     return left <= west and top <= north and right >= east and bottom >= south
 
 
-def _spaced(length_px: int, step_px: float) -> NDArray[np.float64]:
+def _space(length_px: int, step_px: float) -> NDArray[np.float64]:
     """Return places along a side, px from its middle."""
     count = max(int(length_px / step_px), 2)
     places: NDArray[np.float64] = (np.arange(count, dtype=np.float64) - (count - 1) / 2.0) * step_px
     return places
 
 
-def _laid(
+def _lay(
     offsets_px: NDArray[np.float64], surface: HeadSurface, feature_mm: NDArray[np.float64], slopes: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return points (P, 3) mm of a surface, relative to a feature's, and their normals, by where they are seen.
@@ -137,7 +137,7 @@ def _laid(
     """
     x, y = feature_mm[:2]
     depth = surface.depth(np.array([x]), np.array([y]))
-    back = solved(slopes[:, :2], np.eye(2))
+    back = solve_system(slopes[:, :2], np.eye(2))
     z = np.zeros(len(offsets_px))
     for _ in range(ROUNDS):
         flat = product(offsets_px - z[:, None] * slopes[:, 2], back.T)

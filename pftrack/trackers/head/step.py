@@ -66,7 +66,7 @@ def start(method: Method, target: Target, frame: Frame, parameters: HeadTrackerP
     if landmarks is None:
         raise ValueError("a head is tracked by its features, got a target without any")
     sight = FirstSight(_grey(frame), landmarks.points_px, FaceModel(landmarks.model_mm, landmarks.names))
-    return _begun(method, sight, parameters, rng)
+    return _begin(method, sight, parameters, rng)
 
 
 def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTrackerParameters, rng: Stream) -> PoseState:
@@ -79,20 +79,20 @@ def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTracker
     look = _look(state, grey, templates, parameters)
     belief = pose.advance(state, partial(_log_likelihood, look, parameters), parameters, method, rng)
     angles, calibration = pose_and_band(state.calibration, state.solid, belief, parameters)
-    switched = pose.switched(state.belief, belief)
+    switched = pose.has_switched(state.belief, belief)
     after = replace(state, belief=belief, pose=angles, switched=switched, calibration=calibration)
     means = after.feature_means
     correlations = look(means[:, None])[:, 0]
     recognised = correlations >= parameters.recognised_correlation
-    misfit = memory.misfit(after.seen(after.solid.points_mm), means)
+    misfit = memory.misfit(after.project(after.solid.points_mm), means)
     doubtful = int(recognised.sum()) < parameters.least_recognised or misfit > parameters.largest_misfit
     patience = parameters.patience_frames if parameters.find_again else 0
-    memory = memory.judged(correlations, means, patience, doubtful=doubtful)
+    memory = memory.judge(correlations, means, patience, doubtful=doubtful)
     after = replace(after, recognised=recognised)
     if memory.growth is not None and not doubtful:
         size_px = memory.sight.eye_distance_px
         memory = replace(memory, growth=face_growth.learn(memory.growth, after, correlations, size_px, parameters))
-    return replace(after, memory=_learned(memory, grey, after, templates, parameters))
+    return replace(after, memory=_learn(memory, grey, after, templates, parameters))
 
 
 def _look(state: PoseState, grey: NDArray[np.uint8], templates: Templates, parameters: HeadTrackerParameters) -> Look:
@@ -100,7 +100,7 @@ def _look(state: PoseState, grey: NDArray[np.uint8], templates: Templates, param
     bent = _memory(state).reliefs
     if bent is None:
         return lambda positions: template.correlations(grey, positions, templates)
-    views = relief.seen(bent, pose.slopes(state, parameters))
+    views = relief.project_views(bent, pose.slopes(state, parameters))
     return reliefs.Look(grey, _memory(state).sight, views)
 
 
@@ -113,7 +113,7 @@ def _log_likelihood(
     return scores
 
 
-def _begun(
+def _begin(
     method: Method, sight: FirstSight, parameters: HeadTrackerParameters, rng: Stream, growth: Growing | None = None
 ) -> PoseState:
     """Begin at first sight, with what is known of the person's face from before."""
@@ -167,7 +167,7 @@ def _search(
     if memory.lost_frames % SEARCH_EVERY == 1:
         face = find_again(grey, memory.box, memory.model)
         if face is not None and is_same_face(grey, memory.sight, face.points_px):
-            return _resumed(method, state, grey, face.points_px, parameters, rng)
+            return _resume(method, state, grey, face.points_px, parameters, rng)
     return replace(
         state,
         pose=widen(state.pose, np.deg2rad(parameters.pose_noise_deg)),
@@ -177,7 +177,7 @@ def _search(
     )
 
 
-def _resumed(
+def _resume(
     method: Method,
     state: PoseState,
     grey: NDArray[np.uint8],
@@ -188,12 +188,12 @@ def _resumed(
     """Go on with a face that was found again, turned as the picture says."""
     memory = _memory(state)
     moved = fit_similarity(memory.sight.points_px, points_px)
-    growth = None if memory.growth is None else face_growth.reacquired(memory.growth)
+    growth = None if memory.growth is None else face_growth.widen_motion(memory.growth)
     if memory.reliefs is None and not SAME_SIZE[0] <= moved.scale <= SAME_SIZE[1]:
-        return _begun(method, FirstSight(grey, points_px, memory.sight.own), parameters, rng, growth)
+        return _begin(method, FirstSight(grey, points_px, memory.sight.own), parameters, rng, growth)
     solid, turn = solid_of(memory.sight, memory.model, memory.form, moved.scale)
     roll = math.atan2(moved.rotation[1, 0], moved.rotation[0, 0])
-    found = _found(memory, solid, grey, points_px, roll, parameters)
+    found = _judge_face(memory, solid, grey, points_px, roll, parameters)
     scale = moved.scale * found.scale
     if found.scale != 1.0:
         solid, turn = solid_of(memory.sight, memory.model, memory.form, scale)
@@ -212,7 +212,7 @@ def _resumed(
     return PoseState(solid, belief, belief.pose, np.ones(len(points_px), np.bool_), switched=True, memory=fresh)
 
 
-def _found(
+def _judge_face(
     memory: HeadMemory,
     solid: Solid,
     grey: NDArray[np.uint8],
@@ -226,13 +226,13 @@ def _found(
         return Found(np.array([0.0, 0.0, roll_rad]), 1.0, points_px)
 
     def scores(slopes: NDArray[np.float64], positions: NDArray[np.float64]) -> NDArray[np.float64]:
-        look = reliefs.Look(grey, memory.sight, relief.seen(bent, slopes))
+        look = reliefs.Look(grey, memory.sight, relief.project_views(bent, slopes))
         return _log_likelihood(look, parameters, positions)
 
     return pose_found(solid, points_px[EYES], roll_rad, scores)
 
 
-def _learned(
+def _learn(
     memory: HeadMemory,
     grey: NDArray[np.uint8],
     state: PoseState,
@@ -246,7 +246,7 @@ def _learned(
     if parameters.templates_by_pose:
         bank = bank.learn(grey, state.feature_means, state.pose.mean, float(memory.correlations.mean()))
     elif parameters.template_renewal > 0.0 and not memory.doubtful_frames:
-        bank = TemplateBank.begin(template.renewed(templates, grey, state.feature_means, parameters.template_renewal))
+        bank = TemplateBank.begin(template.renew(templates, grey, state.feature_means, parameters.template_renewal))
     return memory if bank is memory.bank else replace(memory, bank=bank)
 
 

@@ -33,7 +33,7 @@ def start(target: Target, frame: Frame, parameters: HistogramTrackerParameters, 
     image = picture_of(frame)
     look = first_look(image, target.position, parameters)
     state = HistogramState(
-        _known(target.position[0], target.position[1], 0.0),
+        _belief_at_rest(target.position[0], target.position[1], 0.0),
         2,
         look=look,
         space=parameters.colour_space,
@@ -66,7 +66,7 @@ def step(state: HistogramState, frame: Frame, parameters: HistogramTrackerParame
     best = int(found.argmax())
     moved = replace(
         state,
-        posterior=_known(columns[best], rows[best], float(state.posterior.mean[SIZE])),
+        posterior=_belief_at_rest(columns[best], rows[best], float(state.posterior.mean[SIZE])),
         particles=None,
         observation_count=0,
         log_evidence=0.0,
@@ -77,7 +77,7 @@ def step(state: HistogramState, frame: Frame, parameters: HistogramTrackerParame
     return judge(moved, image, parameters)
 
 
-def _known(column: float, row: float, size: float) -> Gaussian:
+def _belief_at_rest(column: float, row: float, size: float) -> Gaussian:
     """Return the belief in a place, at rest."""
     mean = np.array([column, row, 0.0, 0.0, size])
     return Gaussian(mean, np.diag([ROUNDING, ROUNDING, 1.0, 1.0, 0.0]))

@@ -27,7 +27,7 @@ from pftrack.trackers.histogram.searching import search
 from pftrack.trackers.histogram.state import DIMENSION, SIZE, HistogramState
 from pftrack.trackers.sampling.common import particles_of, picture_of
 from pftrack.trackers.sampling.loop import Loop, Motion, Rule
-from pftrack.trackers.sampling.samplers import SAMPLERS, advance, folded, scheme
+from pftrack.trackers.sampling.samplers import SAMPLERS, advance, fold, scheme
 
 __all__ = ["TRACKERS"]
 
@@ -69,7 +69,7 @@ def step(
     return judge(advance(state, result), image, parameters)
 
 
-def fold(
+def fold_loop(
     rule: Rule,
     state: HistogramState,
     pictures_rgb: NDArray[np.uint8],
@@ -83,7 +83,7 @@ def fold(
     result = _loop(rule, state, pictures_rgb, parameters, seed, first_frame)
     last = judge(advance(state, result), pictures_rgb[-1], parameters)
     boxes = np.tile(last.box_px, (len(pictures_rgb), 1))
-    return Fold(last, result.estimates, {**folded(state, result).series, "box": boxes})
+    return Fold(last, result.estimates, {**fold(state, result).series, "box": boxes})
 
 
 def _loop(
@@ -134,7 +134,12 @@ def _searching(state: HistogramState) -> bool:
 
 _BY_NAME = {
     sampler.name: sampler.tracker(
-        start, partial(step, sampler.rule), partial(fold, sampler.rule), PARTICLE_SERIES, measure_particles, _searching
+        start,
+        partial(step, sampler.rule),
+        partial(fold_loop, sampler.rule),
+        PARTICLE_SERIES,
+        measure_particles,
+        _searching,
     )
     for sampler in SAMPLERS
 }

@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.filters import unscented
-from pftrack.filters.beam import Beam, kept
+from pftrack.filters.beam import Beam, select_best
 from pftrack.filters.truncation import truncate
 from pftrack.geometry.linkage import LINKS, Constraints
 from pftrack.model.frame import Frame, Target
 from pftrack.numerics.gaussian import Gaussian
-from pftrack.numerics.matrices import contiguous_copy, solved
+from pftrack.numerics.matrices import contiguous_copy, solve_system
 from pftrack.numerics.random import Stream
 from pftrack.sources.linkage.truth import LinkageTarget
 from pftrack.trackers.linkage.chain import (
@@ -162,7 +162,7 @@ def filter_step(
     if outlier or not np.any(found.scores[count:] > -np.inf):
         pool = range(count)
     poses = [tuple(pose) for pose in found.poses.tolist()]
-    best = kept(
+    best = select_best(
         pool,
         found.scores[pool.start : pool.stop],
         found.parents[pool.start : pool.stop],
@@ -249,7 +249,7 @@ def unscented_step(
             return np.asarray(flat[:, rows].reshape(*states.shape[:-1], len(rows)))
 
         expected, covariances, _ = unscented.transform(mean[None], covariance, observe)
-        whitened = solved(covariances[0] + spread, seen[rows] - expected[0])
+        whitened = solve_system(covariances[0] + spread, seen[rows] - expected[0])
         outlier = float(((seen[rows] - expected[0]) * whitened).sum()) > parameters.outlier_limit_sd**2
         if not outlier:
             updated, log_evidence = unscented.update(Gaussian(mean, covariance), seen[rows], observe, spread)

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.filters.kalman import conditioned
+from pftrack.filters.kalman import condition_on_innovation
 from pftrack.filters.truncation import least_room, truncate
 from pftrack.geometry.linkage import LINKS, directions, joint_angles, mirror, reverse_in_depth
 from pftrack.geometry.rotation_vector import compose, matrix_quaternion, quaternion, quaternion_matrix, vector
@@ -258,7 +258,7 @@ def _candidate(
     seen = given.seen[rows]
     innovation = seen - shown - multiply(slope, (mean - point).reshape(mean.shape[0], 1)).reshape(count)
     spread = given.variance * np.eye(count)
-    updated, left, log_evidence, _ = conditioned(mean, covariance, innovation, slope, spread)
+    updated, left, log_evidence, _ = condition_on_innovation(mean, covariance, innovation, slope, spread)
     found.log_evidences[place] = log_evidence
     # y' S^-1 y by what the update explains of y, since S^-1 = W^-1 (I - C K).
     explained = multiply(slope, (updated - mean).reshape(mean.shape[0], 1)).reshape(count)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pftrack.filters.beam import Beam
 from pftrack.geometry.linkage import Constraints
 from pftrack.model.frame import Frame
-from pftrack.numerics.matrices import contiguous_copy, product, root
+from pftrack.numerics.matrices import cholesky, contiguous_copy, product
 from pftrack.numerics.random import Stream
 from pftrack.particles import ParticleSet, normalise
 from pftrack.resampling import systematic
@@ -157,7 +157,7 @@ def _following(particles: ParticleSet, weighing: Weighing, keeping: float, *, mo
     spread = (1.0 - keeping * keeping) * covariance
     if moving:
         _, spread = predict(mean, spread, noise(weighing.parameters, len(mean) > PLANE_STATES))
-    return Cloud(centres, centres, root(spread), weighing.reference, ancestors)
+    return Cloud(centres, centres, cholesky(spread), weighing.reference, ancestors)
 
 
 def _from_gaussians(beam: Beam[Chain], weighing: Weighing) -> list[Cloud]:
@@ -168,7 +168,7 @@ def _from_gaussians(beam: Beam[Chain], weighing: Weighing) -> list[Cloud]:
         chain, count = beam.members[place], int(np.count_nonzero(members == place))
         acceleration = noise(weighing.parameters, len(chain.mean) > PLANE_STATES)
         mean, covariance = predict(contiguous_copy(chain.mean), contiguous_copy(chain.covariance), acceleration)
-        spread = root(covariance)
+        spread = cholesky(covariance)
         points = mean + product(weighing.rng.standard_normal((count, len(mean))), spread.T)
         clouds.append(Cloud(np.tile(mean, (count, 1)), points, spread, chain.attitude, np.full(count, -1)))
     return clouds

@@ -23,7 +23,7 @@ from pftrack.set_membership.regions import contains as in_region
 from pftrack.set_membership.strips import SLACK
 from pftrack.trackers.linkage.state import LinkageState
 
-__all__ = ["ROOT", "Region", "begun", "box_of", "contains", "known", "union"]
+__all__ = ["ROOT", "Region", "begin", "box_of", "contains", "known_bounds", "union"]
 
 ROOT = slice(3, 5)
 """Where the root is in an estimate in space."""
@@ -86,7 +86,7 @@ class Region:
         """Return its array, and the scale of the angles in it."""
         return {"regions": self.array, "scale": np.array(self.scale)}
 
-    def scaled(self, scale: float) -> "Region":
+    def rescale(self, scale: float) -> "Region":
         """Return the same region with another scale of its angles."""
         if scale == self.scale:
             return self
@@ -103,7 +103,7 @@ class Region:
         return np.concatenate([[0.0], told[TURNS:]]) if self.in_space else told
 
 
-def begun(
+def begin(
     box: tuple[NDArray[np.float64], NDArray[np.float64]],
     scale: float,
     *,
@@ -186,7 +186,7 @@ def contains(state: LinkageState, position: NDArray[np.float64]) -> bool:
 
 
 @lru_cache(maxsize=64)
-def known(bounds: Bounds, scale: float, motion_rad: float, *, in_space: bool) -> Known:
+def known_bounds(bounds: Bounds, scale: float, motion_rad: float, *, in_space: bool) -> Known:
     """Return the bounds of joints and lengths as inequalities of a region's coordinates, and how far these may move."""
     size = 2 * LINKS + 2 if in_space else 2 * LINKS
     constraints = bounds.constraints(in_space=in_space)

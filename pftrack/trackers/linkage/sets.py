@@ -31,7 +31,7 @@ from pftrack.set_membership.strips import TRACE, VOLUME
 from pftrack.sources.linkage.truth import LinkageTarget
 from pftrack.trackers.linkage.gaussians import look
 from pftrack.trackers.linkage.parameters import LinkageTrackerParameters
-from pftrack.trackers.linkage.regions import ROOT, Region, begun, box_of, known, union
+from pftrack.trackers.linkage.regions import ROOT, Region, begin, box_of, known_bounds, union
 from pftrack.trackers.linkage.reports import SERIES, measure
 from pftrack.trackers.linkage.state import NOTHING, Events, LinkageState
 
@@ -59,8 +59,8 @@ def start(method: str, target: Target, frame: Frame, parameters: LinkageTrackerP
         root = target.t - around, target.t + around
     box = _cut((middle - half, middle + half), parameters.bounds)
     inscribed = method == "ellipsoids-literal" and parameters.first_ellipsoid == "inscribed"
-    region = begun(box, float(parameters.angle_scale_px), inscribed=inscribed)
-    beam = Beam.of(_treated(region, ellipsoids=method != "box-guides"))
+    region = begin(box, float(parameters.angle_scale_px), inscribed=inscribed)
+    beam = Beam.of(_set_ellipsoid(region, ellipsoids=method != "box-guides"))
     return _state(beam, parameters.bounds, root, target.origin_px, target.reference)
 
 
@@ -86,11 +86,11 @@ def step(
         [region.array for region in before],
         _observing(links, state.reference, parameters, treated),
         np.flatnonzero(~np.isnan(links).any(axis=1)).tolist(),
-        known(parameters.bounds, scale, float(parameters.motion_bound_rad), in_space=state.in_space),
+        known_bounds(parameters.bounds, scale, float(parameters.motion_bound_rad), in_space=state.in_space),
         parameters.region_passes,
         treated,
     )
-    members = tuple(_treated(Region(one, scale, True), ellipsoids=treated.ellipsoids) for one in found.regions)
+    members = tuple(_set_ellipsoid(Region(one, scale, True), ellipsoids=treated.ellipsoids) for one in found.regions)
     parents = found.parents if own else np.full(len(members), -1)
     root = None
     if state.in_space:
@@ -174,15 +174,15 @@ def _regions(
     members = () if isinstance(state.belief, ParticleSet) else state.belief.members
     own = tuple(member for member in members if isinstance(member, Region))
     if members and len(own) == len(members):
-        return tuple(_treated(region.scaled(scale), ellipsoids=ellipsoids) for region in own), True
+        return tuple(_set_ellipsoid(region.rescale(scale), ellipsoids=ellipsoids) for region in own), True
     around = FROM_SDS * state.spread
     box = _cut((state.mean - around, state.mean + around), parameters.bounds)
     off = FROM_SDS * state.directions_sd
-    region = begun(box, scale, directions=(state.directions - off, state.directions + off))
-    return (_treated(region, ellipsoids=ellipsoids),), False
+    region = begin(box, scale, directions=(state.directions - off, state.directions + off))
+    return (_set_ellipsoid(region, ellipsoids=ellipsoids),), False
 
 
-def _treated(region: Region, *, ellipsoids: bool) -> Region:
+def _set_ellipsoid(region: Region, *, ellipsoids: bool) -> Region:
     """Return a region that has an ellipsoid, or has none."""
     if ellipsoids and region.has_ellipsoid:
         return region

@@ -72,7 +72,7 @@ class Belief(Protocol):
     def camera(self, solid: Solid) -> NDArray[np.float64]:
         """Return the affine camera (2, 4) that is believed to see the solid now."""
 
-    def measured(self) -> Mapping[str, SeriesValue]:
+    def own_series(self) -> Mapping[str, SeriesValue]:
         """Return what this kind of belief has beyond what all have, by the name of its series."""
 
     @property
@@ -147,7 +147,7 @@ class Layers(ABC, Generic[S]):
     def camera(self, solid: Solid) -> NDArray[np.float64]:
         """Return the affine camera (2, 4) that the upper layer believes in."""
 
-    def measured(self) -> Mapping[str, SeriesValue]:
+    def own_series(self) -> Mapping[str, SeriesValue]:
         """Return alpha, the particles by prediction in this frame, and how many of them survived."""
         features = self.layers.features
         upper = float(features.upper_counts.sum())
@@ -272,7 +272,7 @@ class JointParticles:
         weights = exponentials(self.log_weights)
         return product(entries.reshape(-1, len(weights)), weights).reshape(entries.shape[:2])
 
-    def measured(self) -> Mapping[str, SeriesValue]:
+    def own_series(self) -> Mapping[str, SeriesValue]:
         """Return nothing: it has no other prediction to mix with, and draws no parents for each point."""
         return {}
 

@@ -209,14 +209,14 @@ def conclude(
             settings.learning,
         )
     if settings.slack_px > 0.0:
-        upper = _agreed(proposed, layer, features, log_likelihoods, settings, rng)
+        upper = _update_by_agreement(proposed, layer, features, log_likelihoods, settings, rng)
     else:
         variances = np.maximum(features.variances, settings.sd_floor_px**2)
         upper = layer.update(proposed.upper, features.means, variances, rng)
     return Layered(features, upper, mixture, layer.pose(upper), proposed.projection)
 
 
-def _agreed(
+def _update_by_agreement(
     proposed: Proposed[S],
     layer: UpperLayer[S],
     features: Features,

@@ -29,7 +29,7 @@ from pftrack.trackers.pose.parameters import PoseTrackerParameters
 from pftrack.trackers.pose.solid import Solid
 from pftrack.trackers.pose.state import PoseState
 
-__all__ = ["METHODS", "Method", "advance", "begin", "slopes", "slopes_at", "switched", "transfer", "translation"]
+__all__ = ["METHODS", "Method", "advance", "begin", "has_switched", "slopes", "slopes_at", "transfer", "translation"]
 
 Method: TypeAlias = Literal["pf-asd", "alpha-1", "alpha-0", "rb-pf"]
 
@@ -75,7 +75,7 @@ def begin(
     pose = theta or Gaussian(np.zeros(3), sd**2 * np.eye(3))
     if method == "rb-pf":
         return _joint(solid, parameters, positions, np.zeros((len(positions), 2, 2)), pose)
-    return _begun(solid, positions, parameters, method, rng, pose, spread_px)
+    return _begin_layers(solid, positions, parameters, method, rng, pose, spread_px)
 
 
 def advance(
@@ -96,7 +96,7 @@ def advance(
     if isinstance(belief, Layers):
         apart = _under(belief, state.solid, parameters)
     else:
-        apart = _begun(state.solid, belief.means, parameters, method, rng, belief.pose).layers
+        apart = _begin_layers(state.solid, belief.means, parameters, method, rng, belief.pose).layers
     apart = replace(apart, mixture=_steer(apart.mixture, parameters, method))
     settings = _settings(parameters, method)
     return _layers(layered.step(apart, _layer(state.solid, parameters), log_likelihood, settings, rng), parameters)
@@ -135,7 +135,7 @@ def slopes_at(solid: Solid, q: NDArray[np.float64]) -> NDArray[np.float64]:
     return product(pinhole_jacobian(seen, float(solid.focal_px)).reshape(-1, 3), turn).reshape(-1, 2, 3)
 
 
-def switched(before: Belief, after: Belief) -> bool:
+def has_switched(before: Belief, after: Belief) -> bool:
     """Return whether a feature went over from trusting one prediction more to trusting the other."""
     one, other = before.follows_solid, after.follows_solid
     if one is None or other is None:
@@ -167,7 +167,7 @@ def translation(
     return least_squares(slopes, wanted)[0]
 
 
-def _begun(
+def _begin_layers(
     solid: Solid,
     positions: NDArray[np.float64],
     parameters: PoseTrackerParameters,

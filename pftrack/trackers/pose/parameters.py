@@ -200,13 +200,13 @@ class PoseTrackerParameters(Parameters):
     @classmethod
     def _fits(cls, text: str) -> str:
         if text:
-            cls.guidance.learned(text)
+            cls.guidance.parse(text)
         return text
 
     @property
     def walk(self) -> NDArray[np.float64] | None:
         """(3, 3) covariance of the turns in a frame, rad^2, if it was learned."""
-        return self.guidance.learned(self.learned).diffusion("fixed").covariance if self.learned else None
+        return self.guidance.parse(self.learned).diffusion("fixed").covariance if self.learned else None
 
     @property
     def pose_change(self) -> float:

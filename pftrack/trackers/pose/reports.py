@@ -56,7 +56,7 @@ def measurement(series: tuple[Series, ...]) -> Callable[[PoseState], Mapping[str
 
     def measure(state: PoseState) -> Mapping[str, SeriesValue]:
         weights = np.exp(state.belief.log_weights)
-        own = {name: value for name, value in state.belief.measured().items() if name in names}
+        own = {name: value for name, value in state.belief.own_series().items() if name in names}
         return own | {
             "ess": float((1.0 / np.square(weights).sum(axis=-1)).sum()),
             "particles": float(weights.size),

@@ -94,7 +94,7 @@ class PoseState:
         camera = self.belief.camera(self.solid)
         return np.append((camera[:, 3] - self.solid.principal_px) * depth / focal, depth)
 
-    def seen(self, points_mm: NDArray[np.float64], theta: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+    def project(self, points_mm: NDArray[np.float64], theta: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
         """Return where points (n, 3) of the solid are seen, (n, 2) px.
 
         An affine camera is bent back to what a solid of this pose looks like, x = A_0 R(theta) X + its own last column.

@@ -16,7 +16,7 @@ from pftrack.trackers import reports
 from pftrack.trackers.point_state import PointState
 from pftrack.trackers.sampling.loop import Loop, Rule, Scheme
 
-__all__ = ["SAMPLERS", "Sampler", "advance", "folded", "measure_particles", "scheme"]
+__all__ = ["SAMPLERS", "Sampler", "advance", "fold", "measure_particles", "scheme"]
 
 State = TypeVar("State", bound=PointState)
 
@@ -131,7 +131,7 @@ def advance(before: State, result: Loop) -> State:
     )
 
 
-def folded(before: PointState, result: Loop) -> Fold:
+def fold(before: PointState, result: Loop) -> Fold:
     """Return what comes of all frames of a loop."""
     observed = result.observation_counts
     # The first step of all has no earlier one to differ from.

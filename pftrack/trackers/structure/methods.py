@@ -11,20 +11,20 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.numerics.matrices import product, root, solved
+from pftrack.numerics.matrices import cholesky, product, solve_system
 from pftrack.numerics.singular import eigenvalues, singular_values
 from pftrack.structure import growing, online_variational, recursive, variational
 from pftrack.structure.accumulated import principal_shape
-from pftrack.structure.cameras import fitted
+from pftrack.structure.cameras import residuals_and_slopes
 from pftrack.structure.factorization import metric_transform
 from pftrack.structure.first_window import from_window, pinhole_of
 from pftrack.structure.growing import Growing
 from pftrack.structure.online_variational import Forgetting, Online
 from pftrack.structure.recursive import Recursive
 from pftrack.structure.tracks import FEWEST_VIEWS, Tracks
-from pftrack.structure.variational import mapped, strengths_of
+from pftrack.structure.variational import strengths_of, transform_covariances
 from pftrack.trackers.structure.parameters import StructureTrackerParameters
-from pftrack.trackers.structure.seen import Seen
+from pftrack.trackers.structure.seen import Observed
 
 __all__ = ["Belief", "Found", "Grown", "Plain", "Prior", "Windowed", "grow", "plain", "windowed"]
 
@@ -161,7 +161,7 @@ class Grown:
 Belief: TypeAlias = Plain | Windowed | Grown
 
 
-def plain(belief: Belief, seen: Seen, prior: Prior, parameters: StructureTrackerParameters) -> Plain:
+def plain(belief: Belief, seen: Observed, prior: Prior, parameters: StructureTrackerParameters) -> Plain:
     """Factor all frames so far by singular values (Bando 2007, ch. 4 section 5.1)."""
     del belief, parameters
     principal = principal_shape(seen.everything)
@@ -182,7 +182,7 @@ def plain(belief: Belief, seen: Seen, prior: Prior, parameters: StructureTracker
 
 
 def windowed(
-    forgetting: Forgetting, belief: Belief, seen: Seen, prior: Prior, parameters: StructureTrackerParameters
+    forgetting: Forgetting, belief: Belief, seen: Observed, prior: Prior, parameters: StructureTrackerParameters
 ) -> Windowed:
     """Factor by variational Bayes: a window frame by frame, or all frames while they are fewer (section 5.2)."""
     window = parameters.window_frames
@@ -203,7 +203,7 @@ def windowed(
     return Windowed(found, strength, known, known.free_energy)
 
 
-def _batch(seen: Seen, prior: Prior) -> Windowed:
+def _batch(seen: Observed, prior: Prior) -> Windowed:
     if len(seen.positions) < FEWEST_VIEWS:
         return Windowed()
     tracks = Tracks(seen.positions, seen.variances)
@@ -233,7 +233,7 @@ def _strength(
     return min(float(strengths_of(precisions, shape, motion)[2]), float(values[2] / noise))
 
 
-def grow(belief: Belief, seen: Seen, prior: Prior, parameters: StructureTrackerParameters) -> Grown:
+def grow(belief: Belief, seen: Observed, prior: Prior, parameters: StructureTrackerParameters) -> Grown:
     """Let a shape grow, from the mean of other bodies or from the first frames (`pftrack.structure.growing`).
 
     A first shape that was too far off leads nowhere. It does not fit the frames, and is given up for a new one.
@@ -241,12 +241,12 @@ def grow(belief: Belief, seen: Seen, prior: Prior, parameters: StructureTrackerP
     known = belief.state if isinstance(belief, Grown) else None
     last = len(seen.positions) - 1
     if isinstance(belief, Grown) and known is not None and (belief.misfit < WORST_MISFIT or parameters.frozen):
-        return _told(_after(known, seen, last, prior, parameters), seen, prior, belief.misfit)
+        return _grown_shape(_after(known, seen, last, prior, parameters), seen, prior, belief.misfit)
     first = max(0, last + 1 - FIRST_AT_MOST)
     if prior.mean is not None:
         covariance = np.broadcast_to(prior.sd**2 * np.eye(3), (len(prior.mean), 3, 3))
         begun = growing.begin(prior.mean, covariance, _settings(prior, parameters))
-        return _told(_after(begun, seen, first, prior, parameters), seen, prior)
+        return _grown_shape(_after(begun, seen, first, prior, parameters), seen, prior)
     if last + 1 < max(parameters.first_frames, FIRST_VIEWS):
         return Grown()
     tracks = Tracks(seen.positions[first:], seen.variances[first:])
@@ -260,7 +260,7 @@ def grow(belief: Belief, seen: Seen, prior: Prior, parameters: StructureTrackerP
     except ValueError:
         # The cameras determine no metric shape yet.
         return Grown(strength=strength)
-    return _told(shape, seen, prior)
+    return _grown_shape(shape, seen, prior)
 
 
 def _settings(prior: Prior, parameters: StructureTrackerParameters) -> growing.Settings:
@@ -268,7 +268,7 @@ def _settings(prior: Prior, parameters: StructureTrackerParameters) -> growing.S
 
 
 def _after(
-    known: Growing | Recursive, seen: Seen, begin: int, prior: Prior, parameters: StructureTrackerParameters
+    known: Growing | Recursive, seen: Observed, begin: int, prior: Prior, parameters: StructureTrackerParameters
 ) -> Growing | Recursive:
     """Return what is known after the kept frames from one on."""
     for positions, variances in zip(seen.positions[begin:], seen.variances[begin:], strict=True):
@@ -280,7 +280,7 @@ def _after(
     return known
 
 
-def _told(state: Growing | Recursive, seen: Seen, prior: Prior, misfit: float = 1.0) -> Grown:
+def _grown_shape(state: Growing | Recursive, seen: Observed, prior: Prior, misfit: float = 1.0) -> Grown:
     own = state.own if isinstance(state, Growing) else state
     camera = state.mean_camera if isinstance(state, Growing) else state.camera
     if camera is None or own.camera is None:
@@ -296,10 +296,10 @@ def _told(state: Growing | Recursive, seen: Seen, prior: Prior, misfit: float = 
     return Grown(found, float(thickness / noise), state, misfit)
 
 
-def _misfit(shape: NDArray[np.float64], camera: NDArray[np.float64], seen: Seen, focal_px: float) -> float:
+def _misfit(shape: NDArray[np.float64], camera: NDArray[np.float64], seen: Observed, focal_px: float) -> float:
     """Return the mean square of the last frame's residuals in units of their noise; 1 if all is as it should be."""
     rows = np.ascontiguousarray(seen.positions[-1].T)
-    residuals, _, _ = fitted(focal_px, camera, shape, rows)
+    residuals, _, _ = residuals_and_slopes(focal_px, camera, shape, rows)
     precisions = 1.0 / seen.variances[-1].T
     free = int(np.count_nonzero(precisions)) - CAMERA_NUMBERS
     return float((precisions * residuals * residuals).sum() / free) if free > 0 else 1.0
@@ -333,7 +333,7 @@ def _upgrade(
         # The views do not differ enough. Then the cameras are alike in the mean, in every direction.
         mean = product(motion.T, motion) / len(motion)
         mean += (LEAST_MOTION * np.trace(mean) + LEAST_MOTION) * np.eye(3)
-        transform = solved(root(mean).T, np.eye(3))
-    inverse = solved(transform, np.eye(3))
+        transform = solve_system(cholesky(mean).T, np.eye(3))
+    inverse = solve_system(transform, np.eye(3))
     rows = np.column_stack([product(newest[:, :3], transform), newest[:, 3]])
-    return Found(product(shape, inverse.T), mapped(covariances, inverse), pinhole_of(rows, focal_px))
+    return Found(product(shape, inverse.T), transform_covariances(covariances, inverse), pinhole_of(rows, focal_px))

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from pftrack.geometry.rotation import nearest_rotation
 from pftrack.numerics.matrices import product
-from pftrack.structure.cameras import evidence, frontal, settled
-from pftrack.structure.variational import mapped
+from pftrack.structure.cameras import evidence, fit_camera, frontal
+from pftrack.structure.variational import transform_covariances
 from pftrack.trackers.structure.methods import Found
 
-__all__ = ["MIRROR", "Placed", "flat", "placed", "seen_again"]
+__all__ = ["MIRROR", "Placed", "flat", "place", "place_again"]
 
 ROUNDS = 20
 TURN_PRECISION = 100.0
@@ -70,7 +70,7 @@ def flat(
         precisions: (2, n).
         focal_px: Of the camera.
     """
-    points, size = _sized(np.column_stack([filled, np.zeros(len(filled))]))
+    points, size = _normalise_size(np.column_stack([filled, np.zeros(len(filled))]))
     covariances = np.zeros((len(points), 3, 3))
     for axis in range(2):
         known = precisions[axis] > 0.0
@@ -80,7 +80,7 @@ def flat(
     return Placed(points, covariances, frontal(focal_px, points, rows, precisions), known=False)
 
 
-def placed(
+def place(
     before: Placed, found: Found, rows: NDArray[np.float64], precisions: NDArray[np.float64], focal_px: float
 ) -> Placed:
     """Return a shape that was found, turned onto the one before.
@@ -93,22 +93,22 @@ def placed(
         focal_px: Of the camera.
     """
     centre = found.points.mean(axis=0)
-    points, size = _sized(found.points)
+    points, size = _normalise_size(found.points)
     covariances = found.covariances / (size * size)
     camera = found.camera.copy()
     camera[:, 3] = (product(found.camera[:, :3], centre[:, None])[:, 0] + found.camera[:, 3]) / size
     direct = _turn(points, covariances, camera, before.points)
     few = np.count_nonzero(precisions.max(axis=0)) < FEWEST_TO_PLACE
     if found.one_handed:
-        return _settled(before, direct, rows, precisions, focal_px, few=bool(few))
+        return _settle(before, direct, rows, precisions, focal_px, few=bool(few))
     mirrored = _turn(points * MIRROR, _flip(covariances), _mirrored_camera(camera), before.points)
     odds = ODDS_KEPT * before.depth_odds
     if before.known and _apart(mirrored, before) < _apart(direct, before):
         direct, mirrored = mirrored, direct
-    first = _settled(before, direct, rows, precisions, focal_px, few=bool(few))
+    first = _settle(before, direct, rows, precisions, focal_px, few=bool(few))
     if few:
         return first
-    other = _settled(before, mirrored, rows, precisions, focal_px, few=False)
+    other = _settle(before, mirrored, rows, precisions, focal_px, few=False)
     difference = _evidence(first, rows, precisions, focal_px) - _evidence(other, rows, precisions, focal_px)
     odds += min(max(difference, -LARGEST_DIFFERENCE), LARGEST_DIFFERENCE)
     # At first nothing speaks for either; later the other one must be clearly better, or the shape would flicker.
@@ -117,13 +117,13 @@ def placed(
     return replace(other, depth_odds=-odds)
 
 
-def seen_again(before: Placed, rows: NDArray[np.float64], precisions: NDArray[np.float64], focal_px: float) -> Placed:
+def place_again(before: Placed, rows: NDArray[np.float64], precisions: NDArray[np.float64], focal_px: float) -> Placed:
     """Return the shape of before with the camera of a further frame."""
     few = np.count_nonzero(precisions.max(axis=0)) < FEWEST_TO_PLACE
-    return before if few else _settled(before, before, rows, precisions, focal_px, few=False)
+    return before if few else _settle(before, before, rows, precisions, focal_px, few=False)
 
 
-def _sized(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+def _normalise_size(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
     """Return points about their centre and of unit size, and what their size was."""
     centred = points - points.mean(axis=0)
     size = float(np.sqrt(np.square(centred).sum() / len(centred)))
@@ -139,7 +139,7 @@ def _turn(
     """Return a shape and its camera in a frame of reference in which it lies on another one as well as it can."""
     turn = nearest_rotation(product(onto.T, points))
     seen = np.column_stack([product(camera[:, :3], turn.T), camera[:, 3]])
-    return Placed(product(points, turn.T), mapped(covariances, turn), seen, known=True)
+    return Placed(product(points, turn.T), transform_covariances(covariances, turn), seen, known=True)
 
 
 def _flip(covariances: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -156,7 +156,7 @@ def _apart(one: Placed, other: Placed) -> float:
     return float(np.square(one.points - other.points).sum())
 
 
-def _settled(
+def _settle(
     before: Placed,
     shape: Placed,
     rows: NDArray[np.float64],
@@ -169,7 +169,7 @@ def _settled(
     camera = before.camera
     if not few:
         start = np.ascontiguousarray(shape.camera)
-        camera = settled(focal_px, start, shape.points, rows, precisions, start, TURN_PRECISION, ROUNDS)
+        camera = fit_camera(focal_px, start, shape.points, rows, precisions, start, TURN_PRECISION, ROUNDS)
     return Placed(shape.points, shape.covariances, camera, shape.known, before.depth_odds)
 
 

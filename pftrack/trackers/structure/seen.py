@@ -8,16 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.structure.accumulated import Accumulated, accumulate, nothing_seen
+from pftrack.structure.accumulated import Accumulated, accumulate, empty
 
-__all__ = ["LONGEST", "Seen", "begin", "taken"]
+__all__ = ["LONGEST", "Observed", "begin", "take"]
 
 LONGEST = 180
 """How many frames are kept at most."""
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class Observed:
     """The frames so far.
 
     Attributes:
@@ -43,13 +43,13 @@ class Seen:
         return sum(array.nbytes for array in arrays)
 
 
-def begin(count: int) -> Seen:
+def begin(count: int) -> Observed:
     """Return what is known before the first frame of `count` points."""
     nothing = np.zeros((0, count, 2))
-    return Seen(nothing, nothing, nothing, nothing_seen(count), 0, np.zeros(count, np.int64))
+    return Observed(nothing, nothing, nothing, empty(count), 0, np.zeros(count, np.int64))
 
 
-def taken(seen: Seen, positions: NDArray[np.float64], variances: NDArray[np.float64]) -> Seen:
+def take(seen: Observed, positions: NDArray[np.float64], variances: NDArray[np.float64]) -> Observed:
     """Return what is known after a further frame.
 
     Args:
@@ -63,7 +63,7 @@ def taken(seen: Seen, positions: NDArray[np.float64], variances: NDArray[np.floa
     middle = known.sum(axis=0) / np.maximum(measured.sum(axis=0), 1)
     before = seen.filled[-1] if seen.frames else np.broadcast_to(middle, positions.shape)
     filled = np.where(measured, positions, before)
-    return Seen(
+    return Observed(
         _append(seen.positions, known),
         _append(seen.variances, variances),
         _append(seen.filled, filled),

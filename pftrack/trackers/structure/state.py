@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pftrack.sources.tracks.bodies import Shape
 from pftrack.trackers.structure.methods import Belief, Prior
 from pftrack.trackers.structure.placing import Placed
-from pftrack.trackers.structure.seen import Seen
+from pftrack.trackers.structure.seen import Observed
 
 __all__ = ["StructureState"]
 
@@ -34,7 +34,7 @@ class StructureState:
     body: Shape
     prior: Prior
     principal_px: NDArray[np.float64]
-    seen: Seen
+    seen: Observed
     belief: Belief
     placed: Placed
     focal_px: float

@@ -17,16 +17,16 @@ from pftrack.model.tracker import Tracker
 from pftrack.numerics.random import Stream
 from pftrack.sources.tracks.target import BodyTarget
 from pftrack.structure.growing import Growing
-from pftrack.structure.tracks import checked_view
+from pftrack.structure.tracks import check_view
 from pftrack.trackers.structure import seen as frames
 from pftrack.trackers.structure.methods import Belief, Grown, Plain, Prior, Windowed, grow, plain, windowed
 from pftrack.trackers.structure.parameters import StructureTrackerParameters
-from pftrack.trackers.structure.placing import flat, placed, seen_again
+from pftrack.trackers.structure.placing import flat, place, place_again
 from pftrack.trackers.structure.state import StructureState
 
 __all__ = ["TRACKERS"]
 
-Method: TypeAlias = Callable[[Belief, frames.Seen, Prior, StructureTrackerParameters], Belief]
+Method: TypeAlias = Callable[[Belief, frames.Observed, Prior, StructureTrackerParameters], Belief]
 View: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 ANGLES = ("yaw", "pitch", "roll")
@@ -52,12 +52,12 @@ def start(
     shape = target.shape
     prior = Prior(shape.mean, shape.prior_sd, target.focal_px)
     positions, variances = _measure(frame, target.principal_px, parameters)
-    seen = frames.taken(frames.begin(len(shape.names)), positions, variances)
-    rows, precisions = checked_view(positions, variances, len(shape.names))
+    seen = frames.take(frames.begin(len(shape.names)), positions, variances)
+    rows, precisions = check_view(positions, variances, len(shape.names))
     focal = prior.focal_px * parameters.lens_factor
     guess = flat(seen.filled[-1], rows, precisions, focal)
     state = StructureState(shape, prior, target.principal_px, seen, Plain(), guess, focal)
-    return _taken(method, state, (rows, precisions), parameters)
+    return _take(method, state, (rows, precisions), parameters)
 
 
 def step(
@@ -65,18 +65,18 @@ def step(
 ) -> StructureState:
     """Take a further view."""
     positions, variances = _measure(frame, state.principal_px, parameters)
-    seen = frames.taken(state.seen, positions, variances)
-    view = checked_view(positions, variances, len(state.body.names))
-    return _taken(method, replace(state, seen=seen), view, parameters)
+    seen = frames.take(state.seen, positions, variances)
+    view = check_view(positions, variances, len(state.body.names))
+    return _take(method, replace(state, seen=seen), view, parameters)
 
 
-def _taken(method: Method, state: StructureState, view: View, parameters: StructureTrackerParameters) -> StructureState:
+def _take(method: Method, state: StructureState, view: View, parameters: StructureTrackerParameters) -> StructureState:
     focal = float(state.prior.focal_px * parameters.lens_factor)
     belief = method(state.belief, state.seen, replace(state.prior, focal_px=focal), parameters)
     if belief.found is None:
-        shape = seen_again(state.placed, *view, focal)
+        shape = place_again(state.placed, *view, focal)
     else:
-        shape = placed(state.placed, belief.found, *view, focal)
+        shape = place(state.placed, belief.found, *view, focal)
     evidence = belief.log_evidence if isinstance(belief, Grown) else 0.0
     return replace(state, belief=belief, placed=shape, focal_px=focal, log_evidence=evidence)
 

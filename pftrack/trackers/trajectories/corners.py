@@ -94,8 +94,8 @@ def begin(
     """
     grey = luma(image_rgb)
     if points is None:
-        points = _found(grey, parameters)
-    return _taken_up(grey, points, _size(parameters), 0), points
+        points = _find(grey, parameters)
+    return _take_up(grey, points, _size(parameters), 0), points
 
 
 def follow(
@@ -149,7 +149,7 @@ def _size(parameters: CornerParameters) -> int:
     return parameters.template_px // 2 * 2 + 1
 
 
-def _found(
+def _find(
     grey: NDArray[np.uint8], parameters: CornerParameters, among: NDArray[np.bool_] | None = None
 ) -> NDArray[np.float64]:
     """Return corners whose templates are within the picture and do not touch its edge."""
@@ -157,7 +157,7 @@ def _found(
     return find_corners(grey, revise(parameters, {"corner_margin_px": margin}), among)
 
 
-def _taken_up(grey: NDArray[np.uint8], points: NDArray[np.float64], size: int, index: int) -> Corners:
+def _take_up(grey: NDArray[np.uint8], points: NDArray[np.float64], size: int, index: int) -> Corners:
     places = np.rint(points).astype(np.int64)
     unknown, count = np.full(len(places), np.nan), np.zeros(len(places), np.int64)
     pieces = cut(grey, places, size)
@@ -177,8 +177,8 @@ def _replace(
     radius = int(parameters.corner_distance_px)
     for x, y in np.rint(positions[~np.isnan(positions[:, 0])]).astype(int).tolist():
         cv2.circle(free, (x, y), radius, 0, -1)
-    points = _found(grey, revise(parameters, {"corner_count": len(gone)}), free == 1)
-    new, slots = _taken_up(grey, points, corners.templates.shape[1], index), gone[: len(points)]
+    points = _find(grey, revise(parameters, {"corner_count": len(gone)}), free == 1)
+    new, slots = _take_up(grey, points, corners.templates.shape[1], index), gone[: len(points)]
     arrays: dict[str, Any] = {name: it.copy() for name, it in vars(corners).items() if isinstance(it, np.ndarray)}
     for name, array in arrays.items():
         array[slots] = getattr(new, name)

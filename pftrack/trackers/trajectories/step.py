@@ -61,7 +61,7 @@ def start(method: Method, target: Target, frame: Frame, parameters: P, rng: Stre
     """Begin with the first frame: each track that is measured in it with two positions about its measurement."""
     if not isinstance(target, TrajectoriesTarget):
         raise TypeError(f"a tracker of trajectories follows many points, got a {type(target).__name__}")
-    corners, observed = _begun(target, frame, parameters)
+    corners, observed = _begin(target, frame, parameters)
     count = len(observed)
     none = np.zeros((0, count, 2))
     state = TrajectoriesState(
@@ -80,26 +80,26 @@ def start(method: Method, target: Target, frame: Frame, parameters: P, rng: Stre
         origin=target.origin,
         corners=corners,
     )
-    return _taken(method, state, observed, frame.index, parameters, rng)
+    return _take(method, state, observed, frame.index, parameters, rng)
 
 
 def step(method: Method, state: TrajectoriesState, frame: Frame, parameters: P, rng: Stream) -> TrajectoriesState:
     """Take a further frame."""
     if state.corners is None:
-        return _taken(method, state, _measure(frame), frame.index, parameters, rng)
+        return _take(method, state, _measure(frame), frame.index, parameters, rng)
     image, matching = _picture(frame, parameters)
     corners, observed = follow(state.corners, image, matching, frame.index)
-    state = _begun_again(state, corners.born == frame.index)
+    state = _begin_again(state, corners.born == frame.index)
     state = replace(state, belief=_without(state.belief, corners.gone), corners=corners)
-    return _taken(method, state, observed, frame.index, parameters, rng)
+    return _take(method, state, observed, frame.index, parameters, rng)
 
 
-def _taken(
+def _take(
     method: Method, state: TrajectoriesState, observed: NDArray[np.float64], index: int, parameters: P, rng: Stream
 ) -> TrajectoriesState:
     belief, (past, filtered, sds, densities) = method(state.belief, observed, parameters, rng)
     reach = min(parameters.lag_frames, len(past) - 1, len(state.raw))
-    state = _settled(state)
+    state = _settle(state)
     smoothed = _append(state.smoothed, filtered)
     # A track that another method has followed is known again only since that.
     now, known = past[: reach + 1], slice(0, reach + 1)
@@ -121,7 +121,7 @@ def _taken(
     )
 
 
-def _begun(target: TrajectoriesTarget, frame: Frame, parameters: P) -> tuple[Corners | None, NDArray[np.float64]]:
+def _begin(target: TrajectoriesTarget, frame: Frame, parameters: P) -> tuple[Corners | None, NDArray[np.float64]]:
     """Return the corners of a picture, and where they are; or the measurements, where there is no picture."""
     if frame.image_rgb is None:
         return None, _measure(frame)
@@ -134,7 +134,7 @@ def _picture(frame: Frame, parameters: object) -> tuple[NDArray[np.uint8], Corne
     return frame.image_rgb, parameters
 
 
-def _begun_again(state: TrajectoriesState, again: NDArray[np.bool_]) -> TrajectoriesState:
+def _begin_again(state: TrajectoriesState, again: NDArray[np.bool_]) -> TrajectoriesState:
     """Forget the past of the tracks (K,) whose corners have given their places to others."""
     if not again.any():
         return state
@@ -164,7 +164,7 @@ def _append(rows: NDArray[np.float64], row: NDArray[np.float64]) -> NDArray[np.f
     return np.concatenate([row[None], rows])
 
 
-def _settled(state: TrajectoriesState) -> TrajectoriesState:
+def _settle(state: TrajectoriesState) -> TrajectoriesState:
     """Put the oldest frames away where there are enough of them."""
     if len(state.raw) < KEPT_FRAMES + BLOCK:
         return state
@@ -200,7 +200,7 @@ def cloud_method(
     count = len(observed)
     if isinstance(belief, Gaussians):
         followed = np.isfinite(belief.means[0, :, 0, 0])
-        fresh = gaussian.begun(belief.means[0], belief.covariances[0], observed, parameters.start_spread_px)
+        fresh = gaussian.begin(belief.means[0], belief.covariances[0], observed, parameters.start_spread_px)
         beginning = (*fresh, followed.astype(np.int64))
         belief = cloud.nothing(count)
     else:

@@ -50,7 +50,7 @@ def draw(
     parameters = revise(start, nearest(type(start), values) if near else dict(values))
     seed = body.seed if seed is None else seed
     shown = body.show(parameters, seed)
-    figure = shown.figure if revealed else shown.figure.veiled()
+    figure = shown.figure if revealed else shown.figure.without_answer()
     told = {
         "figure": figure.model_dump(mode="json"),
         "numbers": [_told(number) for number in shown.numbers if revealed or not number.reveals],

@@ -13,7 +13,7 @@ from pftrack.lessons.lecturers import Library, read_lessons
 from pftrack.lessons.lecturers.expression import ExpressionError
 from pftrack.lessons.lesson import Demonstration, Given, Scenario
 from pftrack.lessons.notebook import lesson_notebook
-from pftrack.lessons.running import asked
+from pftrack.lessons.running import question_recipe
 from pftrack.model.parameters import ParameterError
 from pftrack.process import MEBIBYTE, Budget, CallError, Ending, Pool, WorkerLostError
 from pftrack_server.errors import NotFoundError, RefusedError, UnavailableError
@@ -119,7 +119,7 @@ class Lessons:
             return verdict
         if problem := missing(lesson.body):
             raise RefusedError(problem)
-        recipe = asked(lesson)
+        recipe = question_recipe(lesson)
         job = await self._computed.get(json.dumps(["run", recipe.as_dict()]), functions.run, recipe)
         if job.task is not None:
             await asyncio.wait({job.task}, timeout=RUN_S)

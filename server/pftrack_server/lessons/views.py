@@ -4,7 +4,7 @@ from pftrack.experiments import find as find_experiment
 from pftrack.lessons import Lesson, Verdict
 from pftrack.lessons.lecturers import Library
 from pftrack.lessons.lesson import Demonstration, Question, Scenario
-from pftrack.lessons.running import asked
+from pftrack.lessons.running import question_recipe
 from pftrack.model.parameters import declarations, flat, revise
 from pftrack.model.recipe import Recipe
 from pftrack_server.lessons.results import Job
@@ -59,7 +59,7 @@ def detail_view(lesson: Lesson, library: Library) -> LessonDetail:
         seed=body.seed if isinstance(body, Demonstration) else body.recipe.seed,
         question=_question(lesson.question),
         asked=flat(revise(parameters, at)) if parameters else at,
-        scenario=_scenario(body, asked(lesson)) if isinstance(body, Scenario) else None,
+        scenario=_scenario(body, question_recipe(lesson)) if isinstance(body, Scenario) else None,
         previous=_neighbour(order[place - 1]) if place > 0 else None,
         next=_neighbour(order[place + 1]) if place + 1 < len(order) else None,
     )

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from pftrack.exports.formats import RunExport, check_plot, exports_of
-from pftrack.model.export import export_named
+from pftrack.model.export import find_export
 from pftrack.model.recipe import Footage, Recipe
 from pftrack_server.errors import NotFoundError
 from pftrack_server.experiments import find_experiment
@@ -86,7 +86,7 @@ class Exports(Jobs[Ordered, Path]):
         """
         experiment = find_experiment(subject.recipe.experiment)
         try:
-            kind = export_named(exports_of(experiment), name)
+            kind = find_export(exports_of(experiment), name)
         except LookupError as error:
             raise NotFoundError(f"{str(error.args[0]).capitalize()}.") from None
         check_plot(experiment, kind, plot)

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from pftrack.runs.loss import lost_since
+from pftrack.runs.loss import loss_start
 
 __all__ = ["History"]
 
@@ -33,7 +33,7 @@ class History:
     def _put(self, row: dict[str, Any]) -> dict[str, Any]:
         index, since = row["frame"], self.columns.get("lost_since", [])
         before = since[index - 1] if 0 < index <= len(since) else None
-        began = lost_since(index, before, lost=row.get("lost"), searching=row.get("searching"))
+        began = loss_start(index, before, lost=row.get("lost"), searching=row.get("searching"))
         row = {**row, "lost_since": began}
         if not self.columns:
             self.columns = {name: [] for name in row}

@@ -61,5 +61,5 @@ class DiskCache:
 
 def _program() -> str:
     """Return a hash of the program."""
-    on = json.dumps(machine.computed_on(), sort_keys=True)
+    on = json.dumps(machine.describe_platform(), sort_keys=True)
     return hashlib.sha256(on.encode() + source_hash()).hexdigest()[:16]

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from pftrack.exports.formats import exporting, exports_of
-from pftrack.model.export import export_named
+from pftrack.model.export import find_export
 from pftrack.model.recipe import Recipe
 from pftrack.runs import record
 from pftrack.sources.sequence import Limits
@@ -52,7 +52,7 @@ def write_export(order: Order, video: tuple[str, str] | None, limits: Limits) ->
     for step in run.seeking(last):
         yield step.diagnostics.frame + 1, 2 * frames
     run.seek(min(order.position, last))
-    kind = export_named(exports_of(run.experiment), order.export)
+    kind = find_export(exports_of(run.experiment), order.export)
     for done, of in exporting(run, Path(order.path), kind, order.plot):
         yield frames + frames * done // of, 2 * frames
     return {}

@@ -109,7 +109,7 @@ def _run_json(done: FailureRun) -> dict[str, Any]:
     finding = done.finding
     return {
         "errors": [to_json(math.nan if row.error is None else row.error) for row in done.rows],
-        "lost": [row.gone for row in done.rows],
+        "lost": [row.is_lost for row in done.rows],
         "shown": finding.shown,
         "finding": finding.words,
         "numbers": {name: to_json(number) for name, number in finding.numbers.items()},

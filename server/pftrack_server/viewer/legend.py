@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from html import escape
 
-from pftrack.model.layer import Key, ordered
+from pftrack.model.layer import Key, sort_keys
 from pftrack.model.palette import COLOURS
 
 __all__ = ["caption_html", "legend_html"]
@@ -13,7 +13,7 @@ def legend_html(keys: Iterable[Key]) -> str:
     """Return the legend as one paragraph of coloured dots, each meaning once, in the palette's order."""
     entries = "".join(
         f'<span class="pf-key"><i style="background:rgb{COLOURS[key.colour]}"></i>{escape(key.meaning)}</span>'
-        for key in ordered(keys)
+        for key in sort_keys(keys)
     )
     return f'<div class="pf-legend" role="note" aria-label="Legend">{entries}</div>'
 

@@ -15,7 +15,7 @@ from pftrack.exports.formats import exporting, exports_of
 from pftrack.files import free_bytes
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.drawing import Drawing
-from pftrack.model.export import export_named
+from pftrack.model.export import find_export
 from pftrack.model.faults import without_faults
 from pftrack.model.layer import Key
 from pftrack.model.legend import drawn_keys
@@ -103,7 +103,7 @@ class RunTree:
             frames=self.run.frames,
             unit=self.experiment.unit,
             target=self.experiment.target,
-            series=[dataclasses.asdict(series) for series in self.experiment.declared()],
+            series=[dataclasses.asdict(series) for series in self.experiment.all_series()],
             plots=[dataclasses.asdict(plot) for plot in self.experiment.plots],
             readings=[dataclasses.asdict(reading) for reading in self.experiment.readings],
             measures=[measure.as_dict() for measure in self.experiment.run_measures],
@@ -234,7 +234,7 @@ class RunTree:
 
     def export(self, name: str, path: Path, plot: str | None) -> None:
         """Write a file of the run, or of the frame that is shown, one of those that are offered."""
-        for _ in exporting(self.run, path, export_named(exports_of(self.experiment), name), plot):
+        for _ in exporting(self.run, path, find_export(exports_of(self.experiment), name), plot):
             pass
 
     @property

@@ -12,7 +12,7 @@ from pftrack.lessons import LESSONS, find, judge
 from pftrack.lessons.lecturers import Library, library, read_lessons
 from pftrack.lessons.lecturers.document import LARGEST_BYTES
 from pftrack.lessons.lesson import Demonstration, Scenario
-from pftrack.lessons.running import answer_of, asked
+from pftrack.lessons.running import answer_of, question_recipe
 from pftrack.model.parameters import declarations
 from tests.lessons.demonstrations import DEMONSTRATIONS
 
@@ -78,7 +78,7 @@ def test_a_file_makes_a_lesson(tmp_path: Path) -> None:
 def test_its_answer_is_computed_of_the_run_that_is_asked_about(tmp_path: Path) -> None:
     """Values and seed at which it is asked are in force; the answer is right, and the check says so."""
     lesson = read(tmp_path).lessons["my-lesson"]
-    assert (asked(lesson).seed, asked(lesson).frames) == (4, 12)
+    assert (question_recipe(lesson).seed, question_recipe(lesson).frames) == (4, 12)
     answer = answer_of(lesson)
     assert isinstance(answer.exact, float)
     assert judge(lesson.question, answer, answer.exact).right

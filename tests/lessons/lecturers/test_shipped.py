@@ -6,7 +6,7 @@ import pytest
 from pftrack.lessons import Lesson
 from pftrack.lessons.lecturers import read_lessons
 from pftrack.lessons.lesson import Scenario
-from pftrack.lessons.running import Columns, answer_of, asked, numbers_of
+from pftrack.lessons.running import Columns, answer_of, numbers_of, question_recipe
 from pftrack.model.timeline import Change
 
 LIBRARY = read_lessons()
@@ -53,7 +53,7 @@ def test_a_threshold_that_is_too_high_loses_the_ball() -> None:
     assert 8 <= lost[20] <= 18
     assert lost[1000] > lost[20] + 5
     assert run(lesson, gamma_px=0, distracter_radius_px=14)["lost"].sum() > 40
-    assert dict(asked(lesson).timeline[-1].values) == {"gamma_px": 20}
+    assert dict(question_recipe(lesson).timeline[-1].values) == {"gamma_px": 20}
 
 
 def test_a_filter_that_is_sure_and_wrong_stays_wrong() -> None:

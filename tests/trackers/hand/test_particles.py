@@ -6,7 +6,7 @@ import pytest
 from pftrack.geometry.hand_model import HIGH, LOW, MODEL, joints, open_pose, silhouette
 from pftrack.trackers.hand.parameters import HandTrackerParameters
 from pftrack.trackers.hand.particles import ANYWHERE, Cloud, _gains, sample
-from pftrack.trackers.hand.seen import seen_in
+from pftrack.trackers.hand.seen import tables_of
 from pftrack.trackers.hand.settings import Task, settings
 
 SCALE, SIDE, COUNT = 52.0, 200, 40
@@ -21,7 +21,7 @@ def cloud(seed: int = 0, count: int = COUNT) -> Cloud:
         tip, joint = joints(POSE, SCALE, MODEL)[finger, [3, 2], :2]
         way = (joint - tip) / np.hypot(*(joint - tip))
         axes.append(tip + np.arange(20.0)[:, None] * way)
-    seen = seen_in(silhouette(POSE, SCALE, MODEL, (SIDE, SIDE)), axes)
+    seen = tables_of(silhouette(POSE, SCALE, MODEL, (SIDE, SIDE)), axes)
     states = np.tile(POSE, (3, 2))
     return sample(
         states, np.array([-np.inf, np.log(0.5), np.log(0.5)]), states[:, :2].copy(), count, 0.5, seen, TASK, seed, 1

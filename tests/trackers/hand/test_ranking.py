@@ -6,10 +6,10 @@ import pytest
 from pftrack.geometry.hand_model import MODEL, joints, open_pose, palm_points, silhouette
 from pftrack.geometry.polygons import convex_hull, fill, row_sums
 from pftrack.trackers.hand.assignment import HIDDEN
-from pftrack.trackers.hand.likelihood import Seen, finger_fit, x_p
+from pftrack.trackers.hand.likelihood import PictureTables, finger_fit, x_p
 from pftrack.trackers.hand.parameters import HandTrackerParameters
 from pftrack.trackers.hand.ranking import differences, improve, log_score
-from pftrack.trackers.hand.seen import contour_of, seen_in
+from pftrack.trackers.hand.seen import contour_of, tables_of
 from pftrack.trackers.hand.settings import Task, settings
 
 SCALE, SIDE = 52.0, 200
@@ -26,10 +26,10 @@ def axis_of(pose: np.ndarray, finger: int, length: int = 40) -> np.ndarray:
     return np.column_stack([np.interp(steps, along, places[:, i]) for i in range(2)])
 
 
-def sight(pose: np.ndarray, fingers: tuple[int, ...] = (0, 1, 2, 3, 4)) -> Seen:
+def sight(pose: np.ndarray, fingers: tuple[int, ...] = (0, 1, 2, 3, 4)) -> PictureTables:
     """Return what is seen of a pose whose protrusions show these fingers."""
     mask = silhouette(pose, SCALE, MODEL, (SIDE, SIDE))
-    return seen_in(mask, tuple(axis_of(pose, finger) for finger in fingers))
+    return tables_of(mask, tuple(axis_of(pose, finger) for finger in fingers))
 
 
 def test_x_p_is_the_area_outside_by_the_contour_inside() -> None:

@@ -6,12 +6,12 @@ import pytest
 from pftrack.filters.beam import Beam
 from pftrack.geometry.hand_model import HIGH, LOW, MODEL, joints, open_pose, silhouette
 from pftrack.trackers.hand.assignment import HIDDEN
-from pftrack.trackers.hand.beams import NO_PALM_COST, alike, followed, predictions
-from pftrack.trackers.hand.likelihood import Seen
+from pftrack.trackers.hand.beams import NO_PALM_COST, alike, follow, predictions
+from pftrack.trackers.hand.likelihood import PictureTables
 from pftrack.trackers.hand.parameters import HandTrackerParameters
 from pftrack.trackers.hand.ranking import differences, log_score
 from pftrack.trackers.hand.search import search
-from pftrack.trackers.hand.seen import seen_in
+from pftrack.trackers.hand.seen import tables_of
 from pftrack.trackers.hand.settings import Task, settings
 
 SCALE, SIDE = 52.0, 200
@@ -21,14 +21,14 @@ POSE[3] = 0.3
 SURE = np.zeros(1)
 
 
-def sight(pose: np.ndarray, fingers: tuple[int, ...] = (0, 1, 2, 3, 4)) -> Seen:
+def sight(pose: np.ndarray, fingers: tuple[int, ...] = (0, 1, 2, 3, 4)) -> PictureTables:
     """Return what is seen of a pose: its silhouette, and the last 35 px of these fingers as protrusions."""
     axes = []
     for finger in fingers:
         places = joints(pose, SCALE, MODEL)[finger, ::-1, :2]
         along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(places, axis=0).T))])
         axes.append(np.column_stack([np.interp(np.arange(35.0), along, places[:, i]) for i in range(2)]))
-    return seen_in(silhouette(pose, SCALE, MODEL, (SIDE, SIDE)), axes)
+    return tables_of(silhouette(pose, SCALE, MODEL, (SIDE, SIDE)), axes)
 
 
 def test_a_hand_that_is_as_predicted_is_found_with_its_fingers() -> None:
@@ -66,8 +66,8 @@ def test_a_score_of_the_search_is_that_of_the_whole_hand_without_its_silhouette(
 
 def test_where_no_palm_fits_the_best_prediction_stays_at_a_price() -> None:
     """So a beam never runs dry."""
-    nothing = seen_in(np.zeros((SIDE, SIDE), bool), [])
-    found = followed(Beam.of(POSE), predictions(POSE[None], POSE[None]), 0.7, nothing, REFERENCE, 4)
+    nothing = tables_of(np.zeros((SIDE, SIDE), bool), [])
+    found = follow(Beam.of(POSE), predictions(POSE[None], POSE[None]), 0.7, nothing, REFERENCE, 4)
     assert len(found.beam) == 1
     assert (found.beam.members[0] == POSE).all()
     assert found.log_evidence < -NO_PALM_COST
@@ -76,7 +76,7 @@ def test_where_no_palm_fits_the_best_prediction_stays_at_a_price() -> None:
 def test_hands_of_a_frame_are_ranked_with_their_silhouettes() -> None:
     """What is kept differs, the best differs least, and each says by how much."""
     seen = sight(POSE)
-    found = followed(Beam.of(POSE), predictions(POSE[None], POSE[None]), 0.7, seen, REFERENCE, 4)
+    found = follow(Beam.of(POSE), predictions(POSE[None], POSE[None]), 0.7, seen, REFERENCE, 4)
     members = np.array(found.beam.members)
     assert len(members) == 4
     assert (found.fit == differences(members, seen, REFERENCE) / seen.area).all()

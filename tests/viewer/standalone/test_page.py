@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pftrack import entry_points
-from pftrack.displays.readings import said
+from pftrack.displays.readings import format_reading
 from pftrack.model.export import ExportError
 from pftrack.model.frame import Frame
 from pftrack.model.recipe import Recipe
@@ -87,7 +87,7 @@ def test_scene_plots_and_figures_follow_one_scrubber(run: Run, opened: tuple[Any
         assert np.abs(_cloud(page, len(wanted))[:, :2] - wanted).max() < 1 / 16
         shown = page.locator("#readings dd").all_text_contents()
         reading = next(each for each in run.experiment.readings if each.kind == "estimate")
-        assert said(run.experiment, reading, run.diagnostics[frame]) in shown
+        assert format_reading(run.experiment, reading, run.diagnostics[frame]) in shown
         assert page.text_content("#where") == f"frame {frame} / {FRAMES - 1}"
     assert heard == []
 

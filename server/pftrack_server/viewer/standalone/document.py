@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pftrack.displays import summary_lines
-from pftrack.displays.readings import readings_of, said
+from pftrack.displays.readings import format_reading, readings_of
 from pftrack.displays.sparkline import track
 from pftrack.model.plot import Reading
 from pftrack.runs.manifest import citation_of, manifest_of, title_of
@@ -117,8 +117,8 @@ def _run(run: Run, recording: Recording, readings: Iterable[Reading]) -> dict[st
         "rate_hz": run.source.frame_rate_hz,
         "kept": recording.kept,
         "captions": recording.captions,
-        "gone": [int(row.gone) for row in rows],
-        "readings": [[said(run.experiment, reading, row) for row in rows] for reading in readings],
+        "gone": [int(row.is_lost) for row in rows],
+        "readings": [[format_reading(run.experiment, reading, row) for row in rows] for reading in readings],
         "views": recording.views,
         "sizes": [len(file) for file in recording.pictures],
         "relief": {"flat": FLAT_RAD, "full": FULL_RELIEF_RAD, "steps": RELIEF_STEPS},

@@ -15,7 +15,7 @@ import viser
 
 from pftrack.model.drawing import Drawing, Points
 from pftrack.model.faults import without_faults
-from pftrack.model.layer import Key, ordered
+from pftrack.model.layer import Key, sort_keys
 from pftrack.model.legend import drawn_keys
 from pftrack.model.palette import COLOURS, hexadecimal
 from pftrack.runs.run import Run
@@ -110,7 +110,7 @@ def _record(run: Run, server: viser.ViserServer, most_bytes: int) -> Recorded:
         captions=captions,
         views=_views(run, box),
         layers=[(layer.name, layer.title) for layer in run.experiment.layers if layer.name in packing.layers],
-        legend=[(hexadecimal(COLOURS[key.colour]), key.meaning) for key in ordered(keys)],
+        legend=[(hexadecimal(COLOURS[key.colour]), key.meaning) for key in sort_keys(keys)],
         thinned=thinned,
     )
 
