@@ -1195,6 +1195,33 @@ export interface SessionCreate {
   position?: number;
 }
 
+/** What is fixed of a session while it lives. */
+export interface SessionDescription {
+  title: string;
+  unit: string;
+  target: string;
+  series: Series[];
+  plots: Plot[];
+  readings: Reading[];
+  measures: MeasurePublic[];
+  /** Name of the measure that decides on success */
+  success_measure: string;
+  /** Files that can be made of the run, or of the frame that is shown */
+  exports: ExportPublic[];
+  /** Parameters to turn first: those that its preset is about */
+  about: string[];
+  /** What to look at, where it began as a preset that says so */
+  watch: string;
+  declarations: Declaration[];
+  trackers: TrackerPublic[];
+  layers: Layer[];
+  worlds: World[];
+  width: number;
+  height: number;
+  frame_rate_hz: number;
+  frames: number;
+}
+
 /** The complete state; the first message of every connection. */
 export interface SessionHello {
   version: 1;
@@ -1213,8 +1240,6 @@ export interface SessionNews {
 
 /** A session as everybody outside sees it. */
 export interface SessionPublic {
-  id: string;
-  recipe: Recipe;
   title: string;
   unit: string;
   target: string;
@@ -1222,8 +1247,6 @@ export interface SessionPublic {
   plots: Plot[];
   readings: Reading[];
   measures: MeasurePublic[];
-  /** Measures of the active branch so far, by name */
-  measured: Record<string, number>;
   /** Name of the measure that decides on success */
   success_measure: string;
   /** Files that can be made of the run, or of the frame that is shown */
@@ -1232,8 +1255,19 @@ export interface SessionPublic {
   about: string[];
   /** What to look at, where it began as a preset that says so */
   watch: string;
-  tracker: string;
+  declarations: Declaration[];
+  trackers: TrackerPublic[];
+  layers: Layer[];
+  worlds: World[];
+  width: number;
+  height: number;
+  frame_rate_hz: number;
   frames: number;
+  id: string;
+  recipe: Recipe;
+  /** Measures of the active branch so far, by name */
+  measured: Record<string, number>;
+  tracker: string;
   position: number;
   computed: number;
   /** Frame to which it is computing, while it is; a pause stops it */
@@ -1246,10 +1280,7 @@ export interface SessionPublic {
   /** What a person should know of it, a sentence */
   remark: string | null;
   parameters: Record<string, boolean | number | string>;
-  declarations: Declaration[];
   controls: ControlPublic[];
-  trackers: TrackerPublic[];
-  layers: Layer[];
   timeline: ChangePublic[];
   thresholds: ThresholdPublic[];
   branch: string;
@@ -1257,9 +1288,6 @@ export interface SessionPublic {
   bookmarks: Bookmark[];
   sweep: string | null;
   upload: string | null;
-  width: number;
-  height: number;
-  frame_rate_hz: number;
   created: string;
   page: string;
   viewer: string;
@@ -1280,7 +1308,7 @@ export interface SessionSpec {
   bookmarks: Bookmark[];
   created: string;
   remark: string | null;
-  card: Record<string, unknown> | null;
+  description: SessionDescription | null;
   values: Record<string, boolean | number | string>;
 }
 

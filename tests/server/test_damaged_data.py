@@ -69,8 +69,8 @@ def test_damaged_sessions(start_server: Any, tmp_path: Path) -> None:
         whole, first, *others = (begin(client)["id"] for _ in range(5))
     path = tmp_path / "data" / "pftrack.sqlite"
     ((text,),) = execute(path, "SELECT spec FROM sessions WHERE id = ?", first)
-    card = json.dumps({**json.loads(text), "card": {"experiment": "ball"}})
-    specs = {first: card, **dict(zip(others, ("no JSON", "[]", '{"id": 5}'), strict=True))}
+    partial = json.dumps({**json.loads(text), "description": {"title": "Ball"}})
+    specs = {first: partial, **dict(zip(others, ("no JSON", "[]", '{"id": 5}'), strict=True))}
     for damaged, spec in specs.items():
         execute(path, "UPDATE sessions SET spec = ? WHERE id = ?", spec, damaged)
     with start_server() as (_, client):

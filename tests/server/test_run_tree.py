@@ -1,7 +1,7 @@
 """The run tree and the pipe, without processes."""
 
-import dataclasses
 import json
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -12,9 +12,8 @@ from pftrack.model.drawing import Text
 from pftrack.model.parameters import ParameterError
 from pftrack.model.recipe import Recipe
 from pftrack.runs.run import Change
-from pftrack_server.schemas.spec import BranchSpec, SessionSpec
-from pftrack_server.sessions.view import view
-from pftrack_server.worker.protocol import SessionInfo, WorkerConfig
+from pftrack_server.schemas.description import SessionDescription
+from pftrack_server.worker.protocol import WorkerConfig
 from pftrack_server.worker.run_tree import RunTree
 
 
@@ -39,21 +38,17 @@ class TestWorkbench:
         assert tree.forward() is None
 
     @pytest.mark.parametrize("name", EXPERIMENTS)
-    def test_a_card_that_was_stored_shows_the_same_plots(self, name: str) -> None:
-        """What is drawn and written is told to the page as the experiment declares it, also from a file."""
+    def test_a_description_is_the_same_when_it_was_stored(self, name: str) -> None:
+        """What is drawn and written is told as the experiment declares it, and is read from a file as it was."""
         experiment = EXPERIMENTS[name]
-        card = RunTree(config(experiment=name, frames=2)).card()
-        spec = SessionSpec(
-            id="s", branches={"b0": BranchSpec(id="b0", title="Main", recipe=Recipe(experiment=name), tracker="t")}
-        )
-        for known in (card, SessionInfo(**json.loads(json.dumps(dataclasses.asdict(card))))):
-            shown = view(spec, known, "ready", None, {}, playing=False)
-            assert tuple(shown.plots) == experiment.plots
-            assert tuple(shown.readings) == experiment.readings
-            assert tuple(shown.layers) == experiment.layers
-            assert shown.target == experiment.target
-            told = json.loads(shown.model_dump_json())
-            assert told["plots"] == json.loads(json.dumps([dataclasses.asdict(plot) for plot in experiment.plots]))
+        described = RunTree(config(experiment=name, frames=2)).describe()
+        assert tuple(described.plots) == experiment.plots
+        assert tuple(described.readings) == experiment.readings
+        assert tuple(described.layers) == experiment.layers
+        assert tuple(described.worlds) == experiment.worlds
+        text = described.model_dump_json()
+        assert json.loads(text)["plots"] == json.loads(json.dumps([asdict(plot) for plot in experiment.plots]))
+        assert SessionDescription.model_validate_json(text) == described
 
     def test_what_is_only_drawn_changes_in_the_frame_that_is_shown(self) -> None:
         """A ghost that is dragged along a learned mode moves while the run stands; the estimate does not."""
@@ -132,8 +127,8 @@ class TestWorkbench:
         forward(tree, 12)
         assert tree.measures() == tree.run.summary().measures
         assert tree.measures() is tree.measures()
-        assert {"hit_rate", "inside_share"} < {one["name"] for one in tree.card().measures}
-        assert tree.card().success_measure == "hit_rate"
+        assert {"hit_rate", "inside_share"} < {one.name for one in tree.describe().measures}
+        assert tree.describe().success_measure == "hit_rate"
 
     def test_restart_keeps_the_values(self) -> None:
         """A restart keeps tracker and values in force, and nothing else."""

@@ -10,13 +10,15 @@ import pytest
 import pftrack_server.viewer
 from pftrack.model.drawing import Drawing
 from pftrack_server.pictures import SceneDrawing
+from pftrack_server.schemas.description import SessionDescription, TrackerPublic
 from pftrack_server.schemas.panel import InForce, PanelDescription
 from pftrack_server.sessions.scene_feed import SceneFeed
 from pftrack_server.viewer import Endpoint
-from pftrack_server.worker.protocol import SessionInfo
 from tests.server.apart import run
 
-CARD = SessionInfo("ball", "Ball", [], {"apf": "APF"}, [], 320, 240, 30.0, 100)
+DESCRIPTION = SessionDescription(
+    title="Ball", trackers=[TrackerPublic(id="apf", title="APF")], width=320, height=240, frame_rate_hz=30.0, frames=100
+)
 
 ENDPOINT = Endpoint()
 
@@ -65,7 +67,7 @@ class Theatre:
         self.credits += 1
 
     async def open(self) -> Puppet:
-        assert await self.scene_feed.open(CARD, InForce({"n": 1}, "apf", 7)) is ENDPOINT
+        assert await self.scene_feed.open(DESCRIPTION, InForce({"n": 1}, "apf", 7)) is ENDPOINT
         puppet: Any = self.scene_feed._viewer
         return puppet
 

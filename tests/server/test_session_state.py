@@ -6,16 +6,23 @@ from typing import Any
 
 import pytest
 
-from pftrack.experiments import find
 from pftrack.model.recipe import Recipe
 from pftrack.runs.loss import approach
 from pftrack.runs.run import Change
+from pftrack_server.schemas.description import SessionDescription, TrackerPublic
 from pftrack_server.schemas.spec import BranchSpec, SessionSpec
 from pftrack_server.sessions.history import History
 from pftrack_server.sessions.state import SessionState
-from pftrack_server.worker.protocol import Ready, RunStatus, SessionInfo
+from pftrack_server.worker.protocol import Ready, RunStatus
 
-CARD = SessionInfo("ball", "Ball", [], {"apf": "APF", "kalman": "Kalman"}, [], 320, 240, 30.0, 100)
+DESCRIPTION = SessionDescription(
+    title="Ball",
+    trackers=[TrackerPublic(id="apf", title="APF"), TrackerPublic(id="kalman", title="Kalman")],
+    width=320,
+    height=240,
+    frame_rate_hz=30.0,
+    frames=100,
+)
 RECIPE = Recipe(experiment="ball", tracker="apf")
 START = RunStatus("b0", 0, 0, False, False, 1.0, RECIPE, "apf", {"n": 1, "m": 2}, 0)
 
@@ -29,7 +36,7 @@ class Ear:
         self.panel = 0
         self.state = SessionState(spec, "starting", self._count)
         self.heard: list[dict[str, Any]] = []
-        self.state.begin(Ready(CARD, START, [row(0)]))
+        self.state.begin(Ready(DESCRIPTION, START, [row(0)]))
         self.state.listeners.emit = self._hear  # type: ignore[method-assign]
         self.state.listeners.greet = lambda: self.heard.append({"type": "hello"})  # type: ignore[method-assign]
         self.panel = 0
@@ -85,29 +92,12 @@ def test_a_run_that_plays_on_is_told_by_its_frames(ear: Ear) -> None:
 
 def test_the_controls_to_turn_first_stay_those_of_the_beginning(ear: Ear) -> None:
     """A new worker, of a run that is another preset's by now, puts no other controls under a person's hands."""
-    begun = replace(CARD, about=["n"], watch="the pillar")
-    ear.state.spec.card = None
+    begun = DESCRIPTION.model_copy(update={"about": ["n"], "watch": "the pillar"})
+    ear.state.spec.description = None
     ear.state.begin(Ready(begun, START, [row(0)]))
-    ear.state.begin(Ready(replace(begun, about=["m"], watch="", frames=50), START, [row(0)]))
-    card = ear.state.view()
-    assert (card.about, card.watch, card.frames) == (["n"], "the pillar", 50)
-
-
-def test_a_stored_card_has_the_worlds_that_a_scene_is_made_of(ear: Ear) -> None:
-    """Somebody may open the scene of a session that comes back before its worker has shown the card again."""
-    worlds = find("head").worlds
-    assert worlds
-    ear.state.spec.card = None
-    ear.state.begin(Ready(replace(CARD, worlds=worlds), START, [row(0)]))
-    stored = SessionSpec.model_validate_json(ear.state.spec.model_dump_json())
-    card = SessionState(stored, "suspended", lambda: None).card
-    assert card is not None
-    assert card.worlds == worlds
-    assert stored.card is not None
-    stored.card["worlds"] = [{"name": "of an earlier version"}]
-    card = SessionState(stored, "suspended", lambda: None).card
-    assert card is not None
-    assert card.worlds == ()
+    ear.state.begin(Ready(begun.model_copy(update={"about": ["m"], "watch": "", "frames": 50}), START, [row(0)]))
+    told = ear.state.view()
+    assert (told.about, told.watch, told.frames) == (["n"], "the pillar", 50)
 
 
 def test_the_same_again_is_no_news(ear: Ear) -> None:
@@ -237,7 +227,7 @@ def test_before_the_loss_leads_to_the_loss_that_is_told(ear: Ear) -> None:
     The tracker notices first, and the truth agrees later; between the two the loss goes on.
     """
     rows = [row(frame, searching=15 <= frame < 18, lost=18 <= frame < 30, hidden=False) for frame in range(1, 30)]
-    ear.state.begin(Ready(CARD, START, [row(0, searching=False, lost=False, hidden=False)]))
+    ear.state.begin(Ready(DESCRIPTION, START, [row(0, searching=False, lost=False, hidden=False)]))
     ear.state.add("b0", rows)
     ear.stand(position=29, computed=29)
     told = ear.state.columns("b0")["lost_since"]

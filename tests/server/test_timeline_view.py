@@ -2,14 +2,25 @@
 
 from typing import Any
 
+from pftrack.model.parameters import Declaration
 from pftrack.model.recipe import Recipe
 from pftrack.runs.run import Change
 from pftrack_server.schemas.spec import BranchSpec
 from pftrack_server.sessions.timeline_view import threshold_views, timeline_view
 
-DECLARATIONS: list[dict[str, Any]] = [
-    {"name": "gate", "default": 5.0, "role": "threshold", "threshold_of": "sigma", "trackers": ["hard"]},
-    {"name": "count", "default": 800, "role": "particles", "threshold_of": "", "trackers": []},
+DECLARATIONS = [
+    Declaration(
+        name="gate",
+        title="Gate",
+        description="",
+        unit="",
+        kind="number",
+        default=5.0,
+        role="threshold",
+        threshold_of="sigma",
+        trackers=("hard",),
+    ),
+    Declaration(name="count", title="Count", description="", unit="", kind="integer", default=800, role="particles"),
 ]
 
 

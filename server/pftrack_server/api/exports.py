@@ -13,8 +13,8 @@ from pftrack_server.api.dependencies import ARun, ASession, AStore, TheExports, 
 from pftrack_server.errors import ConflictError, NotFoundError
 from pftrack_server.experiments import find_experiment
 from pftrack_server.runs.exports import Exporting, Subject
+from pftrack_server.schemas.description import ExportPublic
 from pftrack_server.schemas.exports import ExportJobPublic, ExportsPublic, PlotChoice
-from pftrack_server.sessions.view import EXPORTS
 from pftrack_server.system_errors import failure_message
 from pftrack_server.tasks.functions import read_record
 
@@ -40,7 +40,7 @@ def list_exports(run: ARun) -> ExportsPublic:
     """List what a saved run can be exported as."""
     experiment = find_experiment(run.experiment)
     return ExportsPublic(
-        exports=EXPORTS.validate_python(exports_of(experiment), from_attributes=True),
+        exports=[ExportPublic.model_validate(one) for one in exports_of(experiment)],
         plots=[PlotChoice(id=plot.id, title=plot.title) for plot in experiment.plots],
     )
 

@@ -42,7 +42,7 @@ async def start_session(body: SessionCreate, begin: Begin, store: AStore) -> Ses
 @router.get("")
 async def list_sessions(manager: AManager) -> list[SessionPublic]:
     """List all sessions, the newest first."""
-    return [session.view() for session in manager.all if session.spec.card]
+    return [session.view() for session in manager.all if session.spec.description]
 
 
 @router.get("/{session}")

@@ -38,7 +38,7 @@ async def find_work(
 ) -> WorkPublic:
     """Find sessions, saved runs, sweeps and uploads by words, the newest first."""
     words = Words(q)
-    started = [session.view() for session in manager.all if session.spec.card]
+    started = [session.view() for session in manager.all if session.spec.description]
     planned = [sweep.view() for sweep in sweeps.all]
     runs, uploads = await asyncio.gather(asyncio.to_thread(store.runs), asyncio.to_thread(store.uploads))
     these = _having(words, zone, started, _of_session)

@@ -16,7 +16,7 @@ from pftrack.model.recipe import Footage, Recipe
 from pftrack_server.errors import NotFoundError
 from pftrack_server.experiments import find_experiment
 from pftrack_server.runs.service import footage_here
-from pftrack_server.schemas.messages import ExportPublic
+from pftrack_server.schemas.description import ExportPublic
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store
 from pftrack_server.tasks.child_tasks import ChildTasks

@@ -54,7 +54,7 @@ async def save(store: Store, session: Session, title: str | None) -> RunRow:
     summary = saved["summary"]
     row = RunRow(
         id=name,
-        title=title or f"{session.card.title} · {session.card.trackers.get(branch.tracker, branch.tracker)}",
+        title=title or f"{session.description.title} · {session.description.tracker_title(branch.tracker)}",
         experiment=branch.recipe.experiment,
         tracker=branch.tracker,
         seed=branch.recipe.seed,

@@ -4,7 +4,7 @@ from typing import Literal
 
 from pydantic import BaseModel, Field
 
-from pftrack_server.schemas.messages import ExportPublic
+from pftrack_server.schemas.description import ExportPublic
 
 __all__ = ["ExportJobPublic", "ExportsPublic", "PlotChoice"]
 

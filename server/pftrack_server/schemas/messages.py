@@ -8,14 +8,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
-from pftrack.experiments import Plot, Reading
-from pftrack.exports.formats import Group
-from pftrack.model.layer import Layer
-from pftrack.model.parameters import Declaration, Value
+from pftrack.model.parameters import Value
 from pftrack.model.recipe import Recipe
-from pftrack.model.series import Series
 from pftrack_server.schemas.controls import ControlPublic
-from pftrack_server.schemas.measures import MeasurePublic
+from pftrack_server.schemas.description import SessionDescription
 from pftrack_server.schemas.panel import SPEEDS
 from pftrack_server.schemas.spec import Bookmark
 from pftrack_server.schemas.stream import Message
@@ -24,7 +20,6 @@ __all__ = [
     "Bookmarks",
     "BranchPublic",
     "Branches",
-    "ExportPublic",
     "Frame",
     "Frames",
     "Hello",
@@ -38,18 +33,10 @@ __all__ = [
     "SessionPublic",
     "ThresholdPublic",
     "ThresholdStep",
-    "TrackerPublic",
     "painted",
 ]
 
 Phase = Literal["starting", "ready", "playing", "ended", "suspended", "crashed"]
-
-
-class TrackerPublic(BaseModel):
-    """A tracker that can be chosen."""
-
-    id: str
-    title: str
 
 
 class ChangePublic(BaseModel):
@@ -86,63 +73,31 @@ class BranchPublic(BaseModel):
     colour: str
 
 
-class ExportPublic(BaseModel):
-    """A file that can be made of a run, or of the frame that is shown."""
-
-    name: str
-    title: str
-    short: str = Field(description="What it is called beside others of its group; the title if empty")
-    suffix: str
-    media_type: str
-    group: Group = Field(description='What kind of thing it is; of "plots", one plot can be asked for by its id')
-    slow: bool = Field(description="Whether it has to go through all frames again: it is begun, and then fetched")
-
-
-class SessionPublic(BaseModel):
+class SessionPublic(SessionDescription):
     """A session as everybody outside sees it."""
 
     id: str
     recipe: Recipe
-    title: str
-    unit: str = "px"
-    target: str = "target"
-    series: list[Series] = []
-    plots: list[Plot] = []
-    readings: list[Reading] = []
-    measures: list[MeasurePublic] = []
     measured: dict[str, float] = Field({}, description="Measures of the active branch so far, by name")
-    success_measure: str = Field("", description="Name of the measure that decides on success")
-    exports: list[ExportPublic] = Field(
-        [], description="Files that can be made of the run, or of the frame that is shown"
-    )
-    about: list[str] = Field([], description="Parameters to turn first: those that its preset is about")
-    watch: str = Field("", description="What to look at, where it began as a preset that says so")
     tracker: str
-    frames: int
     position: int
     computed: int
     goal: int | None = Field(None, description="Frame to which it is computing, while it is; a pause stops it")
     playing: bool
     speed: float
-    speeds: list[float] = list(SPEEDS)
+    speeds: tuple[float, ...] = SPEEDS
     state: Phase
     message: str | None = None
     remark: str | None = Field(None, description="What a person should know of it, a sentence")
     parameters: dict[str, Value]
-    declarations: list[Declaration]
-    controls: list[ControlPublic] = []
-    trackers: list[TrackerPublic]
-    layers: list[Layer]
+    controls: list[ControlPublic]
     timeline: list[ChangePublic]
-    thresholds: list[ThresholdPublic] = []
+    thresholds: list[ThresholdPublic]
     branch: str
     branches: list[BranchPublic]
     bookmarks: list[Bookmark]
     sweep: str | None = None
     upload: str | None = None
-    width: int
-    height: int
-    frame_rate_hz: float
     created: str
     page: str
     viewer: str

@@ -4,12 +4,13 @@ Recipe and position of each branch are enough, since a run is a pure fold of its
 the newest spec, so a worker may die at any moment, and the store holds it too, so the server may.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from pydantic import BaseModel
 
 from pftrack.model.parameters import Value
 from pftrack.model.recipe import Recipe
+from pftrack_server.schemas.description import SessionDescription
 
 __all__ = ["BEGINNING", "FIRST", "Bookmark", "BranchSpec", "Goal", "SessionSpec"]
 
@@ -86,7 +87,7 @@ class SessionSpec(BaseModel):
         bookmarks: In the order of their frames.
         created: When.
         remark: What a person should know of it, such as that it came to other numbers than the run that was saved.
-        card: What does not change while it lives, as its first worker reported it.
+        description: What is fixed of it, as its worker reported it; None before the first one has.
         values: Parameters in force for the next frame.
     """
 
@@ -103,7 +104,7 @@ class SessionSpec(BaseModel):
     bookmarks: list[Bookmark] = []
     created: str = ""
     remark: str | None = None
-    card: dict[str, Any] | None = None
+    description: SessionDescription | None = None
     values: dict[str, Value] = {}
 
     @property

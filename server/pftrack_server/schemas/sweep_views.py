@@ -5,8 +5,8 @@ from typing import Literal, TypeAlias
 from pydantic import BaseModel
 
 from pftrack.model.parameters import Value
+from pftrack_server.schemas.description import TrackerPublic
 from pftrack_server.schemas.measures import MeasurePublic
-from pftrack_server.schemas.messages import TrackerPublic
 
 __all__ = [
     "AxisPublic",

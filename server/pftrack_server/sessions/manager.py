@@ -76,7 +76,7 @@ class Manager:
                     await asyncio.to_thread(self._store.remove_session, spec.id)
                     continue
                 session = self._session(spec)
-                if spec.card is not None:
+                if spec.description is not None:
                     session.view()
             except (ValueError, TypeError, LookupError, AttributeError) as error:
                 log.warning("a stored session is damaged and left out", session=row.id, error=repr(error))
@@ -110,7 +110,7 @@ class Manager:
     def find(self, name: str) -> Session | None:
         """Return a session, if there is one."""
         session = self._sessions.get(name)
-        return session if session is not None and session.spec.card is not None else None
+        return session if session is not None and session.spec.description is not None else None
 
     def get(self, name: str) -> Session:
         """Return a session.
@@ -180,7 +180,7 @@ class Manager:
     async def keep(self, *, positions: bool = True) -> None:
         """Write down every session that has changed; those that only moved on as well, if `positions`."""
         async with self._writing:
-            known = [session for session in self._sessions.values() if session.spec.card]
+            known = [session for session in self._sessions.values() if session.spec.description]
             changed = [each for each in known if each.state.dirty or (positions and each.state.moved)]
             for session in changed:
                 session.state.dirty = session.state.moved = False

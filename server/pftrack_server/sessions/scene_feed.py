@@ -13,11 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import structlog
 
-from pftrack.model.parameters import Declaration
 from pftrack_server.pictures import SceneDrawing
+from pftrack_server.schemas.description import SessionDescription
 from pftrack_server.schemas.panel import InForce, PanelDescription
-from pftrack_server.sessions.view import LAYERS
-from pftrack_server.worker.protocol import SessionInfo
 
 if TYPE_CHECKING:
     from pftrack_server.viewer import Endpoint, Viewer
@@ -48,11 +46,11 @@ class SceneFeed:
         self._refusals: list[str] = []
         self.watchers = 0
 
-    async def open(self, info: SessionInfo, in_force: InForce) -> "Endpoint":
+    async def open(self, description: SessionDescription, in_force: InForce) -> "Endpoint":
         """Make the viewer unless there is one, and return where the bridge connects to it."""
         async with self._opening:
             if self._viewer is None:
-                self._viewer = await asyncio.to_thread(self._made, info, in_force)
+                self._viewer = await asyncio.to_thread(self._made, description, in_force)
                 # What was told while it was made is not in it.
                 self._start()
             return self._viewer.endpoint
@@ -95,13 +93,17 @@ class SceneFeed:
             if viewer is not None:
                 await asyncio.to_thread(viewer.close)
 
-    def _made(self, info: SessionInfo, in_force: InForce) -> "Viewer":
+    def _made(self, description: SessionDescription, in_force: InForce) -> "Viewer":
         from pftrack_server.viewer import Viewer  # noqa: PLC0415 - viser is imported when somebody first looks
 
-        declarations = [Declaration.model_validate(item) for item in info.declarations]
         return Viewer(
             PanelDescription(
-                info.title, declarations, info.trackers, LAYERS.validate_python(info.layers), info.worlds, info.about
+                description.title,
+                description.declarations,
+                {tracker.id: tracker.title for tracker in description.trackers},
+                description.layers,
+                description.worlds,
+                description.about,
             ),
             in_force,
             on_change=lambda changed: self._from_thread(self._on_values, dict(changed)),

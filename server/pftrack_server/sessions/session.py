@@ -15,14 +15,14 @@ from pftrack.numerics.random import LARGEST_SEED
 from pftrack_server.errors import ConflictError, NotFoundError
 from pftrack_server.flat.feed import DrawingFeed
 from pftrack_server.schemas import messages
-from pftrack_server.schemas.messages import ExportPublic, Phase
+from pftrack_server.schemas.description import ExportPublic, SessionDescription
+from pftrack_server.schemas.messages import Phase
 from pftrack_server.schemas.panel import InForce
 from pftrack_server.schemas.sessions import Changed
 from pftrack_server.schemas.spec import Bookmark, SessionSpec
 from pftrack_server.sessions.panel_commands import PanelCommands
 from pftrack_server.sessions.scene_feed import SceneFeed
 from pftrack_server.sessions.state import SessionState
-from pftrack_server.sessions.view import EXPORTS
 from pftrack_server.sessions.worker_handle import WorkerHandle
 from pftrack_server.settings import Settings
 from pftrack_server.stream.listeners import SessionListeners
@@ -105,11 +105,9 @@ class Session:
         return not self._command_lock.locked()
 
     @property
-    def card(self) -> protocol.SessionInfo:
-        """The properties that do not change while it lives."""
-        if self.state.card is None:
-            raise ConflictError("The session has not started yet.")
-        return self.state.card
+    def description(self) -> SessionDescription:
+        """What is fixed of it while it lives."""
+        return self.state.description
 
     def view(self) -> messages.SessionPublic:
         """Return it as everybody outside sees it."""
@@ -191,7 +189,7 @@ class Session:
 
     async def open_scene(self) -> "Endpoint":
         """Make the scene unless there is one, and return where the bridge connects to it."""
-        return await self.scene_feed.open(self.card, self._in_force())
+        return await self.scene_feed.open(self.description, self._in_force())
 
     # ------------------------------------------------------------ commands
 
@@ -218,7 +216,7 @@ class Session:
             The session as the command left it, which is not where it is by now if it plays.
         """
         if action == "seek" and frame is None:
-            raise ParameterError("frame", frame, f"a frame of the run, 0 to {self.card.frames - 1}")
+            raise ParameterError("frame", frame, f"a frame of the run, 0 to {self.description.frames - 1}")
         if action == "speed" and speed is None:
             raise ParameterError("speed", speed, "0 (as fast as possible) or between 0.1 and 10")
         command: protocol.Command
@@ -272,7 +270,7 @@ class Session:
             NotFoundError: The experiment offers none of this name.
             ConflictError: It takes too long for the session to wait.
         """
-        offered = next((one for one in EXPORTS.validate_python(self.card.exports) if one.name == name), None)
+        offered = next((one for one in self.description.exports if one.name == name), None)
         if offered is None:
             raise NotFoundError("The session has no such export.")
         if offered.slow:

@@ -4,35 +4,22 @@ It alone changes the spec's branches and positions, and it alone decides what of
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
-
-from pftrack.model.world import World
 from pftrack.runs.loss import before_loss
+from pftrack_server.errors import ConflictError
 from pftrack_server.schemas import messages
+from pftrack_server.schemas.description import SessionDescription
 from pftrack_server.schemas.messages import Phase
 from pftrack_server.schemas.sessions import Columns
 from pftrack_server.schemas.spec import Bookmark, BranchSpec, Goal, SessionSpec
 from pftrack_server.sessions.history import History
 from pftrack_server.sessions.timeline_view import threshold_views, timeline_view
-from pftrack_server.sessions.view import DECLARATIONS, LAYERS, PLOTS, READINGS, SERIES, branch_views, last_of, view
+from pftrack_server.sessions.view import branch_views, last_of, view
 from pftrack_server.stream.listeners import SessionListeners
-from pftrack_server.worker.protocol import Ready, RunStatus, SessionInfo
+from pftrack_server.worker.protocol import Ready, RunStatus
 
 __all__ = ["SessionState"]
-
-FORMS: dict[str, TypeAdapter[Any]] = {
-    "declarations": DECLARATIONS,
-    "layers": LAYERS,
-    "plots": PLOTS,
-    "readings": READINGS,
-    "series": SERIES,
-}
-"""The lists on a card, each of its kind."""
-
-WORLDS: TypeAdapter[tuple[World, ...]] = TypeAdapter(tuple[World, ...])
 
 
 class SessionState:
@@ -58,7 +45,6 @@ class SessionState:
         self.dirty = True
         self.moved = False
         self.frames_computed = 0
-        self.card = _card(spec.card) if spec.card else None
         self.listeners = SessionListeners(self.hello)
         self._on_values = on_values
         self._histories: dict[str, History] = {}
@@ -67,11 +53,21 @@ class SessionState:
 
     # ------------------------------------------------------------ what is known
 
+    @property
+    def description(self) -> SessionDescription:
+        """What is fixed of it.
+
+        Raises:
+            ConflictError: No worker has told that yet.
+        """
+        if self.spec.description is None:
+            raise ConflictError("The session has not started yet.")
+        return self.spec.description
+
     def view(self) -> messages.SessionPublic:
         """Return the session as everybody outside sees it."""
-        assert self.card is not None  # noqa: S101 - a session without a card is shown to nobody
         measured = dict(self._last.measures) if self._last else {}
-        return view(self.spec, self.card, self.phase, self.message, measured, playing=self.playing)
+        return view(self.spec, self.description, self.phase, self.message, measured, playing=self.playing)
 
     def hello(self) -> messages.Hello:
         """Return the complete state."""
@@ -103,21 +99,20 @@ class SessionState:
 
     def begin(self, ready: Ready) -> None:
         """Take over what a new worker has made of the spec, and greet all listeners again."""
-        self.card = card = self._as_begun(ready.card)
-        self.spec.card = {name: getattr(card, name) for name in SessionInfo.__slots__}
+        self.spec.description = self._as_begun(ready.description)
         self._last = None
         self._histories[self.spec.branch] = History()
         self._histories[self.spec.branch].put(ready.rows)
         self.stand(ready.status)
         self.listeners.greet()
 
-    def _as_begun(self, card: SessionInfo) -> SessionInfo:
-        """Return a new worker's card with the preset's part as the first worker had it.
+    def _as_begun(self, description: SessionDescription) -> SessionDescription:
+        """Return a new worker's description with the preset's part as the first worker had it.
 
         What was changed since may be another preset's or nobody's, but the controls stay where a person has them.
         """
-        first = self.spec.card or {}
-        return replace(card, about=first.get("about", card.about), watch=first.get("watch", card.watch))
+        first = self.spec.description or description
+        return description.model_copy(update={"about": first.about, "watch": first.watch})
 
     def add(self, branch: str, rows: list[dict[str, Any]]) -> None:
         """Take down the diagnostics of frames just computed."""
@@ -182,11 +177,10 @@ class SessionState:
 
     def _new_branch(self, now: RunStatus) -> BranchSpec:
         """Take note of a branch that the worker made."""
-        assert self.card is not None  # noqa: S101 - a worker shows its card first
         parent = self.spec.branch
         made = BranchSpec(
             id=now.branch,
-            title=f"{self.card.trackers.get(now.tracker, now.tracker)} from frame {now.position}",
+            title=f"{self.description.tracker_title(now.tracker)} from frame {now.position}",
             parent=parent,
             frame=now.position,
             recipe=now.recipe,
@@ -234,8 +228,7 @@ class SessionState:
 
     def _tell_values(self, branch: BranchSpec, changed: dict[str, Any]) -> None:
         self._on_values()
-        card = self.card
-        assert card is not None  # noqa: S101 - a worker shows its card first
+        declarations = self.description.declarations
         self.listeners.emit(
             messages.Parameters(
                 branch=branch.id,
@@ -244,8 +237,8 @@ class SessionState:
                 recipe=branch.recipe,
                 tracker=branch.tracker,
                 values=changed,
-                timeline=timeline_view(branch, card.declarations),
-                thresholds=threshold_views(branch, card.declarations),
+                timeline=timeline_view(branch, declarations),
+                thresholds=threshold_views(branch, declarations),
             )
         )
 
@@ -274,21 +267,3 @@ def _plays_on(last: RunStatus, now: RunStatus, rows: Sequence[dict[str, Any]]) -
 
 def _where(status: RunStatus) -> tuple[int, int, Goal | None, bool, float]:
     return status.position, status.computed, status.goal, status.playing, status.speed
-
-
-def _card(stored: dict[str, Any]) -> SessionInfo:
-    """Return a card that an earlier version may have stored, without what this one no longer knows.
-
-    Its next worker shows the whole of it again.
-    """
-    known = {name: value for name, value in stored.items() if name in SessionInfo.__slots__}
-    for name, form in FORMS.items():
-        try:
-            form.validate_python(known.get(name, []))
-        except ValidationError:
-            known[name] = []
-    try:
-        known["worlds"] = WORLDS.validate_python(known.get("worlds", ()))
-    except ValidationError:
-        known["worlds"] = ()
-    return SessionInfo(**known)

@@ -1,9 +1,8 @@
 """The view of a timeline: what each change did, and the thresholds as they changed, so that a page computes neither."""
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
-from pftrack.model.parameters import Value
+from pftrack.model.parameters import Declaration, Value
 from pftrack_server.schemas.messages import ChangePublic, ThresholdPublic, ThresholdStep
 from pftrack_server.schemas.spec import BranchSpec
 
@@ -11,7 +10,7 @@ __all__ = ["threshold_views", "timeline_view"]
 
 TRACKER = "tracker"
 
-Declarations = Sequence[dict[str, Any]]
+Declarations = Sequence[Declaration]
 
 
 def timeline_view(branch: BranchSpec, declarations: Declarations) -> list[ChangePublic]:
@@ -30,21 +29,20 @@ def threshold_views(branch: BranchSpec, declarations: Declarations) -> list[Thre
     course = list(_course(branch, declarations))
     views = [
         ThresholdPublic(
-            name=item["name"],
-            of=item["threshold_of"],
+            name=item.name,
+            of=item.threshold_of,
             steps=[ThresholdStep(frame=frame, value=_read(item, values)) for frame, values in course],
         )
         for item in declarations
-        if item["role"] == "threshold"
+        if item.role == "threshold"
     ]
     return [view for view in views if any(step.value is not None for step in view.steps)]
 
 
-def _read(declaration: dict[str, Any], values: dict[str, Value]) -> float | None:
+def _read(declaration: Declaration, values: dict[str, Value]) -> float | None:
     """Return the value that the tracker in charge reads."""
-    trackers = declaration["trackers"]
-    value = values.get(declaration["name"])
-    if isinstance(value, str | None) or (trackers and values.get(TRACKER) not in trackers):
+    value = values.get(declaration.name)
+    if isinstance(value, str | None) or (declaration.trackers and values.get(TRACKER) not in declaration.trackers):
         return None
     return float(value)
 
@@ -63,5 +61,5 @@ def _course(branch: BranchSpec, declarations: Declarations) -> Iterator[tuple[in
 
 def _first(branch: BranchSpec, declarations: Declarations) -> dict[str, Value]:
     """Return the values that the branch began with; of what was never stored, the default."""
-    defaults = {item["name"]: item["default"] for item in declarations}
+    defaults = {item.name: item.default for item in declarations}
     return {**defaults, **branch.first_values, TRACKER: branch.recipe.tracker or branch.tracker}

@@ -11,9 +11,9 @@ from typing import Any, Literal, TypeAlias
 
 from pftrack.model.parameters import Value
 from pftrack.model.recipe import Recipe
-from pftrack.model.world import World
 from pftrack_server.flat.codec import EncodedDrawing
 from pftrack_server.pictures import SceneDrawing
+from pftrack_server.schemas.description import SessionDescription
 from pftrack_server.schemas.spec import BEGINNING, Goal
 
 __all__ = [
@@ -36,7 +36,6 @@ __all__ = [
     "Restart",
     "RunStatus",
     "Save",
-    "SessionInfo",
     "Speed",
     "Transport",
     "WorkerConfig",
@@ -87,32 +86,6 @@ class WorkerConfig:
     max_pixels: int = 1920 * 1080 * 2
     max_particles: int = 100_000
     gives_way: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class SessionInfo:
-    """The properties of a session that do not change while it lives, as page and panel need them."""
-
-    experiment: str
-    title: str
-    declarations: list[dict[str, Any]]
-    trackers: dict[str, str]
-    layers: list[dict[str, Any]]
-    width: int
-    height: int
-    frame_rate_hz: float
-    frames: int
-    unit: str = "px"
-    target: str = "target"
-    series: list[dict[str, Any]] = field(default_factory=list)
-    plots: list[dict[str, Any]] = field(default_factory=list)
-    readings: list[dict[str, Any]] = field(default_factory=list)
-    measures: list[dict[str, Any]] = field(default_factory=list)
-    success_measure: str = ""
-    worlds: tuple[World, ...] = ()
-    exports: list[dict[str, Any]] = field(default_factory=list)
-    about: list[str] = field(default_factory=list)
-    watch: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -256,12 +229,12 @@ class Ready:
     """The run stands at its beginning or at its checkpoint; the first event of every worker that did not fail.
 
     Attributes:
-        card: Its shape.
+        description: What is fixed of it.
         status: Where it stands.
         rows: Diagnostics of the frames computed.
     """
 
-    card: SessionInfo
+    description: SessionDescription
     status: RunStatus
     rows: list[dict[str, Any]]
 

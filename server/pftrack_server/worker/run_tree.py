@@ -26,13 +26,12 @@ from pftrack.model.sequence import FrameIndex, FrameSequence
 from pftrack.runs import checkpoint, record
 from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import DEFAULT_LIMITS, open_sequence
+from pftrack_server.schemas.description import ExportPublic, SessionDescription, TrackerPublic
+from pftrack_server.schemas.measures import MeasurePublic
 from pftrack_server.schemas.spec import Goal
-from pftrack_server.worker.protocol import RunStatus, SessionInfo, WorkerConfig
+from pftrack_server.worker.protocol import RunStatus, WorkerConfig
 
 __all__ = ["RunTree", "check_timeline"]
-
-OFFERED = "name", "title", "short", "suffix", "media_type", "group", "slow"
-"""What a page is told of an export."""
 
 
 class RunTree:
@@ -86,32 +85,31 @@ class RunTree:
         """Whether the next frame has to be computed."""
         return self.run.position == self.run.computed
 
-    def card(self) -> SessionInfo:
-        """Return what does not change while the session lives."""
-        source = self.run.source
+    def describe(self) -> SessionDescription:
+        """Return what is fixed while the session lives."""
+        experiment, source = self.experiment, self.run.source
         width, height = source.size
         preset = self._preset()
-        return SessionInfo(
-            experiment=self.experiment.id,
-            title=self.experiment.title,
-            declarations=[item.model_dump(mode="json") for item in declarations(type(self._setup.parameters))],
-            trackers={name: tracker.title for name, tracker in self.experiment.trackers.items()},
-            layers=[dataclasses.asdict(layer) for layer in self.experiment.layers],
+        return SessionDescription(
+            title=experiment.title,
+            unit=experiment.unit,
+            target=experiment.target,
+            series=list(experiment.all_series()),
+            plots=list(experiment.plots),
+            readings=list(experiment.readings),
+            measures=[MeasurePublic(**measure.as_dict()) for measure in experiment.run_measures],
+            success_measure=self._setup.success,
+            exports=[ExportPublic.model_validate(one) for one in exports_of(experiment)],
+            about=list(experiment.subjects(preset)),
+            watch=preset.watch if preset else "",
+            declarations=list(declarations(type(self._setup.parameters))),
+            trackers=[TrackerPublic(id=name, title=tracker.title) for name, tracker in experiment.trackers.items()],
+            layers=list(experiment.layers),
+            worlds=list(experiment.worlds),
             width=width,
             height=height,
             frame_rate_hz=source.frame_rate_hz,
             frames=self.run.frames,
-            unit=self.experiment.unit,
-            target=self.experiment.target,
-            series=[dataclasses.asdict(series) for series in self.experiment.all_series()],
-            plots=[dataclasses.asdict(plot) for plot in self.experiment.plots],
-            readings=[dataclasses.asdict(reading) for reading in self.experiment.readings],
-            measures=[measure.as_dict() for measure in self.experiment.run_measures],
-            success_measure=self._setup.success,
-            worlds=self.experiment.worlds,
-            exports=[{name: getattr(one, name) for name in OFFERED} for one in exports_of(self.experiment)],
-            about=list(self.experiment.subjects(preset)),
-            watch=preset.watch if preset else "",
         )
 
     def _preset(self) -> Preset | None:

@@ -147,7 +147,7 @@ class Worker:
     def serve(self) -> None:
         """Say that the run stands, then listen and compute until the web process hangs up."""
         self._rows = []
-        self._pipe.send(Ready(self._tree.card(), self._status(), self._tree.rows(0)))
+        self._pipe.send(Ready(self._tree.describe(), self._status(), self._tree.rows(0)))
         self._told = time.monotonic()
         if self._way is None:
             self._pipe.send(Reply(OPENING))

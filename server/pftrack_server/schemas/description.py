@@ -1,0 +1,68 @@
+"""Descriptions: what is fixed of a session while it lives.
+
+The worker makes one of the experiment's declaration and the run's source, once. From there on it is carried whole: by
+the pipe, in the store, to the panel beside the scene and to the pages.
+"""
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from pftrack.experiments import Plot, Reading
+from pftrack.exports.formats import Group
+from pftrack.model.layer import Layer
+from pftrack.model.parameters import Declaration
+from pftrack.model.series import Series
+from pftrack.model.world import World
+from pftrack_server.schemas.measures import MeasurePublic
+
+__all__ = ["ExportPublic", "SessionDescription", "TrackerPublic"]
+
+
+class TrackerPublic(BaseModel):
+    """A tracker that can be chosen."""
+
+    id: str
+    title: str
+
+
+class ExportPublic(BaseModel):
+    """A file that can be made of a run, or of the frame that is shown."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    name: str
+    title: str
+    short: str = Field(description="What it is called beside others of its group; the title if empty")
+    suffix: str
+    media_type: str
+    group: Group = Field(description='What kind of thing it is; of "plots", one plot can be asked for by its id')
+    slow: bool = Field(description="Whether it has to go through all frames again: it is begun, and then fetched")
+
+
+class SessionDescription(BaseModel):
+    """What is fixed of a session while it lives."""
+
+    title: str
+    unit: str = "px"
+    target: str = "target"
+    series: list[Series] = []
+    plots: list[Plot] = []
+    readings: list[Reading] = []
+    measures: list[MeasurePublic] = []
+    success_measure: str = Field("", description="Name of the measure that decides on success")
+    exports: list[ExportPublic] = Field(
+        [], description="Files that can be made of the run, or of the frame that is shown"
+    )
+    about: list[str] = Field([], description="Parameters to turn first: those that its preset is about")
+    watch: str = Field("", description="What to look at, where it began as a preset that says so")
+    declarations: list[Declaration] = []
+    trackers: list[TrackerPublic]
+    layers: list[Layer] = []
+    worlds: list[World] = []
+    width: int
+    height: int
+    frame_rate_hz: float
+    frames: int
+
+    def tracker_title(self, tracker: str) -> str:
+        """Return what people call a tracker."""
+        return next((known.title for known in self.trackers if known.id == tracker), tracker)
