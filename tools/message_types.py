@@ -133,8 +133,8 @@ def _comment(schema: Schema, indent: str) -> str:
 
 def _type(schema: Schema, names: dict[str, str]) -> str:
     """Return the TypeScript for a JSON schema."""
-    if "$ref" in schema:
-        return names[schema["$ref"]]
+    if "$ref" in schema or "partial" in schema:
+        return names[schema["$ref"]] if "$ref" in schema else f"Partial<{schema['partial']}>"
     if values := schema.get("enum", [schema["const"]] if "const" in schema else None):
         return " | ".join(f'"{value}"' if isinstance(value, str) else str(value).lower() for value in values)
     kind = schema.get("type")

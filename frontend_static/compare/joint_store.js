@@ -31,9 +31,6 @@ import { Store } from "../session/store.js";
  * @property {number} first Its frame that is frame 0 here.
  */
 
-/** Topics of one session that are told of all. */
-const TOPICS = /** @type {const} */ (["session", "position", "history", "branches", "connection"]);
-
 export class JointStore extends Store {
   #runs;
   #lead;
@@ -52,9 +49,9 @@ export class JointStore extends Store {
     this.#lead = lead;
     runs.forEach(({ store, first }, place) => {
       this.histories.set(String(place), new HistoryWindow(() => store.history, first, () => this.#frames));
-      for (const topic of TOPICS) store.on([topic], () => this.#heard(topic));
+      store.onAll((topics) => this.#heard(...topics));
     });
-    for (const topic of TOPICS) this.#heard(topic);
+    this.#heard("session", "connection");
   }
 
   /** How many frames all runs have. */
@@ -70,15 +67,13 @@ export class JointStore extends Store {
   /** @param {number} place */
   bringToFront(place) {
     this.#front = place;
-    this.#heard("session");
-    this.tell("branches", "history");
+    this.#heard("session", "branch", "branches", "history", "timeline");
   }
 
   /** @param {Landmarks} landmarks */
   know(landmarks) {
     this.#landmarks = landmarks;
-    this.#heard("session");
-    this.tell("bookmarks", "history");
+    this.#heard("session", "bookmarks", "history");
   }
 
   get knowsLoss() {
@@ -95,14 +90,14 @@ export class JointStore extends Store {
     return this.#runs.map(({ colour }, place) => ({ colour, history: this.historyOf(String(place)) }));
   }
 
-  /** @param {typeof TOPICS[number]} topic */
-  #heard(topic) {
-    if (topic === "connection") this.connection = worst(this.#runs.map(({ store }) => store.connection));
+  /** @param {...import("../session/store.js").Topic} topics */
+  #heard(...topics) {
+    this.connection = worst(this.#runs.map(({ store }) => store.connection));
     // There is nothing to show of all before all are there.
     if (this.#runs.some(({ store }) => store.session === null)) return;
     const [lead, front] = [this.#runs[this.#lead], this.#runs[this.#front]];
     this.session = this.#joined(lead.store.known, front.store.known, front.first);
-    this.tell(topic);
+    this.tell(...topics);
   }
 
   /**

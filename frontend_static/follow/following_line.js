@@ -27,7 +27,7 @@ export function followingLine(place, followed, views) {
     place.dataset.state = followed.state;
   });
   const watch = () => {
-    for (const { store } of views()) store.on(["position", "session"], draw);
+    for (const { store } of views()) store.on(["position", "playing", "speed"], draw);
     draw();
   };
   followed.on(["state", "follow"], draw);

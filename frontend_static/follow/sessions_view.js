@@ -49,7 +49,7 @@ function whole(place, session, plots, layers) {
   const inForce = h("section", { class: "in-force", "aria-label": "Parameters in force" });
   start.places.readout?.after(inForce);
   const draw = coalesce(() => view.store.session !== null && showParameters(inForce, ofSession(view.store.session)), view.signal);
-  view.store.on(["session", "branches"], draw);
+  view.store.on(["parameters", "tracker", "recipe"], draw);
   return view;
 }
 
@@ -64,7 +64,7 @@ function beside({ id, title }, layers) {
   const start = new SessionStart(place, { session: id, layers, parts: ["scene", "readout"], view: "flat" });
   const view = mount(place, { start, readOnly: true });
   const { store } = view;
-  store.on(["session", "branches"], () => {
+  store.on(["tracker", "recipe"], () => {
     if (store.session !== null) setText(caption, sessionTitle(store.session));
   });
   return { element, view };

@@ -90,7 +90,7 @@ export class ScenarioStage {
     this.#mounted = mount(element, { start: this.#session.start, plots: this.scenario.plots });
     this.#lock(this.#isLocked);
     const { store } = this.#mounted;
-    store.on(["session", "connection"], () => this.#told());
+    store.on(["parameters", "tracker", "recipe", "state", "connection"], () => this.#told());
   }
 
   /** The session has told about itself. */

@@ -41,7 +41,7 @@ export function bookmarkMenu(view) {
       [...marks].sort((a, b) => a.frame - b.frame).map((mark) => entry(mark, view)),
     );
   };
-  store.on(["bookmarks", "session"], draw);
+  store.on(["bookmarks"], draw);
   return popover(button, form, list);
 }
 

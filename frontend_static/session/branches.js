@@ -32,7 +32,7 @@ export function branchLegend(root, { store, commands, signal }) {
       }),
     );
   }, signal);
-  store.on(["branches", "session"], draw);
+  store.on(["branch", "branches"], draw);
 }
 
 /**

@@ -32,7 +32,7 @@ export class Clock {
   join(member, signal) {
     const joined = { member, follower: new Follower(member.store, member.steering) };
     this.#members.push(joined);
-    member.store.on(["position", "session", "connection"], () => this.#moved(joined));
+    member.store.on(["position", "goal", "playing", "speed", "state", "connection"], () => this.#moved(joined));
     signal.addEventListener("abort", () => this.#leave(joined));
   }
 

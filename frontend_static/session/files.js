@@ -40,7 +40,7 @@ export function fileMenu({ store }) {
     away.draw(exports, plots);
     fill(into, files.length > 0 && part(files.map((one, place) => bringIn(id, one, used[place]))));
   };
-  store.on(["session"], draw);
+  store.on(["parameters"], draw);
   return root;
 }
 

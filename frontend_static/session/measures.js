@@ -32,5 +32,5 @@ export function measures(root, { store, signal }) {
     const others = known.filter((measure) => measure !== decisive);
     fill(list, others.map((measure) => [h("dt", { title: measure.description }, measure.title.toLowerCase()), h("dd", {}, words(measure))]));
   }, signal);
-  store.on(["session", "position", "measures"], draw);
+  store.on(["measured", "computed"], draw);
 }

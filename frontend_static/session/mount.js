@@ -197,7 +197,7 @@ export class Mounted {
       done = true;
       work();
     };
-    this.store.on(["session", "connection"], look);
+    this.store.on(["state", "connection"], look);
     look();
   }
 

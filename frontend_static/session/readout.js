@@ -40,5 +40,5 @@ export function readout(root, view) {
     setText(verdict, text);
     verdict.dataset.kind = kind;
   }, signal);
-  store.on(["session", "position", "history", "branches"], draw);
+  store.on(["position", "branch", "history"], draw);
 }

@@ -40,6 +40,6 @@ export function seekProgress({ store, commands, signal }) {
     meter.value = goal > 0 ? session.position / goal : 1;
     setText(words, progressWords(session.position, goal, (performance.now() - begun.at) / 1000, session.position - begun.frame));
   };
-  store.on(["position", "session", "connection"], draw);
+  store.on(["position", "goal", "state", "connection"], draw);
   return element;
 }

@@ -44,7 +44,7 @@ const control = new ClassControl(() => {
 
 header();
 if (!isFollower) start.begun.then(() => control.find(), () => {});
-store.on(["session", "connection"], () => control.update());
+store.on(["tracker", "recipe", "state", "connection"], () => control.update());
 store.on(["connection"], () => {
   part("disconnected").hidden = store.connection !== "lost";
 });
@@ -100,7 +100,7 @@ function header() {
     h("button", { type: "button", class: "quiet icon-only", title: "Keys (?)", "aria-label": "Keys", on: { click: actions.help } }, "?"),
   );
   if (!isParticipant) navigation(null);
-  store.on(["session", "branches", "position", "connection"], () => {
+  store.on(["tracker", "recipe", "state", "connection"], () => {
     const { session } = store;
     if (session === null) return;
     const words = wordsOf(session);

@@ -51,7 +51,7 @@ export class SpatialScene {
   follow({ store }) {
     let down = false;
     let alive = true;
-    store.on(["session", "connection"], () => {
+    store.on(["state", "connection"], () => {
       if (store.connection === "lost") down = true;
       if (this.#signal.aborted || store.session === null || store.connection !== "open") return;
       // A frame without focus does not look for its server again, and a revived worker has a new one: load it again.
@@ -60,7 +60,7 @@ export class SpatialScene {
       if (this.#preview) this.#preview.stopped = !alive;
       if (alive) down = false;
     });
-    store.on(["position", "branches"], () => this.#preview?.refresh(store.session?.playing ?? false));
+    store.on(["position", "playing", "branch"], () => this.#preview?.refresh(store.session?.playing ?? false));
   }
 
   async #load(isFresh = false) {

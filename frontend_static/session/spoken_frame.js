@@ -42,7 +42,7 @@ export function spokenFrame({ store, signal }, tell = () => {}) {
       tell(sentence);
     }, SETTLED_MS, signal);
   };
-  store.on(["session", "position", "history"], say);
+  store.on(["position", "playing", "branch", "history"], say);
   say();
   return element;
 }

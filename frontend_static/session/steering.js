@@ -124,8 +124,10 @@ export class Steering {
   /** @param {number} value */
   async setSpeed(value) {
     if (!this.#able) return;
+    const before = this.speed;
     this.#store.setSpeed(value);
-    await this.#send("speed", { speed: value });
+    const accepted = await this.#send("speed", { speed: value });
+    if (accepted === undefined && this.speed === value) this.#store.setSpeed(before);
   }
 
   /** @param {number} direction */
@@ -141,7 +143,7 @@ export class Steering {
    * @param {TransportUpdate["action"]} action
    * @param {Partial<TransportUpdate>} [more]
    */
-  async #send(action, more) {
-    await attempt(() => api.transport(this.#store.known.id, action, more));
+  #send(action, more) {
+    return attempt(() => api.transport(this.#store.known.id, action, more));
   }
 }

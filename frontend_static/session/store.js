@@ -2,7 +2,7 @@
  * What the page knows of its session, and the one place where the stream's messages change it.
  *
  * The server decides everything; this is its latest word. Answers of REST are not taken over: they may be older than what
- * the stream has already brought. Views subscribe to topics and look at the fields they draw.
+ * the stream has already brought. Each field that moves is a topic: views subscribe to those that they draw.
  */
 
 import { api } from "../shared/api.js";
@@ -13,7 +13,9 @@ import { History, isGone } from "./history.js";
  * @typedef {import("../shared/messages.js").SessionMessage} SessionMessage
  * @typedef {import("../shared/messages.js").SessionPublic} SessionPublic
  * @typedef {import("./history.js").Row} Row
- * @typedef {"session"|"position"|"history"|"branches"|"bookmarks"|"measures"|"connection"|"refused"} Topic
+ * @typedef {import("../shared/messages.js").SessionSnapshot} SessionSnapshot
+ * @typedef {keyof SessionSnapshot|"session"|"history"|"connection"|"refused"} Topic A field that moves, or "session" for all that
+ *   is known of it, fixed or not.
  */
 
 /** @extends {Topics<Topic>} */
@@ -125,7 +127,7 @@ export class Store extends Topics {
    */
   setSpeed(speed) {
     this.known.speed = speed;
-    this.tell("position");
+    this.tell("speed");
   }
 
   /** @param {Store["connection"]} connection */
@@ -140,7 +142,7 @@ export class Store extends Topics {
     this.session = session;
     this.historyOf(session.branch).replace(diagnostics);
     for (const { id } of session.branches) if (id !== session.branch) this.#fetch(id);
-    this.tell("connection", "session", "position", "branches", "bookmarks", "history");
+    this.tell("connection", "session", "history", .../** @type {Topic[]} */ (Object.keys(session)));
   }
 
   /**
@@ -155,35 +157,8 @@ export class Store extends Topics {
       case "frames":
         this.#computed(session, message.branch, message.rows);
         break;
-      case "position": {
-        const { branch, frame, computed, goal, playing, speed } = message;
-        Object.assign(session, { position: frame, computed, goal, playing, speed });
-        this.#activate(branch);
-        this.tell("position");
-        break;
-      }
-      case "parameters": {
-        const { branch, parameters, recipe, tracker, timeline, thresholds } = message;
-        Object.assign(session, { parameters, recipe, tracker, timeline, thresholds });
-        this.#activate(branch);
-        this.tell("session");
-        break;
-      }
-      case "branches":
-        this.#branched(session, message);
-        break;
-      case "measures":
-        session.measured = message.values;
-        this.tell("measures");
-        break;
-      case "bookmarks":
-        session.bookmarks = message.bookmarks;
-        this.tell("bookmarks");
-        break;
-      case "session":
-        Object.assign(session, { state: message.state, message: message.message });
-        if (message.state !== "playing") session.playing = false;
-        this.tell("session", "position");
+      case "changes":
+        this.#merge(session, message.session);
         break;
       case "refused":
         this.refusal = message.message;
@@ -203,22 +178,24 @@ export class Store extends Topics {
    */
   #computed(session, branch, rows) {
     this.#rows(branch, rows);
-    if (!session.playing || branch !== session.branch || rows.length === 0) return;
-    session.position = session.computed = /** @type {Row} */ (rows[rows.length - 1]).frame;
-    this.tell("position");
+    const isShown = session.playing && branch === session.branch && rows.length > 0;
+    if (isShown) session.position = session.computed = /** @type {Row} */ (rows[rows.length - 1]).frame;
+    this.tell("history", ...(isShown ? /** @type {const} */ (["position", "computed"]) : []));
   }
 
   /**
+   * Take over fields that have changed.
+   *
    * @param {SessionPublic} session
-   * @param {import("../shared/messages.js").Branches} message
+   * @param {Partial<SessionSnapshot>} changes
    */
-  #branched(session, { branch, branches }) {
-    session.branches = branches;
-    for (const { id, parent, frame } of branches) {
+  #merge(session, changes) {
+    Object.assign(session, changes);
+    for (const { id, parent, frame } of changes.branches ?? []) {
       if (this.historyOf(id).length === 0 && parent) this.historyOf(id).share(this.historyOf(parent), frame);
     }
-    this.#activate(branch);
-    this.tell("branches");
+    if (changes.branch !== undefined) this.#fetch(changes.branch);
+    this.tell(.../** @type {(keyof SessionSnapshot)[]} */ (Object.keys(changes)));
   }
 
   /**
@@ -230,15 +207,6 @@ export class Store extends Topics {
     let isWhole = true;
     for (const row of rows) isWhole = history.add(/** @type {Row} */ (row)) && isWhole;
     if (!isWhole) this.#fetch(branch);
-    this.tell("history");
-  }
-
-  /** @param {string} branch */
-  #activate(branch) {
-    if (this.known.branch === branch) return;
-    this.known.branch = branch;
-    this.#fetch(branch);
-    this.tell("branches");
   }
 
   /** @param {string} branch */

@@ -68,7 +68,7 @@ export function transport(root, view, extras) {
     if (session === null) return;
     setText(counter, counted(session));
   }, view.signal);
-  store.on(["session", "position", "connection", "history"], draw);
+  store.on(["position", "playing", "speed", "state", "connection", "history"], draw);
   draw();
 }
 

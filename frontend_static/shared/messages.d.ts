@@ -27,13 +27,6 @@ export interface BookmarkCreate {
   note?: string;
 }
 
-/** The bookmarks changed. */
-export interface Bookmarks {
-  version: 1;
-  type: "bookmarks";
-  bookmarks: Bookmark[];
-}
-
 /** A new branch: the frame at which it leaves the active one, and its changes. */
 export interface BranchCreate {
   frame: number;
@@ -54,24 +47,10 @@ export interface BranchPublic {
 
 /** One branch: where it left which other, and all that makes it again. */
 export interface BranchSpec {
-  id: string;
   title: string;
   parent: string | null;
   frame: number;
-  recipe: Recipe;
-  tracker: string;
-  first_values: Record<string, boolean | number | string>;
-  computed: number;
-  position: number;
-  goal: Goal | null;
-}
-
-/** A branch was made or chosen. */
-export interface Branches {
-  version: 1;
-  type: "branches";
-  branch: string;
-  branches: BranchPublic[];
+  run: RunSnapshot;
 }
 
 /** The cells that have changed, by their number: row after row of the y axis. */
@@ -112,6 +91,13 @@ export interface Changed {
   tracker: string;
   frame: number;
   branch: string;
+}
+
+/** What has changed of all that moves; the other fields of the session are as they were. */
+export interface Changes {
+  version: 1;
+  type: "changes";
+  session: Partial<SessionSnapshot>;
 }
 
 /** What a lesson claims and computes. */
@@ -655,7 +641,7 @@ export interface ForkPublic {
   page: string;
 }
 
-/** A frame was computed. While the run plays, that frame is also the one that is shown, without a `Position`. */
+/** A frame was computed. While the run plays it is also the one that is shown, and no `Changes` says so. */
 export interface Frame {
   version: 1;
   type: "frame";
@@ -670,8 +656,6 @@ export interface Frames {
   branch: string;
   rows: Record<string, unknown>[];
 }
-
-export type Goal = [number, number];
 
 /** A point of a mark that a person can drag. */
 export interface Handle {
@@ -809,14 +793,6 @@ export interface MeasurePublic {
   source: string;
 }
 
-/** The measures of a branch so far, by name; those that it has no truth for are missing. */
-export interface Measures {
-  version: 1;
-  type: "measures";
-  branch: string;
-  values: Record<string, number>;
-}
-
 /** What one follower alone is told. */
 export interface MinePublic {
   fork: ForkPublic | null;
@@ -895,20 +871,6 @@ export interface PairedPublic {
   high: number | null;
 }
 
-/** The values in force and how they came about; `values` are those that changed, from `frame` on. */
-export interface Parameters {
-  version: 1;
-  type: "parameters";
-  branch: string;
-  frame: number;
-  parameters: Record<string, boolean | number | string>;
-  recipe: Recipe;
-  tracker: string;
-  values: Record<string, boolean | number | string>;
-  timeline: ChangePublic[];
-  thresholds: ThresholdPublic[];
-}
-
 /** Where two runs part. */
 export interface PartingPublic {
   /** Place of a run in the comparison */
@@ -982,18 +944,6 @@ export interface Pong {
   version: 1;
   type: "pong";
   sent: number;
-}
-
-/** Another frame is shown, or the transport changed. */
-export interface Position {
-  version: 1;
-  type: "position";
-  branch: string;
-  frame: number;
-  computed: number;
-  goal: number | null;
-  playing: boolean;
-  speed: number;
 }
 
 /** A named starting point. */
@@ -1160,6 +1110,35 @@ export interface RunPublic {
   page: string;
 }
 
+/** What moves of a run, the active branch of a session; also where a worker has to begin. */
+export interface RunSnapshot {
+  branch: string;
+  /** Branch that is drawn beside the active one */
+  second: string | null;
+  recipe: Recipe;
+  /** In force for the next frame */
+  tracker: string;
+  /** In force for the next frame */
+  parameters: Record<string, boolean | number | string>;
+  timeline: ChangePublic[];
+  thresholds: ThresholdPublic[];
+  /** How often it was restarted, which drops its past */
+  restarts: number;
+  /** Frame that is shown */
+  position: number;
+  /** Furthest frame computed */
+  computed: number;
+  /** Frame to which it is computing, while it is; a pause stops it */
+  goal: number | null;
+  /** Frame that it shows when it has come to its goal */
+  goal_position: number | null;
+  playing: boolean;
+  /** Times real time; 0 is as fast as possible */
+  speed: number;
+  /** Measures of the branch so far, by name */
+  measured: Record<string, number | null>;
+}
+
 /** A run of an experiment, of which some parameters may be turned. */
 export interface ScenarioPublic {
   recipe: Recipe;
@@ -1230,16 +1209,40 @@ export interface SessionHello {
   diagnostics: Record<string, unknown[]>;
 }
 
-/** The session is in another state. */
-export interface SessionNews {
-  version: 1;
-  type: "session";
-  state: "starting" | "ready" | "playing" | "ended" | "suspended" | "crashed";
-  message: string | null;
-}
-
-/** A session as everybody outside sees it. */
+/** A session as everybody outside sees it: what is fixed of it, what moves, and where it is found. */
 export interface SessionPublic {
+  branch: string;
+  /** Branch that is drawn beside the active one */
+  second: string | null;
+  recipe: Recipe;
+  /** In force for the next frame */
+  tracker: string;
+  /** In force for the next frame */
+  parameters: Record<string, boolean | number | string>;
+  timeline: ChangePublic[];
+  thresholds: ThresholdPublic[];
+  /** How often it was restarted, which drops its past */
+  restarts: number;
+  /** Frame that is shown */
+  position: number;
+  /** Furthest frame computed */
+  computed: number;
+  /** Frame to which it is computing, while it is; a pause stops it */
+  goal: number | null;
+  /** Frame that it shows when it has come to its goal */
+  goal_position: number | null;
+  playing: boolean;
+  /** Times real time; 0 is as fast as possible */
+  speed: number;
+  /** Measures of the branch so far, by name */
+  measured: Record<string, number | null>;
+  state: "starting" | "ready" | "playing" | "ended" | "suspended" | "crashed";
+  /** Why it is in this state, where there is something to say */
+  message: string | null;
+  /** What a person should know of it, a sentence */
+  remark: string | null;
+  branches: BranchPublic[];
+  bookmarks: Bookmark[];
   title: string;
   unit: string;
   target: string;
@@ -1264,33 +1267,49 @@ export interface SessionPublic {
   frame_rate_hz: number;
   frames: number;
   id: string;
-  recipe: Recipe;
-  /** Measures of the active branch so far, by name */
-  measured: Record<string, number>;
-  tracker: string;
-  position: number;
-  computed: number;
-  /** Frame to which it is computing, while it is; a pause stops it */
-  goal: number | null;
-  playing: boolean;
-  speed: number;
   speeds: number[];
-  state: "starting" | "ready" | "playing" | "ended" | "suspended" | "crashed";
-  message: string | null;
-  /** What a person should know of it, a sentence */
-  remark: string | null;
-  parameters: Record<string, boolean | number | string>;
   controls: ControlPublic[];
-  timeline: ChangePublic[];
-  thresholds: ThresholdPublic[];
-  branch: string;
-  branches: BranchPublic[];
-  bookmarks: Bookmark[];
   sweep: string | null;
   upload: string | null;
   created: string;
   page: string;
   viewer: string;
+}
+
+/** What moves of a session: that of its run, and what the web process alone knows. */
+export interface SessionSnapshot {
+  branch: string;
+  /** Branch that is drawn beside the active one */
+  second: string | null;
+  recipe: Recipe;
+  /** In force for the next frame */
+  tracker: string;
+  /** In force for the next frame */
+  parameters: Record<string, boolean | number | string>;
+  timeline: ChangePublic[];
+  thresholds: ThresholdPublic[];
+  /** How often it was restarted, which drops its past */
+  restarts: number;
+  /** Frame that is shown */
+  position: number;
+  /** Furthest frame computed */
+  computed: number;
+  /** Frame to which it is computing, while it is; a pause stops it */
+  goal: number | null;
+  /** Frame that it shows when it has come to its goal */
+  goal_position: number | null;
+  playing: boolean;
+  /** Times real time; 0 is as fast as possible */
+  speed: number;
+  /** Measures of the branch so far, by name */
+  measured: Record<string, number | null>;
+  state: "starting" | "ready" | "playing" | "ended" | "suspended" | "crashed";
+  /** Why it is in this state, where there is something to say */
+  message: string | null;
+  /** What a person should know of it, a sentence */
+  remark: string | null;
+  branches: BranchPublic[];
+  bookmarks: Bookmark[];
 }
 
 /** Everything that is kept of a session. */
@@ -1300,16 +1319,13 @@ export interface SessionSpec {
   upload: string | null;
   follow: string | null;
   truth: Record<string, number[]> | null;
-  speed: number;
   branch: string;
-  second: string | null;
   branches: Record<string, BranchSpec>;
   branches_made: number;
   bookmarks: Bookmark[];
   created: string;
   remark: string | null;
   description: SessionDescription | null;
-  values: Record<string, boolean | number | string>;
 }
 
 /** Something in which the runs differ. */
@@ -1571,7 +1587,7 @@ export interface _Public {
 }
 
 /** What a session's stream says. */
-export type SessionMessage = Bookmarks | Branches | Frame | Frames | SessionHello | Measures | Parameters | Position | Refused | SessionNews | Pong;
+export type SessionMessage = Changes | Frame | Frames | SessionHello | Refused | Pong;
 
 /** What a sweep's stream says. */
 export type SweepMessage = Cells | SweepHello | Progress;

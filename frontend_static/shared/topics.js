@@ -4,6 +4,8 @@
 export class Topics {
   /** @type {Map<Topic, Set<() => void>>} */
   #listeners = new Map();
+  /** @type {Set<(topics: readonly Topic[]) => void>} */
+  #all = new Set();
 
   /**
    * Call `listener` after each change of any of the topics.
@@ -21,11 +23,22 @@ export class Topics {
   }
 
   /**
-   * Say that something of these topics has changed.
+   * Call `listener` after each change, with the topics of which something has changed.
+   *
+   * @param {(topics: readonly Topic[]) => void} listener
+   */
+  onAll(listener) {
+    this.#all.add(listener);
+  }
+
+  /**
+   * Say that something of these topics has changed; whoever listens to several of them is called once.
    *
    * @param {...Topic} topics
    */
   tell(...topics) {
-    for (const topic of topics) for (const listener of this.#listeners.get(topic) ?? []) listener();
+    const listeners = new Set(topics.flatMap((topic) => [...(this.#listeners.get(topic) ?? [])]));
+    for (const listener of listeners) listener();
+    for (const listener of this.#all) listener(topics);
   }
 }

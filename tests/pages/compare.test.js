@@ -43,7 +43,7 @@ describe("several runs as one store", () => {
     assert.equal(joint.historyOf("0").length, 10);
     assert.equal(joint.historyOf("0").most((row) => row.error), 12);
     assert.deepEqual(joint.known.timeline, [{ frame: 5, values: {} }]);
-    late.receive({ type: "position", branch: "b0", frame: 4, computed: 5, goal: null, playing: false, speed: 1 });
+    late.receive({ type: "changes", session: { position: 4 } });
     assert.equal(joint.known.position, 4);
   });
 
@@ -70,7 +70,7 @@ describe("runs that begin at different pictures", () => {
     const clock = new Clock();
     clock.join({ store: lead, steering, first: 0 }, signal);
     clock.join({ store: other, steering, first: 3 }, signal);
-    lead.receive({ type: "position", branch: "b0", frame: 5, computed: 10, goal: null, playing: false, speed: 1 });
+    lead.receive({ type: "changes", session: { position: 5 } });
     assert.deepEqual(sought, [8]);
   });
 });

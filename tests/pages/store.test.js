@@ -6,12 +6,14 @@ import { Commands } from "../../frontend_static/session/commands.js";
 import { Steering } from "../../frontend_static/session/steering.js";
 import { Store } from "../../frontend_static/session/store.js";
 
+const changes = (session) => ({ type: "changes", session });
+
 const hello = (more = {}) => ({
   type: "hello",
   diagnostics: { frame: [0], error: [1], estimate: [[0]] },
   session: {
-    id: "s", state: "ready", branch: "b0", branches: [{ id: "b0", parent: null, frame: 0 }], position: 0, head: 0, frames: 50,
-    playing: false, speed: 1, speeds: [0.5, 1, 0], timeline: [], thresholds: [], parameters: { n: 1 }, tracker: "a", ...more,
+    id: "s", state: "ready", branch: "b0", branches: [{ id: "b0", parent: null, frame: 0 }], position: 0, computed: 0, goal: null, frames: 50,
+    playing: false, speed: 1, speeds: [0.5, 1, 0], timeline: [], thresholds: [], parameters: { n: 1 }, tracker: "a", bookmarks: [], ...more,
   },
 });
 
@@ -22,13 +24,11 @@ describe("the store of a session", () => {
   beforeEach(() => {
     store = new Store();
     told = [];
-    for (const topic of ["session", "position", "history", "branches", "bookmarks", "connection", "refused"]) {
-      store.on([topic], () => told.push(topic));
-    }
+    store.onAll((topics) => told.push(...topics));
   });
 
   it("hears nothing before it was greeted", () => {
-    store.receive({ type: "position", branch: "b0", frame: 5, head: 5, playing: true, speed: 2 });
+    store.receive(changes({ position: 5 }));
     assert.deepEqual(told, []);
     assert.equal(store.isAwake, false);
     assert.throws(() => store.known, /Nothing is known/);
@@ -36,9 +36,9 @@ describe("the store of a session", () => {
 
   it("knows where a run is on its way to, until it is there", () => {
     store.receive(hello({ goal: 40 }));
-    store.receive({ type: "position", branch: "b0", frame: 5, computed: 5, goal: 40, playing: false, speed: 1 });
+    store.receive(changes({ position: 5, computed: 5 }));
     assert.equal(store.known.goal, 40);
-    store.receive({ type: "position", branch: "b0", frame: 40, computed: 40, goal: null, playing: false, speed: 1 });
+    store.receive(changes({ position: 40, computed: 40, goal: null }));
     assert.equal(store.known.goal, null);
   });
 
@@ -46,11 +46,11 @@ describe("the store of a session", () => {
     store.receive(hello());
     store.receive({ type: "frame", branch: "b0", diagnostics: { frame: 1 } });
     assert.equal(store.known.position, 0);
-    store.receive({ type: "position", branch: "b0", frame: 1, computed: 1, goal: null, playing: true, speed: 1 });
+    store.receive(changes({ position: 1, computed: 1, playing: true }));
     told = [];
     store.receive({ type: "frame", branch: "b0", diagnostics: { frame: 2 } });
     assert.deepEqual([store.known.position, store.known.computed], [2, 2]);
-    assert.deepEqual(new Set(told), new Set(["history", "position"]));
+    assert.deepEqual(new Set(told), new Set(["history", "position", "computed"]));
     store.receive({ type: "frames", branch: "b0", rows: [{ frame: 3 }, { frame: 4 }] });
     assert.deepEqual([store.known.position, store.known.computed], [4, 4]);
     store.receive({ type: "frame", branch: "b1", diagnostics: { frame: 9 } });
@@ -62,14 +62,25 @@ describe("the store of a session", () => {
     assert.equal(store.connection, "open");
     assert.equal(store.history.length, 1);
     assert.equal(store.isAwake, true);
-    assert.deepEqual(new Set(told), new Set(["connection", "session", "position", "branches", "bookmarks", "history"]));
+    assert.deepEqual(new Set(told), new Set(["connection", "session", "history", ...Object.keys(hello().session)]));
+  });
+
+  it("tells whatever has changed by its name, and a view of several fields once", () => {
+    store.receive(hello());
+    let drawn = 0;
+    store.on(["position", "speed", "history"], () => (drawn += 1));
+    told = [];
+    store.receive(changes({ position: 7, speed: 2, anything_new: 0.5 }));
+    assert.deepEqual(told, ["position", "speed", "anything_new"]);
+    assert.deepEqual([store.known.position, store.known.speed, store.known.anything_new], [7, 2, 0.5]);
+    assert.equal(drawn, 1);
   });
 
   it("takes the whole timeline over from a change, without asking for anything", () => {
     store.receive(hello());
     const timeline = [{ frame: 4, values: { n: 2 }, before: { n: 1 } }];
     const thresholds = [{ name: "n", of: "sigma", steps: [{ frame: 0, value: 1 }, { frame: 4, value: 2 }] }];
-    store.receive({ type: "parameters", branch: "b0", frame: 4, parameters: { n: 2 }, first_tracker: "a", tracker: "a", values: { n: 2 }, timeline, thresholds });
+    store.receive(changes({ parameters: { n: 2 }, timeline, thresholds }));
     assert.deepEqual(store.known.timeline, timeline);
     assert.deepEqual(store.known.thresholds, thresholds);
     assert.deepEqual(store.known.parameters, { n: 2 });
@@ -79,14 +90,14 @@ describe("the store of a session", () => {
     store.receive(hello());
     store.receive({ type: "frames", branch: "b0", rows: [{ frame: 1, estimate: [1] }, { frame: 2, estimate: [2] }] });
     const branches = [{ id: "b0", parent: null, frame: 0 }, { id: "b1", parent: "b0", frame: 1 }];
-    store.receive({ type: "branches", branch: "b0", branches });
+    store.receive(changes({ branches }));
     assert.equal(store.historyOf("b1").length, 2);
     assert.equal(store.history.length, 3);
   });
 
-  it("no longer plays in any other state than playing", () => {
+  it("no longer listens where its worker has ended", () => {
     store.receive(hello({ playing: true, state: "playing" }));
-    store.receive({ type: "session", state: "crashed", message: "it ended" });
+    store.receive(changes({ state: "crashed", message: "it ended", playing: false }));
     assert.equal(store.known.playing, false);
     assert.equal(store.isAwake, false);
   });
@@ -132,7 +143,7 @@ describe("a clock of several sessions", () => {
     return { store, goals, asked, steering, end: new AbortController() };
   };
   const join = (clock, one) => clock.join({ store: one.store, steering: one.steering }, one.end.signal);
-  const at = (frame) => ({ type: "position", branch: "b0", frame, head: frame, playing: false, speed: 1 });
+  const at = (frame, more = {}) => changes({ position: frame, computed: frame, goal: null, playing: false, speed: 1, ...more });
 
   it("brings the others to the frame of the first one", () => {
     const [clock, first, second] = [new Clock(), member(), member()];
@@ -161,14 +172,14 @@ describe("a clock of several sessions", () => {
       join(clock, one);
       one.store.receive(hello());
     }
-    first.store.receive({ ...at(7), goal: 40 });
+    first.store.receive(at(7, { goal: 40 }));
     assert.deepEqual(second.goals, [40]);
-    second.store.receive({ ...at(3), goal: 40 });
-    first.store.receive({ ...at(9), goal: 40 });
+    second.store.receive(at(3, { goal: 40 }));
+    first.store.receive(at(9, { goal: 40 }));
     assert.deepEqual(second.goals, [40]);
   });
 
-  const playing = (frame, speed = 1) => ({ ...at(frame), playing: true, speed });
+  const playing = (frame, speed = 1) => at(frame, { playing: true, speed });
 
   it("has the others play while the first one plays, and asks for no single frame", async () => {
     const [clock, first, second] = [new Clock(), member(), member()];
@@ -197,7 +208,7 @@ describe("a clock of several sessions", () => {
     second.goals.length = second.asked.length = 0;
     first.store.receive(at(20));
     assert.deepEqual(second.goals, [20]);
-    second.store.receive({ ...at(20), speed: 1.2 });
+    second.store.receive(at(20, { speed: 1.2 }));
     assert.deepEqual(second.asked, [1]);
   });
 

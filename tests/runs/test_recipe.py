@@ -14,6 +14,7 @@ from pftrack.numerics.random import LARGEST_SEED
 from pftrack.runs.record import load, make, read, save
 from pftrack.runs.run import Change
 from pftrack_server.schemas.sessions import SessionCreate
+from pftrack_server.schemas.snapshot import RunSnapshot
 from pftrack_server.schemas.spec import BranchSpec, SessionSpec
 from tests.experiments.heads import Pictures, pictures
 
@@ -57,7 +58,7 @@ def test_it_is_whole_wherever_a_run_is_kept(tmp_path: Path) -> None:
     assert read(tmp_path / "a.pft").recipe == FULL
     assert load(tmp_path / "a.pft", open_sequence=opened).recipe == run.recipe
     assert SessionCreate.model_validate({"recipe": json.loads(FULL.model_dump_json())}).recipe == FULL
-    branch = BranchSpec(id="b0", title="Main", recipe=FULL, tracker="apf")
+    branch = BranchSpec(title="Main", run=RunSnapshot(recipe=FULL, tracker="apf"))
     stored = SessionSpec(id="s", branches={"b0": branch}).model_dump_json()
     assert SessionSpec.model_validate_json(stored).recipe == FULL
 

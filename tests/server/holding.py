@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from pftrack.files import write_whole
-from pftrack_server.schemas.spec import Goal
+from pftrack_server.schemas.snapshot import Goal
 from pftrack_server.worker import checkpoints, worker
 from pftrack_server.worker.protocol import WorkerConfig
 from pftrack_server.worker.run_tree import RunTree

@@ -12,10 +12,9 @@ import psutil
 import pytest
 from websockets.sync.client import connect
 
-from pftrack_server.schemas.spec import Goal
 from pftrack_server.worker.protocol import Activate, Request
 from tests.server.host import Server, begin, error_of, steer
-from tests.server.test_stream import hear, until
+from tests.server.test_stream import changes, has_changed, hear, until
 from tests.waiting import wait_for
 
 
@@ -42,8 +41,7 @@ class TestKilledWorkers:
         with connect(f"{server.ws}/api/v1/sessions/{victim['id']}/stream") as socket:
             hear(socket)
             os.kill(server.pid_of(victim["id"]), signal.SIGKILL)
-            told = until(socket, lambda message: message["type"] == "session")[-1]
-            assert told["state"] == "crashed"
+            told = changes(until(socket, has_changed(state="crashed"))[-1])
             assert "killed" in told["message"]
             head = client.get(f"/api/v1/sessions/{other['id']}").json()["computed"]
             wait_for(lambda: client.get(f"/api/v1/sessions/{other['id']}").json()["computed"] > head + 5)
@@ -189,7 +187,7 @@ def test_a_mistake_in_a_tracker(start_server: Any) -> None:
         steer(client, session["id"], "seek", frame=5)
         link = server.manager.get(session["id"]).worker
         # What the web process never sends, which is as good as a mistake of the worker's own.
-        link._end.send(Request(999, Activate("b9", None, Goal(0, 0))))
+        link._end.send(Request(999, Activate(None)))
         wait_for(lambda: state(client, session["id"]) == "crashed")
         message = client.get(f"/api/v1/sessions/{session['id']}").json()["message"]
         assert "Traceback" not in message

@@ -7,19 +7,25 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.experiments import EXPERIMENTS
+from pftrack.experiments import EXPERIMENTS, find
 from pftrack.model.drawing import Text
 from pftrack.model.parameters import ParameterError
 from pftrack.model.recipe import Recipe
 from pftrack.runs.run import Change
 from pftrack_server.schemas.description import SessionDescription
+from pftrack_server.schemas.snapshot import RunSnapshot
 from pftrack_server.worker.protocol import WorkerConfig
 from pftrack_server.worker.run_tree import RunTree
 
 
+def snapshot_of(recipe: Recipe) -> RunSnapshot:
+    """Return the snapshot of a run that has not begun."""
+    return RunSnapshot(recipe=recipe, tracker=recipe.tracker or find(recipe.experiment).default_tracker)
+
+
 def config(*, max_particles: int = 100_000, **more: Any) -> WorkerConfig:
     recipe = Recipe(**{"experiment": "ball", "seed": 3, "frames": 60, **more})
-    return WorkerConfig(session="s", recipe=recipe, branch="b0", max_particles=max_particles)
+    return WorkerConfig("s", snapshot_of(recipe), max_particles=max_particles)
 
 
 def forward(tree: RunTree, frames: int) -> None:
@@ -66,7 +72,7 @@ class TestWorkbench:
         assert (far, label()) == ("turn +32°, bend -45°", "turn +0°, bend +0°")
         tree.run.seek(1)
         tree.change({"along_mode": 4.0}, "b1")
-        assert (tree.active, label()) == (config().branch, "turn -32°, bend +44°")
+        assert (tree.active, label()) == (config().run.branch, "turn -32°, bend +44°")
         assert tree.redraws({"along_mode": 1.0})
         assert not tree.redraws({"sample_count": 100})
 
@@ -77,7 +83,7 @@ class TestWorkbench:
         for count in (100, 150, 200):
             tree.change({"sample_count": count}, "b1")
         assert tree.run.timeline.changes == (Change(6, {"sample_count": 200}),)
-        assert tree.status(playing=False, speed=1).values["sample_count"] == 200
+        assert tree.snapshot().parameters["sample_count"] == 200
 
     @pytest.mark.parametrize(
         ("experiment", "tracker", "values", "most", "field"),
@@ -109,17 +115,17 @@ class TestWorkbench:
         with pytest.raises(ParameterError, match="on this server"):
             tree.branch("b1", 1, {"sample_count": 101})
         tree.change({"tracker": "rb-pf", "joint_sample_count": 800}, "b1")
-        assert tree.status(playing=False, speed=1).tracker == "rb-pf"
+        assert tree.snapshot().tracker == "rb-pf"
 
     def test_a_refused_change_changes_nothing(self) -> None:
         """A refused change leaves run, timeline and branches as they were."""
         tree = RunTree(config())
         forward(tree, 5)
         tree.run.seek(2)
-        before = tree.status(playing=False, speed=1)
+        before = tree.snapshot()
         with pytest.raises(ParameterError):
             tree.change({"sample_count": 100, "gamma_px": -1}, "b1")
-        assert tree.status(playing=False, speed=1) == before
+        assert tree.snapshot() == before
 
     def test_measures_are_those_of_the_branch_so_far(self) -> None:
         """They are the run's own, declared with titles, and computed again only when there is another frame."""
@@ -135,9 +141,9 @@ class TestWorkbench:
         tree = RunTree(config(timeline=(Change(0, {"sample_count": 100}), Change(3, {"tracker": "apf"}))))
         forward(tree, 10)
         tree.restart()
-        now = tree.status(playing=False, speed=1)
+        now = tree.snapshot()
         assert (now.computed, now.tracker, now.restarts) == (0, "apf", 1)
-        assert now.values["sample_count"] == 100
+        assert now.parameters["sample_count"] == 100
 
     def test_every_branch_stands_on_its_own(self) -> None:
         """A branch made again from its timeline alone has the same numbers."""
@@ -145,8 +151,8 @@ class TestWorkbench:
         forward(tree, 20)
         tree.branch("b1", 10, {"tracker": "condensation"})
         forward(tree, 8)
-        there = tree.status(playing=False, speed=1)
-        alone = RunTree(WorkerConfig("s", there.recipe, "b0"))
+        there = tree.snapshot()
+        alone = RunTree(WorkerConfig("s", snapshot_of(there.recipe)))
         forward(alone, 18)
         assert alone.run.estimates_sha256 == tree.run.estimates_sha256
 
@@ -174,7 +180,7 @@ class TestWorkbench:
         tree.restart(seed=8)
         forward(tree, 5)
         assert tree.other is None
-        assert tree.status(playing=False, speed=1).second is None
+        assert tree.snapshot().second is None
 
     def test_the_first_branch_is_compared_with_the_last_that_was_shown(self) -> None:
         """It left none, so that the one shown before it is what a person compares it with."""

@@ -10,7 +10,7 @@ from websockets.sync.client import connect
 
 from tests.server.host import Server, begin, steer
 from tests.server.test_leaks import protocol
-from tests.server.test_stream import hear, until
+from tests.server.test_stream import changes, has_changed, hear, until
 from tests.viewer.host import Peer
 from tests.waiting import wait_for
 
@@ -57,13 +57,13 @@ def test_the_panel_changes_the_run(server: Server, client: httpx.Client, session
     with connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream") as stream:
         hear(stream)
         loop.call_soon_threadsafe(found._panel.change, {"sample_count": 150})
-        echo = until(stream, lambda m: m["type"] == "parameters")[-1]
-        assert echo["values"] == {"sample_count": 150}
+        echo = changes(until(stream, lambda m: "parameters" in changes(m))[-1])
+        assert echo["parameters"]["sample_count"] == 150
         loop.call_soon_threadsafe(found._panel.change, {"sample_count": -3})
         refused = until(stream, lambda m: m["type"] == "refused")[-1]
         assert (refused["field"], refused["value"]) == ("sample_count", -3)
         loop.call_soon_threadsafe(found._panel.steer, {"action": "speed", "speed": 2.0})
-        until(stream, lambda m: m["type"] == "position" and m["speed"] == 2.0)
+        until(stream, has_changed(speed=2.0))
 
 
 def test_a_drag_is_a_few_changes(server: Server, client: httpx.Client, session: dict[str, Any]) -> None:
@@ -71,7 +71,7 @@ def test_a_drag_is_a_few_changes(server: Server, client: httpx.Client, session: 
     found = server.manager.get(session["id"])
     for count in range(100, 160):
         found.scene_feed._loop.call_soon_threadsafe(found._panel.change, {"sample_count": count})
-    wait_for(lambda: found.spec.values["sample_count"] == 159)
+    wait_for(lambda: found.spec.run.parameters["sample_count"] == 159)
     assert client.get(f"/api/v1/sessions/{session['id']}").json()["timeline"] == [
         {"frame": 1, "values": {"sample_count": 159}, "before": {"sample_count": 800}}
     ]
@@ -86,7 +86,7 @@ def test_the_scene_survives_a_crash(server: Server, client: httpx.Client) -> Non
     ):
         scene.recv(timeout=10)
         os.kill(server.pid_of(session["id"]), signal.SIGKILL)
-        until(stream, lambda m: m["type"] == "session" and m["state"] == "crashed")
+        until(stream, has_changed(state="crashed"))
         drawn = drawings(server, session["id"])
         client.post(f"/api/v1/sessions/{session['id']}/resume")
         steer(client, session["id"], "play")

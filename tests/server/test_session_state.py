@@ -1,7 +1,7 @@
 """The state: what of all that a worker tells is news."""
 
 import json
-from dataclasses import replace
+import math
 from typing import Any
 
 import pytest
@@ -10,10 +10,11 @@ from pftrack.model.recipe import Recipe
 from pftrack.runs.loss import approach
 from pftrack.runs.run import Change
 from pftrack_server.schemas.description import SessionDescription, TrackerPublic
+from pftrack_server.schemas.snapshot import ChangePublic, RunSnapshot
 from pftrack_server.schemas.spec import BranchSpec, SessionSpec
 from pftrack_server.sessions.history import History
 from pftrack_server.sessions.state import SessionState
-from pftrack_server.worker.protocol import Ready, RunStatus
+from pftrack_server.worker.protocol import Ready
 
 DESCRIPTION = SessionDescription(
     title="Ball",
@@ -24,15 +25,14 @@ DESCRIPTION = SessionDescription(
     frames=100,
 )
 RECIPE = Recipe(experiment="ball", tracker="apf")
-START = RunStatus("b0", 0, 0, False, False, 1.0, RECIPE, "apf", {"n": 1, "m": 2}, 0)
+START = RunSnapshot(recipe=RECIPE, tracker="apf", parameters={"n": 1, "m": 2})
 
 
 class Ear:
     """Hears what a state tells."""
 
     def __init__(self) -> None:
-        branch = BranchSpec(id="b0", title="Main", recipe=RECIPE, tracker="apf")
-        spec = SessionSpec(id="s", branches={"b0": branch})
+        spec = SessionSpec(id="s", branches={"b0": BranchSpec(title="Main", run=START)})
         self.panel = 0
         self.state = SessionState(spec, "starting", self._count)
         self.heard: list[dict[str, Any]] = []
@@ -47,12 +47,16 @@ class Ear:
     def _hear(self, message: Any) -> None:
         self.heard.append(json.loads(message.model_dump_json()))
 
-    def stand(self, **changes: Any) -> list[dict[str, Any]]:
-        """Tell the state where the run stands, and return the news."""
+    def advance(self, *rows: dict[str, Any], **changes: Any) -> list[dict[str, Any]]:
+        """Tell the state what has changed of the run, and return the news."""
         self.heard.clear()
-        self.last = replace(getattr(self, "last", START), **changes)
-        self.state.stand(self.last)
+        self.state.advance(changes, rows)
         return self.heard
+
+    def told(self, *rows: dict[str, Any], **changes: Any) -> list[Any]:
+        """Tell the state what has changed; return the types of the news, and of changes what they consist of."""
+        news = self.advance(*rows, **changes)
+        return [message["session"] if message["type"] == "changes" else message["type"] for message in news]
 
 
 def row(frame: int, **more: Any) -> dict[str, Any]:
@@ -66,28 +70,22 @@ def ear() -> Ear:
 
 def test_a_frame_is_told_before_its_position(ear: Ear) -> None:
     """No page ever stands on a frame of which it knows nothing."""
-    ear.state.stand(replace(START, position=1, computed=1), [row(1)])
-    assert [message["type"] for message in ear.heard] == ["frame", "position"]
+    assert ear.told(row(1), position=1, computed=1) == ["frame", {"position": 1, "computed": 1}]
 
 
 def test_a_run_that_plays_on_is_told_by_its_frames(ear: Ear) -> None:
-    """The position is told when it plays from now on, at another speed, no more, or through frames that are known."""
-
-    def told(*rows: dict[str, Any], **changes: Any) -> list[str]:
-        ear.heard.clear()
-        ear.last = replace(ear.last, **changes)
-        ear.state.stand(ear.last, rows)
-        return [message["type"] for message in ear.heard]
-
-    ear.stand()
-    assert told(row(1), position=1, computed=1, playing=True) == ["frame", "position"]
-    assert told(row(2), position=2, computed=2) == ["frame"]
-    assert told(row(3), row(4), position=4, computed=4) == ["frames"]
-    assert told(row(5), position=5, computed=5, speed=2.0) == ["frame", "position"]
-    assert told(position=2) == ["position"]
-    assert told(position=3) == ["position"]
-    assert told(row(6), position=6, computed=6, playing=False) == ["frame", "position"]
-    assert told(row(7), position=7, computed=7) == ["frame", "position"]
+    """The position is told only where the frames do not say it: when it stands, and through frames that are known."""
+    plays = {"playing": True, "state": "playing"}
+    assert ear.told(row(1), position=1, computed=1, playing=True) == [plays, "frame"]
+    assert ear.told(row(2), position=2, computed=2) == ["frame"]
+    assert ear.told(row(3), row(4), position=4, computed=4) == ["frames"]
+    assert ear.told(row(5), position=5, computed=5, speed=2.0) == [{"speed": 2.0}, "frame"]
+    assert ear.told(position=2) == [{"position": 2}]
+    assert ear.told(position=3) == [{"position": 3}]
+    stands = {"playing": False, "state": "ready"}
+    assert ear.told(row(6), position=6, computed=6, playing=False) == [stands, "frame", {"position": 6, "computed": 6}]
+    assert ear.told(row(7), position=7, computed=7) == ["frame", {"position": 7, "computed": 7}]
+    assert ear.state.snapshot.position == ear.state.view().position == 7
 
 
 def test_the_controls_to_turn_first_stay_those_of_the_beginning(ear: Ear) -> None:
@@ -101,64 +99,69 @@ def test_the_controls_to_turn_first_stay_those_of_the_beginning(ear: Ear) -> Non
 
 
 def test_the_same_again_is_no_news(ear: Ear) -> None:
-    """A worker that stands where it stood tells nothing."""
-    assert ear.stand() == []
-    assert ear.panel == 0
+    """A worker of which nothing has changed tells nothing, and what pages know is not told again."""
+    ear.state.dirty = False
+    assert ear.told() == ear.told(position=0, playing=False) == []
+    ear.state.dirty = False
+    assert ear.told() == []
+    assert (ear.panel, ear.state.dirty) == (0, False)
 
 
-def test_a_move_is_a_position(ear: Ear) -> None:
-    """Another frame is told as a position, and nothing else."""
-    (told,) = ear.stand(position=1, computed=1)
-    assert (told["type"], told["frame"], told["computed"]) == ("position", 1, 1)
+def test_whatever_changes_is_told_as_it_is(ear: Ear) -> None:
+    """Nothing between worker and pages knows the fields by name: each travels by itself, and to whoever comes later."""
+    assert ear.told(position=1, computed=1) == [{"position": 1, "computed": 1}]
+    assert ear.told(goal=40, goal_position=9) == [{"goal": 40, "goal_position": 9}]
+    assert ear.told(measured={"inside_share": 0.5}) == [{"measured": {"inside_share": 0.5}}]
+    assert ear.state.view().measured == {"inside_share": 0.5}
+    assert ear.told(measured={"inside_share": math.inf}) == [{"measured": {"inside_share": None}}]
 
 
 def test_playing_is_told_once(ear: Ear) -> None:
-    """Play and pause are told by the position alone, the end as a state as well."""
-    assert [told["type"] for told in ear.stand(playing=True)] == ["position"]
-    assert ear.state.phase == "playing"
-    assert [told["type"] for told in ear.stand(playing=False)] == ["position"]
-    assert [told["type"] for told in ear.stand(position=99, computed=99, ended=True)] == ["session", "position"]
-    assert ear.state.phase == "ended"
-
-
-def test_measures_are_told_when_they_change(ear: Ear) -> None:
-    """Once by a message of their own, and from then on whoever comes is greeted with them."""
-    (told,) = ear.stand(measures={"inside_share": 0.5})
-    assert (told["type"], told["values"]) == ("measures", {"inside_share": 0.5})
-    assert ear.stand(measures={"inside_share": 0.5}) == []
-    assert ear.state.view().measured == {"inside_share": 0.5}
+    """Play, pause and the end of the run are states of the session; one that ends plays no more."""
+    assert ear.told(playing=True) == [{"playing": True, "state": "playing"}]
+    assert ear.told(playing=False) == [{"playing": False, "state": "ready"}]
+    assert ear.told(position=99, computed=99) == [{"position": 99, "computed": 99, "state": "ended"}]
+    ear.advance(position=3, playing=True)
+    ear.heard.clear()
+    ear.state.become("crashed", "it ended")
+    (told,) = ear.heard
+    assert told["session"] == {"state": "crashed", "message": "it ended", "playing": False}
 
 
 def test_a_change_is_echoed(ear: Ear) -> None:
-    """A change is told with what changed alone, and the panel is told as well."""
-    (told,) = ear.stand(values={"n": 5, "m": 2}, recipe=RECIPE.model_copy(update={"timeline": (Change(1, {"n": 5}),)}))
-    assert (told["type"], told["values"], told["parameters"]) == ("parameters", {"n": 5}, {"n": 5, "m": 2})
+    """A change is told with all that is in force and the timeline, and the panel is told as well."""
+    recipe = RECIPE.model_copy(update={"timeline": (Change(1, {"n": 5}),)})
+    timeline = [ChangePublic(frame=1, values={"n": 5}, before={"n": 1})]
+    (told,) = ear.told(parameters={"n": 5, "m": 2}, recipe=recipe, timeline=timeline)
+    assert told["parameters"] == {"n": 5, "m": 2}
+    assert told["timeline"] == [{"frame": 1, "values": {"n": 5}, "before": {"n": 1}}]
+    assert told["recipe"]["timeline"] == [{"frame": 1, "values": {"n": 5}}]
     assert ear.panel == 1
-    assert told["timeline"] == [{"frame": 1, "values": {"n": 5}, "before": {}}]
     assert ear.state.spec.recipe.timeline[0].values == {"n": 5}
 
 
-def test_a_tracker_is_echoed(ear: Ear) -> None:
-    """A change of tracker is told like a change of parameter."""
-    (told,) = ear.stand(tracker="kalman")
-    assert (told["values"], told["tracker"]) == ({"tracker": "kalman"}, "kalman")
+def test_a_tracker_is_told_to_the_branches(ear: Ear) -> None:
+    """Another tracker is told, also where the branches are listed, and to the panel."""
+    (told,) = ear.told(tracker="kalman")
+    assert (told["tracker"], told["branches"][0]["tracker"]) == ("kalman", "kalman")
+    assert ear.panel == 1
 
 
 def test_a_speed_reaches_the_panel(ear: Ear) -> None:
     """Another speed is told to the panel, too."""
-    assert [told["type"] for told in ear.stand(speed=2.0)] == ["position"]
+    assert ear.told(speed=2.0) == [{"speed": 2.0}]
     assert ear.panel == 1
 
 
 def test_a_branch_shares_its_past(ear: Ear) -> None:
     """A new branch is told with title, parent and colour, and has its parent's past up to where it left."""
     ear.state.add("b0", [row(1), row(2), row(3)])
-    ear.stand(position=2, computed=3)
-    told = {message["type"]: message for message in ear.stand(branch="b1", computed=2, tracker="kalman")}
-    assert set(told) == {"branches", "parameters", "position"}
-    made = told["branches"]["branches"][1]
+    ear.advance(position=2, computed=3)
+    (told,) = ear.told(branch="b1", computed=2, tracker="kalman")
+    assert set(told) == {"branch", "branches", "computed", "tracker"}
+    made = told["branches"][1]
     assert (made["id"], made["parent"], made["frame"], made["title"]) == ("b1", "b0", 2, "Kalman from frame 2")
-    assert made["colour"] != told["branches"]["branches"][0]["colour"]
+    assert made["colour"] != told["branches"][0]["colour"]
     assert ear.state.columns("b1")["frame"] == [0, 1, 2]
     assert ear.state.columns("b0")["frame"] == [0, 1, 2, 3]
     assert ear.state.spec.next_branch() == "b2"
@@ -168,15 +171,14 @@ def test_a_new_beginning_forgets(ear: Ear) -> None:
     """A run begun anew forgets diagnostics and bookmarks of its branch and greets everybody."""
     ear.state.add("b0", [row(1)])
     ear.state.bookmark("m", "here")
-    assert {"type": "hello"} in ear.stand(restarts=1)
+    assert {"type": "hello"} in ear.advance(restarts=1)
     assert ear.state.columns("b0") == {}
-    assert ear.state.spec.bookmarks == []
+    assert ear.state.spec.bookmarks == ear.state.view().bookmarks == []
 
 
 def test_one_row_or_many(ear: Ear) -> None:
-    """One new frame is a frame, several are frames, none is nothing."""
+    """One new frame is a frame, several are frames."""
     ear.heard.clear()
-    ear.state.add("b0", [])
     ear.state.add("b0", [row(1)])
     ear.state.add("b0", [row(2), row(3)])
     assert [told["type"] for told in ear.heard] == ["frame", "frames"]
@@ -192,12 +194,14 @@ def test_what_is_worth_writing_down(ear: Ear) -> None:
         return dirty
 
     is_dirty()
-    ear.stand(playing=True, position=1, computed=1)
+    ear.advance(playing=True)
+    is_dirty()
+    ear.advance(row(1), position=1, computed=1, measured={"inside_share": 0.5})
     assert not is_dirty()
     assert state.moved
-    ear.stand(values={"n": 7, "m": 2})
+    ear.advance(parameters={"n": 7, "m": 2})
     assert is_dirty()
-    ear.stand(playing=False)
+    ear.advance(playing=False)
     assert is_dirty()
     state.bookmark("m", "")
     assert is_dirty()
@@ -206,7 +210,7 @@ def test_what_is_worth_writing_down(ear: Ear) -> None:
 def test_bookmarks_in_the_order_of_frames(ear: Ear) -> None:
     """Bookmarks are told in the order of their frames."""
     for frame in (9, 3, 5):
-        ear.stand(position=frame, computed=10)
+        ear.advance(position=frame, computed=10)
         ear.state.bookmark(f"m{frame}", "")
     assert [mark.frame for mark in ear.state.spec.bookmarks] == [3, 5, 9]
     assert ear.state.unbookmark("m5")
@@ -229,7 +233,7 @@ def test_before_the_loss_leads_to_the_loss_that_is_told(ear: Ear) -> None:
     rows = [row(frame, searching=15 <= frame < 18, lost=18 <= frame < 30, hidden=False) for frame in range(1, 30)]
     ear.state.begin(Ready(DESCRIPTION, START, [row(0, searching=False, lost=False, hidden=False)]))
     ear.state.add("b0", rows)
-    ear.stand(position=29, computed=29)
+    ear.advance(position=29, computed=29)
     told = ear.state.columns("b0")["lost_since"]
     assert told == [None] * 15 + [15] * 15
     assert ear.state.before_loss() == approach(told[29])

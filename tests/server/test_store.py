@@ -1,12 +1,16 @@
 """The store: migrations, names and whole files."""
 
+import json
+import sqlite3
 from pathlib import Path
+from typing import Any
 
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 
 from pftrack_server.errors import NotFoundError
+from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store
 from pftrack_server.store.database import connect
@@ -22,6 +26,52 @@ def test_migrations_make_the_tables(tmp_path: Path) -> None:
             assert compare_metadata(MigrationContext.configure(connection), Base.metadata) == []
             assert connection.exec_driver_sql("PRAGMA journal_mode").scalar() == "wal"
         engine.dispose()
+
+
+def test_a_session_of_before_snapshots(tmp_path: Path) -> None:
+    """A session that was stored in parts is read with all its branches, and one that is damaged harms no other."""
+    parts: dict[str, Any] = {"first_values": {"n": 1}, "tracker": "apf", "recipe": {"experiment": "ball", "seed": 3}}
+    main = {
+        **parts,
+        "id": "b0",
+        "title": "Main",
+        "parent": None,
+        "frame": 0,
+        "computed": 7,
+        "position": 6,
+        "goal": None,
+    }
+    other = {**main, "id": "b1", "title": "Other", "parent": "b0", "frame": 3, "goal": [20, 5]}
+    card = {"experiment": "ball", "title": "Ball", "trackers": {"apf": "APF"}, "worlds": [], "declarations": []}
+    stored = {
+        "id": "s",
+        "branch": "b1",
+        "second": "b0",
+        "speed": 2.0,
+        "values": {"n": 2},
+        "branches_made": 2,
+        "branches": {"b0": main, "b1": other},
+        "card": {**card, "layers": [], "width": 320, "height": 240, "frame_rate_hz": 30.0, "frames": 50},
+    }
+    url = f"sqlite:///{tmp_path / 'x.sqlite'}"
+    connect(url).dispose()
+    with sqlite3.connect(tmp_path / "x.sqlite") as database:
+        for name, text in (("s", json.dumps(stored)), ("d", "no JSON"), ("e", '{"card": 5}')):
+            database.execute("INSERT INTO sessions VALUES (?, ?, '')", (name, text))
+        database.execute("UPDATE alembic_version SET version_num = '0003'")
+    database.close()
+    connect(url).dispose()
+    database = sqlite3.connect(tmp_path / "x.sqlite")
+    texts = dict(database.execute("SELECT id, spec FROM sessions"))
+    database.close()
+    assert (texts["d"], texts["e"]) == ("no JSON", '{"card": 5}')
+    spec = SessionSpec.model_validate_json(texts["s"])
+    assert spec.description is not None
+    assert (spec.description.frames, spec.description.tracker_title("apf")) == (50, "APF")
+    assert (spec.run.bound, spec.run.goal, spec.run.speed, spec.run.second) == ((20, 5), 20, 2.0, "b0")
+    assert spec.run.parameters == {"n": 2}
+    first = spec.branches["b0"]
+    assert (first.title, first.run.bound, first.run.recipe.seed) == ("Main", (7, 6), 3)
 
 
 def test_names() -> None:

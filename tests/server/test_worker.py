@@ -75,7 +75,7 @@ async def play_with_one_credit_each(heard: list[Progress]) -> None:
     def hear(event: Event) -> None:
         if isinstance(event, Progress):
             heard.append(event)
-            if event.status.position >= 20:
+            if event.changes.get("position", 0) >= 20:
                 far.set()
 
     async with working(hear) as web:
@@ -103,7 +103,8 @@ def test_a_change_leaves_the_way_free_for_the_frame_that_shows_it() -> None:
     run(play_and_change(heard))
     answer = next(index for index, event in enumerate(heard) if isinstance(event, Reply))
     told = [event for event in heard[:answer] if isinstance(event, Progress)]
-    assert told[-1].status.values["sample_count"] == 90
+    (values,) = [event.changes["parameters"] for event in told if "parameters" in event.changes]
+    assert values["sample_count"] == 90
     assert [event.scene for event in told] == [None] * len(told)
-    shown = next(event.status for event in heard if isinstance(event, Progress) and event.scene is not None)
-    assert shown.position == heard[answer].result
+    shown = next(event.changes for event in heard if isinstance(event, Progress) and event.scene is not None)
+    assert shown["position"] == heard[answer].result

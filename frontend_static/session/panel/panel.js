@@ -55,7 +55,7 @@ export class Panel {
     this.#show();
     this.#explain();
     layers.on(() => this.#explain(), signal);
-    store.on(["session", "connection"], () => !signal.aborted && this.#show());
+    store.on(["parameters", "tracker", "recipe", "state", "connection"], () => !signal.aborted && this.#show());
   }
 
   get #session() {

@@ -21,6 +21,8 @@ const REDRAW_MS = 100;
 const WIDE_PX = 1000;
 /** From this width on the plots have room for names that are written out. */
 const ROOMY_PX = 350;
+/** What is drawn of a session, and said beside the plots. */
+const DRAWN = /** @type {const} */ (["branch", "branches", "history", "parameters", "position", "playing", "thresholds", "tracker"]);
 /** Of the numbers at the axes, in the size of the page's letters. */
 const LETTERS = 11 / 16;
 
@@ -52,7 +54,7 @@ export async function plots(root, view) {
     const histories = store.branches.map(({ id }) => store.historyOf(id));
     for (const each of panels) write(each, store, histories);
   }, REDRAW_MS, signal);
-  store.on(["session", "position", "history", "branches"], label);
+  store.on(DRAWN, label);
   label();
   if (!store.isReadOnly) for (const { plot, figure, place } of panels) plot.listen(place, figure, view);
   keepDrawn(root, view, panels);
@@ -85,7 +87,7 @@ function keepDrawn(root, { store, signal }, panels) {
   // What scrolls can be scrolled, and looked at more closely, by keys as well.
   for (const [name, value] of Object.entries({ tabindex: "0", role: "group", "aria-label": "Plots" })) root.setAttribute(name, value);
   zoom.listenToKeys(root, () => store.known.position, signal);
-  store.on(["session", "position", "history", "branches"], draw);
+  store.on(DRAWN, draw);
   document.addEventListener("visibilitychange", draw, { signal });
   const sizes = new ResizeObserver(draw);
   sizes.observe(view);

@@ -60,11 +60,11 @@ export class Scrubber {
     fill(root, this.#slider);
     this.#drawPlayhead = coalesce(() => this.#paintPlayhead(), view.signal);
     this.#drawAll = throttle(() => this.#paintAll(), REPAINT_MS, view.signal);
-    view.store.on(["position"], () => {
+    view.store.on(["position", "computed"], () => {
       if (view.store.known.position === this.#settling) this.#settling = null;
       this.#drawPlayhead();
     });
-    view.store.on(["session", "history", "branches", "bookmarks"], this.#drawAll);
+    view.store.on(["timeline", "bookmarks", "branch", "branches", "history"], this.#drawAll);
     const sizes = new ResizeObserver(this.#drawAll);
     sizes.observe(this.#slider);
     view.signal.addEventListener("abort", () => sizes.disconnect());

@@ -142,7 +142,7 @@ function until(view, holds, signal) {
       isDone = true;
       resolve();
     };
-    view.store.on(["session", "position", "history", "connection"], look);
+    view.store.on(["position", "playing", "history", "connection"], look);
     look();
   });
 }

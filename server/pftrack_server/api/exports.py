@@ -31,8 +31,8 @@ PlotId = Annotated[str | None, Query(max_length=64, description="The one plot th
 @router.post("/sessions/{session}/exports/{export}", status_code=HTTPStatus.ACCEPTED)
 async def export_session(session: ASession, export: Name, exports: TheExports, plot: PlotId = None) -> ExportJobPublic:
     """Begin to write the active branch of a session, as far as it was computed, as a file of another kind."""
-    active = session.spec.active
-    return _view(exports.write(Subject(active.recipe, active.computed, active.position), export, plot))
+    run = session.spec.run
+    return _view(exports.write(Subject(run.recipe, run.computed, run.position), export, plot))
 
 
 @router.get("/runs/{run}/exports")

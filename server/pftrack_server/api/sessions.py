@@ -21,7 +21,7 @@ from pftrack_server.schemas.sessions import (
     SessionCreate,
     TransportUpdate,
 )
-from pftrack_server.schemas.spec import Bookmark
+from pftrack_server.schemas.snapshot import Bookmark
 from pftrack_server.sessions.create import as_spec
 from pftrack_server.store.files import new_name
 
@@ -128,8 +128,8 @@ async def export(
         shutil.rmtree(folder, ignore_errors=True)
         raise
     after = BackgroundTask(shutil.rmtree, folder, ignore_errors=True)
-    active = session.spec.active
-    name = file_name(Subject(active.recipe, active.computed, active.position), offered, plot)
+    run = session.spec.run
+    name = file_name(Subject(run.recipe, run.computed, run.position), offered, plot)
     return FileResponse(
         folder / "file",
         media_type=offered.media_type,

@@ -259,12 +259,12 @@ def _fork_spec(source: SessionSpec, wanted: int | None) -> SessionSpec:
     Raises:
         RefusedError: The frame has not been computed.
     """
-    active = source.active
-    frame = active.position if wanted is None else wanted
-    if frame > active.computed:
-        bound = f"a frame that has been computed, 0 to {active.computed}"
+    run = source.run
+    frame = run.position if wanted is None else wanted
+    if frame > run.computed:
+        bound = f"a frame that has been computed, 0 to {run.computed}"
         raise RefusedError(f"frame must be {bound}, got {frame}", field="frame", bound=bound, value=frame)
     # What was changed later is not the past of this one.
-    timeline = tuple(change for change in active.recipe.timeline if change.frame <= frame)
-    recipe = active.recipe.model_copy(update={"timeline": timeline}).with_footage(truth=source.truth)
+    timeline = tuple(change for change in run.recipe.timeline if change.frame <= frame)
+    recipe = run.recipe.model_copy(update={"timeline": timeline}).with_footage(truth=source.truth)
     return new_spec(recipe, upload=source.upload, position=frame)

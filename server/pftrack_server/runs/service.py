@@ -12,7 +12,8 @@ from pftrack.model.measures import HIT_RATE
 from pftrack.model.recipe import Footage
 from pftrack.runs.record import Record
 from pftrack_server.errors import ConflictError, DiskFullError
-from pftrack_server.schemas.spec import FIRST, Bookmark, SessionSpec
+from pftrack_server.schemas.snapshot import FIRST, Bookmark
+from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.sessions.create import new_spec
 from pftrack_server.sessions.session import Session
 from pftrack_server.settings import Settings
@@ -49,21 +50,21 @@ def check_room(store: Store, settings: Settings) -> None:
 async def save(store: Store, session: Session, title: str | None) -> RunRow:
     """Save the active branch of a session: its record, a picture, and what came of it."""
     name = new_name()
-    branch = session.spec.active
+    run = session.spec.run
     saved = await session.save(str(store.files.record(name)))
     summary = saved["summary"]
     row = RunRow(
         id=name,
-        title=title or f"{session.description.title} · {session.description.tracker_title(branch.tracker)}",
-        experiment=branch.recipe.experiment,
-        tracker=branch.tracker,
-        seed=branch.recipe.seed,
+        title=title or f"{session.description.title} · {session.description.tracker_title(run.tracker)}",
+        experiment=run.recipe.experiment,
+        tracker=run.tracker,
+        seed=run.recipe.seed,
         frames=summary["frames"],
-        position=branch.position,
-        computed=branch.computed,
+        position=run.position,
+        computed=run.computed,
         outcome=outcome(summary),
         summary=summary,
-        bookmarks=[mark.model_dump() for mark in session.spec.bookmarks if mark.branch == branch.id],
+        bookmarks=[mark.model_dump() for mark in session.spec.bookmarks if mark.branch == run.branch],
         created=now(),
     )
     await asyncio.to_thread(store.add_run, row, saved["thumbnail"])
@@ -128,8 +129,7 @@ async def bring_in(
 async def compare(store: Store, tasks: ChildTasks, row: RunRow, session: Session) -> None:
     """Have a session that goes on with a saved run say so if it has come to other numbers."""
     estimates = session.state.columns(session.spec.branch).get("estimate", [])
-    session.spec.remark = await tasks.run(compare_record, str(store.files.record(row.id)), estimates)
-    session.state.dirty = session.state.dirty or session.spec.remark is not None
+    session.state.note(await tasks.run(compare_record, str(store.files.record(row.id)), estimates))
 
 
 async def reopen(store: Store, tasks: ChildTasks, row: RunRow) -> SessionSpec:

@@ -9,7 +9,8 @@ from pftrack.model.recipe import Footage, Recipe
 from pftrack_server.errors import RefusedError
 from pftrack_server.experiments import find_experiment
 from pftrack_server.schemas.sessions import SessionCreate
-from pftrack_server.schemas.spec import FIRST, Bookmark, BranchSpec, SessionSpec
+from pftrack_server.schemas.snapshot import FIRST, Bookmark, RunSnapshot
+from pftrack_server.schemas.spec import BranchSpec, SessionSpec
 from pftrack_server.store import Store
 from pftrack_server.store.files import new_name, now
 from pftrack_server.store.tables import UploadRow
@@ -59,9 +60,8 @@ def new_spec(
         computed: Frame to compute up to; the one to show if not given.
         bookmarks: To begin with.
     """
-    branch = BranchSpec(
-        id=FIRST,
-        title="Main",
+    run = RunSnapshot(
+        branch=FIRST,
         recipe=recipe.with_footage(truth=None),
         tracker=recipe.tracker or find_experiment(recipe.experiment).default_tracker,
         computed=position if computed is None else computed,
@@ -72,7 +72,7 @@ def new_spec(
         sweep=sweep,
         upload=upload,
         truth=recipe.footage and recipe.footage.truth,
-        branches={FIRST: branch},
+        branches={FIRST: BranchSpec(title="Main", run=run)},
         bookmarks=list(bookmarks),
         created=now(),
     )

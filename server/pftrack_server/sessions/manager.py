@@ -81,7 +81,7 @@ class Manager:
             except (ValueError, TypeError, LookupError, AttributeError) as error:
                 log.warning("a stored session is damaged and left out", session=row.id, error=repr(error))
                 continue
-            session.state.message = "The server was restarted; the session goes on where it was."
+            session.state.become("suspended", "The server was restarted; the session goes on where it was.")
             session.state.dirty = False
             self._sessions[spec.id] = session
         self._rounds = asyncio.create_task(self._go_round())
@@ -232,14 +232,10 @@ class Manager:
 
     def config(self, spec: SessionSpec) -> WorkerConfig:
         """Return what a worker needs to make the active branch of a spec."""
-        branch = spec.active
         video = self._store.files.upload(spec.upload) if spec.upload else None
         return WorkerConfig(
             session=spec.id,
-            recipe=branch.recipe.with_footage(truth=spec.truth),
-            branch=branch.id,
-            goal=branch.bound,
-            speed=spec.speed,
+            run=spec.run.model_copy(update={"recipe": spec.recipe.with_footage(truth=spec.truth)}),
             video=str(video) if video else None,
             index=self._index(spec.upload) if spec.upload else None,
             states=str(self._store.files.states_of(spec.id)),

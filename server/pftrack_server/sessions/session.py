@@ -16,10 +16,10 @@ from pftrack_server.errors import ConflictError, NotFoundError
 from pftrack_server.flat.feed import DrawingFeed
 from pftrack_server.schemas import messages
 from pftrack_server.schemas.description import ExportPublic, SessionDescription
-from pftrack_server.schemas.messages import Phase
 from pftrack_server.schemas.panel import InForce
 from pftrack_server.schemas.sessions import Changed
-from pftrack_server.schemas.spec import Bookmark, SessionSpec
+from pftrack_server.schemas.snapshot import Bookmark, Phase
+from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.sessions.panel_commands import PanelCommands
 from pftrack_server.sessions.scene_feed import SceneFeed
 from pftrack_server.sessions.state import SessionState
@@ -77,7 +77,7 @@ class Session:
     @property
     def phase(self) -> Phase:
         """Its phase."""
-        return self.state.phase
+        return self.state.snapshot.state
 
     @property
     def live(self) -> bool:
@@ -201,8 +201,8 @@ class Session:
         """
         async with self._command_lock:
             if not values:
-                return self._changed(self.spec.active.position + 1)
-            if self.spec.active.position < self.spec.active.computed:
+                return self._changed(self.spec.run.position + 1)
+            if self.spec.run.position < self.spec.run.computed:
                 self._room_for_branch()
             command = protocol.Change(values, self.spec.next_branch())
             return await self._request(command, self._changed)
@@ -248,9 +248,7 @@ class Session:
     async def activate(self, branch: str) -> messages.SessionPublic:
         """Show another branch; return the session as it is then."""
         async with self._command_lock:
-            there = self.spec.branches[branch]
-            command = protocol.Activate(branch, there.recipe, there.bound)
-            return await self._request(command, self._view)
+            return await self._request(protocol.Activate(self.spec.branches[branch].run), self._view)
 
     async def save(self, path: str) -> dict[str, Any]:
         """Write the active branch to a file; return its summary and a picture."""
@@ -294,8 +292,8 @@ class Session:
         return self.view()
 
     def _changed(self, frame: int) -> Changed:
-        active = self.spec.active
-        return Changed(parameters=self.spec.values, tracker=active.tracker, frame=frame, branch=active.id)
+        run = self.spec.run
+        return Changed(parameters=run.parameters, tracker=run.tracker, frame=frame, branch=run.branch)
 
     def _checked_seed(self, seed: object) -> int | None:
         if seed is None:
@@ -327,7 +325,8 @@ class Session:
         self.scene_feed.tell(self._in_force())
 
     def _in_force(self) -> InForce:
-        return InForce(self.spec.values, self.spec.active.tracker, self.spec.recipe.seed, self.spec.speed)
+        run = self.spec.run
+        return InForce(run.parameters, run.tracker, run.recipe.seed, run.speed)
 
     # ------------------------------------------------------------ what the worker says
 
@@ -340,20 +339,18 @@ class Session:
             self._worker = self._starting
             self.state.begin(event)
         if isinstance(event, protocol.Progress):
-            self.state.stand(event.status, event.rows)
+            self.state.advance(event.changes, event.rows)
             if event.scene is not None:
-                self.scene_feed.offer(event.scene, event.status.position)
+                self.scene_feed.offer(event.scene, self.spec.run.position)
             if event.flat is not None:
                 self.drawing_feed.offer(event.flat)
 
     def _lost(self, reason: str) -> None:
         self._worker = None
-        self.state.playing = False
         self.state.become("crashed", reason)
 
     async def _hang_up(self) -> None:
         worker, self._worker = self._worker or self._starting, None
-        self.state.playing = False
         if worker is not None:
             await worker.close()
 

@@ -9,12 +9,10 @@ forms, for the scene and for flat views, with a credit for each; both are made o
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
-from pftrack.model.parameters import Value
-from pftrack.model.recipe import Recipe
 from pftrack_server.flat.codec import EncodedDrawing
 from pftrack_server.pictures import SceneDrawing
 from pftrack_server.schemas.description import SessionDescription
-from pftrack_server.schemas.spec import BEGINNING, Goal
+from pftrack_server.schemas.snapshot import RunSnapshot
 
 __all__ = [
     "OPENING",
@@ -34,14 +32,12 @@ __all__ = [
     "Reply",
     "Request",
     "Restart",
-    "RunStatus",
     "Save",
     "Speed",
     "Transport",
     "WorkerConfig",
 ]
 
-Values: TypeAlias = dict[str, Value]
 Form: TypeAlias = Literal["scene", "flat"]
 """The forms in which a drawing is sent."""
 
@@ -55,10 +51,7 @@ class WorkerConfig:
 
     Attributes:
         session: The session's name, for the log.
-        recipe: What makes the run.
-        branch: Name of the branch to begin with.
-        goal: Where it shall go before anybody asks for anything.
-        speed: Times real time; 0 is as fast as possible.
+        run: The branch to begin with, and where it shall go before anybody asks for anything; its recipe has the truth.
         video: Path of an upload, or None for a simulated scene.
         index: What was found when the upload was decoded first, as JSON, so that it opens at once.
         states: Folder in which checkpoints of the branches are kept, or None to keep none.
@@ -72,10 +65,7 @@ class WorkerConfig:
     """
 
     session: str
-    recipe: Recipe
-    branch: str
-    goal: Goal = BEGINNING
-    speed: float = 1.0
+    run: RunSnapshot
     video: str | None = None
     index: str | None = None
     states: str | None = None
@@ -86,43 +76,6 @@ class WorkerConfig:
     max_pixels: int = 1920 * 1080 * 2
     max_particles: int = 100_000
     gives_way: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class RunStatus:
-    """The position and state of a run.
-
-    Attributes:
-        branch: The active branch.
-        position: Frame that is shown.
-        computed: Furthest frame computed.
-        playing: Whether it goes on by itself.
-        ended: Whether it stands on the last frame.
-        speed: Times real time; 0 is as fast as possible.
-        recipe: What makes the active branch again, but for the truth.
-        tracker: Tracker in force for the next frame.
-        values: Parameters in force for the next frame.
-        restarts: Counts how often the branch was restarted, which drops its past.
-        first_values: Parameters at frame 0.
-        second: Branch that is drawn beside the active one, if there is one.
-        goal: Where it is on its way to, while it is.
-        measures: Of the active branch so far, by name; while it plays, of a moment ago.
-    """
-
-    branch: str
-    position: int
-    computed: int
-    playing: bool
-    ended: bool
-    speed: float
-    recipe: Recipe
-    tracker: str
-    values: Values
-    restarts: int
-    first_values: Values = field(default_factory=dict)
-    second: str | None = None
-    goal: Goal | None = None
-    measures: dict[str, float | int] = field(default_factory=dict)
 
 
 # ---------------------------------------------------------------- commands
@@ -169,11 +122,9 @@ class Branch:
 
 @dataclass(frozen=True, slots=True)
 class Activate:
-    """Show another branch; what is given here makes it again where this worker does not hold it."""
+    """Show another branch; what is known of it makes it again where this worker does not hold it."""
 
-    branch: str
-    recipe: Recipe
-    goal: Goal
+    run: RunSnapshot
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,12 +181,12 @@ class Ready:
 
     Attributes:
         description: What is fixed of it.
-        status: Where it stands.
+        run: What moves of the run.
         rows: Diagnostics of the frames computed.
     """
 
     description: SessionDescription
-    status: RunStatus
+    run: RunSnapshot
     rows: list[dict[str, Any]]
 
 
@@ -244,13 +195,13 @@ class Progress:
     """Frames were computed or another one is shown.
 
     Attributes:
-        status: Where the run stands now.
+        changes: What has changed of the run's snapshot since the last event, by field.
         rows: Diagnostics of the frames computed since the last event, in order.
         scene: The newest drawing for the scene, where a credit was left for it.
         flat: The newest drawing for flat views, where a credit was left for it.
     """
 
-    status: RunStatus
+    changes: dict[str, Any]
     rows: list[dict[str, Any]] = field(default_factory=list)
     scene: SceneDrawing | None = None
     flat: EncodedDrawing | None = None

@@ -23,19 +23,27 @@ from pftrack.model.palette import COLOURS
 from pftrack.model.parameters import ParameterError, Parameters, declarations, flat, limit_particles, revise, with_role
 from pftrack.model.recipe import Footage, Recipe
 from pftrack.model.sequence import FrameIndex, FrameSequence
+from pftrack.model.timeline import Timeline
 from pftrack.runs import checkpoint, record
 from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import DEFAULT_LIMITS, open_sequence
 from pftrack_server.schemas.description import ExportPublic, SessionDescription, TrackerPublic
 from pftrack_server.schemas.measures import MeasurePublic
-from pftrack_server.schemas.spec import Goal
-from pftrack_server.worker.protocol import RunStatus, WorkerConfig
+from pftrack_server.schemas.snapshot import Goal, RunSnapshot
+from pftrack_server.worker.protocol import WorkerConfig
+from pftrack_server.worker.timeline_view import threshold_views, timeline_view
 
 __all__ = ["RunTree", "check_timeline"]
 
 
 class RunTree:
-    """The branches of a session's run, one of them active."""
+    """The branches of a session's run, one of them active.
+
+    Attributes:
+        experiment: Of the run.
+        active: Name of the active branch.
+        restarts: How often a branch was restarted, which drops its past.
+    """
 
     def __init__(self, config: WorkerConfig, on_step: Callable[[], None] = lambda: None) -> None:
         """Wire the experiment and begin the run at frame 0, or where its checkpoint is.
@@ -50,24 +58,25 @@ class RunTree:
             RecordError: The upload is another one, or shows no target.
             LookupError: There is no such experiment.
         """
-        self._recipe = config.recipe
-        self.experiment: Experiment = find(config.recipe.experiment)
+        self._recipe = recipe = config.run.recipe
+        self.experiment: Experiment = find(recipe.experiment)
         self._max_particles = config.max_particles
         self._on_step = on_step
         self._states = Path(config.states) if config.states else None
         self._reserve_bytes = config.reserve_bytes
-        frames = config.recipe.frames
+        frames = recipe.frames
         if frames is not None and frames > config.max_frames:
             raise ParameterError("frames", frames, f"at most {config.max_frames} on this server")
         self._setup = self._wire(config)
-        self.active = config.branch
+        self.active = config.run.branch
         self._runs: dict[str, Run] = {}  # the one that was active last comes last
         self._left: dict[str, str] = {}
-        self._restarts = 0
+        self.restarts = 0
+        self._course: tuple[Timeline | None, dict[str, Any]] = None, {}
         self._legend: tuple[str, dict[tuple[str, Key], None]] = "", {}
         self._measured: tuple[tuple[str, int, int], dict[str, float | int]] = ("", 0, -1), {}
-        self._runs[self.active] = self._begin(config.recipe)
-        check_timeline(config.recipe.timeline, self.run.frames)
+        self._runs[self.active] = self._begin(recipe)
+        check_timeline(recipe.timeline, self.run.frames)
         self._recall()
 
     @property
@@ -122,38 +131,38 @@ class RunTree:
 
     def measures(self) -> dict[str, float | int]:
         """Return the measures of the active branch so far, by name."""
-        of = self.active, self._restarts, self.run.computed
+        of = self.active, self.restarts, self.run.computed
         if self._measured[0] != of:
             self._measured = of, dict(self.run.measures())
         return self._measured[1]
 
-    def status(
-        self,
-        *,
-        playing: bool,
-        speed: float,
-        goal: Goal | None = None,
-        measures: dict[str, float | int] | None = None,
-    ) -> RunStatus:
-        """Return where the active branch stands, where it is on its way to, and what is known of its measures."""
+    def snapshot(self) -> RunSnapshot:
+        """Return what moves of the active branch, as far as it is known here."""
         run = self.run
         following = run.position + 1
-        return RunStatus(
+        # Most frames have the timeline of the frame before.
+        if self._course[0] is not run.timeline:
+            self._course = run.timeline, self._told_course()
+        return RunSnapshot(
             branch=self.active,
+            second=self.second,
+            tracker=run.tracker_at(following),
+            parameters=flat(run.parameters_at(following)),
+            **self._course[1],
+            restarts=self.restarts,
             position=run.position,
             computed=run.computed,
-            playing=playing,
-            ended=self.ended,
-            speed=speed,
-            recipe=run.recipe.with_footage(truth=None),
-            tracker=run.tracker_at(following),
-            values=flat(run.parameters_at(following)),
-            restarts=self._restarts,
-            first_values=flat(run.parameters_at(0)),
-            second=self.second,
-            goal=goal,
-            measures=measures or {},
         )
+
+    def _told_course(self) -> dict[str, Any]:
+        """Return what is told of the recipe of the active branch, without the truth, and of its timeline."""
+        run = self.run
+        changes, first = run.timeline.changes, {**flat(run.parameters_at(0)), "tracker": run.tracker}
+        return {
+            "recipe": run.recipe.with_footage(truth=None),
+            "timeline": timeline_view(changes, first),
+            "thresholds": threshold_views(changes, first, declarations(type(self._setup.parameters))),
+        }
 
     def forward(self) -> dict[str, Any] | None:
         """Go to the next frame; return its diagnostics when it had to be computed."""
@@ -165,7 +174,8 @@ class RunTree:
     def bound_for(self, goal: Goal) -> Goal:
         """Return a goal as far as the run goes."""
         computed = min(goal.computed, self.run.frames - 1)
-        return Goal(computed, min(goal.position, max(computed, self.run.computed)))
+        position = min(goal.position, max(computed, self.run.computed))
+        return Goal(max(computed, position), position)
 
     def way(self, goal: Goal) -> Iterator[dict[str, Any] | None]:
         """Go to a goal; after each step on the way yield the diagnostics of its frame, if that had to be computed."""
@@ -328,7 +338,7 @@ class RunTree:
         self._runs[self.active] = self._begin(
             self._recipe.model_copy(update={"tracker": tracker, "timeline": timeline})
         )
-        self._restarts += 1
+        self.restarts += 1
 
     def _begin(self, recipe: Recipe) -> Run:
         changes: dict[int, dict[str, object]] = {0: {}}
@@ -341,7 +351,7 @@ class RunTree:
 
     def _wire(self, config: WorkerConfig) -> Setup:
         """Wire the recipe's footage, which is the upload, or the simulated scene."""
-        footage = config.recipe.footage
+        footage = config.run.recipe.footage
         if footage is None or config.video is None:
             return self.experiment.simulate()
         video = Path(config.video)

@@ -26,7 +26,7 @@ from pftrack.runs.run import EndOfRun, PastError
 from pftrack.sources.sequence import SourceError
 from pftrack_server.flat.codec import DrawingEncoder
 from pftrack_server.pictures import PictureEncoder
-from pftrack_server.schemas.spec import Goal
+from pftrack_server.schemas.snapshot import Goal, RunSnapshot, differences
 from pftrack_server.worker.checkpoints import Checkpoints
 from pftrack_server.worker.protocol import (
     OPENING,
@@ -45,7 +45,6 @@ from pftrack_server.worker.protocol import (
     Reply,
     Request,
     Restart,
-    RunStatus,
     Save,
     Speed,
     Transport,
@@ -130,7 +129,7 @@ class Worker:
         self._tree = RunTree(config, self._live_on)
         self._checkpoints = Checkpoints(self._tree)
         self._playing = False
-        self._speed = config.speed
+        self._speed = config.run.speed
         self._due = 0.0
         self._measures: dict[str, float | int] = {}
         self._measured = 0.0
@@ -142,12 +141,14 @@ class Worker:
         self._pictures = PictureEncoder()
         self._encoder = DrawingEncoder(self._pictures)
         self._way: Way | None = None
-        self._go(config.goal, OPENING)
+        self._reported = config.run
+        self._go(config.run.bound, OPENING)
 
     def serve(self) -> None:
         """Say that the run stands, then listen and compute until the web process hangs up."""
         self._rows = []
-        self._pipe.send(Ready(self._tree.describe(), self._status(), self._tree.rows(0)))
+        self._reported = self._snapshot()
+        self._pipe.send(Ready(self._tree.describe(), self._reported, self._tree.rows(0)))
         self._told = time.monotonic()
         if self._way is None:
             self._pipe.send(Reply(OPENING))
@@ -236,12 +237,21 @@ class Worker:
 
     # ------------------------------------------------------------ events
 
-    def _status(self) -> RunStatus:
+    def _snapshot(self) -> RunSnapshot:
+        """Return what moves of the run."""
         goal = self._way.goal if self._way is not None else None
         now = time.monotonic()
         if not (self._playing or self._way) or now - self._measured > MEASURED_EVERY_S:
             self._measures, self._measured = self._tree.measures(), now
-        return self._tree.status(playing=self._playing, speed=self._speed, goal=goal, measures=self._measures)
+        return self._tree.snapshot().model_copy(
+            update={
+                "playing": self._playing,
+                "speed": self._speed,
+                "goal": goal and goal.computed,
+                "goal_position": goal and goal.position,
+                "measured": self._measures,
+            }
+        )
 
     def _tell(self) -> None:
         """Tell what is new, thirty times a second at most, or that there is life."""
@@ -264,7 +274,8 @@ class Worker:
             scene = self._pictures.for_scene(self._drawing) if "scene" in forms else None
             self._credits -= forms
             self._undrawn -= forms
-        self._pipe.send(Progress(self._status(), rows, scene, flat))
+        before, self._reported = self._reported, self._snapshot()
+        self._pipe.send(Progress(differences(before, self._reported), rows, scene, flat))
         self._news = False
 
     def _reply(self, number: int, result: object = None) -> None:
@@ -345,9 +356,9 @@ class Worker:
     def _change(self, values: dict[str, object], branch: str) -> object:
         """Change parameters; the answer is the frame from which they count."""
         self._flush()
-        before = self._tree.status(playing=False, speed=0).restarts
+        before = self._tree.restarts
         self._tree.change(values, branch)
-        if self._tree.status(playing=False, speed=0).restarts != before:
+        if self._tree.restarts != before:
             self._restarted()
             return 0
         if self._tree.redraws(values):
@@ -356,12 +367,12 @@ class Worker:
 
     def _activate(self, command: Activate, number: int) -> None:
         self._flush()
-        again = self._tree.activate(command.branch, command.recipe)
+        again = self._tree.activate(command.run.branch, command.run.recipe)
         self._playing = False
         if again:
             # The web process may never have had them: it forgets all diagnostics when the server ends.
             self._rows = self._tree.rows(0)
-            self._go(command.goal, number)
+            self._go(command.run.bound, number)
 
     def _restarted(self) -> None:
         """Report the rows of a run that has just been restarted."""

@@ -6,6 +6,7 @@ import httpx
 
 from tests.server.follow.class_room import farewell, follower, hear
 from tests.server.host import Server, error_of, steer
+from tests.server.test_stream import has_changed, until
 
 
 def test_a_class_sees_what_the_lecturer_does(
@@ -25,8 +26,7 @@ def test_a_class_sees_what_the_lecturer_does(
             assert greeting["follow"]["sessions"] == [{"id": session, "title": "Ball behind an occluder"}]
             assert hear(run)["session"]["position"] == 0
             steer(lecturer, session, "seek", frame=5)
-            while (told := hear(run))["type"] != "position" or told["frame"] != 5:
-                pass
+            until(run, has_changed(position=5))
             address = f"/api/v1/follows/{follow['id']}"
             lecturer.put(f"{address}/poll", json={"question": "Will it survive?", "answers": ["yes", "no"]})
             asked = hear(stream)["follow"]["poll"]

@@ -1,32 +1,43 @@
 """The view of a timeline: what each change did, and the thresholds as they changed, so that a page computes neither."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from pftrack.model.parameters import Declaration, Value
-from pftrack_server.schemas.messages import ChangePublic, ThresholdPublic, ThresholdStep
-from pftrack_server.schemas.spec import BranchSpec
+from pftrack.model.timeline import Change
+from pftrack_server.schemas.snapshot import ChangePublic, ThresholdPublic, ThresholdStep
 
 __all__ = ["threshold_views", "timeline_view"]
 
 TRACKER = "tracker"
 
-Declarations = Sequence[Declaration]
 
+def timeline_view(timeline: Sequence[Change], first: Mapping[str, Value]) -> list[ChangePublic]:
+    """Return the changes of a run, those after its first frame with the values that they replaced.
 
-def timeline_view(branch: BranchSpec, declarations: Declarations) -> list[ChangePublic]:
-    """Return the changes of a branch, those after its first frame with the values that they replaced."""
-    known = _first(branch, declarations)
+    Args:
+        timeline: The changes.
+        first: The values in force in frame 0, the tracker's name among them.
+    """
+    known = dict(first)
     changes = []
-    for change in branch.recipe.timeline:
+    for change in timeline:
         before = {name: known[name] for name in change.values if name in known} if change.frame > 0 else {}
         changes.append(ChangePublic(frame=change.frame, values=dict(change.values), before=before))
         known |= change.values
     return changes
 
 
-def threshold_views(branch: BranchSpec, declarations: Declarations) -> list[ThresholdPublic]:
-    """Return the thresholds that a tracker of the branch reads."""
-    course = list(_course(branch, declarations))
+def threshold_views(
+    timeline: Sequence[Change], first: Mapping[str, Value], declarations: Sequence[Declaration]
+) -> list[ThresholdPublic]:
+    """Return the thresholds that a tracker of the run reads.
+
+    Args:
+        timeline: The changes.
+        first: The values in force in frame 0, the tracker's name among them.
+        declarations: Of the parameters.
+    """
+    course = list(_course(timeline, first))
     views = [
         ThresholdPublic(
             name=item.name,
@@ -39,7 +50,7 @@ def threshold_views(branch: BranchSpec, declarations: Declarations) -> list[Thre
     return [view for view in views if any(step.value is not None for step in view.steps)]
 
 
-def _read(declaration: Declaration, values: dict[str, Value]) -> float | None:
+def _read(declaration: Declaration, values: Mapping[str, Value]) -> float | None:
     """Return the value that the tracker in charge reads."""
     value = values.get(declaration.name)
     if isinstance(value, str | None) or (declaration.trackers and values.get(TRACKER) not in declaration.trackers):
@@ -47,19 +58,13 @@ def _read(declaration: Declaration, values: dict[str, Value]) -> float | None:
     return float(value)
 
 
-def _course(branch: BranchSpec, declarations: Declarations) -> Iterator[tuple[int, dict[str, Value]]]:
+def _course(timeline: Sequence[Change], first: Mapping[str, Value]) -> Iterator[tuple[int, dict[str, Value]]]:
     """Yield the values in force from each frame on in which something changed."""
-    known = _first(branch, declarations)
-    for index, change in enumerate(branch.recipe.timeline):
+    known = dict(first)
+    for index, change in enumerate(timeline):
         if index == 0 and change.frame > 0:
             yield 0, dict(known)
         known |= change.values
         yield change.frame, dict(known)
-    if not branch.recipe.timeline:
+    if not timeline:
         yield 0, known
-
-
-def _first(branch: BranchSpec, declarations: Declarations) -> dict[str, Value]:
-    """Return the values that the branch began with; of what was never stored, the default."""
-    defaults = {item.name: item.default for item in declarations}
-    return {**defaults, **branch.first_values, TRACKER: branch.recipe.tracker or branch.tracker}
