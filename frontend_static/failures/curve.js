@@ -1,33 +1,30 @@
-/** The errors of a failing run and of the cured one over their frames, as a small drawing. */
+/** The errors of a failing run and of the cured one over their frames, in a small figure. */
 
-import { h, svg } from "../shared/dom.js";
+import { h } from "../shared/dom.js";
+import { miniature } from "../shared/figure/miniature.js";
 import { quantity } from "../shared/format.js";
 
 /** @import { FailureCourse, FailureRun } from "../shared/messages.js" */
-
-const WIDTH = 300;
-const HEIGHT = 90;
+/** @import { Axis, Line } from "../shared/figure/traces.js" */
 
 /**
  * @param {FailureCourse} course
  * @param {number} frame The one before it happens; it is marked.
+ * @param {AbortSignal} signal Takes the figure away.
  */
-export function curve({ unit, failing, cured }, frame) {
-  const largest = Math.max(largestOf(failing), largestOf(cured)) || 1;
+export function curve({ unit, failing, cured }, frame, signal) {
   const last = Math.max(failing.errors.length - 1, 1);
-  const x = (/** @type {number} */ at) => (WIDTH * at) / last;
-  const path = (/** @type {FailureRun} */ { errors }) => lineOf(errors, x, (error) => HEIGHT - 2 - ((HEIGHT - 4) * error) / largest);
+  const largest = Math.max(largestOf(failing), largestOf(cured)) || 1;
+  const traces = [
+    { ...line([0, largest]), x: [frame, frame], ink: "muted", width: 1, dashed: true },
+    { ...line(cured.errors), ink: "second", width: 2, dashed: true },
+    { ...line(failing.errors), ink: "lost", width: 2.5 },
+  ];
   const words = `Error over ${last + 1} frames. It fails after frame ${frame}: ${errorWords(failing, unit)}. Cured: ${errorWords(cured, unit)}.`;
   return h(
     "figure",
     { class: "curve" },
-    svg(
-      "svg",
-      { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, preserveAspectRatio: "none", role: "img", "aria-label": words },
-      svg("path", { class: "stand", d: `M${x(frame)} 0V${HEIGHT}` }),
-      svg("path", { class: "cured", d: path(cured) }),
-      svg("path", { class: "failing", d: path(failing) }),
-    ),
+    miniature({ x: axis(last), y: axis(largest), traces }, words, signal),
     h(
       "figcaption",
       {},
@@ -35,6 +32,23 @@ export function curve({ unit, failing, cured }, frame) {
       h("span", { class: "key cured" }, `cured, up to ${quantity(largestOf(cured), unit)} ${unit}`),
     ),
   );
+}
+
+/**
+ * @param {readonly (number|null)[]} errors A frame each.
+ * @returns {Line}
+ */
+function line(errors) {
+  const y = errors.map((error) => error ?? NaN);
+  return { kind: "line", title: "", name: "", ink: "", x: [...y.keys()], y, width: 1, said: "", unit: "" };
+}
+
+/**
+ * @param {number} high
+ * @returns {Axis}
+ */
+function axis(high) {
+  return { title: "", unit: "", low: 0, high, log: false, names: [], hidden: true };
 }
 
 /**
@@ -48,20 +62,4 @@ function errorWords(run, unit) {
 /** @param {FailureRun} run */
 function largestOf({ errors }) {
   return errors.reduce((/** @type {number} */ most, error) => Math.max(most, error ?? 0), 0);
-}
-
-/**
- * @param {(number|null)[]} errors
- * @param {(frame: number) => number} x
- * @param {(error: number) => number} y
- */
-function lineOf(errors, x, y) {
-  let isDown = false;
-  return errors
-    .map((error, frame) => {
-      const move = isDown ? "L" : "M";
-      isDown = error !== null;
-      return error === null ? "" : `${move}${x(frame).toFixed(1)} ${y(error).toFixed(1)}`;
-    })
-    .join("");
 }

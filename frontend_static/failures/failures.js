@@ -59,7 +59,7 @@ async function draw(failure, place) {
   const tell = (/** @type {string} */ sentence) => fill(place, h("p", { class: "hint", role: "status" }, sentence));
   try {
     const course = await whenCompiled(failure.experiment, () => api.course(failure.id, end.signal), tell, end.signal);
-    fill(place, curve(course, failure.frame));
+    fill(place, curve(course, failure.frame, end.signal));
   } catch (error) {
     tell(messageOf(error));
   }

@@ -1,9 +1,9 @@
-/** What a cell looks like, and what is said of it, in each of the ways to see a sweep. */
+/** What a cell looks like in each of the ways to see a sweep. */
 
 import { SIGNS, diverging, verdict, viridis } from "../shared/colours.js";
 
 /** @import { CellsPublic, ComparisonPublic, MapPublic, MeasurePublic } from "../shared/messages.js" */
-/** @import { Look } from "./map_paint.js" */
+/** @import { CellLook } from "../shared/figure/traces.js" */
 /** @import { SweepStore } from "./store.js" */
 
 /** @typedef {{most: number, words: string}} End The end of a scale, and what follows the number there. */
@@ -48,7 +48,7 @@ export function measureEnd({ maps }, { name, how }) {
  * @param {SweepStore} store
  * @param {CellsPublic} cells
  * @param {MapPublic} map
- * @returns {(index: number) => Look}
+ * @returns {(index: number) => CellLook}
  */
 export function methodLook(store, cells, map) {
   const { values, most, isShare, isBetterHigh } = quantityOf(store, cells, map);
@@ -81,7 +81,7 @@ function quantityOf({ quantity, measure }, cells, map) {
  *
  * @param {SweepStore} store
  * @param {CellsPublic} cells
- * @returns {(index: number) => Look}
+ * @returns {(index: number) => CellLook}
  */
 export function comparisonLook(store, cells) {
   const { comparison, view, quantity, measure } = store;
@@ -89,11 +89,11 @@ export function comparisonLook(store, cells) {
   const { most } = differenceEnd(store);
   return (index) => {
     const each = maps.map((map) => presence(store, cells, map, index));
-    const there = { hatched: each.some(({ hatched }) => hatched), filled: Math.min(...each.map(({ filled }) => filled)) };
+    const there = { isHatched: each.some(({ isHatched }) => isHatched), filled: Math.min(...each.map(({ filled }) => filled)) };
     if (comparison === null) return { ...there, colour: null };
     if (view.show === "significance") {
       const code = comparison.verdict[index];
-      return { ...there, colour: there.filled > 0 ? verdict(code) : null, outlined: true, text: SIGNS[code] };
+      return { ...there, colour: there.filled > 0 ? verdict(code) : null, isOutlined: true, text: SIGNS[code] };
     }
     const value = comparison.difference[index];
     if (value === null) return { ...there, colour: null };
@@ -115,7 +115,7 @@ function presence({ known }, { planned }, map, index) {
   const isOver = known.state !== "running";
   // What was stopped shows its values whole: nothing is going to fill the rest.
   const filled = runs >= planned || (isOver && runs > 0) ? 1 : runs / planned;
-  return { hatched: isRefused || (runs === 0 && isOver), filled: isRefused ? 0 : filled };
+  return { isHatched: isRefused || (runs === 0 && isOver), filled: isRefused ? 0 : filled };
 }
 
 /**

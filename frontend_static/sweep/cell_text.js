@@ -6,7 +6,7 @@ import { short } from "./cell_style.js";
 
 /** @import { Child } from "../shared/elements.js" */
 /** @import { AxisPublic, CellsPublic, ComparisonPublic, MapPublic } from "../shared/messages.js" */
-/** @import { Cell } from "./grid.js" */
+/** @import { Cell } from "../shared/figure/traces.js" */
 /** @import { SweepStore } from "./store.js" */
 
 /**

@@ -1,18 +1,28 @@
 /** Small multiples: a heat map a method over shared axes and colours; and one method against another. */
 
 import { fill, h, setText } from "../shared/dom.js";
+import { FigureView } from "../shared/figure/figure.js";
 import { count } from "../shared/format.js";
 import { coalesce } from "../shared/timing.js";
+import { Tooltip } from "../shared/tooltip.js";
 import { describe } from "./cell_text.js";
 import { comparisonLook, methodLook } from "./cell_style.js";
-import { HeatMap } from "./map.js";
-import { Tooltip } from "../shared/tooltip.js";
 
-/** @import { CellsPublic, MapPublic } from "../shared/messages.js" */
+/** @import { Axis, CellLook } from "../shared/figure/traces.js" */
+/** @import { Value } from "../shared/format.js" */
+/** @import { AxisPublic, CellsPublic, MapPublic } from "../shared/messages.js" */
 /** @import { SweepStore } from "./store.js" */
 
-/** @typedef {{map: HeatMap, heading: HTMLElement, value: HTMLOutputElement, element: HTMLElement}} Figure */
+/** @typedef {(title: string, cells: CellsPublic, look: (index: number) => CellLook) => void} Show */
+/** @typedef {{show: Show, heading: HTMLElement, value: HTMLOutputElement, element: HTMLElement}} Figure */
 /** @typedef {{id: string, tracker: string|null}} Wanted A map by its name, and the method that it is of; null for a comparison. */
+
+/** The largest side of a cell, px. */
+const LARGEST_PX = 72;
+const KEYS = "Arrow keys move from cell to cell, Enter lists its runs.";
+const PANEL = "map";
+/** The maps last as long as their page. */
+const FOREVER = new AbortController().signal;
 
 export class Maps {
   #root;
@@ -49,7 +59,6 @@ export class Maps {
       const map = cells.maps.find((one) => one.tracker === tracker);
       if (map) this.#drawMethod(figures[place], cells, map);
       else if (tracker === null) this.#drawComparison(figures[place], cells);
-      figures[place].map.mark(this.#store.chosen);
     });
   }
 
@@ -74,7 +83,7 @@ export class Maps {
     const store = this.#store;
     const title = named(store, map.tracker);
     label(figure, title, pooled(store, map));
-    figure.map.show(`${title}, ${store.measure?.title ?? store.quantity}`, cells, methodLook(store, cells, map));
+    figure.show(`${title}, ${store.measure?.title ?? store.quantity}`, cells, methodLook(store, cells, map));
   }
 
   /**
@@ -86,7 +95,7 @@ export class Maps {
     const { first, second, show } = store.view;
     const title = `${store.shortOf(first)} against ${store.shortOf(second)}`;
     label(figure, title, verdicts(store));
-    figure.map.show(`${title}, ${show}`, cells, comparisonLook(store, cells));
+    figure.show(`${title}, ${show}`, cells, comparisonLook(store, cells));
   }
 
   /** @param {string} id */
@@ -104,16 +113,60 @@ export class Maps {
     const store = this.#store;
     const heading = h("span", {});
     const value = h("output", {});
-    const map = new HeatMap({
-      point: (cell, place) => store.cells && this.#tip.show(describe(store, store.cells, cell, id), place),
-      leave: () => this.#tip.hide(),
-      choose: ({ i, j }) => {
-        this.#tip.hide();
-        store.choose({ i, j, tracker: store.known.trackers.some((tracker) => tracker.id === id) ? id : null });
+    const room = h("div", { class: "map-room" });
+    const figure = new FigureView(
+      room,
+      {
+        describe: (_, cell) => store.cells && describe(store, store.cells, cell, id),
+        choose: (_, { i, j }) => store.choose({ i, j, tracker: store.known.trackers.some((tracker) => tracker.id === id) ? id : null }),
       },
-    });
-    return { map, heading, value, element: h("figure", { class: "map", data: { map: id } }, h("figcaption", {}, heading, value), map.element) };
+      FOREVER,
+      { isCompact: true, tip: this.#tip },
+    );
+    const show = (/** @type {string} */ title, /** @type {CellsPublic} */ { x, y }, /** @type {(index: number) => CellLook} */ look) => {
+      const [across, up] = [axisOf(x), axisOf(y)];
+      const cells = { across: across.names.length, up: up.names.length, look, chosen: store.chosen };
+      const trace = { ...cells, kind: /** @type {const} */ ("heat map"), title: /** @type {const} */ (""), ink: "", name: id };
+      const words = `${title}. ${KEYS}`;
+      const panel = { id: PANEL, title: "", x: across, y: up, traces: [trace], handles: [], words, row: 0, share: /** @type {[number, number]} */ ([1, 1]) };
+      setLengths(room, { across: cells.across, up: cells.up });
+      figure.show({ panels: [{ ...panel, equal: false, unit_px: LARGEST_PX }] }, { locked: true });
+      const around = figure.around(PANEL);
+      if (around !== null) setLengths(room, { beside: `${around.across}px`, under: `${around.up}px` });
+    };
+    const element = h("figure", { class: "map", data: { map: id } }, h("figcaption", {}, heading, value), h("div", { class: "map-plot" }, room));
+    return { show, heading, value, element };
   }
+}
+
+/**
+ * Tell the style sheet of what a map's height follows.
+ *
+ * @param {HTMLElement} room
+ * @param {Record<string, number|string>} lengths
+ */
+function setLengths(room, lengths) {
+  for (const [name, length] of Object.entries(lengths)) room.style.setProperty(`--${name}`, String(length));
+}
+
+/**
+ * A cell for each value, in the middle of which it stands.
+ *
+ * @param {AxisPublic|null} axis
+ * @returns {Axis}
+ */
+function axisOf(axis) {
+  const { title, unit, values } = axis ?? { title: "", unit: "", values: [""] };
+  return { title, unit, names: values.map(short), low: -0.5, high: values.length - 0.5, log: false, hidden: axis === null };
+}
+
+/**
+ * A value of an axis, short.
+ *
+ * @param {Value} value
+ */
+function short(value) {
+  return typeof value === "number" ? String(Number(value.toPrecision(4))) : String(value);
 }
 
 /**

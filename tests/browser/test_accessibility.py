@@ -116,6 +116,6 @@ def test_a_sweep(page: Any, server: Server) -> None:
     sweep = server.post("sweeps", {**SMALL, "trials": 1, "frames": 10})
     until(lambda: server.get(f"sweeps/{sweep['id']}")["state"] == "done", "the sweep is complete")
     page.goto(sweep["page"])
-    View(page).until(lambda: page.locator(".map-plot[data-left]").count() == 2, "the maps are drawn")
+    View(page).until(lambda: page.locator(".map .figure-plot[data-left]").count() == 2, "the maps are drawn")
     check(page)
     fits(page)

@@ -52,8 +52,8 @@ def test_failure_three_is_found_in_the_gallery(failure: FailurePage) -> None:
     failure.until(lambda: page.locator(".failure-card").count() == 10, "all ten are there")
     assert page.locator("section h2").count() == 4
     assert page.locator("h1").bounding_box()["width"] <= 1, "the navigation says where one is, nothing says it twice"
-    failure.until(lambda: page.locator(".curve svg").count() == 10, "the errors of all are drawn")
-    words = page.locator("[data-failure=wrong-dynamics] svg").get_attribute("aria-label")
+    failure.until(lambda: page.locator(".curve canvas").count() == 10, "the errors of all are drawn")
+    words = page.locator("[data-failure=wrong-dynamics] .figure-miniature").get_attribute("aria-label")
     assert "Error over 60 frames. It fails after frame 6: up to 138.9 px" in words
     card = page.locator(".failure-card", has=page.locator(".failure-number", has_text="3"))
     assert card.locator("h3").inner_text().split() == ["3", "Look-alike", "capture"]

@@ -205,9 +205,9 @@ def test_its_sweep_is_drawn_and_leads_to_a_run(page: Any, server: Server) -> Non
     page.wait_for_url(lambda address: "/sweep/" in address and not address.split("#")[0].endswith("new"))
     form.until(lambda: page.locator(".map canvas").count() > 0, "there is a map")
     form.until(lambda: page.inner_text(".bar-words").startswith("Complete"), "the sweep is complete", 120)
-    grid = page.locator("[data-map=straight] .map-plot").evaluate("(plot) => ({ ...plot.dataset })")
-    left, top, wide, high = (float(grid[name]) for name in ("left", "top", "wide", "high"))
-    page.locator("[data-map=straight] canvas").click(position={"x": left + 3.5 * wide, "y": top + 0.5 * high})
+    grid = page.locator("[data-map=straight] .figure-plot").evaluate("(plot) => ({ ...plot.dataset })")
+    left, top, width, height = (float(grid[name]) for name in ("left", "top", "width", "height"))
+    page.locator("[data-map=straight] .figure-picture").click(position={"x": left + 3.5 * width / 5, "y": top + height / 2})
     item = page.locator("li.run").first
     item.wait_for()
     with page.context.expect_page() as opening:

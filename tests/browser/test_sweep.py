@@ -19,6 +19,7 @@ SMALL: dict[str, Any] = {
     "frames": 40,
     "parameters": {"sample_count": 100},
 }
+ACROSS, UP = 3, 2
 FAILING = {"i": 1, "j": 1}
 BARE = [0, 0, 0, 0]
 """The colour of a cell in which nothing has been computed yet: the page shows through."""
@@ -41,11 +42,11 @@ class SweepPage(View):
 
     def centre(self, method: str, i: int, j: int) -> tuple[float, float]:
         """Where the middle of a cell is in the map's canvas, px."""
-        plot = self.page.locator(f"[data-map='{method}'] .map-plot")
+        plot = self.page.locator(f"[data-map='{method}'] .figure-plot")
         self.until(lambda: plot.get_attribute("data-left") is not None, "the map is drawn")
-        grid = plot.evaluate("(plot) => ({ ...plot.dataset })")
-        left, top, wide, high, up = (float(grid[name]) for name in ("left", "top", "wide", "high", "up"))
-        return left + (i + 0.5) * wide, top + (up - j - 0.5) * high
+        box = plot.evaluate("(plot) => ({ ...plot.dataset })")
+        left, top, width, height = (float(box[name]) for name in ("left", "top", "width", "height"))
+        return left + (i + 0.5) * width / ACROSS, top + (UP - j - 0.5) * height / UP
 
     def colours(self, method: str) -> list[list[int]]:
         """The colours of a map's cells, taken a little beside the figures that stand there."""
@@ -54,11 +55,11 @@ class SweepPage(View):
             return [...canvas.getContext("2d").getImageData((x - 14) * scale, (y - 14) * scale, 1, 1).data];
         }"""
         canvas = self.page.locator(f"[data-map='{method}'] canvas")
-        return [canvas.evaluate(read, list(self.centre(method, i, j))) for j in range(2) for i in range(3)]
+        return [canvas.evaluate(read, list(self.centre(method, i, j))) for j in range(UP) for i in range(ACROSS)]
 
     def click_cell(self, method: str, cell: dict[str, int]) -> None:
         x, y = self.centre(method, **cell)
-        self.page.locator(f"[data-map='{method}'] canvas").click(position={"x": x, "y": y})
+        self.page.locator(f"[data-map='{method}'] .figure-picture").click(position={"x": x, "y": y})
 
     def runs(self) -> Any:
         return self.page.locator("li.run")
@@ -77,7 +78,7 @@ def sweep(complete: dict[str, Any], page: Any) -> SweepPage:
     """The page of a small sweep that is complete."""
     page.goto(complete["page"])
     shown = SweepPage(page)
-    shown.until(lambda: page.locator(".map-plot[data-left]").count() == 2, "the maps are drawn")
+    shown.until(lambda: page.locator(".map .figure-plot[data-left]").count() == 2, "the maps are drawn")
     shown.complete()
     return shown
 
@@ -143,7 +144,11 @@ def test_the_other_methods_are_one_click_away(sweep: SweepPage, page: Any, serve
 
 def test_by_keyboard(sweep: SweepPage, page: Any) -> None:
     """Arrow keys move from cell to cell and tell what is there, Enter lists its runs, Escape hides what was told."""
-    page.locator("[data-map='h-spf'] .map-plot").focus()
+    plot = page.locator("[data-map='h-spf'] [role=application]")
+    label = plot.get_attribute("aria-label")
+    assert label.startswith("h-SPF · Hard switching, success. Arrow keys move from cell to cell, Enter lists its runs.")
+    assert "Occluder width, px to the right, from 5 to 105." in label
+    plot.focus()
     for key in ("Tab", "Shift+Tab", "ArrowRight", "ArrowUp"):
         page.keyboard.press(key)
     tip = page.locator(".tooltip")
@@ -153,6 +158,9 @@ def test_by_keyboard(sweep: SweepPage, page: Any) -> None:
     page.keyboard.press("Enter")
     sweep.runs().first.wait_for()
     assert "Look-alike radius 20 px" in page.inner_text(".runs-head")
+    rings = page.locator(".figure-ring:not(.cursor):visible")
+    sweep.until(lambda: rings.count() == 2, "both maps mark the cell")
+    assert page.locator(".figure-ring.cursor:visible").count() == 1
     page.keyboard.press("ArrowDown")
     sweep.until(lambda: "Look-alike radius 1 px" in tip.inner_text(), "the cell below is told of")
     page.keyboard.press("Escape")
@@ -199,7 +207,7 @@ def test_a_measure_is_chosen(sweep: SweepPage, page: Any, server: Server) -> Non
     shown = sweep.colours("h-spf")
     sweep.until(lambda: "show=measure" in page.url and "of=inside_share" in page.url, "the address names it")
     page.reload()
-    sweep.until(lambda: page.locator(".map-plot[data-left]").count() == 2, "the maps are drawn")
+    sweep.until(lambda: page.locator(".map .figure-plot[data-left]").count() == 2, "the maps are drawn")
     sweep.until(lambda: sweep.colours("h-spf") == shown, "the link shows the same")
     page.select_option("select[aria-label='Which measure']", "median_error_px")
     sweep.until(lambda: "px" in page.inner_text(".sweep-legend"), "the scale has its unit")

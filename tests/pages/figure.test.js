@@ -2,6 +2,7 @@ import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
 import { boxOf, furniture, isSame, margins, scales } from "../../frontend_static/shared/figure/box.js";
+import { cellsOf } from "../../frontend_static/shared/figure/cells.js";
 import { boundsOf, moved, stepped } from "../../frontend_static/shared/figure/handle.js";
 import { kept, nearestOf, nearestOn } from "../../frontend_static/shared/figure/polyline.js";
 import { Scale } from "../../frontend_static/shared/figure/scale.js";
@@ -208,5 +209,42 @@ describe("a handle", () => {
     near(moved(1000, 1, bounds) / 1000, once, 1e-3);
     assert.ok(once > 1 && once < 1.05);
     assert.equal(moved(9999, 50, bounds), 10_000);
+  });
+});
+
+describe("the cells of a map", () => {
+  const names = (count) => ({ ...AXIS, names: Array.from({ length: count }, (_, place) => String(5 * place)), low: -0.5, high: count - 0.5 });
+  const panel = { x: names(4), y: names(3), traces: [], equal: false, unit_px: 72 };
+  const around = { left: 46, right: 10, bottom: 36 };
+  const cells = (room) => {
+    const box = boxOf(panel, room, around, 13);
+    return { box, ...cellsOf(scales(panel, box), { across: 4, up: 3 }) };
+  };
+
+  it("are where their boxes are, the rows counted upwards, and there is none beside them", () => {
+    const { box, at } = cells({ width: 300, height: 200 });
+    for (const cell of [{ i: 0, j: 0 }, { i: 3, j: 2 }, { i: 1, j: 2 }]) {
+      const { left, top, width, height } = box(cell);
+      assert.deepEqual(at(left + width / 2, top + height / 2), cell);
+    }
+    assert.ok(box({ i: 0, j: 0 }).top > box({ i: 0, j: 1 }).top);
+    assert.equal(at(0, 0), null);
+    assert.equal(at(299, 100), null);
+  });
+
+  it("adjoin, and are no larger than they may be", () => {
+    const { box } = cells({ width: 1000, height: 1000 });
+    const [first, second] = [box({ i: 0, j: 0 }), box({ i: 1, j: 0 })];
+    assert.equal(first.left + first.width, second.left);
+    assert.deepEqual([first.width, first.height], [72, 72]);
+  });
+
+  it("have names as far apart as these are long and high", () => {
+    const many = { ...panel, x: names(40), y: names(40) };
+    const { x, y } = furniture(many, { width: 400, height: 300 }, 13, (text) => 7 * text.length, false);
+    assert.deepEqual(x.map(({ text }) => text).slice(0, 5), ["0", "", "", "", "20"]);
+    assert.deepEqual(y.map(({ text }) => text).slice(0, 4), ["0", "", "", "15"]);
+    assert.equal(valueOn(names(4), 3.5), "15");
+    assert.equal(valueOn(names(4), -0.5), "0");
   });
 });

@@ -5,7 +5,6 @@ import { Axis, GUTTER } from "../../frontend_static/session/scrubber/rows.js";
 import { DIVERGING, VIRIDIS } from "../../frontend_static/shared/palette.js";
 import { css, diverging, inkOn, viridis } from "../../frontend_static/shared/colours.js";
 import { differenceEnd, errorEnd, measureEnd, methodLook } from "../../frontend_static/sweep/cell_style.js";
-import { clamp, sparse } from "../../frontend_static/sweep/strokes.js";
 
 let medium = "screen";
 
@@ -79,14 +78,6 @@ describe("the ends of a scale", () => {
     const by = (how) => differenceEnd({ ...store([-0.2, 0.1]), quantity: "measure", measure: { how } }).most;
     assert.deepEqual([by("share"), by("median")], [1, 0.2]);
     assert.equal(differenceEnd({ ...store([0.1]), quantity: "success" }).most, 1);
-  });
-});
-
-describe("places of a scale", () => {
-  it("are every nth, the first always, and never beyond the last", () => {
-    assert.deepEqual(sparse(7, 3), [0, 3, 6]);
-    assert.deepEqual(sparse(1, 5), [0]);
-    assert.deepEqual([clamp(-3, 5), clamp(2, 5), clamp(9, 5)], [0, 2, 4]);
   });
 });
 

@@ -2,7 +2,6 @@ import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
 import { listOf, rangeOf } from "../../frontend_static/sweep/axis_inputs.js";
-import { Grid } from "../../frontend_static/sweep/grid.js";
 import { queryOf, viewOf } from "../../frontend_static/sweep/view.js";
 
 describe("the values of an axis", () => {
@@ -21,26 +20,6 @@ describe("the values of an axis", () => {
     for (const none of [{ start: 0, stop: 1000, step: 1 }, { start: 0, stop: 1, step: 0 }, { start: null, stop: 1, step: 1 }, { start: 2, stop: 1, step: 1 }]) {
       assert.equal(listOf(none), null);
     }
-  });
-});
-
-describe("the grid of a map", () => {
-  const axis = (count) => ({ values: Array.from({ length: count }, (_, index) => index) });
-
-  it("has a cell where its box is, and none beside it", () => {
-    const grid = new Grid({ x: axis(4), y: axis(3) }, 300);
-    for (const cell of [{ i: 0, j: 0 }, { i: 3, j: 2 }, { i: 1, j: 2 }]) {
-      const [x, y, width, height] = grid.box(cell);
-      assert.deepEqual(grid.at(x + width / 2, y + height / 2), cell);
-    }
-    assert.equal(grid.at(0, 0), null);
-    assert.equal(grid.index({ i: 1, j: 2 }), 9);
-  });
-
-  it("is as high as its cells, however many there are", () => {
-    const grid = new Grid({ x: axis(4), y: axis(500) }, 300);
-    const [, y, , height] = grid.box({ i: 0, j: 0 });
-    assert.ok(y + height <= grid.height);
   });
 });
 

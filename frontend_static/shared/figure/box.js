@@ -14,7 +14,7 @@ import { titled } from "./description.js";
 const LEAST = 8;
 /** Height of a line of letters, in their size; what follows likewise. */
 export const LINE = 1.25;
-const GAP = 0.45;
+export const GAP = 0.45;
 const APART = { x: 5, y: 1.9 };
 /** About what stands beside a box. */
 const ASIDE = 4;
@@ -48,28 +48,28 @@ export function furniture(panel, { width, height }, em, wide, sharesX) {
   const room = (/** @type {"x"|"y"} */ along, /** @type {number} */ px) => Math.min(Math.max(2, Math.floor(px / (APART[along] * em))), MOST[along]);
   const ticks = ticksOf(panel.x, room("x", width));
   const { names } = panel.x;
-  const numbered = names.length ? apart(ticks, (width - ASIDE * em) / names.length, em, wide) : ticks;
+  const numbered = names.length ? apart(ticks, (width - ASIDE * em) / names.length, Math.max(...names.map(wide)) + GAP * em) : ticks;
   const x = sharesX ? ticks.map(({ at }) => ({ at, text: "" })) : numbered;
   const left = (/** @type {string} */ below) => height - GAP * em - under({ x, below }, em);
   // Where nothing would be left to paint on, a title gives way.
   const below = sharesX || left(titled(panel.x)) < LEAST ? "" : titled(panel.x);
   const high = left(below);
-  const y = ticksOf(panel.y, room("y", high));
+  const across = ticksOf(panel.y, room("y", high));
+  const y = panel.y.names.length ? apart(across, high / panel.y.names.length, LINE * em) : across;
   const isBroken = titled(panel.y).split(" ").some((word) => wide(word) > high);
   const beside = isBroken ? panel.y.unit : titled(panel.y);
   return { x, y, below, beside, lines: Number(beside !== "") + Number(wide(beside) > high) };
 }
 
 /**
- * Names that stand as far apart as they are wide: all, or each second, or third; numbers are given room before.
+ * Names that stand as far apart as they are long: all, or each second, or third; numbers are given room before.
  *
  * @param {Tick[]} ticks
  * @param {number} room For each, px.
- * @param {number} em
- * @param {(text: string) => number} wide
+ * @param {number} needed For each, px.
  */
-function apart(ticks, room, em, wide) {
-  const every = Math.ceil((Math.max(0, ...ticks.map(({ text }) => wide(text))) + GAP * em) / room);
+function apart(ticks, room, needed) {
+  const every = Math.max(1, Math.ceil(needed / room));
   return ticks.map(({ at, text }, place) => ({ at, text: place % every ? "" : text }));
 }
 
@@ -111,8 +111,11 @@ export function boxOf(panel, { width, height }, { left, right, bottom }, em) {
   const top = GAP * em;
   /** @type {Box} */
   const box = { left, top, width: Math.max(LEAST, width - left - right), height: Math.max(LEAST, height - top - bottom) };
-  if (!isEqual(panel)) return whole(box);
   const [across, up] = [Math.abs(panel.x.high - panel.x.low) || 1, Math.abs(panel.y.high - panel.y.low) || 1];
+  if (!isEqual(panel)) {
+    const { unit_px: most = Infinity } = panel;
+    return whole({ ...box, width: Math.min(box.width, most * across), height: Math.min(box.height, most * up) });
+  }
   const rate = Math.min(box.width / across, box.height / up);
   const [fits, high] = [rate * across, rate * up];
   return whole({ left: left + (box.width - fits) / 2, top: top + (box.height - high) / 2, width: fits, height: high });

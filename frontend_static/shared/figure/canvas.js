@@ -5,7 +5,7 @@ import { DASHED, LOOKS } from "./line_styles.js";
 /** @import { Box } from "./box.js" */
 /** @import { Ink } from "./line_styles.js" */
 /** @import { Scale } from "./scale.js" */
-/** @import { Axis } from "./traces.js" */
+/** @import { Axis, Cell } from "./traces.js" */
 
 /**
  * Where a panel's traces are painted.
@@ -29,6 +29,8 @@ import { DASHED, LOOKS } from "./line_styles.js";
  * @property {number} x px
  * @property {number} y px
  * @property {string} words
+ * @property {Cell} [cell] Of a map whose cells are chosen.
+ * @property {Box} [box] Where that is.
  */
 
 /** So near a pointer has to be, px at letters of 16 px. What has an area is as near as that, so that lines on it win. */

@@ -24,7 +24,7 @@ export function titled({ title, unit }) {
  * @param {number} [step] In which it is turned: no finer is it told.
  */
 export function valueOn(axis, value, step) {
-  if (axis.names.length) return axis.names[Math.round(value)] ?? "";
+  if (axis.names.length) return axis.names[Math.min(Math.max(Math.round(value), 0), axis.names.length - 1)];
   const size = axis.log ? Math.abs(value) : Math.abs(axis.high - axis.low);
   const decimals = Math.max(0, DIGITS - Math.round(Math.log10(size || 1)));
   const text = written(value, Math.min(decimals, step === undefined ? 12 : decimalsOf(step)));

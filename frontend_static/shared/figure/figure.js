@@ -16,7 +16,8 @@ import { decode } from "./pictures.js";
 
 /** @import { Mark } from "./marks.js" */
 /** @import { Style } from "./panel.js" */
-/** @import { Figure, Panel } from "./traces.js" */
+/** @import { Child } from "../elements.js" */
+/** @import { Cell, Figure, Panel } from "./traces.js" */
 
 /** @typedef {{title: string, unit: string, minimum: number|null, maximum: number|null, step: number|null}} Declared */
 
@@ -26,6 +27,8 @@ import { decode } from "./pictures.js";
  * @typedef {object} Listener
  * @property {(parameter: string, value: number) => void} [turn] A handle was moved.
  * @property {(panel: string, x: number, y: number) => void} [place] What was asked for was placed there.
+ * @property {(panel: string, cell: Cell) => Child} [describe] What is said of a cell that is pointed at.
+ * @property {(panel: string, cell: Cell) => void} [choose] A cell was chosen.
  * @property {(parameter: string) => Declared|undefined} [declared] What is known of a handle's parameter; its axis says
  *     what this does not.
  */
@@ -37,6 +40,7 @@ import { decode } from "./pictures.js";
  * @property {number} [letters] Size of the letters, in that of the page's.
  * @property {boolean} [isCompact] Whether it makes do with the room that there is, however little.
  * @property {string[]} [inks] Colours that its traces have beside those of the lessons, by token.
+ * @property {Tooltip} [tip] That of several figures, of which only one is pointed at.
  * @property {Alignment} [alignment] With which figures it shares its margins.
  */
 
@@ -108,23 +112,23 @@ export class FigureView {
    * @param {AbortSignal} signal Takes it away.
    * @param {Setting} [setting]
    */
-  constructor(place, on, signal, { letters = SMALLER, inks = [], isCompact = false, alignment } = {}) {
+  constructor(place, on, signal, { letters = SMALLER, inks = [], isCompact = false, alignment, tip: shared } = {}) {
     this.#look = { letters, inks };
     this.#isCompact = isCompact;
     this.#root.classList.toggle("compact", isCompact);
     this.#root.style.fontSize = `${letters}rem`;
     this.#alignment = alignment;
     this.redraw = coalesce(() => this.#draw(), signal);
-    const tip = new Tooltip();
+    const tip = shared ?? new Tooltip();
     this.#shared = { on, signal, tip };
     fill(place, this.#root, this.#letter);
-    document.body.append(tip.element);
+    if (!shared) document.body.append(tip.element);
     watchCanvasSize(place, () => this.#draw(), signal);
     watchCanvasSize(this.#letter, () => this.#dress(), signal);
     onTheme(() => this.#dress(), signal);
     signal.addEventListener("abort", () => {
       alignment?.leave(this);
-      tip.element.remove();
+      if (!shared) tip.element.remove();
       this.#root.remove();
       this.#letter.remove();
     });
@@ -158,6 +162,15 @@ export class FigureView {
    */
   valuesAt(panel, place) {
     return this.#views.get(panel)?.valuesAt(place) ?? null;
+  }
+
+  /**
+   * How much of a panel's room stands around its box, px; null where it has not been drawn.
+   *
+   * @param {string} panel
+   */
+  around(panel) {
+    return this.#views.get(panel)?.around ?? null;
   }
 
   /**

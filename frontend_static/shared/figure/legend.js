@@ -50,7 +50,7 @@ function look(trace) {
 
 /** @param {Trace} trace */
 function extent(trace) {
-  return trace.kind === "heat map" ? `0 to ${written(Number(most(trace).toPrecision(2)))}` : "";
+  return trace.kind === "heat map" && "values" in trace ? `0 to ${written(Number(most(trace).toPrecision(2)))}` : "";
 }
 
 /**

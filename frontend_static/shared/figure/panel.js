@@ -1,21 +1,22 @@
 /** One panel on the page: its title and key, its axes and traces, its handles, and what is asked and marked in it. */
 
 import { h, setText } from "../dom.js";
-import { coalesce } from "../timing.js";
 import { PlaceQuestion } from "./place_question.js";
 import { Axes } from "./axes.js";
-import { boxOf, furniture, margins, scales } from "./box.js";
+import { GAP, boxOf, furniture, margins, scales } from "./box.js";
+import { isCellMap } from "./cells.js";
 import { Handle, boundsOf } from "./handle.js";
 import { Legend } from "./legend.js";
 import { OVER, counted, kindOf } from "./kinds/kinds.js";
 import { markLines, wordsOf } from "./marks.js";
-import { REACH, within } from "./canvas.js";
+import { Pointing } from "./pointing.js";
+import { within } from "./canvas.js";
 import { describe } from "./description.js";
 
 /** @import { Tooltip } from "../tooltip.js" */
 /** @import { Furniture, Margins } from "./box.js" */
 /** @import { Mark } from "./marks.js" */
-/** @import { Hit, Sheet } from "./canvas.js" */
+/** @import { Sheet } from "./canvas.js" */
 /** @import { Panel } from "./traces.js" */
 
 /**
@@ -38,21 +39,22 @@ export class PanelView {
   /** What the height of the header was found for. */
   #measured = "";
   #picture = h("div", { class: "figure-picture", role: "img" }, this.#axes.grid, this.#canvas, this.#axes.texts);
-  #spot = h("span", { class: "figure-spot", hidden: true });
   #marks = h("div", { class: "figure-marks" });
   #grips = h("div", { class: "figure-grips" });
-  #plot = h("div", { class: "figure-plot" }, this.#picture, this.#marks, this.#grips, this.#spot);
+  #plot = h("div", { class: "figure-plot" }, this.#picture, this.#marks, this.#grips);
   #shared;
   #asking;
+  #pointing;
   /** @type {Map<string, Handle>} */
   #handles = new Map();
   /** @type {Furniture|null} */
   #around = null;
   /** @type {Sheet|null} */
   #sheet = null;
-  /** @type {PointerEvent|null} */
-  #pointer = null;
-  #soon;
+  /** How much of its room stands around the box, px.
+   *
+   * @type {{across: number, up: number}|null} */
+  around = null;
 
   element;
 
@@ -64,19 +66,9 @@ export class PanelView {
     this.panel = panel;
     this.#shared = shared;
     this.#asking = new PlaceQuestion((x, y) => shared.on.place?.(this.panel.id, x, y));
-    this.#plot.append(this.#asking.element);
+    this.#pointing = new Pointing(this.#plot, this.#picture, shared);
+    this.#plot.append(...this.#pointing.elements, this.#asking.element);
     this.element = h("section", { class: "figure-panel", data: { panel: panel.id } }, this.#header, this.#plot);
-    this.#soon = coalesce(() => this.#point(), shared.signal);
-    for (const type of /** @type {const} */ (["pointermove", "pointerdown"])) {
-      this.#plot.addEventListener(type, (event) => {
-        this.#pointer = event;
-        this.#soon();
-      });
-    }
-    this.#plot.addEventListener("pointerleave", () => {
-      this.#pointer = null;
-      this.#soon();
-    });
   }
 
   /**
@@ -123,7 +115,8 @@ export class PanelView {
     if (this.#around === null || !room.width || !room.height) return;
     const box = boxOf(panel, room, around, em);
     const { x, y } = scales(panel, box);
-    this.#axes.show(box, { x, y }, this.#around, around.left, em);
+    this.#axes.show(box, { x, y }, this.#around, around.left, em, panel.traces.some(isCellMap));
+    this.around = { across: around.left + around.right, up: around.bottom + GAP * em };
     const pen = this.#fit(room);
     const isCovered = panel.traces.some(({ kind }) => kind === "heat map" || kind === "picture");
     const sheet = { pen, box, x, y, axes: { x: panel.x, y: panel.y }, ink, unit: em / 13, cased: isCovered };
@@ -136,8 +129,7 @@ export class PanelView {
     this.#marks.replaceChildren(...(mark && axis ? markLines(mark, axis, sheet[mark.along], box) : []));
     this.#asking.show(ask && { box, scales: { x, y }, axes: sheet.axes, along: ask.along });
     this.#picture.setAttribute("aria-label", describe(panel, mark && axis ? wordsOf(mark, axis) : ""));
-    // What is pointed at may have moved away.
-    if (this.#pointer !== null) this.#soon();
+    this.#pointing.show(panel, sheet);
     Object.assign(this.#plot.dataset, { left: box.left, top: box.top, width: box.width, height: box.height });
   }
 
@@ -206,39 +198,5 @@ export class PanelView {
     this.#handles.set(parameter, grip);
     this.#grips.append(grip.element);
     return grip;
-  }
-
-  /** Say what the pointer is at, unless it is about to move something. */
-  #point() {
-    const around = this.#plot.getBoundingClientRect();
-    const { clientX, clientY, target } = this.#pointer ?? { clientX: 0, clientY: 0, target: null };
-    const isLooking = target instanceof Node && this.#picture.contains(target);
-    const hit = isLooking && this.#sheet && this.#nearest(this.#sheet, clientX - around.left, clientY - around.top);
-    this.#spot.hidden = !hit;
-    if (!hit) {
-      this.#shared.tip.hide();
-      return;
-    }
-    Object.assign(this.#spot.style, { left: `${hit.x}px`, top: `${hit.y}px` });
-    this.#shared.tip.show(hit.words, { x: around.left + hit.x, y: around.top + hit.y, below: around.top + hit.y });
-  }
-
-  /**
-   * The nearest thing within reach; of equals the one in front.
-   *
-   * @param {Sheet} sheet
-   * @param {number} px
-   * @param {number} py
-   */
-  #nearest(sheet, px, py) {
-    const { left, top, width, height } = sheet.box;
-    if (px < left || px > left + width || py < top || py > top + height) return null;
-    /** @type {Hit|null} */
-    let nearest = null;
-    for (const { trace, among } of counted(this.panel.traces)) {
-      const hit = kindOf(trace).near(sheet, trace, px, py, among);
-      if (hit !== null && hit.distance <= Math.min(REACH * sheet.unit, nearest?.distance ?? Infinity)) nearest = hit;
-    }
-    return nearest;
   }
 }

@@ -1,6 +1,7 @@
+import type { Colour } from "../palette.js";
 import type * as declared from "./types.js";
 
-export type { Bars, Curve, Handle, HeatMap, Histogram, Label, Picture, Rule, Scatter, Stems, StripChart, Tree } from "./types.js";
+export type { Bars, Curve, Handle, Histogram, Label, Picture, Rule, Scatter, Stems, StripChart, Tree } from "./types.js";
 
 /** An axis; what stands at it may be given, where its range says too little. */
 export interface Axis extends declared.Axis {
@@ -64,13 +65,43 @@ export interface Spans extends Live {
   opacity: number;
 }
 
-export type Trace = declared.Trace | Line | Band | Segments | Nodes | Spans;
+/** A cell by its places on the axes. */
+export interface Cell {
+  i: number;
+  j: number;
+}
+
+/** How a cell looks. `colour` is null where there is no value yet, `filled` the share of the cell that is coloured, 0..1;
+ *  `isOutlined` is for colours near that of the page, `isHatched` for what has no value and will have none. */
+export interface CellLook {
+  colour: Readonly<Colour> | null;
+  text?: string;
+  filled: number;
+  isOutlined?: boolean;
+  isHatched: boolean;
+}
+
+/** Cells that are told one by one how they look, row after row, when they are painted, since colours follow the theme; any
+ *  of them can be chosen. Their middles lie at whole numbers of both axes. */
+export interface CellMap extends Live {
+  kind: "heat map";
+  across: number;
+  up: number;
+  look: (index: number) => CellLook;
+  chosen: Cell | null;
+}
+
+export type HeatMap = declared.HeatMap | CellMap;
+
+export type Trace = declared.Trace | Line | Band | Segments | Nodes | Spans | CellMap;
 
 /** One pair of axes with what is drawn in it. */
 export interface Panel extends Omit<declared.Panel, "x" | "y" | "traces"> {
   x: Axis;
   y: Axis;
   traces: Trace[];
+  /** So long a unit of its axes is at the most, px; what room is left then, is left free at the right. */
+  unit_px?: number;
 }
 
 /** Panels in rows. */

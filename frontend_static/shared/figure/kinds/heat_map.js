@@ -1,10 +1,12 @@
-/** Amounts over a plane, each cell in its colour of viridis. */
+/** Amounts over a plane, each cell in its colour of viridis or as it is told to look. */
 
 import { viridis } from "../../colours.js";
+import { cellsOf, paintCells } from "../cells.js";
 import { REACH } from "../canvas.js";
 import { named, saying } from "../description.js";
 import { written } from "../ticks.js";
 
+/** @import { HeatMap as Amounts } from "../types.js" */
 /** @import { HeatMap } from "../traces.js" */
 /** @import { Hit, Sheet } from "../canvas.js" */
 
@@ -18,7 +20,16 @@ const canvas = new OffscreenCanvas(1, 1);
  * @param {Sheet} sheet
  * @param {HeatMap} map
  */
-export function paint({ pen, x, y }, map) {
+export function paint(sheet, map) {
+  if ("look" in map) paintCells(sheet, map);
+  else paintAmounts(sheet, map);
+}
+
+/**
+ * @param {Sheet} sheet
+ * @param {Amounts} map
+ */
+function paintAmounts({ pen, x, y }, map) {
   const [left, right] = ends(map.x).map((value) => x.at(value));
   const [bottom, top] = ends(map.y).map((value) => y.at(value));
   pen.save();
@@ -36,7 +47,13 @@ export function paint({ pen, x, y }, map) {
  * @param {number} py
  * @returns {Hit|null}
  */
-export function near({ x, y, axes, unit }, map, px, py) {
+export function near(sheet, map, px, py) {
+  const { x, y, axes, unit } = sheet;
+  if ("look" in map) {
+    const { at, box } = cellsOf(sheet, map);
+    const cell = at(px, py);
+    return cell && { distance: REACH * unit, x: px, y: py, words: "", cell, box: box(cell) };
+  }
   const [column, row] = [cellAt(map.x, x.value(px)), cellAt(map.y, y.value(py))];
   const value = map.values[row]?.[column] ?? null;
   if (value === null) return null;
@@ -50,11 +67,12 @@ export function near({ x, y, axes, unit }, map, px, py) {
  * @returns {HeatMap} For the key: from nothing to the largest.
  */
 export function sample(map) {
+  if ("look" in map) return map;
   const steps = Array.from({ length: 32 }, (_, step) => (step + 0.5) / 32);
   return { ...map, x: steps, y: [0.5], values: [steps.map((_, step) => step)] };
 }
 
-/** @param {HeatMap} map */
+/** @param {Amounts} map */
 export function most({ values }) {
   return values.reduce((most_, row) => row.reduce((/** @type {number} */ least, value) => Math.max(least, value ?? 0), most_), 0);
 }
@@ -62,7 +80,7 @@ export function most({ values }) {
 /**
  * One pixel a cell.
  *
- * @param {HeatMap} map
+ * @param {Amounts} map
  */
 function picture(map) {
   const { values } = map;
