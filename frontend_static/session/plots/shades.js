@@ -28,7 +28,7 @@ export class Shades {
   /**
    * The shades as they are now.
    *
-   * @param {Store} store
+   * @param {Pick<Store, "known"|"history">} store
    */
   trace({ known, history }) {
     const seen = `${known.branch} ${history.edition} ${history.length}`;

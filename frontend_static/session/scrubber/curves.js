@@ -1,101 +1,75 @@
 /**
- * The curves of the scrubber. Longer runs than there are pixels are drawn with the largest value of each pixel, so no peak
- * is lost.
+ * The curves of the scrubber: the figure's lines and areas, each in a row of its own. Longer runs than there are pixels are
+ * drawn with the largest value of each pixel, so no peak is lost; the smallest as well would take four times as long.
  */
 
-import { rowOf } from "./rows.js";
+import * as band from "../../shared/figure/kinds/band.js";
+import * as line from "../../shared/figure/kinds/line.js";
+import * as figure from "../../shared/figure/canvas.js";
+import { curve } from "../history.js";
+import { BranchColumns } from "../plots/branch_columns.js";
+import { columns } from "../plots/kinds/plot.js";
+import { withinRow } from "./rows.js";
 
 /** @import { ThresholdStep } from "../../shared/messages.js" */
-/** @import { Curve, History } from "../history.js" */
-/** @import { Sheet } from "./rows.js" */
+/** @import { Store } from "../store.js" */
+/** @import { RowName, Sheet } from "./rows.js" */
 
-/** @typedef {{history: History, colour: string, active: boolean}} Line The curves of a branch. */
-/** @typedef {{row: "error"|"sigma", history: History, value: Curve, most: number}} Trace A curve, and the value at the top of its row. */
+/** @typedef {{values: number[], ink: string, isActive: boolean}} BranchCurve */
 
-/**
- * The value at the top of a row.
- *
- * @param {Line[]} lines
- * @param {Curve} value
- * @param {number} smallest The least that it is.
- */
-export function top(lines, value, smallest) {
-  return Math.max(smallest, ...lines.map(({ history }) => history.most(value) ?? 0)) * 1.05;
-}
+const AREA = 0.16;
 
-/**
- * One curve of all branches, that of the active one on top and in a width of its own.
- *
- * @param {Sheet} sheet
- * @param {Line[]} others
- * @param {Line} own
- * @param {Omit<Trace, "history"> & {width: number}} look
- */
-export function curves(sheet, others, own, { width, ...trace }) {
-  for (const { history, colour } of others) line(sheet, { ...trace, history }, colour, 1);
-  line(sheet, { ...trace, history: own.history }, own.colour, width);
-}
+/** One curve of all branches. Of a history that has only grown the new frames alone are read. */
+export class Curves {
+  #columns;
+  /** The active branch's is the last, and lies above.
+   *
+   * @type {BranchCurve[]} */
+  all = [];
 
-/**
- * Lay the path of a curve.
- *
- * @param {Sheet} sheet
- * @param {Trace} trace
- * @returns {number} Where it ends, along x.
- */
-function path(sheet, { row, history, value, most }) {
-  const { context, axis } = sheet;
-  const [, y, height] = rowOf(sheet, row);
-  const bucket = Math.max(1, Math.floor(history.length / axis.width));
-  let drawing = false;
-  let lastX = axis.left;
-  context.beginPath();
-  for (let frame = 0; frame < history.length; frame += bucket) {
-    const number = history.most(value, frame, Math.min(frame + bucket, history.length) - 1);
-    if (number === null) {
-      drawing = false;
-      continue;
-    }
-    lastX = axis.x(frame);
-    const at = y + height - Math.min(1, number / most) * (height - 2) - 1;
-    if (drawing) context.lineTo(lastX, at);
-    else context.moveTo(lastX, at);
-    drawing = true;
+  /** @param {"error"|"sigma"} name */
+  constructor(name) {
+    const value = curve[name];
+    this.#columns = new BranchColumns((history, from) => columns(history, from, { value }));
   }
-  return lastX;
+
+  /** @param {Store} store */
+  update(store) {
+    this.all = this.#columns.update(store).map(({ branch, data, isActive }) => ({ values: data.value, ink: branch.colour, isActive }));
+  }
+
+  /** Whether any frame has a value. */
+  get isMeasured() {
+    const [low, high] = this.#columns.extent;
+    return low <= high;
+  }
+
+  /**
+   * The value at the top of the row.
+   *
+   * @param {number} smallest The least that it is.
+   */
+  top(smallest) {
+    return Math.max(smallest, this.#columns.most) * 1.05;
+  }
 }
 
 /**
+ * One curve of all branches, that of the active one in a width of its own and, if wanted, with an area below.
+ *
  * @param {Sheet} sheet
- * @param {Trace} trace
- * @param {string} colour
- * @param {number} width
+ * @param {RowName} row
+ * @param {Curves} curves
+ * @param {{most: number, width: number, hasArea?: boolean}} look `most` is the value at the top of the row.
  */
-function line(sheet, trace, colour, width) {
-  const { context } = sheet;
-  path(sheet, trace);
-  context.strokeStyle = colour;
-  context.lineWidth = width;
-  context.lineJoin = "round";
-  context.stroke();
-}
-
-/**
- * @param {Sheet} sheet
- * @param {Trace} trace
- * @param {string} colour
- */
-export function area(sheet, trace, colour) {
-  const { context, axis } = sheet;
-  const [, y, height] = rowOf(sheet, trace.row);
-  if (trace.history.most(trace.value) === null) return;
-  const end = path(sheet, trace);
-  context.lineTo(end, y + height);
-  context.lineTo(axis.left, y + height);
-  context.globalAlpha = 0.16;
-  context.fillStyle = colour;
-  context.fill();
-  context.globalAlpha = 1;
+export function paintCurves(sheet, row, { all }, { most, width, hasArea = false }) {
+  const own = withinRow(sheet, row, most);
+  for (const { values, ink, isActive } of all) {
+    const { x, y } = peaks(values, sheet.axis.width);
+    const shape = /** @type {const} */ ({ title: "", name: "", ink });
+    if (isActive && hasArea) band.paint(own, { ...shape, kind: "band", x, low: x.map(() => 0), high: y, opacity: AREA });
+    line.paint(own, { ...shape, kind: "line", x, y, width: isActive ? width : 1, said: "", unit: "" });
+  }
 }
 
 /**
@@ -103,19 +77,34 @@ export function area(sheet, trace, colour) {
  * @param {ThresholdStep[]} steps
  * @param {number} most
  */
-export function threshold(sheet, steps, most) {
-  const { context, axis, ink } = sheet;
-  const [, y, height] = rowOf(sheet, "sigma");
-  context.strokeStyle = ink.ink;
-  context.lineWidth = 1;
-  context.setLineDash([4, 3]);
-  context.beginPath();
+export function paintThreshold(sheet, steps, most) {
+  const own = withinRow(sheet, "sigma", most);
+  const path = new Path2D();
   steps.forEach(({ frame, value }, index) => {
     if (value === null) return;
-    const at = Math.round(y + height - Math.min(1, value / most) * (height - 2)) - 0.5;
-    context.moveTo(axis.x(frame), at);
-    context.lineTo(axis.x(steps[index + 1]?.frame ?? axis.frames - 1), at);
+    const at = Math.round(own.y.at(value)) - 0.5;
+    path.moveTo(own.x.at(frame), at);
+    path.lineTo(own.x.at(steps[index + 1]?.frame ?? sheet.axis.frames - 1), at);
   });
-  context.stroke();
-  context.setLineDash([]);
+  figure.line(own, path, { ink: "ink", width: 1, dashed: true });
+}
+
+/**
+ * The largest value of each pixel.
+ *
+ * @param {readonly number[]} values A frame each; NaN where there is none.
+ * @param {number} width px
+ */
+function peaks(values, width) {
+  const bucket = Math.max(1, Math.floor(values.length / width));
+  /** @type {{x: number[], y: number[]}} */
+  const found = { x: [], y: [] };
+  for (let frame = 0; frame < values.length; frame += bucket) {
+    let most = -Infinity;
+    const end = Math.min(frame + bucket, values.length);
+    for (let place = frame; place < end; place += 1) if (values[place] > most) most = values[place];
+    found.x.push(frame);
+    found.y.push(most === -Infinity ? NaN : most);
+  }
+  return found;
 }

@@ -62,15 +62,15 @@ export function mixtureOf(session) {
  *
  * @param {SessionPublic} session
  * @param {History} history Of the active branch, which alone has strips and bands.
- * @param {History[]} histories Of all branches, whose curves share their rows.
+ * @param {{error: boolean, sigma: boolean}} isMeasured Whether any branch has a value of the curves, which share their rows.
  * @returns {RowName[]}
  */
-export function missingOf(session, history, histories) {
+export function missingOf(session, history, isMeasured) {
   /** @type {RowName[]} */
   const missing = STRIPS.filter(({ role }) => !ofRole(session, role).some(({ name }) => history.measures(name))).map(({ row }) => row);
   if (history.length === 0) return missing;
   for (const name of /** @type {const} */ (["error", "sigma"])) {
-    if (histories.every((each) => each.most(curve[name]) === null)) missing.push(name);
+    if (!isMeasured[name]) missing.push(name);
   }
   return goneOf(history) === "" ? [...missing, "bands"] : missing;
 }

@@ -3,32 +3,40 @@
  * axis of frames.
  */
 
-import { curve, isGone } from "../history.js";
-import { area, curves, threshold, top } from "./curves.js";
-import { rowOf } from "./rows.js";
+import { within } from "../../shared/figure/canvas.js";
+import * as spans from "../../shared/figure/kinds/spans.js";
+import { paintCurves, paintThreshold } from "./curves.js";
+import { rowOf, withinRow } from "./rows.js";
 
+/** @import { Spans } from "../../shared/figure/traces.js" */
 /** @import { Bookmark, ThresholdPublic } from "../../shared/messages.js" */
 /** @import { Curve, History, Row } from "../history.js" */
 /** @import { Mark } from "../timeline.js" */
-/** @import { Line } from "./curves.js" */
+/** @import { Curves } from "./curves.js" */
 /** @import { RowName, Sheet } from "./rows.js" */
 
-/** @typedef {{lanes: number, of: (row: Row|undefined) => {colour: string, lane: number}[]}} Events What happened in a frame; colours by token. */
+/** @typedef {{colour: string, happened: readonly number[]}} Events Of one kind: above 0 in each frame in which it happened; the colour by its token. */
 /** @typedef {{label: string, shares: (row: Row|undefined) => {colour: string, share: number}[]}} Mixture Of samplers; colours by token. */
+
+const LOSS_INSET = 2;
+/** Ticks that are nearer to each other than that are one, px. */
+const NEAREST_PX = 0.25;
 
 /**
  * What there is to paint.
  *
  * @typedef {object} Content
- * @property {Line[]} lines
+ * @property {{error: Curves, sigma: Curves}} curves
+ * @property {History} history Of the active branch, which alone has strips and bands.
  * @property {ThresholdPublic[]} thresholds
  * @property {Bookmark[]} bookmarks
  * @property {Mark[]} marks
  * @property {number} smallest The least that an axis spans.
  * @property {Curve} weight The share of the particles that carries the weight.
  * @property {Mixture} mixture
- * @property {Events} events
- * @property {{history: History, colour: string}[]} losses Of several runs, in whose colours their losses are shown, a lane each.
+ * @property {readonly Events[]} events A lane each.
+ * @property {Spans} hidden
+ * @property {readonly Spans[]} losses Of the active branch, or of several runs, in whose colours they are shown, a lane each.
  * @property {string} gone What the row of bands is called, by what is known: "hidden", "lost" or both.
  */
 
@@ -39,22 +47,18 @@ import { rowOf } from "./rows.js";
  * @param {Content} content
  */
 export function paint(sheet, content) {
-  const { canvas } = sheet.context;
-  sheet.context.clearRect(0, 0, canvas.width, canvas.height);
+  const { pen } = sheet;
+  const { curves, smallest, thresholds, history } = content;
+  pen.clearRect(0, 0, pen.canvas.width, pen.canvas.height);
   labels(sheet, content);
-  const own = content.lines.find(({ active }) => active);
-  if (!own) return;
-  bands(sheet, own.history, content.losses);
-  const others = content.lines.filter((line) => line !== own);
-  const errorTop = top(content.lines, curve.error, content.smallest);
-  area(sheet, { row: "error", history: own.history, value: curve.error, most: errorTop }, own.colour);
-  curves(sheet, others, own, { row: "error", value: curve.error, most: errorTop, width: 1.6 });
-  const limits = content.thresholds.flatMap(({ steps }) => steps.map(({ value }) => 1.25 * (value ?? 0)));
-  const sigmaTop = Math.max(top(content.lines, curve.sigma, content.smallest), ...limits);
-  curves(sheet, others, own, { row: "sigma", value: curve.sigma, most: sigmaTop, width: 1.4 });
-  for (const { steps } of content.thresholds) threshold(sheet, steps, sigmaTop);
-  strips(sheet, own.history, content);
-  ticks(sheet, own.history, content.events);
+  bands(sheet, content);
+  paintCurves(sheet, "error", curves.error, { most: curves.error.top(smallest), width: 1.6, hasArea: true });
+  const limits = thresholds.flatMap(({ steps }) => steps.map(({ value }) => 1.25 * (value ?? 0)));
+  const most = Math.max(curves.sigma.top(smallest), ...limits);
+  paintCurves(sheet, "sigma", curves.sigma, { most, width: 1.4 });
+  for (const { steps } of thresholds) paintThreshold(sheet, steps, most);
+  strips(sheet, history, content);
+  ticks(sheet, content.events);
   marks(sheet, content.marks);
   flags(sheet, content.bookmarks);
 }
@@ -63,57 +67,43 @@ export function paint(sheet, content) {
  * @param {Sheet} sheet
  * @param {Content} content
  */
-function labels({ context, axis, ink, rows }, { thresholds, mixture, gone }) {
+function labels({ pen, axis, ink, rows }, { thresholds, mixture, gone }) {
   /** @type {Partial<Record<RowName, string>>} */
   const own = { sigma: thresholds.length > 0 ? "sigma | limit" : "sigma", proposal: mixture.label, bands: gone };
-  context.font = "11px system-ui, sans-serif";
-  context.textBaseline = "middle";
-  context.textAlign = "right";
+  pen.font = "11px system-ui, sans-serif";
+  pen.textBaseline = "middle";
+  pen.textAlign = "right";
   for (const [name, [label, y, height]] of /** @type {[RowName, [string, number, number]][]} */ (Object.entries(rows))) {
-    context.fillStyle = ink.muted;
-    context.fillText(own[name] ?? label, axis.left - 12, y + height / 2);
+    pen.fillStyle = ink.muted;
+    pen.fillText(own[name] ?? label, axis.left - 12, y + height / 2);
     if (name === "flags" || name === "changes") continue;
-    context.fillStyle = ink.well;
-    context.fillRect(axis.left, y, axis.width, height);
+    pen.fillStyle = ink.well;
+    pen.fillRect(axis.left, y, axis.width, height);
   }
 }
 
 /**
+ * Where the target is hidden, behind the curves as well, and where it is lost.
+ *
  * @param {Sheet} sheet
- * @param {History} history
- * @param {Content["losses"]} losses
+ * @param {Pick<Content, "hidden"|"losses">} content
  */
-function bands(sheet, history, losses) {
-  const { ink } = sheet;
-  const [, y, height] = rowOf(sheet, "bands");
+function bands(sheet, { hidden, losses }) {
+  const row = withinRow(sheet, "bands", losses.length, 0);
   const curvesAt = ["error", "sigma"].map((name) => rowOf(sheet, /** @type {RowName} */ (name))).filter(([, , tall]) => tall > 0);
   const [first, last] = [curvesAt.at(0), curvesAt.at(-1)];
-  for (const span of history.spans((row) => row?.hidden === true)) {
-    if (first && last) band(sheet, span, [first[1], last[1] + last[2] - first[1]], ink.hidden, 0.2);
-    band(sheet, span, [y, height], ink.hidden, 0.55);
+  if (first && last) {
+    const behind = { ...row, box: { ...row.box, top: first[1], height: last[1] + last[2] - first[1] } };
+    within(behind, 0, () => spans.paint(behind, { ...hidden, opacity: 0.2 }));
   }
-  if (losses.length === 0) for (const span of history.spans(isGone)) band(sheet, span, [y + 2, height - 4], ink.lost, 1);
-  const lane = height / losses.length;
-  losses.forEach((run, place) => {
-    for (const span of run.history.spans(isGone)) band(sheet, span, [y + place * lane, lane - 1], run.colour, 1);
+  within(row, 0, () => spans.paint(row, { ...hidden, opacity: 0.55 }));
+  // A loss leaves something to be seen of what is behind it, and of the lane beside.
+  const [apart, beside] = losses.length === 1 ? [LOSS_INSET, LOSS_INSET] : [0, 1];
+  const lane = row.box.height / losses.length;
+  losses.forEach((trace, place) => {
+    const box = { ...row.box, top: row.box.top + place * lane + apart, height: lane - apart - beside };
+    within({ ...row, box }, 0, () => spans.paint({ ...row, box }, trace));
   });
-}
-
-/**
- * @param {Sheet} sheet
- * @param {[number, number]} span First and last frame.
- * @param {[number, number]} extent From where along y, and how high.
- * @param {string} colour
- * @param {number} alpha
- */
-function band({ context, axis }, [first, last], [from, tall], colour, alpha) {
-  const half = axis.width / (axis.frames - 1) / 2;
-  const left = Math.max(axis.left, axis.x(first) - half);
-  const right = Math.min(axis.left + axis.width, axis.x(last) + half);
-  context.globalAlpha = alpha;
-  context.fillStyle = colour;
-  context.fillRect(left, from, Math.max(1, right - left), tall);
-  context.globalAlpha = 1;
 }
 
 /**
@@ -124,7 +114,7 @@ function band({ context, axis }, [first, last], [from, tall], colour, alpha) {
  * @param {{weight: Curve, mixture: Mixture}} content
  */
 function strips(sheet, history, { weight, mixture }) {
-  const { context, axis, ink } = sheet;
+  const { pen, axis, ink } = sheet;
   const [, essY, essHeight] = rowOf(sheet, "ess");
   const [, y, height] = rowOf(sheet, "proposal");
   const bucket = Math.max(1, Math.floor(history.length / axis.width));
@@ -135,15 +125,15 @@ function strips(sheet, history, { weight, mixture }) {
     const width = Math.min(axis.x(frame) + step / 2, axis.left + axis.width) - left + 0.3;
     const carrying = weight(row);
     if (carrying !== null) {
-      context.fillStyle = ink.ramp;
-      context.globalAlpha = Math.min(1, 0.08 + 0.92 * carrying);
-      context.fillRect(left, essY, width, essHeight);
-      context.globalAlpha = 1;
+      pen.fillStyle = ink.ramp;
+      pen.globalAlpha = Math.min(1, 0.08 + 0.92 * carrying);
+      pen.fillRect(left, essY, width, essHeight);
+      pen.globalAlpha = 1;
     }
     let bottom = y + height;
     for (const { colour, share } of mixture.shares(row)) {
-      context.fillStyle = ink[colour];
-      context.fillRect(left, bottom - share * height, width, share * height);
+      pen.fillStyle = ink[colour];
+      pen.fillRect(left, bottom - share * height, width, share * height);
       bottom -= share * height;
     }
   }
@@ -153,19 +143,24 @@ function strips(sheet, history, { weight, mixture }) {
  * A tick for all that happened in a frame, each kind in a lane of its own.
  *
  * @param {Sheet} sheet
- * @param {History} history
- * @param {Events} events
+ * @param {readonly Events[]} events
  */
-function ticks(sheet, history, { lanes, of }) {
-  const { context, axis, ink } = sheet;
+function ticks(sheet, events) {
+  const { pen, axis, ink } = sheet;
   const [, y, height] = rowOf(sheet, "events");
   const width = Math.max(2, Math.min(5, axis.width / (axis.frames - 1)));
-  for (let frame = 0; frame < history.length; frame += 1) {
-    for (const { colour, lane } of of(history.at(frame))) {
-      context.fillStyle = ink[colour];
-      context.fillRect(axis.x(frame) - width / 2, y + (lane * height) / lanes, width, height / lanes);
-    }
-  }
+  events.forEach(({ colour, happened }, lane) => {
+    const [top, tall] = [y + (lane * height) / events.length, height / events.length];
+    pen.fillStyle = ink[colour];
+    let last = -Infinity;
+    happened.forEach((value, frame) => {
+      if (!(value > 0)) return;
+      const x = axis.x(frame);
+      if (x - last < NEAREST_PX) return;
+      pen.fillRect(x - width / 2, top, width, tall);
+      last = x;
+    });
+  });
 }
 
 /**
@@ -173,53 +168,53 @@ function ticks(sheet, history, { lanes, of }) {
  * @param {Mark[]} changes
  */
 function marks(sheet, changes) {
-  const { context, axis, ink } = sheet;
+  const { pen, axis, ink } = sheet;
   const [, y, height] = rowOf(sheet, "changes");
-  context.textAlign = "left";
-  context.fillStyle = ink.ink;
+  pen.textAlign = "left";
+  pen.fillStyle = ink.ink;
   let free = 0;
   changes.forEach(({ frame, lines }, index) => {
     const x = axis.x(frame);
-    diamond(context, x, y + height / 2, 5);
+    diamond(pen, x, y + height / 2, 5);
     const text = lines.length > 1 ? `${lines[0]}, …` : lines[0];
     const room = (index + 1 < changes.length ? axis.x(changes[index + 1].frame) - 8 : axis.left + axis.width) - x - 9;
-    if (x > free && text && context.measureText(text).width <= room) {
-      context.fillText(text, x + 9, y + height / 2 + 0.5);
-      free = x + 9 + context.measureText(text).width;
+    if (x > free && text && pen.measureText(text).width <= room) {
+      pen.fillText(text, x + 9, y + height / 2 + 0.5);
+      free = x + 9 + pen.measureText(text).width;
     }
   });
 }
 
 /**
- * @param {CanvasRenderingContext2D} context
+ * @param {CanvasRenderingContext2D} pen
  * @param {number} x
  * @param {number} y
  * @param {number} size
  */
-function diamond(context, x, y, size) {
-  context.beginPath();
-  context.moveTo(x, y - size);
-  context.lineTo(x + size, y);
-  context.lineTo(x, y + size);
-  context.lineTo(x - size, y);
-  context.fill();
+function diamond(pen, x, y, size) {
+  pen.beginPath();
+  pen.moveTo(x, y - size);
+  pen.lineTo(x + size, y);
+  pen.lineTo(x, y + size);
+  pen.lineTo(x - size, y);
+  pen.fill();
 }
 
 /**
  * @param {Sheet} sheet
  * @param {Bookmark[]} bookmarks
  */
-function flags({ context, axis, ink }, bookmarks) {
+function flags({ pen, axis, ink }, bookmarks) {
   for (const { frame } of bookmarks) {
     const x = Math.round(axis.x(frame)) + 0.5;
-    context.fillStyle = ink.accent;
-    context.beginPath();
-    context.moveTo(x - 4, 0);
-    context.lineTo(x + 4, 0);
-    context.lineTo(x + 4, 11);
-    context.lineTo(x, 7.5);
-    context.lineTo(x - 4, 11);
-    context.fill();
+    pen.fillStyle = ink.accent;
+    pen.beginPath();
+    pen.moveTo(x - 4, 0);
+    pen.lineTo(x + 4, 0);
+    pen.lineTo(x + 4, 11);
+    pen.lineTo(x, 7.5);
+    pen.lineTo(x - 4, 11);
+    pen.fill();
   }
 }
 
@@ -231,23 +226,23 @@ function flags({ context, axis, ink }, bookmarks) {
  * @param {number} computed
  */
 export function playhead(sheet, position, computed) {
-  const { context, axis, ink } = sheet;
+  const { pen, axis, ink } = sheet;
   const x = Math.round(axis.x(position)) + 0.5;
   const bottom = rowOf(sheet, "changes")[1] - 2;
-  context.strokeStyle = ink.ink;
-  context.lineWidth = 1.5;
-  context.beginPath();
-  context.moveTo(x, 6);
-  context.lineTo(x, bottom);
-  context.stroke();
-  context.fillStyle = ink.ink;
-  context.strokeStyle = ink.surface;
-  context.beginPath();
-  context.arc(x, 6, 5, 0, 2 * Math.PI);
-  context.fill();
-  context.stroke();
+  pen.strokeStyle = ink.ink;
+  pen.lineWidth = 1.5;
+  pen.beginPath();
+  pen.moveTo(x, 6);
+  pen.lineTo(x, bottom);
+  pen.stroke();
+  pen.fillStyle = ink.ink;
+  pen.strokeStyle = ink.surface;
+  pen.beginPath();
+  pen.arc(x, 6, 5, 0, 2 * Math.PI);
+  pen.fill();
+  pen.stroke();
   if (computed > position) {
-    context.fillStyle = ink.muted;
-    context.fillRect(axis.x(computed) - 0.5, 12, 1, bottom - 12);
+    pen.fillStyle = ink.muted;
+    pen.fillRect(axis.x(computed) - 0.5, 12, 1, bottom - 12);
   }
 }

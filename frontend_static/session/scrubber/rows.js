@@ -1,12 +1,16 @@
 /** What the scrubber is painted on: rows over one axis of frames. */
 
+import { Scale } from "../../shared/figure/scale.js";
+
+/** @import { Sheet as FigureSheet } from "../../shared/figure/canvas.js" */
+
 /** @typedef {"flags"|"error"|"sigma"|"ess"|"proposal"|"events"|"bands"|"changes"} RowName */
 
 /**
  * Where it is painted.
  *
  * @typedef {object} Sheet
- * @property {CanvasRenderingContext2D} context Scaled to CSS px.
+ * @property {CanvasRenderingContext2D} pen Scaled to CSS px.
  * @property {Axis} axis
  * @property {Rows} rows
  * @property {Record<string, string>} ink Colours by token.
@@ -61,6 +65,26 @@ export function rowOf({ rows }, name) {
   return rows[name] ?? NOWHERE;
 }
 
+/** Between the values of a row and its edges, px. */
+const INSET = 1;
+const PLAIN = { title: "", unit: "", low: 0, log: false, names: [], hidden: true };
+
+/**
+ * A row as what the kinds of a figure's traces are painted on: frames to the right, values from 0 on upwards.
+ *
+ * @param {Sheet} sheet
+ * @param {RowName} name
+ * @param {number} most The value at the top.
+ * @param {number} [inset] px
+ * @returns {FigureSheet}
+ */
+export function withinRow({ pen, axis, rows, ink }, name, most, inset = INSET) {
+  const [, top, height] = rowOf({ rows }, name);
+  const axes = { x: { ...PLAIN, high: axis.frames - 1 }, y: { ...PLAIN, high: most } };
+  const box = { left: axis.left, top, width: axis.width, height };
+  return { pen, box, x: axis.scale, y: new Scale(axes.y, top + height - inset, top + inset), axes, ink, unit: 1, cased: false };
+}
+
 export const GUTTER = 104;
 const MARGIN = 10;
 
@@ -74,16 +98,16 @@ export class Axis {
     this.left = GUTTER;
     this.width = Math.max(1, width - GUTTER - MARGIN);
     this.frames = Math.max(2, frames);
+    this.scale = new Scale({ low: 0, high: this.frames - 1, log: false }, this.left, this.left + this.width);
   }
 
   /** @param {number} frame */
   x(frame) {
-    return this.left + (frame / (this.frames - 1)) * this.width;
+    return this.scale.at(frame);
   }
 
   /** @param {number} x */
   frame(x) {
-    const frame = Math.round(((x - this.left) / this.width) * (this.frames - 1));
-    return Math.min(Math.max(0, frame), this.frames - 1);
+    return Math.min(Math.max(0, Math.round(this.scale.value(x))), this.frames - 1);
   }
 }

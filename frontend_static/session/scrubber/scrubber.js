@@ -7,13 +7,19 @@ import { fill, h } from "../../shared/dom.js";
 import { smallestSpan } from "../../shared/format.js";
 import { onTheme, tokens } from "../../shared/theme.js";
 import { coalesce, later, throttle } from "../../shared/timing.js";
+import { isGone } from "../history.js";
+import { BranchColumns } from "../plots/branch_columns.js";
+import { columns } from "../plots/kinds/plot.js";
+import { Shades } from "../plots/shades.js";
+import { ofRole, samplers, valueOf } from "../series.js";
 import { marks } from "../timeline.js";
-import { eventsOf, ofRole, samplers } from "../series.js";
+import { Curves } from "./curves.js";
 import { paint, playhead } from "./paint.js";
 import { Axis, HEIGHT, rowOf, rowsWithout } from "./rows.js";
 import { describe, goneOf, missingOf, mixtureOf, weightOf } from "./description.js";
 
 /** @import { SessionPublic } from "../../shared/messages.js" */
+/** @import { Curve } from "../history.js" */
 /** @import { Content } from "./paint.js" */
 
 const REPAINT_MS = 100;
@@ -39,6 +45,13 @@ export class Scrubber {
    * @type {Record<string, string>|null}
    */
   #ink = null;
+  #curves = { error: new Curves("error"), sigma: new Curves("sigma") };
+  #hidden = new Shades("hidden", 1, (row) => row.hidden === true);
+  /** A lane each.
+   *
+   * @type {Shades[]} */
+  #lost = [];
+  #happened = happenedIn([]);
   #axis = new Axis(600, 2);
   #rows = rowsWithout([]);
   /** @type {import("../timeline.js").Mark[]} */
@@ -128,14 +141,14 @@ export class Scrubber {
     const { store } = this.#view;
     const { session } = store;
     if (session === null) return;
-    const context = /** @type {CanvasRenderingContext2D} */ (this.#canvas.getContext("2d"));
-    context.setTransform(1, 0, 0, 1, 0, 0);
-    context.clearRect(0, 0, this.#canvas.width, this.#canvas.height);
-    context.drawImage(this.#background, 0, 0);
+    const pen = /** @type {CanvasRenderingContext2D} */ (this.#canvas.getContext("2d"));
+    pen.setTransform(1, 0, 0, 1, 0, 0);
+    pen.clearRect(0, 0, this.#canvas.width, this.#canvas.height);
+    pen.drawImage(this.#background, 0, 0);
     const ratio = this.#canvas.width / (this.#slider.clientWidth || 1);
-    context.scale(ratio, ratio);
+    pen.scale(ratio, ratio);
     const position = this.#dragged ?? this.#settling ?? session.position;
-    playhead({ context, axis: this.#axis, rows: this.#rows, ink: this.#inks(session) }, position, session.computed);
+    playhead({ pen, axis: this.#axis, rows: this.#rows, ink: this.#inks(session) }, position, session.computed);
     this.#slider.setAttribute("aria-valuemax", String(session.frames - 1));
     this.#slider.setAttribute("aria-valuenow", String(position));
     this.#slider.setAttribute("aria-valuetext", describe(store, position).join(", "));
@@ -152,13 +165,14 @@ export class Scrubber {
     }
     this.#axis = new Axis(width, session.frames);
     this.#marks = marks(session);
-    const histories = this.#view.store.branches.map(({ id }) => this.#view.store.historyOf(id));
-    const missing = missingOf(session, this.#view.store.history, histories);
+    const { error, sigma } = this.#curves;
+    for (const each of [error, sigma]) each.update(this.#view.store);
+    const missing = missingOf(session, this.#view.store.history, { error: error.isMeasured, sigma: sigma.isMeasured });
     this.#rows = rowsWithout(missing);
     this.#slider.dataset.rows = Object.keys(this.#rows).join(" ");
-    const context = /** @type {CanvasRenderingContext2D} */ (this.#background.getContext("2d"));
-    context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    paint({ context, axis: this.#axis, rows: this.#rows, ink: this.#inks(session) }, this.#content(session));
+    const pen = /** @type {CanvasRenderingContext2D} */ (this.#background.getContext("2d"));
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    paint({ pen, axis: this.#axis, rows: this.#rows, ink: this.#inks(session) }, this.#content(session));
     this.#drawPlayhead();
   }
 
@@ -175,20 +189,26 @@ export class Scrubber {
    */
   #content(session) {
     const { store } = this.#view;
+    const events = ofRole(session, "event");
+    const names = events.map(({ name }) => name);
+    if (names.join(" ") !== this.#happened.names.join(" ")) this.#happened = happenedIn(names);
+    const [happened] = this.#happened.columns.update(store);
+    const losses = store.losses.length > 0 ? store.losses : [{ history: store.history, colour: "lost" }];
     return {
-      lines: store.branches.map((branch) => ({
-        history: store.historyOf(branch.id),
-        colour: branch.colour,
-        active: branch.id === session.branch,
-      })),
+      curves: this.#curves,
+      history: store.history,
       thresholds: session.thresholds.filter(({ of }) => of === "sigma"),
       bookmarks: session.bookmarks.filter((mark) => !mark.branch || mark.branch === session.branch),
       marks: this.#marks,
       smallest: smallestSpan(session.unit),
       weight: weightOf(session),
       mixture: mixtureOf(session),
-      events: { lanes: ofRole(session, "event").length, of: (row) => eventsOf(session, row) },
-      losses: store.losses,
+      events: events.map(({ name, colours }) => ({ colour: colours[0] ?? "ink", happened: happened?.data[name] ?? [] })),
+      hidden: this.#hidden.trace(store),
+      losses: losses.map(({ history, colour }, place) => {
+        const shades = (this.#lost[place] ??= new Shades("lost", 1, isGone));
+        return { ...shades.trace({ known: session, history }), ink: colour };
+      }),
       gone: goneOf(store.history),
     };
   }
@@ -226,4 +246,15 @@ export class Scrubber {
     if (bookmark) return [`frame ${bookmark.frame}`, bookmark.note || "bookmark"];
     return [describe(store, this.#axis.frame(x)).join(" · ")];
   }
+}
+
+/**
+ * What happened in each frame of the active branch.
+ *
+ * @param {readonly string[]} names Of the series.
+ */
+function happenedIn(names) {
+  /** @type {Record<string, Curve>} */
+  const values = Object.fromEntries(names.map((name) => [name, (row) => valueOf(row, name)]));
+  return { names, columns: new BranchColumns((history, from) => columns(history, from, values), { limits: [], onlyActive: true }) };
 }
