@@ -9,7 +9,7 @@ FLOORS = (
     {"follow", "gallery", "failures", "work"},
     {"compare", "learn", "references", "sweep", "upload"},
     {"session"},
-    {"lead"},
+    {"lecturer"},
     {"shared"},
 )
 """From the top: each page with what is its own, the session that others embed, a lecturer's class, what all share."""

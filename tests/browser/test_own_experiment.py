@@ -207,7 +207,8 @@ def test_its_sweep_is_drawn_and_leads_to_a_run(page: Any, server: Server) -> Non
     form.until(lambda: page.inner_text(".bar-words").startswith("Complete"), "the sweep is complete", 120)
     grid = page.locator("[data-map=straight] .figure-plot").evaluate("(plot) => ({ ...plot.dataset })")
     left, top, width, height = (float(grid[name]) for name in ("left", "top", "width", "height"))
-    page.locator("[data-map=straight] .figure-picture").click(position={"x": left + 3.5 * width / 5, "y": top + height / 2})
+    middle = {"x": left + 3.5 * width / 5, "y": top + height / 2}
+    page.locator("[data-map=straight] .figure-picture").click(position=middle)
     item = page.locator("li.run").first
     item.wait_for()
     with page.context.expect_page() as opening:
