@@ -89,7 +89,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         primitives |= _edges("true", _true(state, target), COLOURS["truth"], 1.0, "truth")
     primitives |= model_points(state, 4.0)
     primitives |= feature_marks(state, NAMES)
-    primitives |= feature_names(state, NAMES, beside(state.seen(VERTICES_MM), VERTICES_MM[:, :2], height))
+    primitives |= feature_names(state, NAMES, beside(state.project(VERTICES_MM), VERTICES_MM[:, :2], height))
     if target is not None and target.landmarks is not None:
         primitives |= true_marks(target.landmarks, 3.0)
     primitives |= pose_axes(state, np.zeros(3), AXES_MM)
