@@ -50,7 +50,6 @@ export function smallestSpan(unit, most = 0) {
  */
 export function parameterValue(value, declaration) {
   if (declaration?.kind === "file") return value === "" ? "none" : "a file of one's own";
-  if (declaration?.kind === "sequence" && value === "") return "none";
   const text = typeof value === "number" ? String(Number(value.toPrecision(6))) : String(value);
   return declaration?.unit ? `${text} ${declaration.unit}` : text;
 }

@@ -252,7 +252,7 @@ export interface Declaration {
   title: string;
   description: string;
   unit: string;
-  kind: "integer" | "number" | "boolean" | "choice" | "colour" | "action" | "file" | "sequence";
+  kind: "integer" | "number" | "boolean" | "choice" | "colour" | "action" | "file";
   default: boolean | number | string;
   minimum: number | null;
   maximum: number | null;
@@ -265,7 +265,6 @@ export interface Declaration {
   threshold_of: string;
   sets: number;
   accept: string;
-  sequence: Record<string, string>;
 }
 
 /** What the cure changes. */

@@ -65,7 +65,7 @@ export function valueInput(declaration, value, changed) {
     const input = h("select", { "aria-label": title, on: { change: changed } }, options);
     return { element: input, read: () => (kind === "boolean" ? input.value === "true" : input.value) };
   }
-  if (kind === "colour" || kind === "sequence") {
+  if (kind === "colour") {
     const input = h("input", { type: "text", value: given, "aria-label": title, on: { input: changed } });
     return { element: input, read: () => input.value.trim() };
   }

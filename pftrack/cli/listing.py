@@ -165,8 +165,6 @@ def _allowed(declaration: "Declaration") -> str:
             return "#rrggbb"
         case "file":
             return f"the text of a file {declaration.accept}, or @FILE"
-        case "sequence":
-            return ", ".join(f"{letter}: {step}" for letter, step in declaration.sequence.items())
         case _:
             return f"{declaration.minimum:g} to {declaration.maximum:g}"
 

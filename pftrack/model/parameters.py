@@ -42,15 +42,12 @@ Role: TypeAlias = Literal["", "particles", "threshold", "loss_share", "drawing"]
 """
 
 
-DECLARED = "unit", "step", "live", "group", "trackers", "role", "threshold_of", "sets", "accept", "sequence"
+DECLARED = "unit", "step", "live", "group", "trackers", "role", "threshold_of", "sets", "accept"
 """What a declaration says beyond what pydantic's field holds."""
 
 
 LONGEST_FILE = 100_000
 """Characters of a file that is a parameter's value: it travels with every recipe."""
-
-LONGEST_SEQUENCE = 60
-"""Steps of a sequence: whoever presses buttons wants no more."""
 
 
 class ParameterError(ValueError):
@@ -74,10 +71,7 @@ class ParameterError(ValueError):
 
 
 class Declaration(BaseModel):
-    """Everything about one parameter that the page, the command line and the documentation need.
-
-    The maximum of a sequence is the greatest number of its steps.
-    """
+    """Everything about one parameter that the page, the command line and the documentation need."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -85,7 +79,7 @@ class Declaration(BaseModel):
     title: str
     description: str
     unit: str
-    kind: Literal["integer", "number", "boolean", "choice", "colour", "action", "file", "sequence"]
+    kind: Literal["integer", "number", "boolean", "choice", "colour", "action", "file"]
     default: Value
     minimum: float | None = None
     maximum: float | None = None
@@ -98,7 +92,6 @@ class Declaration(BaseModel):
     threshold_of: str = ""
     sets: int = 1
     accept: str = ""
-    sequence: dict[str, str] = {}
 
 
 class Parameters(BaseModel):
@@ -136,7 +129,6 @@ def parameter(
     sets: int = 1,
     action: bool = False,
     accept: str = "",
-    sequence: Mapping[str, str] | None = None,
 ) -> Any:  # noqa: ANN401 - what a pydantic field declaration is to a type checker
     """Declare one field of a `Parameters` model.
 
@@ -158,20 +150,14 @@ def parameter(
         action: Whether the number counts how often something was done: a button raises it by one, and what it does
             happens whenever it is another one. So an action has its place on a run's timeline like any change.
         accept: Of a text that is the content of a small file, the suffix of such files, with the dot.
-        sequence: Of a text that says in which order steps are done, a letter each: the letters with the names of their
-            steps. A page has a button for each, which appends it; see `LONGEST_SEQUENCE`.
 
     Raises:
-        ValueError: A number has no bounds, a threshold names no series, another role names one, or a step of a sequence
-            is not named by one lower-case letter.
+        ValueError: A number has no bounds, a threshold names no series, or another role names one.
     """
     if (role == "threshold") != bool(threshold_of):
         raise ValueError(f"a threshold and no other role names a series, got role {role!r} of {threshold_of!r}")
     if isinstance(default, int | float) and not isinstance(default, bool) and None in {ge, le}:
         raise ValueError(f"the number {title!r} must be declared with both bounds, got ge = {ge} and le = {le}")
-    letters = "".join(sequence or ())
-    if len(letters) != len(sequence or ()) or not all("a" <= letter <= "z" for letter in letters):
-        raise ValueError(f"the steps of {title!r} must be named by one letter a to z each, got {sequence}")
     declared: dict[str, Any] = {
         "unit": unit,
         "step": step,
@@ -184,18 +170,15 @@ def parameter(
         "sets": sets,
         "action": action,
         "accept": accept,
-        "sequence": dict(sequence or {}),
     }
-    patterns = {r"^#[0-9a-fA-F]{6}$": colour, f"^[{letters}]*$": sequence}
-    longest = {LONGEST_FILE: accept, LONGEST_SEQUENCE: sequence}
     return Field(
         default=default,
         title=title,
         description=description,
         ge=ge,
         le=le,
-        pattern=next((pattern for pattern, holds in patterns.items() if holds), None),
-        max_length=next((most for most, holds in longest.items() if holds), None),
+        pattern=r"^#[0-9a-fA-F]{6}$" if colour else None,
+        max_length=LONGEST_FILE if accept else None,
         json_schema_extra=declared,
     )
 
@@ -309,7 +292,6 @@ def _declaration(model: type[Parameters], name: str) -> Declaration:
         "colour": extra["colour"],
         "action": extra["action"],
         "file": extra["accept"],
-        "sequence": extra["sequence"],
     }
     kind = next((name for name, holds in special.items() if holds), None) or kinds[field.annotation]  # type: ignore[index]
     return Declaration.model_validate(
@@ -320,7 +302,7 @@ def _declaration(model: type[Parameters], name: str) -> Declaration:
             "kind": kind,
             "default": field.default,
             "minimum": getattr(bounds.get("Ge"), "ge", None),
-            "maximum": LONGEST_SEQUENCE if extra["sequence"] else getattr(bounds.get("Le"), "le", None),
+            "maximum": getattr(bounds.get("Le"), "le", None),
             "choices": choices,
             **{key: extra[key] for key in DECLARED},
         }
@@ -339,9 +321,6 @@ def describe_allowed(declaration: Declaration) -> str:
             return f"one of {', '.join(declaration.choices)}"
         case "file":
             return f"the text of a file {declaration.accept} of at most {LONGEST_FILE} characters, or nothing"
-        case "sequence":
-            steps = ", ".join(f"{letter} ({step})" for letter, step in declaration.sequence.items())
-            return f"at most {declaration.maximum:g} letters, each one of {steps}"
         case kind:
             noun = "a finite number" if kind == "number" else "a whole number"
             return f"{noun} between {declaration.minimum:g} and {declaration.maximum:g}{unit}"

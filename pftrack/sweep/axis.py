@@ -16,7 +16,6 @@ from math import inf
 from pftrack.experiments import Experiment
 from pftrack.model.parameters import (
     LONGEST_FILE,
-    LONGEST_SEQUENCE,
     Declaration,
     ParameterError,
     Value,
@@ -135,8 +134,6 @@ def value_of(declaration: Declaration, value: object) -> Value:
         case "colour", str() if re.fullmatch("#[0-9a-fA-F]{6}", value):
             return value
         case "file", str() if len(value) <= LONGEST_FILE:
-            return value
-        case "sequence", str() if len(value) <= LONGEST_SEQUENCE and set(value) <= set(declaration.sequence):
             return value
         case ("integer" | "number") as kind, int() | float() if not isinstance(value, bool):
             low = -inf if declaration.minimum is None else declaration.minimum

@@ -16,10 +16,15 @@ def last(**changes: Value) -> Moment:
     return newest
 
 
-@given(st.text("pm", max_size=60), st.floats(0, 3), st.floats(0.5, 9))
-def test_grid_and_filter_agree_on_any_sequence(steps: str, motion: float, noise: float) -> None:
-    """Whatever is done in whatever order, mean and variance are the same."""
-    moment = last(steps=steps, motion=motion, noise=noise)
+COUNTS = st.integers(0, 30)
+
+
+@given(COUNTS, COUNTS, COUNTS, st.floats(0, 3), st.floats(0.5, 9))
+def test_grid_and_filter_agree_on_any_sequence(
+    rounds: int, predictions: int, measurements: int, motion: float, noise: float
+) -> None:
+    """However often is predicted and measured, mean and variance are the same."""
+    moment = last(rounds=rounds, predictions=predictions, measurements=measurements, motion=motion, noise=noise)
     mean, variance = spread(GRID, moment.density)
     assert mean == pytest.approx(float(moment.exact.mean[0]), abs=1e-4)
     assert variance == pytest.approx(moment.variance, abs=1e-4)
@@ -27,13 +32,13 @@ def test_grid_and_filter_agree_on_any_sequence(steps: str, motion: float, noise:
 
 def test_measurements_turn_round_after_the_last() -> None:
     """Who measures more than eight times goes back along them, and never meets a jump."""
-    measured = [moment.measurement for moment in moments(GRID, RecursionParameters(steps="m" * 22))][1:]
+    measured = [moment.measurement for moment in moments(GRID, RecursionParameters(rounds=0, measurements=22))][1:]
     assert measured == [*MEASURED, *MEASURED[-2:0:-1], *MEASURED]
 
 
 def test_hidden_is_never_measured() -> None:
     """While the target is hidden the variance only grows, by q with each prediction."""
-    assert last(steps="pmpmm", motion=1, hidden=True).variance == pytest.approx(11.0)
+    assert last(rounds=2, measurements=1, motion=1, hidden=True).variance == pytest.approx(11.0)
 
 
 def test_ten_predictions_and_one_measurement_are_as_the_question_says() -> None:
@@ -56,5 +61,5 @@ def test_it_settles_where_the_lesson_says() -> None:
     """The number on the screen is the variance after many rounds."""
     for motion, noise in ((1.0, 2.0), (0.3, 7.0), (0.0, 2.0)):
         settled = shown(LESSON, motion=motion, noise=noise).numbers[2].value
-        rounds = last(steps="pm" * 30, motion=motion, noise=noise).variance
+        rounds = last(rounds=30, motion=motion, noise=noise).variance
         assert settled == pytest.approx(rounds, abs=1e-3 if motion else 0.08)

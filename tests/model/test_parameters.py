@@ -28,7 +28,6 @@ class Model(Parameters):
     colour: str = parameter("#ffffff", "Colour", "Which colour.", colour=True)
     again: int = parameter(0, "Again", "How often it was begun again.", ge=0, le=9, step=1, action=True)
     text: str = parameter("", "Text", "What a file says.", accept=".txt")
-    steps: str = parameter("", "Steps", "What is done, in order.", sequence={"p": "Predict", "m": "Measure"})
 
 
 @pytest.mark.parametrize(
@@ -49,10 +48,6 @@ class Model(Parameters):
         ("colour", "red", "#rrggbb"),
         ("again", 10, "a whole number between 0 and 9"),
         ("text", 5, "the text of a file .txt of at most 100000 characters, or nothing"),
-        ("steps", "pmx", "at most 60 letters, each one of p (Predict), m (Measure)"),
-        ("steps", "p m", "each one of p (Predict), m (Measure)"),
-        ("steps", "pm\n", "each one of p (Predict), m (Measure)"),
-        ("steps", ["p"], "each one of p (Predict), m (Measure)"),
         ("unknown", 1, "known parameter"),
     ],
 )
@@ -196,21 +191,3 @@ def test_actions_and_files_have_kinds_of_their_own() -> None:
     assert revise(Model(), {"again": 1, "text": "a"}).text == "a"
     with pytest.raises(ParameterError, match="of at most 100000 characters"):
         revise(Model(), {"text": "a" * 100_001})
-
-
-def test_a_sequence_is_letters_that_stand_for_steps() -> None:
-    """It is declared with the name of each step, read as it stands, and holds at most sixty."""
-    declared = next(each for each in declarations(Model) if each.name == "steps")
-    assert (declared.kind, declared.maximum) == ("sequence", 60)
-    assert list(declared.sequence.items()) == [("p", "Predict"), ("m", "Measure")]
-    assert parse(Model, "steps", "ppm") == "ppm"
-    assert revise(Model(), {"steps": "pm" * 30}).steps == "pm" * 30
-    with pytest.raises(ParameterError, match="steps must be at most 60 letters"):
-        revise(Model(), {"steps": "pm" * 30 + "p"})
-
-
-@pytest.mark.parametrize("steps", [{"pr": "Predict"}, {"P": "Predict"}, {"]": "Predict"}, {"": "Predict"}])
-def test_each_step_of_a_sequence_has_one_letter(steps: dict[str, str]) -> None:
-    """Anything else is refused where it is declared."""
-    with pytest.raises(ValueError, match="the steps of 'Steps' must be named by one letter a to z each"):
-        parameter("", "Steps", "What is done.", sequence=steps)

@@ -41,8 +41,6 @@ def test_the_words_name_unit_bounds_and_restart() -> None:
     assert control.label == "Width (px)"
     assert control.hint == "How wide. From 0 to 200 px. A change restarts the run."
     assert control_of(declare("boolean"), True).hint == "How wide."
-    steps = declare("sequence", sequence={"p": "Predict", "m": "Measure"}, default="", maximum=60)
-    assert control_of(steps, "").hint == "How wide. At most 60 letters, each one of p (Predict), m (Measure)."
 
 
 def test_what_has_no_value_has_no_control() -> None:

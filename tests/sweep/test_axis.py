@@ -5,9 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.experiments import find
-from pftrack.model.parameters import Declaration, declarations
+from pftrack.model.parameters import declarations
 from pftrack.sweep import Axis, SweepError, parse_axis
-from pftrack.sweep.axis import value_of
 
 BALL = find("ball")
 
@@ -104,23 +103,3 @@ def test_an_axis_knows_whether_it_is_numerical() -> None:
     assert parse_axis(BALL, "layout=1,2").numerical
     assert not Axis("learn_dynamics", (True, False)).numerical
     assert not parse_axis(BALL, "tracker=apf").numerical
-
-
-def test_a_sequence_is_one_value_of_an_axis() -> None:
-    """Its letters are taken as they stand; others, and too many, are refused with the steps that there are."""
-    declaration = Declaration.model_validate(
-        {
-            "name": "steps",
-            "title": "Steps",
-            "description": "What is done.",
-            "unit": "",
-            "kind": "sequence",
-            "default": "",
-            "maximum": 60,
-            "sequence": {"p": "Predict", "m": "Measure"},
-        }
-    )
-    assert value_of(declaration, "ppm") == "ppm"
-    for wrong in ("pmx", "p" * 61, 5):
-        with pytest.raises(SweepError, match=r"steps must be at most 60 letters, each one of p \(Predict\)"):
-            value_of(declaration, wrong)

@@ -62,7 +62,6 @@ DECLARATIONS = (
         trackers=("h-spf",),
     ),
     declare("budget", "Budget", "integer", 10, minimum=0, maximum=10**9, step=1, group="Tracker"),
-    declare("steps", "Steps", "sequence", "", maximum=60, sequence={"p": "Predict", "m": "Measure"}, group="Tracker"),
 )
 VALUES: dict[str, Value] = {item.name: item.default for item in DECLARATIONS}
 

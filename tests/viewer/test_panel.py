@@ -22,8 +22,7 @@ def test_every_parameter_has_a_control_of_its_kind(session: Session, peer: Peer)
     assert peer.control("Layout")["options"] == ["pillar", "wall"]
     assert peer.control("Ball colour")["value"] == [208, 32, 32]
     assert peer.control("Learn")["hint"].endswith("A change restarts the run.")
-    assert peer.control("Steps")["hint"].endswith("each one of p (Predict), m (Measure).")
-    assert len(DECLARATIONS) == 8
+    assert len(DECLARATIONS) == 7
 
 
 def test_a_moved_control_proposes_its_value(session: Session, peer: Peer) -> None:
@@ -34,7 +33,6 @@ def test_a_moved_control_proposes_its_value(session: Session, peer: Peer) -> Non
         "layout": ("Layout", "wall", "wall"),
         "colour": ("Ball colour", [0, 255, 16], "#00ff10"),
         "learn": ("Learn", True, True),
-        "steps": ("Steps", "ppm", "ppm"),
     }
     for name, (label, sent, expected) in moves.items():
         peer.move(label, sent)

@@ -1,7 +1,6 @@
 /** One control, made from the declaration of one parameter: it proposes values and shows what is in force. */
 
 import { h } from "../../shared/dom.js";
-import { sequence } from "./sequence.js";
 
 /** @import { ControlPublic, Declaration } from "../../shared/messages.js" */
 /** @import { Value } from "../../shared/format.js" */
@@ -32,8 +31,6 @@ export function makeControl(declaration, turning, propose) {
       return colour(turning, propose);
     case "action":
       return action(turning, propose);
-    case "sequence":
-      return sequence(declaration, turning, propose);
     default:
       return amount(declaration, turning, propose);
   }

@@ -141,7 +141,7 @@ def _answer(parameters: RecursionParameters, seed: int) -> Answer:
 
 def _reference() -> list[Moment]:
     """Return the eight rounds that the lesson shows."""
-    return list(moments(_CHECKED, RecursionParameters(steps="pm" * len(MEASURED))))
+    return list(moments(_CHECKED, RecursionParameters(rounds=len(MEASURED))))
 
 
 def _added_information() -> Outcome:
@@ -192,7 +192,7 @@ LESSON = Lesson(
     body=Demonstration(RecursionParameters(), show),
     notice="Predictions widen the density by the same amount each; a measurement narrows a wide one most.",
     tries=(
-        "Press Predict ten times in a row, then Measure once: most of the harm is undone at once.",
+        "Set the predictions after the rounds to 10, then the measurements to 1: most of the harm is undone at once.",
         "Set q to 0: the target stands still, and each measurement makes the variance smaller for good.",
         "Switch on “No measurement”: the target is hidden, and only the blurring is left.",
     ),
@@ -206,7 +206,7 @@ LESSON = Lesson(
         tolerance=0.2,
         unit="m²",
         bounds=(0.0, 100.0),
-        at={"steps": "pm" * 4 + "p" * 10 + "m"},
+        at={"rounds": 4, "predictions": 10, "measurements": 1},
         words=(
             "What adds up is the inverse of the variance, how sure one is. After a measurement one is always surer "
             "than the measurement alone would make one, so that the variance is below r, however long it grew."

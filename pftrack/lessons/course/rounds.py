@@ -31,8 +31,12 @@ class RecursionParameters(Parameters):
     """What is done, and how uncertain motion and measurements are."""
 
     # fmt: off
-    steps: str = parameter(
-        "pmpmpmpm", "Steps", "What is done, one step after the other.", sequence={"p": "Predict", "m": "Measure"})
+    rounds: int = parameter(
+        4, "Rounds", "How often a prediction and then a measurement is made, at the beginning.", ge=0, le=30)
+    predictions: int = parameter(
+        0, "Predictions after them", "How many predictions follow in a row, without a measurement.", ge=0, le=30)
+    measurements: int = parameter(
+        0, "Measurements after those", "How many measurements follow in a row.", ge=0, le=30)
     motion: float = parameter(
         1, "Motion noise q", "Variance of how far the target moves in a step.", unit="m²", ge=0, le=3, step=0.1)
     noise: float = parameter(
@@ -40,6 +44,11 @@ class RecursionParameters(Parameters):
     hidden: bool = parameter(
         False, "No measurement", "Whether the target is hidden, so that measuring brings nothing.")
     # fmt: on
+
+    @property
+    def steps(self) -> str:
+        """What is done, one step after the other: `p` is a prediction, `m` a measurement."""
+        return "pm" * self.rounds + "p" * self.predictions + "m" * self.measurements
 
 
 @dataclass(frozen=True, slots=True)

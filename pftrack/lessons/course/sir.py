@@ -154,7 +154,7 @@ def _fit(measured: float, noise: float, states: NDArray[np.float64]) -> NDArray[
 
 def _beside_kalman() -> Outcome:
     """Compare means with those of the Kalman filter, after each measurement of lesson 5."""
-    problem, count = RecursionParameters(steps="pm" * len(MEASURED)), 4000
+    problem, count = RecursionParameters(rounds=len(MEASURED)), 4000
     known_at_best = [moment.exact for moment in moments(GRID, problem) if moment.step == "m"]
     pace = Pace(0.0, math.sqrt(problem.motion))
     places = math.sqrt(PRIOR_VARIANCE) * Stream(1, 0, Purpose.START).standard_normal((count, 1))

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 
 from pydantic import BaseModel
 
-from pftrack.model.parameters import Declaration, Value, describe_allowed
+from pftrack.model.parameters import Declaration, Value
 
 __all__ = ["ControlPublic", "control_of", "controls_of", "working_range"]
 
@@ -84,8 +84,6 @@ def _hint(declaration: Declaration) -> str:
     sentences = [declaration.description]
     if declaration.kind != "action" and declaration.minimum is not None and declaration.maximum is not None:
         sentences.append(f"From {declaration.minimum:g} to {declaration.maximum:g}{unit}.")
-    if declaration.kind == "sequence":
-        sentences.append(f"{describe_allowed(declaration).replace('at', 'At', 1)}.")
     if not declaration.live:
         sentences.append("A change restarts the run.")
     return " ".join(sentences)

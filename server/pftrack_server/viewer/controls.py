@@ -97,10 +97,8 @@ def _make_one(gui: viser.GuiApi, declaration: Declaration, control: ControlPubli
             return gui.add_dropdown(label, declaration.choices, initial_value=shown, hint=hint)
         case "colour":
             return gui.add_rgb(label, shown, hint=hint)
-        case "action":
+        case _:  # an action
             return gui.add_button(label, hint=hint)
-        case _:
-            return gui.add_text(label, shown, hint=hint)
 
 
 def _make_number(
