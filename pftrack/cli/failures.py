@@ -1,17 +1,20 @@
-"""`failures list` and `failures run`: the gallery of failures, and one of its runs in words and numbers."""
+"""`failures`: the gallery of failures, one of its runs in words and numbers, and both of its runs as a figure."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from pftrack.cli.compiling import compiling
 from pftrack.cli.listing import Json
-from pftrack.cli.output import emit, table, whole, wrong_use
+from pftrack.cli.output import emit, note, suffix_of, table, whole, wrong_use
 
 if TYPE_CHECKING:
     from pftrack.failures import Entry, FailureRun
 
 __all__ = ["register"]
+
+Named = Annotated[str, typer.Argument(metavar="ID", help="A failure's name or number, as `failures list` prints it.")]
 
 group = typer.Typer(help="Named failures, each with what shows it and what cures it.", no_args_is_help=True)
 
@@ -38,9 +41,7 @@ def list_(json: Json = False) -> None:
 
 @group.command()
 def run(
-    failure: Annotated[
-        str, typer.Argument(metavar="ID", help="A failure's name or number, as `failures list` prints it.")
-    ],
+    failure: Named,
     cured: Annotated[bool, typer.Option("--cured", help="Take the cure.")] = False,
     seed: Annotated[
         str | None, typer.Option(metavar="SEED", help="Another than the failure's own, to see whether it fails there.")
@@ -48,14 +49,10 @@ def run(
     json: Json = False,
 ) -> None:
     """Compute the run of a failure, or the cured one, and say what is measured in it."""
-    from pftrack.experiments import EXPERIMENTS
-    from pftrack.failures import entry, run_failure
+    from pftrack.failures import run_failure
     from pftrack.numerics.random import LARGEST_SEED
 
-    try:
-        found = entry(EXPERIMENTS, failure)
-    except LookupError as error:
-        raise wrong_use(str(error.args[0])) from None
+    found = _entry(failure)
     chosen = None if seed is None else whole("--seed", seed, 0, LARGEST_SEED)
     with compiling():
         done = run_failure(found, cured=cured, seed=chosen)
@@ -66,6 +63,37 @@ def run(
         emit({**_about(found), "cured": cured, "recipe": recipe, **measured, "lost_frames": lost})
         return
     _tell(found, done, lost, cured=cured)
+
+
+@group.command()
+def figure(
+    failure: Named,
+    out: Annotated[Path, typer.Option(metavar="FILE", help="A picture, .png, .svg or .pdf.")],
+) -> None:
+    """Draw the errors of the run that fails and of the cured one, in one column of a journal's page."""
+    from pftrack.failures import run_failure
+    from pftrack.figures.failure import draw_failure
+    from pftrack.figures.picture import SUFFIXES, encode_as
+    from pftrack.files import write_whole
+
+    found = _entry(failure)
+    suffix = suffix_of(out, tuple(SUFFIXES))
+    with compiling():
+        failing, cured = ([row.error for row in run_failure(found, cured=it).rows] for it in (False, True))
+    title, frame = found.failure.title, found.failure.frame
+    drawn = draw_failure(failing, cured, title=title, unit=found.experiment.unit, frame=frame)
+    write_whole(out, encode_as(drawn, suffix, f"{title}: the errors of the run that fails and of the cured one"))
+    note(f"pftrack: written to {out}")
+
+
+def _entry(name: str) -> "Entry":
+    from pftrack.experiments import EXPERIMENTS
+    from pftrack.failures import entry
+
+    try:
+        return entry(EXPERIMENTS, name)
+    except LookupError as error:
+        raise wrong_use(str(error.args[0])) from None
 
 
 def _tell(entry: "Entry", done: "FailureRun", lost: list[int], *, cured: bool) -> None:

@@ -9,7 +9,7 @@ import typer
 
 from pftrack.cli.compiling import compiling
 from pftrack.cli.listing import Json
-from pftrack.cli.output import FAILED, CommandError, emit, note, progress, table, whole, wrong_use
+from pftrack.cli.output import FAILED, emit, note, progress, suffix_of, table, whole, wrong_use
 from pftrack.cli.values import assign, value_of
 
 if TYPE_CHECKING:
@@ -95,14 +95,15 @@ def figure(
     json: Json = False,
 ) -> None:
     """Draw the figure of a lesson, and print its numbers."""
+    from pftrack.figures.picture import SUFFIXES
     from pftrack.files import write_whole
-    from pftrack.lessons.plotting import SUFFIXES, encode
+    from pftrack.lessons.plotting import encode
     from pftrack.model.parameters import flat
 
     found = _lesson(lesson, _lessons(folder))
     body = _demonstration(found)
     parameters, number = _values(body, assignments), _seed(body, seed)
-    suffix = _suffix(out, (*SUFFIXES, ".json"))
+    suffix = suffix_of(out, (*SUFFIXES, ".json"))
     with compiling():
         shown = body.show(parameters, number)
     told = {**_about(found), "parameters": flat(parameters), "seed": number, "numbers": _numbers(shown)}
@@ -133,7 +134,7 @@ def export(
     from pftrack.lessons.notebook import demonstration_notebook, lesson_notebook
 
     found = _lesson(lesson, _lessons(folder))
-    _suffix(notebook, (".ipynb",))
+    suffix_of(notebook, (".ipynb",))
     if isinstance(found.body, Scenario):
         if assignments or seed is not None:
             raise wrong_use(f"the lesson {found.id} shows a run; change the recipe in its notebook instead")
@@ -189,15 +190,6 @@ def _seed(body: "Demonstration", seed: str | None) -> int:
     from pftrack.numerics.random import LARGEST_SEED
 
     return body.seed if seed is None else whole("--seed", seed, 0, LARGEST_SEED)
-
-
-def _suffix(path: Path, known: tuple[str, ...]) -> str:
-    """Return the suffix of a file that is to be written, if it is one of those and the file has a folder."""
-    if path.suffix.lower() not in known:
-        raise wrong_use(f"expected a file {' or '.join(known)}, got {path.name!r}")
-    if path.is_dir() or not path.absolute().parent.is_dir():
-        raise CommandError(f"{path} cannot be written: it is a folder, or in none")
-    return path.suffix.lower()
 
 
 def _about(lesson: "Lesson") -> dict[str, object]:

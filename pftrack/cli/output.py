@@ -11,6 +11,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TypeAlias
 
 from rich.console import Console
@@ -18,7 +19,19 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
-__all__ = ["FAILED", "WRONG_USE", "CommandError", "emit", "explain", "note", "progress", "table", "whole", "wrong_use"]
+__all__ = [
+    "FAILED",
+    "WRONG_USE",
+    "CommandError",
+    "emit",
+    "explain",
+    "note",
+    "progress",
+    "suffix_of",
+    "table",
+    "whole",
+    "wrong_use",
+]
 
 FAILED = 1
 WRONG_USE = 2
@@ -49,6 +62,15 @@ class CommandError(Exception):
 def wrong_use(message: str) -> CommandError:
     """Return the failure of a command that was given something impossible."""
     return CommandError(message, WRONG_USE)
+
+
+def suffix_of(path: Path, known: tuple[str, ...]) -> str:
+    """Return the suffix of a file that is to be written, if it is one of those and the file has a folder."""
+    if path.suffix.lower() not in known:
+        raise wrong_use(f"expected a file {' or '.join(known)}, got {path.name!r}")
+    if path.is_dir() or not path.absolute().parent.is_dir():
+        raise CommandError(f"{path} cannot be written: it is a folder, or in none")
+    return path.suffix.lower()
 
 
 def whole(option: str, text: str, low: int, high: int) -> int:

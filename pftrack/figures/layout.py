@@ -4,13 +4,17 @@ A layout that matplotlib finds by itself costs more than the drawing, since it m
 """
 
 from collections.abc import Sequence
-from typing import Literal, TypeAlias
+from math import ceil
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from pftrack.figures.style import TEXT_PT
 
-__all__ = ["APART_IN", "LINE_IN", "axes_at", "draw_key", "key_height", "length", "write"]
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["APART_IN", "LINE_IN", "axes_at", "draw_key", "key_height", "length", "ticks", "write"]
 
 Anchor: TypeAlias = Literal["sw", "s", "n", "e", "w"]
 
@@ -27,14 +31,25 @@ def length(text: str, points: float) -> float:
     return sum(NARROW_EM if sign.islower() or sign == " " else WIDE_EM for sign in text) * points / 72
 
 
-def axes_at(figure: Figure, left: float, bottom: float, wide: float, high: float) -> Axes:
+def ticks(texts: Sequence[str], step: float, needed: float) -> list[tuple[int, str]]:
+    """Return which values of an axis there is room to write, the first and then evenly, with their places.
+
+    Args:
+        texts: The values.
+        step: From one to the next.
+        needed: By one, in the same unit.
+    """
+    return list(enumerate(texts))[:: max(1, ceil(needed / step))]
+
+
+def axes_at(figure: "Figure", left: float, bottom: float, wide: float, high: float) -> "Axes":
     """Return new axes, whose inner frame is at this place."""
     width, height = figure.get_size_inches()
     return figure.add_axes((left / width, bottom / height, wide / width, high / height))
 
 
 def write(
-    figure: Figure, x: float, y: float, text: str, points: float, *, anchor: Anchor = "sw", upright: bool = False
+    figure: "Figure", x: float, y: float, text: str, points: float, *, anchor: Anchor = "sw", upright: bool = False
 ) -> None:
     """Write a text.
 
@@ -62,7 +77,7 @@ def key_height(names: Sequence[str], width: float) -> float:
     return KEY_LINE_IN * -(-len(names) // _key_columns(names, width))
 
 
-def draw_key(figure: Figure, handles: Sequence[Artist], left: float, top: float) -> None:
+def draw_key(figure: "Figure", handles: "Sequence[Artist]", left: float, top: float) -> None:
     """Draw what lines and colours mean, as many side by side as there is room for."""
     width, height = figure.get_size_inches()
     columns = _key_columns([str(handle.get_label()) for handle in handles], width)
@@ -72,12 +87,12 @@ def draw_key(figure: Figure, handles: Sequence[Artist], left: float, top: float)
         bbox_to_anchor=(left / width, top / height),
         ncols=columns,
         frameon=False,
-        fontsize=9,
+        fontsize=TEXT_PT,
         borderaxespad=0,
         borderpad=0,
     )
 
 
 def _key_columns(names: Sequence[str], width: float) -> int:
-    longest = max(length(name, 9) for name in names) + KEY_COLUMN_IN
+    longest = max(length(name, TEXT_PT) for name in names) + KEY_COLUMN_IN
     return min(max(int(width / longest), 1), len(names))

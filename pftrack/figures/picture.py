@@ -10,9 +10,12 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["DOTS_PER_INCH", "SCREEN_DOTS_PER_INCH", "PictureForm", "encode", "save"]
+__all__ = ["DOTS_PER_INCH", "SCREEN_DOTS_PER_INCH", "SUFFIXES", "PictureForm", "encode", "encode_as", "save"]
 
 PictureForm: TypeAlias = Literal["png", "svg", "pdf"]
+
+SUFFIXES: Mapping[str, PictureForm] = MappingProxyType({".png": "png", ".svg": "svg", ".pdf": "pdf"})
+"""Of the files that can be made of a figure."""
 
 DOTS_PER_INCH = 300
 """As printers ask for."""
@@ -53,6 +56,22 @@ def encode(
     with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": salt}):
         figure.savefig(data, format=form, dpi=dots_per_inch, metadata=metadata[form], transparent=transparent)
     return data.getvalue()
+
+
+def encode_as(figure: "Figure", suffix: str, title: str) -> bytes:
+    """Return a figure as the content of a file for a screen, the same bytes whenever it is drawn.
+
+    Args:
+        figure: Drawn.
+        suffix: One of `SUFFIXES`.
+        title: What it shows, in one line.
+
+    Raises:
+        ValueError: The suffix is none of them.
+    """
+    if suffix not in SUFFIXES:
+        raise ValueError(f"a figure is written as {', '.join(SUFFIXES)}, got {suffix!r}")
+    return encode(figure, SUFFIXES[suffix], title, dots_per_inch=SCREEN_DOTS_PER_INCH)
 
 
 def save(figure: "Figure", path: Path, title: str) -> None:

@@ -9,27 +9,36 @@ from typing import TYPE_CHECKING, Any
 from pftrack.model.palette import COLOURS, CURVES, DIVERGING, NEUTRALS, hexadecimal
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.axes import Axes
     from matplotlib.colors import Colormap
     from matplotlib.figure import Figure
 
 __all__ = [
     "CURVE_COLOURS",
+    "HEADING_PT",
     "INK",
     "LETTERS_PT",
     "ONE_COLUMN_IN",
+    "TEXT_PT",
     "TITLE_PT",
     "TWO_COLUMNS_IN",
     "bare",
     "diverging",
+    "draw_scale",
     "explain_below",
     "new_figure",
     "viridis",
+    "write_heading",
+    "write_title",
 ]
 
 ONE_COLUMN_IN, TWO_COLUMNS_IN = 3.5, 7.2
 """Width of a figure that stands in one column of a journal's page, and in both."""
-LETTERS_PT, TITLE_PT = 8, 10
+LETTERS_PT, TEXT_PT, TITLE_PT, HEADING_PT = 8, 9, 10, 11
+"""Of numbers and keys, of what is written beside them, of a panel's title, and of what stands above several panels."""
+
 GRID_PT = 0.6
 
 INK = {name: hexadecimal(colour) for name, colour in {**COLOURS, **NEUTRALS}.items()}
@@ -69,9 +78,31 @@ def bare(axes: "Axes", *, grid: str = "both") -> None:
     axes.grid(visible=True, axis=grid, color=INK["grid"], linewidth=GRID_PT)  # type: ignore[arg-type]
     axes.set_axisbelow(True)
     axes.tick_params(labelsize=LETTERS_PT)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.label.set_fontsize(TEXT_PT)
     for name, spine in axes.spines.items():
         spine.set_visible(name not in {"top", "right"})
         spine.set_color(INK["frame"])
+
+
+def write_title(panel: "Axes", text: str) -> None:
+    """Write above a panel what it shows."""
+    panel.set_title(text, fontsize=TITLE_PT)
+
+
+def write_heading(figure: "Figure", text: str) -> None:
+    """Write above all panels of a figure what they show."""
+    figure.suptitle(text, fontsize=HEADING_PT)
+
+
+def draw_scale(
+    figure: "Figure", panels: "Sequence[Axes]", colours: "Colormap", ends: tuple[float, float], text: str
+) -> None:
+    """Draw beside panels which amounts their colours stand for, from the lowest to the highest."""
+    from matplotlib.cm import ScalarMappable  # noqa: PLC0415 - see the module
+    from matplotlib.colors import Normalize  # noqa: PLC0415
+
+    figure.colorbar(ScalarMappable(Normalize(*ends), colours), ax=list(panels), label=text)
 
 
 def explain_below(figure: "Figure", panel: "Axes", columns: int) -> None:

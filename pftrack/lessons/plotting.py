@@ -4,13 +4,13 @@ Panels stand in their rows, each with its title and keys over it. On a screen on
 stands where each of them is.
 """
 
-from collections.abc import Mapping
 from itertools import groupby
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pftrack.figures.style import INK, bare
+from pftrack.figures.picture import encode_as
+from pftrack.figures.style import HEADING_PT, INK, TEXT_PT, bare
 from pftrack.lessons.figure import Axis, Figure, Panel
 from pftrack.lessons.traces import DRAWERS, across
 
@@ -19,12 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawn
     from matplotlib.gridspec import SubplotSpec
 
-    from pftrack.figures.picture import PictureForm
-
-__all__ = ["SUFFIXES", "draw", "encode"]
-
-SUFFIXES: Mapping[str, "PictureForm"] = {".png": "png", ".svg": "svg", ".pdf": "pdf"}
-"""Of the files that can be made of a figure."""
+__all__ = ["draw", "encode"]
 
 WIDTH_IN, ROW_IN = 9.0, 2.8
 """In inches: width of a figure, and height of its lowest row."""
@@ -54,17 +49,12 @@ def encode(figure: Figure, suffix: str) -> bytes:
 
     Args:
         figure: What is drawn.
-        suffix: One of `SUFFIXES`.
+        suffix: One of `pftrack.figures.picture.SUFFIXES`.
 
     Raises:
         ValueError: The suffix is none of them.
     """
-    if suffix not in SUFFIXES:
-        raise ValueError(f"a figure is written as {', '.join(SUFFIXES)}, got {suffix!r}")
-    from pftrack.figures import picture  # noqa: PLC0415
-
-    title, dots = figure.panels[0].title, picture.SCREEN_DOTS_PER_INCH
-    return picture.encode(draw(figure), SUFFIXES[suffix], title, dots_per_inch=dots)
+    return encode_as(draw(figure), suffix, figure.panels[0].title)
 
 
 def _row(drawn: "Drawn", panels: tuple[Panel, ...], place: "SubplotSpec") -> None:
@@ -111,15 +101,15 @@ def _key(axes: "Axes", panel: Panel, width: float) -> None:
     """Write the title over the panel, and under it what the traces are."""
     handles, titles = axes.get_legend_handles_labels()
     if not handles:
-        axes.set_title(panel.title, loc="left", fontsize=11)
+        axes.set_title(panel.title, loc="left", fontsize=HEADING_PT)
         return
     longest = max(len(title) for title in titles) + 6
     legend = axes.legend(
         handles,
         titles,
         title=panel.title,
-        title_fontsize=11,
-        fontsize=9,
+        title_fontsize=HEADING_PT,
+        fontsize=TEXT_PT,
         loc="lower left",
         bbox_to_anchor=(0.0, 1.0),
         borderaxespad=0.2,

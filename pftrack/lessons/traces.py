@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.figures.style import TEXT_PT
 from pftrack.lessons.figure import (
     Bars,
     Curve,
@@ -173,7 +174,9 @@ def _rule(axes: "Axes", trace: Rule, panel: Panel, order: float) -> None:
 
 def _label(axes: "Axes", trace: Label, panel: Panel, order: float) -> None:
     del panel
-    axes.text(trace.x, trace.y, trace.title, color=_colour(trace), fontsize=9, ha="center", va="bottom", zorder=order)
+    axes.text(
+        trace.x, trace.y, trace.title, color=_colour(trace), fontsize=TEXT_PT, ha="center", va="bottom", zorder=order
+    )
 
 
 Drawer: TypeAlias = Callable[["Axes", Any, Panel, float], None]

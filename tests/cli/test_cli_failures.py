@@ -1,6 +1,7 @@
 """The command line's gallery of failures."""
 
 import json
+from pathlib import Path
 
 from tests.cli.commands import Call, refused
 
@@ -32,6 +33,18 @@ def test_a_failure_says_what_happens_in_numbers(call: Call) -> None:
     assert told[0]["lost_frames"][0] == told[0]["frame"] + 1
     assert told[0]["numbers"]["believed"] < 0.5 * told[0]["numbers"]["true"]
     assert "does not fail in this way" in call("failures", "run", "4", "--cured")[1]
+
+
+def test_a_failure_is_drawn_for_print(call: Call, tmp_path: Path) -> None:
+    """`failures figure 4` writes both errors in one column, the same bytes each time; other files are refused."""
+    written = [tmp_path / name for name in ("one.svg", "other.svg")]
+    for path in written:
+        assert call("failures", "figure", "4", "--out", str(path))[0] == 0
+    one, other = (path.read_text() for path in written)
+    assert one == other
+    assert all(words in one for words in ("Wrong dynamics", "error, px", ">fails<", ">cured<"))
+    assert 'width="252pt"' in one
+    refused(call("failures", "figure", "4", "--out", str(tmp_path / "one.gif")), 2, "expected a file .png or .svg")
 
 
 def test_a_failure_that_is_not_there_is_refused(call: Call) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiments import find
-from pftrack.figures.style import CURVE_COLOURS, new_figure
+from pftrack.figures.style import CURVE_COLOURS, new_figure, write_title
 from pftrack.rendering import render
 from pftrack.reproduce.fish.course import Successes
 from pftrack.runs.run import Change, Run
@@ -36,7 +36,7 @@ def draw(found: Mapping[tuple[str, int], Successes]) -> "dict[str, Figure]":
         panel.set_xticks(counts, [f"{count}" for count in counts])
         panel.minorticks_off()
         panel.set_ylim(0, most + 0.5)
-        panel.set_title(f"{title}, of {most}", fontsize=10)
+        write_title(panel, f"{title}, of {most}")
         panel.set_xlabel("Particles")
     panel.legend(loc="lower right", frameon=False)
     figure.axes[0].set_ylabel("Successes")

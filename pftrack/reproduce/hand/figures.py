@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiments import find
-from pftrack.figures.style import CURVE_COLOURS, INK, explain_below, new_figure
+from pftrack.figures.style import CURVE_COLOURS, INK, explain_below, new_figure, write_title
 from pftrack.rendering import png, render_beside
 from pftrack.reproduce.hand.course import Outcome
 from pftrack.runs.run import Change, Run
@@ -51,7 +51,7 @@ def right_figure(
             ms=18,
             label="reference implementation",
         )
-        panel.set_title(motion, fontsize=10)
+        write_title(panel, motion)
         panel.set_xticks(np.arange(len(widths)), [f"{width} kept" for width in widths])
         panel.set_ylim(0.0, 1.0)
     panels[0].set_ylabel("share of the frames")

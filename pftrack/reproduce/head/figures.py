@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pftrack.figures.style import CURVE_COLOURS, INK, explain_below, new_figure
+from pftrack.figures.style import CURVE_COLOURS, INK, TITLE_PT, explain_below, new_figure, write_heading, write_title
 from pftrack.geometry.face_model import FEATURES, TITLES
 from pftrack.reproduce.head.course import Course, Model
 from pftrack.reproduce.head.curves import AXES, success_rates
@@ -36,12 +36,12 @@ def alpha_over_time(courses: list[Course]) -> "Figure":
     for panel, name, values in zip(panels, FEATURES, ratios.T, strict=False):
         panel.fill_between(frames, 0.0, 1.0, where=courses[0].turned, **HIDDEN)
         panel.plot(frames, values, color=MODELS["individual"], linewidth=0.8)
-        panel.set_title(TITLES[name].capitalize(), fontsize=9)
+        write_title(panel, TITLES[name].capitalize())
     panels[11].set_visible(False)
     panels[8].tick_params(labelbottom=True)
-    figure.supxlabel("Frame", fontsize=10)
-    figure.supylabel("alpha, share of the head's prediction", fontsize=10)
-    figure.suptitle("Alpha of each feature; shaded where the head is turned by more than 20°", fontsize=11)
+    figure.supxlabel("Frame", fontsize=TITLE_PT)
+    figure.supylabel("alpha, share of the head's prediction", fontsize=TITLE_PT)
+    write_heading(figure, "Alpha of each feature; shaded where the head is turned by more than 20°")
     return figure
 
 
@@ -53,10 +53,10 @@ def success_by_threshold(by_model: dict[Model, list[Course]]) -> "Figure":
         for model, colour in MODELS.items():
             rates = success_rates(by_model[model], axis, thresholds)
             panel.plot(thresholds, rates, color=colour, linewidth=1.5, label=NAMES[model])
-        panel.set_title(name.capitalize(), fontsize=10)
+        write_title(panel, name.capitalize())
         panel.set_xlabel("Threshold of the mean error, °")
     panels[0].set_ylabel("Success rate")
     panels[0].set_ylim(-0.02, 1.02)
     explain_below(figure, panels[0], 2)
-    figure.suptitle(f"Trials below a threshold, PF-ASD, {len(by_model['mean'])} trials", fontsize=11)
+    write_heading(figure, f"Trials below a threshold, PF-ASD, {len(by_model['mean'])} trials")
     return figure

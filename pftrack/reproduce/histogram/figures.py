@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from pftrack.figures.style import CURVE_COLOURS, new_figure
+from pftrack.figures.style import CURVE_COLOURS, LETTERS_PT, new_figure, write_title
 from pftrack.reproduce.histogram.course import Outcome
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def _figure(
         panel.set_xticks(list(known.values()), [str(value) for value in known.values()])
         panel.minorticks_off()
         panel.set_xlabel(label)
-        panel.set_title(title, fontsize=11)
-        panel.legend(frameon=False, fontsize=8)
+        write_title(panel, title)
+        panel.legend(frameon=False, fontsize=LETTERS_PT)
     panels[0].set_ylabel("Success")
     return figure

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.figures.style import CURVE_COLOURS, INK, explain_below, new_figure
+from pftrack.figures.style import CURVE_COLOURS, INK, TEXT_PT, explain_below, new_figure, write_heading, write_title
 from pftrack.reproduce.structure.course import Course, Online
 
 if TYPE_CHECKING:
@@ -54,12 +54,12 @@ def _shape(title: str, found: NDArray[np.float64], truth: NDArray[np.float64]) -
             panel.plot([one[across], other[across]], [one[down], other[down]], color=INK["grid"])
         panel.plot(*truth[:, [across, down]].T, "o", color=CURVE_COLOURS[1], mfc="none", label="true")
         panel.plot(*found[:, [across, down]].T, ".", color=CURVE_COLOURS[0], label="reconstructed")
-        panel.set_title(side, fontsize=10)
+        write_title(panel, side)
         panel.set_aspect("equal")
         panel.invert_yaxis()
         panel.set_xlabel("mm")
     explain_below(figure, panel, 2)
-    figure.suptitle(title, fontsize=11)
+    write_heading(figure, title)
     return figure
 
 
@@ -70,8 +70,8 @@ def _errors(errors: Mapping[str, Sequence[float]]) -> "Figure":
     places = np.arange(len(errors))
     panel.bar(places, means, yerr=spreads, color=CURVE_COLOURS[0], width=0.6, capsize=4)
     for place, mean in zip(places, means, strict=True):
-        panel.annotate(f"{mean:.3f}", (place + 0.05, mean), fontsize=9)
-    panel.set_xticks(places, [TITLES[name].replace(", ", ",\n") for name in errors], fontsize=9)
+        panel.annotate(f"{mean:.3f}", (place + 0.05, mean), fontsize=TEXT_PT)
+    panel.set_xticks(places, [TITLES[name].replace(", ", ",\n") for name in errors], fontsize=TEXT_PT)
     panel.set_ylabel("Shape error")
-    panel.set_title(f"{len(errors['svd'])} trials, mean and standard deviation", fontsize=11)
+    write_title(panel, f"{len(errors['svd'])} trials, mean and standard deviation")
     return figure

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.figures.style import CURVE_COLOURS, INK, explain_below, new_figure, viridis
+from pftrack.figures.style import CURVE_COLOURS, INK, draw_scale, explain_below, new_figure, viridis, write_title
 from pftrack.filters.trajectories.whole import GRID, Smoothed, track_error
 from pftrack.sources.trajectories.reference import REFERENCE_PX
 from pftrack.sources.trajectories.scene import TRUE_PATH
@@ -40,7 +40,7 @@ def _track(found: Mapping[str, Smoothed]) -> "Figure":
             ("smoothed", "filtered"), CURVE_COLOURS, (one.smoothed, one.filtered), strict=False
         ):
             panel.plot(frames, positions[:, middle, 0] - TRUE_PATH[:, 0], color=colour, label=kind)
-        panel.set_title(TITLES[name], fontsize=10)
+        write_title(panel, TITLES[name])
         panel.set_ylabel("aside, px")
         panel.set_ylim(-25.0, 15.0)
     panels[-1].set_xlabel("frame")
@@ -50,19 +50,14 @@ def _track(found: Mapping[str, Smoothed]) -> "Figure":
 
 def _likelihood(surfaces: Mapping[str, NDArray[np.float64]]) -> "Figure":
     """Draw maps of the log likelihood less its maximum, and where that is."""
-    from matplotlib.cm import ScalarMappable  # noqa: PLC0415
-    from matplotlib.colors import Normalize  # noqa: PLC0415
-
     colours = viridis()
     figure, panels = new_figure(3.4, columns=len(surfaces), share="y")
-    norm = Normalize(-DEEPEST, 0.0)
-    shades = ScalarMappable(norm, colours)
     for panel, (name, surface) in zip(panels, surfaces.items(), strict=True):
-        panel.pcolormesh(GRID, GRID, (surface - surface.max()).T, cmap=colours, norm=norm, zorder=2)
+        panel.pcolormesh(GRID, GRID, (surface - surface.max()).T, cmap=colours, vmin=-DEEPEST, vmax=0.0, zorder=2)
         noise, drive = np.unravel_index(surface.argmax(), surface.shape)
         panel.plot(GRID[noise], GRID[drive], "o", color=INK["lost"], mfc="none")
-        panel.set_title(f"{TITLES[name]}: best at ({GRID[noise]:g}, {GRID[drive]:g})", fontsize=10)
+        write_title(panel, f"{TITLES[name]}: best at ({GRID[noise]:g}, {GRID[drive]:g})")
         panel.set_xlabel("σ², px²")
     panels[0].set_ylabel("τ², px²")
-    figure.colorbar(shades, ax=panels, label="log likelihood less its maximum")
+    draw_scale(figure, panels, colours, (-DEEPEST, 0.0), "log likelihood less its maximum")
     return figure

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
+from pftrack.figures.layout import ticks
 from pftrack.figures.style import INK
 from pftrack.sweep.axis import Axis
 from pftrack.sweep.report.colours import MISSING
-from pftrack.sweep.report.labels import format_value, label, ticks
+from pftrack.sweep.report.labels import format_value, label
 from pftrack.sweep.report.study import Study
 
 __all__ = ["Frame"]

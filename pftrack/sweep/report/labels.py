@@ -1,14 +1,13 @@
 """What is written in a report: names of axes, their values, and results."""
 
-from collections.abc import Sequence
-from math import ceil, isnan
+from math import isnan
 from typing import Literal
 
 from pftrack.model.parameters import Value
 from pftrack.sweep.axis import Axis, find_declaration
 from pftrack.sweep.report.study import Study
 
-__all__ = ["format_value", "label", "number", "ticks"]
+__all__ = ["format_value", "label", "number"]
 
 
 def label(study: Study, axis: Axis) -> str:
@@ -40,14 +39,3 @@ def number(value: float, sign: Literal["", "+"] = "") -> str:
     if isnan(value):
         return ""
     return f"{value:{sign},.0f}" if abs(value) >= 999.5 else f"{value:{sign}.3g}"
-
-
-def ticks(texts: Sequence[str], step: float, needed: float) -> list[tuple[int, str]]:
-    """Return which values of an axis there is room to write, the first and then evenly, with their places.
-
-    Args:
-        texts: The values.
-        step: From one to the next.
-        needed: By one, in the same unit.
-    """
-    return list(enumerate(texts))[:: max(1, ceil(needed / step))]

@@ -1,25 +1,21 @@
 """The maps of a report as pictures: means, differences, and what is significant.
 
-Cells are drawn in the order of their values, equally wide, since the values need not be equally spaced or be numbers.
 What is better is bright, whichever direction that is; differences are blue where the first is better and orange where
 the second is.
 """
 
 from collections.abc import Sequence
 
-import numpy as np
-from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 
-from pftrack.figures.style import INK, diverging
-from pftrack.sweep.axis import find_declaration
+from pftrack.figures.maps import Block, MapAxis, code_block, stack, value_block
+from pftrack.figures.style import diverging
+from pftrack.sweep.axis import Axis, find_declaration
 from pftrack.sweep.cells import Code
 from pftrack.sweep.comparison import TEST_TITLES, Comparison
 from pftrack.sweep.quantities import Quantity
 from pftrack.sweep.report.colours import CODE_NAMES, CODES, amounts, largest_difference, scale_of
-from pftrack.sweep.report.labels import format_value
-from pftrack.sweep.report.panels import Block, stack
+from pftrack.sweep.report.labels import format_value, label
 from pftrack.sweep.report.study import Study
 
 __all__ = ["mean_maps", "sheet", "significance_maps"]
@@ -28,17 +24,27 @@ __all__ = ["mean_maps", "sheet", "significance_maps"]
 def sheet(study: Study, quantity: Quantity) -> Figure:
     """Draw all maps of a quantity below each other: of the trackers, of the differences, of what is significant."""
     compared = [_differences(study, quantity), _significance(study, quantity)] if study.pairs else []
-    return stack(study, [_means([study], quantity), *compared])
+    return _stack(study, [_means([study], quantity), *compared])
 
 
 def mean_maps(studies: Sequence[Study], quantity: Quantity) -> Figure:
     """Draw the mean of a quantity in every cell, of one or several studies on the same axes, on one colour scale."""
-    return stack(studies[0], [_means(studies, quantity)])
+    return _stack(studies[0], [_means(studies, quantity)])
 
 
 def significance_maps(study: Study, quantity: Quantity) -> Figure:
     """Draw where one tracker is better by a quantity, each cell tested by itself, a map for every pair."""
-    return stack(study, [_significance(study, quantity)])
+    return _stack(study, [_significance(study, quantity)])
+
+
+def _stack(study: Study, blocks: Sequence[Block]) -> Figure:
+    return stack(_axis(study, study.x), _axis(study, study.y), blocks, study.proportion)
+
+
+def _axis(study: Study, axis: Axis | None) -> MapAxis:
+    if axis is None:
+        return MapAxis()
+    return MapAxis(label(study, axis), tuple(format_value(value) for value in axis.values), is_named=not axis.numerical)
 
 
 def _means(studies: Sequence[Study], quantity: Quantity) -> Block:
@@ -47,8 +53,8 @@ def _means(studies: Sequence[Study], quantity: Quantity) -> Block:
         for study in studies
         for name, cells in study.maps.items()
     }
-    scale = Normalize(*scale_of(quantity, maps.values()))
-    return Block(f"{quantity.label}; {quantity.better} is better", maps, amounts(quantity), scale)
+    ends = scale_of(quantity, maps.values())
+    return value_block(f"{quantity.label}; {quantity.better} is better", maps, amounts(quantity), ends)
 
 
 def _differences(study: Study, quantity: Quantity) -> Block:
@@ -56,17 +62,15 @@ def _differences(study: Study, quantity: Quantity) -> Block:
     maps = {_title(study, pair): pair.difference for pair in pairs}
     most = largest_difference(pairs)
     unit = f", {quantity.unit}" if quantity.unit else ""
-    return Block(f"Difference{unit}; positive where 1 is better", maps, diverging(), Normalize(-most, most))
+    return value_block(f"Difference{unit}; positive where 1 is better", maps, diverging(), (-most, most))
 
 
 def _significance(study: Study, quantity: Quantity) -> Block:
     pairs = study.comparisons[quantity.name]
     maps = {_title(study, pair): pair.significance(study.level).codes.astype(float) for pair in pairs}
     heading = f"{quantity.title}, {TEST_TITLES[pairs[0].test]} test at {study.level:g}, each cell by itself"
-    names = {code: name.format(first="1", second="2") for code, name in CODE_NAMES.items()}
-    key = tuple(Patch(facecolor=CODES[code], edgecolor=INK["outline"], label=name) for code, name in names.items())
-    colours, scale = ListedColormap([CODES[code] for code in Code]), BoundaryNorm(np.arange(-0.5, 4.5), 4)
-    return Block(heading, maps, colours, scale, key)
+    colours = [(CODES[code], CODE_NAMES[code].format(first="1", second="2")) for code in Code]
+    return code_block(heading, maps, colours)
 
 
 def _title(study: Study, pair: Comparison) -> str:

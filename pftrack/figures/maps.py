@@ -1,6 +1,7 @@
-"""Panels: maps side by side in blocks, blocks below each other, drawn by matplotlib.
+"""Heat maps side by side in blocks, blocks below each other.
 
-All lengths are inches. Maps of different blocks are equally large and stand below each other.
+All lengths are inches. Maps of different blocks are equally large and stand below each other. Cells are drawn in the
+order of their values, equally wide, since the values need not be equally spaced or be numbers.
 """
 
 from collections.abc import Sequence
@@ -8,24 +9,37 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import Colormap, Normalize
+from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
-from pftrack.figures.layout import APART_IN, LINE_IN, axes_at, draw_key, length, write
-from pftrack.figures.style import INK
-from pftrack.sweep.report.labels import format_value, label, ticks
-from pftrack.sweep.report.study import Study
+from pftrack.figures.layout import APART_IN, LINE_IN, axes_at, draw_key, length, ticks, write
+from pftrack.figures.style import HEADING_PT, INK, LETTERS_PT, TEXT_PT
 
-__all__ = ["Block", "stack"]
+__all__ = ["Block", "MapAxis", "code_block", "stack", "value_block"]
 
 WIDE_IN = 2.9
 MOST_COLUMNS, FEWER_COLUMNS = 4, 3
 GAP_IN, EDGE_IN = 0.2, 0.1
 HEADING_IN, KEY_IN = 0.36, 0.38
 BAR_IN, BAR_ROOM_IN = 0.12, 0.75
+
+
+@dataclass(frozen=True)
+class MapAxis:
+    """An axis that all maps have.
+
+    Attributes:
+        title: With the unit.
+        values: In words, one a cell.
+        is_named: Whether they are names, which are written upright rather than left out.
+    """
+
+    title: str = ""
+    values: tuple[str, ...] = ("",)
+    is_named: bool = False
 
 
 @dataclass(frozen=True)
@@ -62,29 +76,41 @@ class Block:
         return LINE_IN * (1.5 + max(title.count("\n") for title in self.maps))
 
 
+def value_block(
+    heading: str, maps: dict[str, NDArray[np.float64]], colours: Colormap, ends: tuple[float, float]
+) -> Block:
+    """Return maps of values, whose scale stands at the right."""
+    return Block(heading, maps, colours, Normalize(*ends))
+
+
+def code_block(heading: str, maps: dict[str, NDArray[np.float64]], colours: Sequence[tuple[str, str]]) -> Block:
+    """Return maps of whole numbers, each with a colour and a name, which stand below."""
+    key = tuple(Patch(facecolor=colour, edgecolor=INK["outline"], label=name) for colour, name in colours)
+    scale = BoundaryNorm(np.arange(-0.5, len(colours)), len(colours))
+    return Block(heading, maps, ListedColormap([colour for colour, _ in colours]), scale, key)
+
+
 class _Grid:
-    """The axes that all maps have, and the room that these take.
+    """The room that the axes of all maps take.
 
     Attributes:
         across: Values of x.
         up: Values of y.
         names: Of both axes.
-        upright: Whether values of x are written upright, since they are names of choices that need the room.
+        upright: Whether values of x are written upright, since they are names that need the room.
         left: Room for the values of y and the axis's name.
         below: Room for the values of x and the axis's name.
         high: Height of a map.
     """
 
-    def __init__(self, study: Study) -> None:
-        axes = study.x, study.y
-        self.across, self.up = ([format_value(value) for value in axis.values] if axis else [""] for axis in axes)
-        self.names = [label(study, axis) if axis else "" for axis in axes]
+    def __init__(self, x: MapAxis, y: MapAxis, proportion: float) -> None:
+        self.across, self.up = x.values, y.values
+        self.names = x.title, y.title
         longest = _longest(self.across)
-        is_named = study.x is not None and not study.x.numerical
-        self.upright = is_named and longest + APART_IN > WIDE_IN / len(self.across)
+        self.upright = x.is_named and longest + APART_IN > WIDE_IN / len(self.across)
         self.left = 0.45 + _longest(self.up)
         self.below = (longest if self.upright else LINE_IN) + 0.32
-        self.high = WIDE_IN * study.proportion
+        self.high = WIDE_IN * proportion
 
     def size(self, block: Block) -> tuple[float, float]:
         """Return the width and the height of a block."""
@@ -97,20 +123,29 @@ class _Grid:
         step = WIDE_IN / len(self.across)
         for place, text in ticks(self.across, step, LINE_IN if self.upright else _longest(self.across) + APART_IN):
             x = left + (place + 0.5) * step
-            write(figure, x, bottom - 0.05, text, 8, anchor="n", upright=self.upright)
-        write(figure, left + WIDE_IN / 2, bottom - self.below + 0.14, self.names[0], 9, anchor="s")
+            write(figure, x, bottom - 0.05, text, LETTERS_PT, anchor="n", upright=self.upright)
+        write(figure, left + WIDE_IN / 2, bottom - self.below + 0.14, self.names[0], TEXT_PT, anchor="s")
 
     def write_up(self, figure: Figure, left: float, bottom: float) -> None:
         """Write the axis at the left of a map, whose lower left corner is given."""
         step = self.high / len(self.up)
         for place, text in ticks(self.up, step, LINE_IN):
-            write(figure, left - 0.05, bottom + (place + 0.5) * step, text, 8, anchor="e")
-        write(figure, left - self.left + EDGE_IN, bottom + self.high / 2, self.names[1], 9, anchor="w", upright=True)
+            write(figure, left - 0.05, bottom + (place + 0.5) * step, text, LETTERS_PT, anchor="e")
+        write(
+            figure, left - self.left + EDGE_IN, bottom + self.high / 2, self.names[1], TEXT_PT, anchor="w", upright=True
+        )
 
 
-def stack(study: Study, blocks: Sequence[Block]) -> Figure:
-    """Draw blocks of maps, which all have the axes of a study."""
-    grid = _Grid(study)
+def stack(x: MapAxis, y: MapAxis, blocks: Sequence[Block], proportion: float) -> Figure:
+    """Draw blocks of maps, which all have the same axes.
+
+    Args:
+        x: Axis across.
+        y: Axis up.
+        blocks: From above.
+        proportion: Height of a map, of its width.
+    """
+    grid = _Grid(x, y, proportion)
     sizes = [grid.size(block) for block in blocks]
     width, top = max(width for width, _ in sizes), sum(height for _, height in sizes) + EDGE_IN
     figure = Figure(figsize=(width, top))
@@ -125,7 +160,7 @@ def stack(study: Study, blocks: Sequence[Block]) -> Figure:
 
 def _draw(figure: Figure, canvas: Axes, grid: _Grid, block: Block, top: float) -> None:
     """Draw a block below a height; the canvas is in inches."""
-    write(figure, grid.left, top - HEADING_IN + 0.1, block.heading, 11)
+    write(figure, grid.left, top - HEADING_IN + 0.1, block.heading, HEADING_PT)
     highest = top - HEADING_IN - block.titles_in - grid.high
     lowest = highest - (block.rows - 1) * (block.titles_in + grid.high + GAP_IN)
     for place, (title, values) in enumerate(block.maps.items()):
@@ -133,7 +168,7 @@ def _draw(figure: Figure, canvas: Axes, grid: _Grid, block: Block, top: float) -
         left = grid.left + column * (WIDE_IN + GAP_IN)
         bottom = highest - row * (block.titles_in + grid.high + GAP_IN)
         image = _map(canvas, (left, left + WIDE_IN, bottom, bottom + grid.high), values, block)
-        write(figure, left + WIDE_IN / 2, bottom + grid.high + 0.06, title, 9, anchor="s")
+        write(figure, left + WIDE_IN / 2, bottom + grid.high + 0.06, title, TEXT_PT, anchor="s")
         if column == 0:
             grid.write_up(figure, left, bottom)
         if place + block.columns >= len(block.maps):
@@ -143,7 +178,7 @@ def _draw(figure: Figure, canvas: Axes, grid: _Grid, block: Block, top: float) -
         return
     left = grid.left + block.columns * (WIDE_IN + GAP_IN)
     bar = figure.colorbar(image, cax=axes_at(figure, left, highest, BAR_IN, grid.high))
-    bar.ax.tick_params(labelsize=8)
+    bar.ax.tick_params(labelsize=LETTERS_PT)
     bar.outline.set_visible(False)
 
 
@@ -170,4 +205,4 @@ def _map(
 
 
 def _longest(texts: Sequence[str]) -> float:
-    return max(length(text, 8) for text in texts)
+    return max(length(text, LETTERS_PT) for text in texts)
