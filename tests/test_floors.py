@@ -10,7 +10,10 @@ from packaging.requirements import Requirement
 from packaging.version import Version
 
 PROJECT = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())["project"]
-REQUIRED = {found.name: found for found in map(Requirement, PROJECT["dependencies"])}
+REQUIRED = {
+    found.name: found
+    for found in map(Requirement, [*PROJECT["dependencies"], *PROJECT["optional-dependencies"]["cluster"]])
+}
 LAST_WITH_A_HOLE = {
     "av": "18.0.99",
     "fonttools": "4.60.99",

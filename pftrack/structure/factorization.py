@@ -49,12 +49,6 @@ class Factorization:
     offsets: NDArray[np.float64]
     strengths: NDArray[np.float64]
 
-    @property
-    def depth_ratio(self) -> float:
-        """The third singular value over the fourth; near 1 the depth cannot be told from noise."""
-        fourth = float(self.strengths[3])
-        return float(self.strengths[2]) / fourth if fourth > 0.0 else float("inf")
-
 
 def factorize(tracks: Tracks) -> Factorization:
     """Factor tracks into motion and shape, up to an affine map; variances are not looked at.

@@ -94,11 +94,6 @@ class Growing:
     shape: NDArray[np.float64]
 
     @property
-    def own_shape(self) -> NDArray[np.float64]:
-        """(n, 3) the body's own shape, aligned to the mean."""
-        return self.onto_mean(self.own.shape)
-
-    @property
     def shape_covariances(self) -> NDArray[np.float64]:
         """(n, 3, 3) of the points of the own shape, the uncertainty of its place, size and rotation included."""
         return self.own.shape_covariances

@@ -4,7 +4,6 @@ Each field can be given as an environment variable with the prefix `PFTRACK_`, a
 """
 
 import ipaddress
-import json
 import os
 import secrets
 from pathlib import Path
@@ -76,17 +75,13 @@ class Settings(BaseSettings):
 
     @field_validator("allowed_hosts", mode="before")
     @classmethod
-    def _names(cls, value: object) -> object:
-        """Read names with commas between, or the JSON list of earlier versions."""
+    def _split_names(cls, value: object) -> object:
+        """Read names with commas between."""
         if not isinstance(value, str):
             return value
-        text = value.strip()
-        if text.startswith("["):
-            try:
-                return tuple(json.loads(text))
-            except ValueError:
-                raise ValueError("allowed_hosts must be names with commas between") from None
-        return tuple(name.strip() for name in text.split(",") if name.strip())
+        if '"' in value:
+            raise ValueError("allowed_hosts must be names with commas between, without quotes")
+        return tuple(name.strip() for name in value.split(",") if name.strip())
 
     @field_validator("data_dir")
     @classmethod

@@ -40,7 +40,7 @@ def test_a_body_like_the_mean_keeps_the_mean() -> None:
 def test_the_published_shape_lies_between() -> None:
     """It is the mean and the own shape, aligned, in the proportion of the weight."""
     for state in grown(own(), 40)[::13]:
-        between = usual() + state.weight * (state.own_shape - usual())
+        between = usual() + state.weight * (state.onto_mean(state.own.shape) - usual())
         assert np.allclose(state.shape, between)
     assert np.array_equal(growing.begin(usual(), covariance(), SETTINGS).shape, usual())
 

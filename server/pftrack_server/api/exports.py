@@ -23,7 +23,6 @@ __all__ = ["router"]
 router = APIRouter(tags=["exports"])
 
 Name = Annotated[str, Path(max_length=64)]
-NOT_KEPT = {"Cache-Control": "no-store"}
 
 PlotId = Annotated[str | None, Query(max_length=64, description="The one plot that a picture shows; all if not given.")]
 
