@@ -7,7 +7,7 @@ import { follows } from "../lecturer/api.js";
 import { lessons } from "./api.js";
 import { Controls, SEED, declared, seedControl } from "./controls.js";
 import { FigureView } from "../shared/figure/figure.js";
-import { NewestRequest } from "./newest_request.js";
+import { NewestRequest } from "../shared/newest_request.js";
 import { showNumbers } from "./numbers.js";
 
 /** @import { FigurePublic, FigureRequest, LessonDetail, VerdictPublic } from "../shared/messages.js" */

@@ -8,7 +8,7 @@ import { notice } from "../shared/notice.js";
 import { presentationButton } from "../shared/presentation.js";
 import { themeButton } from "../shared/theme.js";
 import { lessons } from "./api.js";
-import { NewestRequest } from "./newest_request.js";
+import { NewestRequest } from "../shared/newest_request.js";
 import { Progress } from "./progress.js";
 import { standing, stateOf } from "./number_text.js";
 

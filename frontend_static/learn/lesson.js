@@ -12,7 +12,7 @@ import { lessons } from "./api.js";
 import { Course } from "./course.js";
 import { followLesson } from "./following.js";
 import { help, listen } from "./keys.js";
-import { NewestRequest } from "./newest_request.js";
+import { NewestRequest } from "../shared/newest_request.js";
 import { describe } from "./lesson_text.js";
 import { Uses } from "./uses.js";
 

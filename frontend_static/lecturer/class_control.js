@@ -4,10 +4,10 @@
  */
 
 import { statusOf } from "../shared/api.js";
+import { NewestRequest } from "../shared/newest_request.js";
 import { classOfLink, isParticipant } from "../shared/participant.js";
 import { socketAddress } from "../shared/socket.js";
 import { Stream } from "../shared/stream.js";
-import { latest } from "../shared/timing.js";
 import { attempt, toast } from "../shared/toast.js";
 import { Topics } from "../shared/topics.js";
 import { follows } from "./api.js";
@@ -42,7 +42,7 @@ export class ClassControl extends Topics {
   isHere = false;
   #shown;
   #signal;
-  #tellClass = latest(() => this.#compared());
+  #tellClass;
   /** @type {Stream<OwnedHello|OwnedNews>|null} */
   #stream = null;
 
@@ -54,6 +54,7 @@ export class ClassControl extends Topics {
     super();
     this.#shown = shown;
     this.#signal = signal;
+    this.#tellClass = new NewestRequest(() => this.#compared(), {}, signal);
   }
 
   /** Whether there is something to be shown. */
@@ -109,7 +110,7 @@ export class ClassControl extends Topics {
   /** Take note that this page shows something else by now, and tell the class, if it sees this page. */
   update() {
     this.tell("follow");
-    this.#tellClass(null);
+    this.#tellClass.ask(null);
   }
 
   /** @param {FollowUpdate} update */

@@ -1,7 +1,8 @@
 /** Moving through a run: play, pause, step, seek, speed. Buttons, keys and the scrubber all end up here. */
 
 import { api } from "../shared/api.js";
-import { later, latest } from "../shared/timing.js";
+import { NewestRequest } from "../shared/newest_request.js";
+import { later } from "../shared/timing.js";
 import { attempt } from "../shared/toast.js";
 
 /** @import { TransportUpdate } from "../shared/messages.js" */
@@ -27,7 +28,7 @@ export class Steering {
   constructor(store, signal) {
     this.#store = store;
     this.#signal = signal;
-    this.#seeking = latest((/** @type {number} */ frame) => this.#send("seek", { frame }));
+    this.#seeking = new NewestRequest((/** @type {number} */ frame) => this.#send("seek", { frame }), {}, signal);
     store.on(["position"], () => {
       if (store.known.position === this.#goal) this.#goal = null;
     });
@@ -100,7 +101,7 @@ export class Steering {
     this.#forget();
     this.#forget = later(() => (this.#goal = null), GOAL_MS, this.#signal);
     await this.pause();
-    await this.#seeking(goal);
+    await this.#seeking.ask(goal);
   }
 
   /** @param {number} frames */

@@ -46,34 +46,6 @@ export function throttle(work, milliseconds, signal) {
 }
 
 /**
- * Send one request at a time; of those asked for meanwhile only the newest is sent.
- *
- * @template T
- * @param {(wanted: T) => Promise<unknown>} send
- * @returns {(wanted: T) => Promise<void>}
- */
-export function latest(send) {
-  let busy = false;
-  /** @type {{wanted: T}|null} */
-  let waiting = null;
-  return async function ask(wanted) {
-    if (busy) {
-      waiting = { wanted };
-      return;
-    }
-    busy = true;
-    try {
-      await send(wanted);
-    } finally {
-      busy = false;
-      const next = waiting;
-      waiting = null;
-      if (next !== null) ask(next.wanted);
-    }
-  };
-}
-
-/**
  * Run `work` after a while, unless the signal ends the waiting.
  *
  * @param {() => void} work

@@ -3,6 +3,7 @@
  * answered and the session's own word has come, what is proposed is not torn out of the hand.
  */
 
+import { NewestRequest } from "../../shared/newest_request.js";
 import { later } from "../../shared/timing.js";
 
 /** The session's word comes by the stream, mostly before the answer to the request, sometimes a little after it. */
@@ -10,24 +11,25 @@ const REST_MS = 300;
 
 /** @import { Value } from "../../shared/format.js" */
 
+/** @typedef {Record<string, Value>} Values By the names of the parameters. */
+
 export class Proposals {
-  #send;
+  /** @type {NewestRequest<Values, boolean>} */
+  #requests;
   #onSettled;
   #signal;
-  /** @type {Map<string, Value>} */
-  #waiting = new Map();
   /** @type {Set<string>} */
   #held = new Set();
-  #isBusy = false;
   #stopRest = () => {};
 
   /**
-   * @param {(values: Record<string, Value>) => Promise<boolean>} send Tells whether the values were accepted.
+   * @param {(values: Values) => Promise<boolean>} send Tells whether the values were accepted.
    * @param {() => void} onSettled Called when nothing is proposed any more: every control shows what is in force then.
    * @param {AbortSignal} signal
    */
   constructor(send, onSettled, signal) {
-    this.#send = send;
+    const join = (/** @type {Values} */ waiting, /** @type {Values} */ newer) => ({ ...waiting, ...newer });
+    this.#requests = new NewestRequest(send, { answer: (isAccepted, _, isNewest) => isNewest && this.#rest(isAccepted), join }, signal);
     this.#onSettled = onSettled;
     this.#signal = signal;
   }
@@ -46,22 +48,14 @@ export class Proposals {
    * @param {Value} value
    */
   propose(name, value) {
-    this.#waiting.set(name, value);
     this.#held.add(name);
     this.#stopRest();
-    if (!this.#isBusy) this.#pump();
+    this.#requests.ask({ [name]: value });
   }
 
-  async #pump() {
-    this.#isBusy = true;
-    let accepted = true;
-    while (this.#waiting.size > 0 && !this.#signal.aborted) {
-      const values = Object.fromEntries(this.#waiting);
-      this.#waiting.clear();
-      accepted = await this.#send(values);
-    }
-    this.#isBusy = false;
-    if (accepted) this.#stopRest = later(() => this.#settle(), REST_MS, this.#signal);
+  /** @param {boolean} isAccepted What is refused is let go at once. */
+  #rest(isAccepted) {
+    if (isAccepted) this.#stopRest = later(() => this.#settle(), REST_MS, this.#signal);
     else this.#settle();
   }
 
