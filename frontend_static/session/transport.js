@@ -7,6 +7,8 @@ import { coalesce } from "../shared/timing.js";
 
 /** @import { IconName } from "../shared/icons.js" */
 
+/** Less is not worth telling. */
+const LATE_S = 0.5;
 const LABELS = { pause: "Pause", replay: "Play again", play: "Play" };
 
 /**
@@ -42,7 +44,7 @@ export function transport(root, view, extras) {
     { type: "button", class: "before-loss", title: "Go to before the target was lost (L)", on: { click: () => view.steering.beforeLoss() } },
     "Before the loss",
   );
-  fill(root, h("div", { class: "group" }, moves), speed, counter, h("span", { class: "spring" }), extras, loss);
+  fill(root, h("div", { class: "group" }, moves), speed, late(view), counter, h("span", { class: "spring" }), extras, loss);
   // A click must not leave the focus on a button, where the space bar would press it again instead of playing.
   root.addEventListener("mousedown", (event) => {
     if (!(event.target instanceof Element) || !event.target.closest("button")) return;
@@ -70,6 +72,21 @@ export function transport(root, view, extras) {
   }, view.signal);
   store.on(["position", "playing", "speed", "state", "connection", "history"], draw);
   draw();
+}
+
+/**
+ * How far a run that plays is behind its time, where it is computed more slowly than it shall play.
+ *
+ * @param {import("./mount.js").View} view
+ */
+function late({ store, signal }) {
+  const element = h("span", { class: "hint", title: "Frames take longer to compute than they are shown", data: { role: "late" } });
+  const draw = coalesce(() => {
+    const { playing = false, behind_s: seconds = 0 } = store.session ?? {};
+    setText(element, playing && seconds >= LATE_S ? `${seconds.toFixed(1)} s late` : "");
+  }, signal);
+  store.on(["behind_s", "playing"], draw);
+  return element;
 }
 
 /**

@@ -1134,6 +1134,8 @@ export interface RunSnapshot {
   playing: boolean;
   /** Times real time; 0 is as fast as possible */
   speed: number;
+  /** How far a frame is behind its time, s, since it plays at this speed */
+  behind_s: number;
   /** Measures of the branch so far, by name */
   measured: Record<string, number | null>;
 }
@@ -1233,6 +1235,8 @@ export interface SessionPublic {
   playing: boolean;
   /** Times real time; 0 is as fast as possible */
   speed: number;
+  /** How far a frame is behind its time, s, since it plays at this speed */
+  behind_s: number;
   /** Measures of the branch so far, by name */
   measured: Record<string, number | null>;
   state: "starting" | "ready" | "playing" | "ended" | "suspended" | "crashed";
@@ -1300,6 +1304,8 @@ export interface SessionSnapshot {
   playing: boolean;
   /** Times real time; 0 is as fast as possible */
   speed: number;
+  /** How far a frame is behind its time, s, since it plays at this speed */
+  behind_s: number;
   /** Measures of the branch so far, by name */
   measured: Record<string, number | null>;
   state: "starting" | "ready" | "playing" | "ended" | "suspended" | "crashed";

@@ -3,11 +3,15 @@
 import asyncio
 import contextlib
 import threading
+import time
 from collections.abc import AsyncIterator, Callable
 from typing import Any
 
+import pytest
+
 from pftrack.process import AsyncEnd, BlockingEnd, pair
 from pftrack_server.worker.protocol import Change, Credit, Event, Progress, Reply, Request, Speed, Transport
+from pftrack_server.worker.run_tree import RunTree
 from pftrack_server.worker.worker import Worker
 from tests.server.apart import run
 from tests.server.test_run_tree import config
@@ -108,3 +112,38 @@ def test_a_change_leaves_the_way_free_for_the_frame_that_shows_it() -> None:
     assert [event.scene for event in told] == [None] * len(told)
     shown = next(event.changes for event in heard if isinstance(event, Progress) and event.scene is not None)
     assert shown["position"] == heard[answer].result
+
+
+async def play_until_behind(heard: list[Progress], seconds: float) -> None:
+    """Play until the worker says that it is so far behind, then pause."""
+    behind, paused = asyncio.Event(), asyncio.Event()
+
+    def hear(event: Event) -> None:
+        if isinstance(event, Progress):
+            heard.append(event)
+            if event.changes.get("behind_s", 0.0) >= seconds:
+                behind.set()
+        if isinstance(event, Reply) and event.number == 2:
+            paused.set()
+
+    async with working(hear) as web:
+        web.send(Request(1, Transport("play")))
+        await asyncio.wait_for(behind.wait(), 60)
+        web.send(Request(2, Transport("pause")))
+        await asyncio.wait_for(paused.wait(), 60)
+
+
+def test_a_run_that_is_too_slow_says_how_far_it_is_behind(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Frames that take longer than their time add up to seconds, which are forgotten with a pause."""
+
+    def slowly(tree: RunTree) -> dict[str, Any] | None:
+        time.sleep(0.2)
+        return forward(tree)
+
+    forward = RunTree.forward
+    monkeypatch.setattr(RunTree, "forward", slowly)
+    heard: list[Progress] = []
+    run(play_until_behind(heard, 0.5))
+    told = [event.changes["behind_s"] for event in heard if "behind_s" in event.changes]
+    assert told[:-1] == sorted(told[:-1])
+    assert told[-1] == 0.0

@@ -131,6 +131,7 @@ class Worker:
         self._playing = False
         self._speed = config.run.speed
         self._due = 0.0
+        self._behind_s = 0.0
         self._measures: dict[str, float | int] = {}
         self._measured = 0.0
         self._rows: list[dict[str, Any]] = []
@@ -189,7 +190,9 @@ class Worker:
             self._forward()
             if self._speed:
                 # After a stall the clock goes on from now: nobody wants to see the lost time in fast motion.
-                self._due = max(self._due + self._period, time.monotonic() - self._period)
+                due = self._due + self._period
+                self._due = max(due, time.monotonic() - self._period)
+                self._behind_s += self._due - due
             if self._tree.ended:
                 self._playing = False
 
@@ -247,6 +250,7 @@ class Worker:
             update={
                 "playing": self._playing,
                 "speed": self._speed,
+                "behind_s": round(self._behind_s, 1) if self._playing and self._speed else 0.0,
                 "goal": goal and goal.computed,
                 "goal_position": goal and goal.position,
                 "measured": self._measures,
@@ -316,7 +320,7 @@ class Worker:
                 self._seek(frame, number)
             case Speed(speed=speed):
                 # The next frame is due no later than at the new speed, but not at once: a correction is no frame.
-                self._speed = speed
+                self._speed, self._behind_s = speed, 0.0
                 self._due = min(self._due, time.monotonic() + self._period)
             case Restart(seed=seed):
                 self._tree.restart(seed)
@@ -341,7 +345,7 @@ class Worker:
     def _play(self) -> None:
         if self._tree.ended:
             self._tree.run.seek(0)
-        self._playing, self._due = True, time.monotonic()
+        self._playing, self._due, self._behind_s = True, time.monotonic(), 0.0
 
     def _seek(self, frame: int, number: int, *, clamp: bool = False) -> None:
         last = self._tree.run.frames - 1
