@@ -31,7 +31,7 @@ export function column({ name, title, colour, recipe, first }, place, { choose, 
     h("span", {}, name),
   );
   const open = recipe && opener((frame) => linkTo({ recipe, position: first + frame }), position);
-  const head = h("header", { class: "compared-head" }, h("h2", {}, chip), open, remove && iconButton("close", `Take ${name} away`, remove));
+  const head = h("header", { class: "compared-head" }, h("h2", {}, chip), open, remove && iconButton("close", `Remove ${name}`, remove));
   const element = h("section", { class: "compared", "aria-label": `Run ${place + 1}, ${name}`, data: { place } }, head, view);
   element.style.setProperty("--run", colour);
   return { element, place: view, setFront: (isFront) => chip.setAttribute("aria-pressed", String(isFront)) };
@@ -44,7 +44,7 @@ export function column({ name, title, colour, recipe, first }, place, { choose, 
  * @param {() => number} position
  */
 function opener(address, position) {
-  const link = h("a", { class: "link", href: address(0), title: "Open this run as a session of its own, at this frame" }, "Open");
+  const link = h("a", { class: "link", href: address(0), title: "Open this run as a separate session, at this frame" }, "Open");
   // The runs have moved on by the time that somebody goes there.
   for (const type of /** @type {const} */ (["pointerenter", "focus", "click"])) {
     link.addEventListener(type, () => (link.href = address(position())));

@@ -164,9 +164,9 @@ export class RunComparison {
     if (result !== null && isNew) {
       const { first_difference: difference, before_loss: beforeLoss } = result;
       this.#difference.disabled = difference === null;
-      this.#difference.title = difference === null ? "The runs never part" : `Go to frame ${difference}, the first in which two runs part (D)`;
+      this.#difference.title = difference === null ? "The runs are identical" : `Go to frame ${difference}, the first in which two runs differ (D)`;
       this.#difference.textContent = difference === null ? "No difference" : `First difference ${difference}`;
-      store.know({ beforeLoss, notes: difference === null ? [] : [{ frame: difference, note: "The first frame in which two runs part" }] });
+      store.know({ beforeLoss, notes: difference === null ? [] : [{ frame: difference, note: "The first frame in which two runs differ" }] });
     }
     if (isNew) this.#options.onChange?.(this);
   }
@@ -178,7 +178,7 @@ export class RunComparison {
     this.know({ state: "failed", done: 0, total: 0, result: null, message });
   }
 
-  /** Go to the first frame in which two runs part. */
+  /** Go to the first frame in which two runs differ. */
   toDifference() {
     const frame = this.#outcome?.result?.first_difference ?? null;
     if (frame !== null) this.#together.steering.seek(frame);

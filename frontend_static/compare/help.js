@@ -6,10 +6,10 @@ import { h } from "../shared/dom.js";
 /** @type {readonly [keys: string, what: string][]} */
 const KEYS = [
   ["space", "Play or pause all runs"],
-  ["← →", "One frame back or on"],
-  ["shift ← →", "Ten frames back or on"],
+  ["← →", "One frame back or forward"],
+  ["shift ← →", "Ten frames back or forward"],
   ["home end", "First frame, newest frame"],
-  ["D", "Go to the first frame in which two runs part"],
+  ["D", "Go to the first frame in which two runs differ"],
   ["L", "Go to before the first loss"],
   ["[ ]", "Slower, faster"],
   ["F", "Present in large type; escape ends it"],

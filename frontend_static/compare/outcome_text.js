@@ -79,7 +79,7 @@ export function gained(paired) {
  */
 export function sentence(paired, names) {
   const { first, second, name, title, unit, frames, mean, low, high } = paired;
-  if (mean === null) return `Nothing is known of ${title.toLowerCase()} in both runs.`;
+  if (mean === null) return `There are no frames in which both runs have a ${title.toLowerCase()}.`;
   const figure = figureOf(paired);
   const amount = withUnit(figure(Math.abs(mean)), name === ERROR ? unit : "percentage points");
   const which = mean === 0 ? "the same as" : `${amount} ${mean > 0 ? "larger" : "smaller"} than`;

@@ -24,7 +24,7 @@ import { linkTo, wantedOf } from "../shared/comparison_link.js";
 const SKELETON_AFTER_MS = 200;
 const WORK = { label: "Choose saved runs", href: "/work?show=runs" };
 const EMPTY = "Compare a session with its branches or with other methods (key C on its page), two saved runs (My work), or two methods on one row of a sweep.";
-const RECORDING = "A recording is not in the link: where it is opened, it has to be uploaded, if it is not there already.";
+const RECORDING = "The link does not contain recordings: on another server, upload the recording first.";
 const root = part("comparison");
 /** @type {RunComparison|null} */
 let compared = null;
@@ -124,8 +124,8 @@ function shareDialog() {
       h(
         "p",
         {},
-        `The link holds all that makes the runs, and frame ${wanted.position}. `,
-        "Wherever it is opened, the runs have the same numbers and part in the same frame.",
+        `The link holds the settings of all runs, and frame ${wanted.position}. `,
+        "Wherever it is opened, the runs have the same numbers and differ from the same frame on.",
       ),
       wanted.runs.some(({ recipe }) => recipe?.footage) && h("p", { class: "hint" }, RECORDING),
       field,
@@ -137,7 +137,7 @@ function shareDialog() {
 function arrangementSwitch() {
   /** @type {Record<Arrangement, HTMLButtonElement>} */
   const buttons = {
-    side: button("side", "Side by side", "Each run has a picture of its own"),
+    side: button("side", "Side by side", "Each run has its own picture"),
     over: button("over", "Over each other", "All runs on the picture of the first, each in its colour"),
   };
   const mark = (/** @type {Arrangement} */ chosen) => {

@@ -8,16 +8,16 @@ import { outcomeLines } from "./outcome_text.js";
 /** @import { Outcome, Outline } from "./compare.js" */
 
 const INTERVAL =
-  "An error that is large in one frame is large in the next: frames of one run are no independent trials. So the frames in " +
-  "common are cut into six stretches, and the interval is that of their means (batch means). It speaks of these runs with " +
-  "these seeds; what others would give is a question for a sweep.";
+  "An error that is large in one frame is large in the next: the frames of one run are not independent trials. Therefore the frames in " +
+  "common are divided into six blocks, and the interval is that of the block means (batch means). It is about these runs with " +
+  "these seeds; for other seeds, run a sweep.";
 
 export class Table {
   #comparison;
   #shown = "";
   #outcomes = h("tbody", {});
   #progress = h("p", { class: "hint", role: "status" });
-  #why = h("details", { class: "hint", hidden: true }, h("summary", {}, "What the interval says"), h("p", {}, INTERVAL));
+  #why = h("details", { class: "hint", hidden: true }, h("summary", {}, "What the interval means"), h("p", {}, INTERVAL));
 
   /** @param {Outline} comparison */
   constructor(comparison) {
@@ -34,7 +34,7 @@ export class Table {
         h("tbody", {}, settings.map((setting) => settingRow(setting, isShort))),
         this.#outcomes,
       ),
-      settings.length === 0 && h("p", { class: "hint" }, "Nothing that makes the runs is different."),
+      settings.length === 0 && h("p", { class: "hint" }, "The runs have identical settings."),
       this.#progress,
       this.#why,
     );
@@ -67,9 +67,9 @@ export class Table {
  * @param {string|null} message
  */
 function wordsOf(state, done, total, message) {
-  if (state === "failed") return `What came of the runs is not known: ${message}`;
-  if (total === 0) return "What came of the runs is computed as soon as there is a place";
-  return `Computing what came of the runs, ${done} of ${count(total, "frame")}`;
+  if (state === "failed") return `The results are not available: ${message}`;
+  if (total === 0) return "The results are computed as soon as the server has a free place";
+  return `Computing the results, ${done} of ${count(total, "frame")}`;
 }
 
 /**
@@ -89,7 +89,7 @@ function head(name, colour, place) {
  */
 function settingRow({ name, title, values }, isShort) {
   const words = (/** @type {string} */ value) => (isShort && name === "tracker" ? value.replaceAll(/[^,(]*\(([^)]+)\)/g, "$1") : value);
-  const cells = values.map((value) => (value === null ? h("td", { title: "It has no such setting" }, "–") : h("td", { title: value }, words(value))));
+  const cells = values.map((value) => (value === null ? h("td", { title: "This run has no such setting" }, "–") : h("td", { title: value }, words(value))));
   return h("tr", { data: { setting: name } }, h("th", { scope: "row" }, title), cells);
 }
 

@@ -84,6 +84,6 @@ async function measure(failure, columns, signal) {
     const course = await whenCompiled(failure.experiment, () => api.course(failure.id, signal), tell, signal);
     columns.forEach((each) => each.show(course));
   } catch (error) {
-    if (!signal.aborted) tell(`What is measured is not known: ${messageOf(error)}`);
+    if (!signal.aborted) tell(`The measurement is not available: ${messageOf(error)}`);
   }
 }

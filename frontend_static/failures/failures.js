@@ -13,7 +13,7 @@ import { differences } from "./difference_text.js";
 /** @import { FailurePublic } from "../shared/messages.js" */
 
 const SKELETON_AFTER_MS = 200;
-const EMPTY = "No experiment that is installed here declares a failure.";
+const EMPTY = "None of the installed experiments declares a failure.";
 const root = part("failures");
 /** Ends what waits when the page is left. */
 const end = new AbortController();

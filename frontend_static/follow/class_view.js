@@ -70,7 +70,7 @@ export class ClassView {
     if (comparison !== null) this.views = (this.#compared = watch(this.#place, comparison, ids)).views;
     else if (sessions.length > 0) this.views = showSessions(this.#place, sessions, arrangement);
     else if (lesson !== null) this.#lesson = new LessonView(this.#place, lesson, this.#end.signal);
-    else fill(this.#place, h("p", { class: "empty" }, "The lecturer shows nothing at the moment. It begins here by itself."));
+    else fill(this.#place, h("p", { class: "empty" }, "The lecturer shows nothing at the moment. This page updates automatically."));
     this.#draw();
     changed();
   }

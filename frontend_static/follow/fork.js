@@ -27,7 +27,7 @@ export function forkButton(place, followed, views) {
     if (follow === null) return;
     const isFull = follow.forks >= follow.most_forks && mine.fork === null;
     go.disabled = isFull || state !== "open";
-    setText(go, isOpen(followed) ? "Go on with your own" : TRY);
+    setText(go, isOpen(followed) ? "Continue with your own copy" : TRY);
     setText(words, isFull ? `${placesTaken(follow.most_forks)}; one may become free` : "");
   };
   followed.on(["follow", "state"], draw);
@@ -54,7 +54,7 @@ export function forkButton(place, followed, views) {
 
   function choose() {
     const sessions = views().map(({ store }) => store.session).filter((session) => session !== null);
-    openDialog("Which of them?", (close) => [
+    openDialog("Which session?", (close) => [
       h("ul", { class: "fork-choices" }, sessions.map((session) => h("li", {}, choice(close, session.id, sessionTitle(session))))),
     ]);
   }
@@ -89,5 +89,5 @@ function isOpen({ follow, mine: { fork } }) {
 
 /** @param {number} places */
 function placesTaken(places) {
-  return places === 1 ? "The one place is taken" : `All ${places} places are taken`;
+  return places === 1 ? "The only place is taken" : `All ${places} places are taken`;
 }

@@ -29,7 +29,7 @@ followed.on(["follow"], () => {
 followed.on(["state"], () => {
   const { state, sentence } = followed;
   part("disconnected").hidden = state !== "lost" || followed.follow === null;
-  if (state === "full") say("This class is full", `${sentence} This page comes in by itself as soon as there is a place.`);
+  if (state === "full") say("This class is full", `${sentence} This page joins automatically as soon as there is a place.`);
   if (state === "over") say("The class has ended", sentence);
   part("foot").hidden = state === "full" || state === "over";
 });

@@ -29,7 +29,7 @@ export function showParameters(place, entries) {
     place,
     h("h2", {}, "Parameters"),
     list(entries.filter(({ isFirst }) => isFirst)),
-    others.length > 0 && h("details", { open: isOpen }, h("summary", {}, `${others.length} more, as they are from the beginning`), list(others)),
+    others.length > 0 && h("details", { open: isOpen }, h("summary", {}, `${others.length} more, with their initial values`), list(others)),
   );
 }
 

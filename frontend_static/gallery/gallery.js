@@ -32,7 +32,7 @@ new DropZone(part("drop"), {
     location.hash = `upload/${encodeURIComponent(upload.id)}`;
   },
   imported: async (run) => {
-    toast(`${run.title} is among the saved runs of My work`);
+    toast(`${run.title} is in My work, under saved runs`);
     const session = await attempt(() => api.open(run.id));
     if (session) location.assign(session.page);
   },
@@ -88,7 +88,7 @@ async function problems() {
     await pluginProblems(part("plugins"));
   } catch (error) {
     part("plugins").hidden = false;
-    fill(part("plugins"), failure("What other packages add could not be listed", messageOf(error)));
+    fill(part("plugins"), failure("The experiments of other packages could not be listed", messageOf(error)));
   }
 }
 

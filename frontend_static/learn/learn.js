@@ -15,9 +15,9 @@ import { standing, stateOf } from "./number_text.js";
 /** @import { LessonPublic, LessonsPublic, ProblemPublic } from "../shared/messages.js" */
 
 const LEAD =
-  "Twelve steps from an average to a tracker of colours. Each asks for your prediction first, then shows, and says how far off it " +
+  "Twelve steps from an average to a colour tracker. Each asks for your prediction first, then shows the result, and says how far off it " +
   "was and why. Your progress stays in this browser.";
-const NO_LESSONS = "There are no lessons here; pftrack was installed without its course.";
+const NO_LESSONS = "No lessons are installed; pftrack was installed without its course.";
 
 const SIGNS = { open: "", skipped: "–", right: "✓", wrong: "✗" };
 
@@ -56,7 +56,7 @@ function show({ lessons: found, problems }) {
       h("span", {}, `${done} of ${course.length} done`),
     ),
     course.length === 0 ? h("p", { class: "empty" }, NO_LESSONS) : h("ol", { class: "course" }, course.map(card)),
-    (others.length > 0 || problems.length > 0) && h("h2", {}, "Beside the course"),
+    (others.length > 0 || problems.length > 0) && h("h2", {}, "Other lessons"),
     others.length > 0 && h("ul", { class: "course" }, others.map(card)),
     problems.length > 0 && broken(problems),
   );
@@ -67,7 +67,7 @@ function show({ lessons: found, problems }) {
  * @param {boolean} isFirst
  */
 function wayOn(lesson, isFirst) {
-  const words = `${isFirst ? "Begin with" : "Go on with"} ${lesson.number} · ${lesson.title}`;
+  const words = `${isFirst ? "Begin with" : "Continue with"} ${lesson.number} · ${lesson.title}`;
   return h("a", { class: "button primary", href: address(lesson), data: { role: "continue" } }, words);
 }
 

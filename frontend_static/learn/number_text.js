@@ -4,7 +4,7 @@
 /** @import { Entry } from "./progress.js" */
 
 const NONE = "–";
-const STANDING = { open: "not answered yet", skipped: "looked at without an answer", right: "answered rightly", wrong: "answered, and off" };
+const STANDING = { open: "not answered yet", skipped: "viewed without an answer", right: "answered rightly", wrong: "answered, but wrong" };
 
 /**
  * A number with so many digits that count.
@@ -28,7 +28,7 @@ export function beside({ exact, tolerance, digits, unit, within }) {
   if (exact === null) return "";
   const known = `exact ${figure(exact, digits, unit)}`;
   if (tolerance === null || within === null) return known;
-  return within ? `${known}, within ${figure(tolerance, 2)}` : `${known}, further off than ${figure(tolerance, 2)}`;
+  return within ? `${known}, within ${figure(tolerance, 2)}` : `${known}, more than ${figure(tolerance, 2)} off`;
 }
 
 /**

@@ -17,7 +17,7 @@ const PLACE = "pftrack-lessons";
 /** Where what could not be read is left, as it was. */
 const ASIDE = "pftrack-lessons-unread";
 const DAMAGED = "Your progress in this browser is damaged";
-const OTHER = "Your progress was kept by another version of pftrack";
+const OTHER = "Your progress was saved by another version of pftrack";
 export const VERSION = 1;
 
 /**
@@ -49,13 +49,13 @@ export function read(text) {
  * @param {number} all
  */
 function told(why, found, all) {
-  if (found === all) return why === OTHER && all > 0 ? `${OTHER}, and all of it can be read.` : "";
-  return found === 0 ? anew(why) : `${why}: ${found} of its ${all} lessons can be read, the others are asked again.`;
+  if (found === all) return why === OTHER && all > 0 ? `${OTHER}, and all of it could be read.` : "";
+  return found === 0 ? anew(why) : `${why}: ${found} of its ${all} lessons could be read; the others are asked again.`;
 }
 
 /** @param {string} why */
 function anew(why) {
-  return `${why}. None of it can be read here, so that every lesson is asked again.`;
+  return `${why}. None of it could be read, so every lesson is asked again.`;
 }
 
 /**
@@ -86,8 +86,8 @@ export class Progress {
 
   /** What a person should know of it, one sentence, or nothing. */
   get remark() {
-    if (!this.#isKept) return "This browser keeps nothing more: your progress lasts until you close this page.";
-    return this.#isAside ? `${this.#reading.remark} What was kept is still in this browser, in its store under “${ASIDE}”.` : this.#reading.remark;
+    if (!this.#isKept) return "This browser's storage is full or disabled: your progress is kept until you close this page.";
+    return this.#isAside ? `${this.#reading.remark} The old data is still in this browser's local storage, under “${ASIDE}”.` : this.#reading.remark;
   }
 
   /**

@@ -22,7 +22,7 @@ const HINTS = {
   point: "Place your prediction in the figure: click, or use the arrow keys there.",
 };
 
-const WAITING = "The controls wait for your answer.";
+const WAITING = "Answer or skip the question to use the controls.";
 
 export class Question {
   #place;
@@ -82,7 +82,7 @@ export class Question {
    * @param {number} total
    */
   computing(done, total) {
-    this.#tell(total > 0 ? `Computing the run that tells: frame ${done} of ${total}.` : "Computing the run that tells.", false);
+    this.#tell(total > 0 ? `Computing the run that gives the answer: frame ${done} of ${total}.` : "Computing the run that gives the answer.", false);
   }
 
   /** @param {VerdictPublic} verdict */
@@ -94,7 +94,7 @@ export class Question {
 
   /** Say that it was not answered. */
   skipped() {
-    const words = h("p", { class: "verdict-words" }, "You looked without a prediction. The figure now shows what answers it.");
+    const words = h("p", { class: "verdict-words" }, "You skipped the prediction. The figure now shows the answer.");
     this.#show("skipped", this.#past("Skipped", words, "Ask me"));
   }
 

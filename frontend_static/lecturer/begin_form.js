@@ -26,7 +26,7 @@ export function beginForm(control, signal) {
     await control.begin({ most_followers: followers.valueAsNumber, most_forks: forks.valueAsNumber });
     go.disabled = false;
   };
-  const others = h("ul", { class: "class-others", "aria-label": "Classes that there are", hidden: true });
+  const others = h("ul", { class: "class-others", "aria-label": "Running classes", hidden: true });
   offer(others, control, signal);
   return [
     h(
@@ -37,7 +37,7 @@ export function beginForm(control, signal) {
         "div",
         { class: "class-limits" },
         limit("Most followers", followers),
-        limit("Most who try it themselves at one time", forks),
+        limit("Most own copies at one time", forks),
       ),
       h("footer", {}, go),
     ),
@@ -79,7 +79,7 @@ async function offer(place, control, signal) {
         "li",
         { class: "row" },
         h("span", { class: "row-words" }, h("span", { class: "row-title" }, follow.title), h("span", { class: "hint" }, following(follow.followers))),
-        h("button", { type: "button", class: "row-actions", on: { click: () => control.show(follow) } }, "Show it this page"),
+        h("button", { type: "button", class: "row-actions", on: { click: () => control.show(follow) } }, "Show this page to it"),
       ),
     ),
   );

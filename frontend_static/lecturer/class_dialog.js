@@ -87,6 +87,6 @@ function asking(control, close, signal) {
 async function finish(control) {
   const { follow } = control;
   if (follow === null) return;
-  const text = `${following(follow.followers)}. Nobody can open the link again, and what followers tried themselves ends, too.`;
+  const text = `${following(follow.followers)}. The link stops working, and the followers' own copies end, too.`;
   if (follow.followers === 0 || (await confirmLoss({ title: "End the class?", text, action: "End for all" }))) await control.end();
 }

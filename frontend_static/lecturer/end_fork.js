@@ -4,7 +4,7 @@ import { BASE } from "../shared/api.js";
 import { attempt } from "../shared/toast.js";
 import { followed } from "./api.js";
 
-export const END_FORK = "End what you try here, and give its place to others";
+export const END_FORK = "End your copy and free its place";
 
 export async function endFork() {
   if ((await attempt(() => followed.giveBack())) !== undefined) location.assign(BASE);

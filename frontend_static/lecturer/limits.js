@@ -27,7 +27,7 @@ export function limits(control, signal) {
     show(followers, follow.most_followers);
     show(forks, follow.most_forks);
     open.checked = follow.is_open;
-    setText(until, `It ends by itself ${moment(follow.expires)}.`);
+    setText(until, `It ends automatically ${moment(follow.expires)}.`);
   };
   control.on(["follow"], draw, signal);
   draw();
@@ -36,8 +36,8 @@ export function limits(control, signal) {
     { class: "class-limits", "aria-label": "Who follows" },
     now,
     limit("Most followers", followers),
-    limit("Most who try it themselves at one time", forks),
-    h("label", { class: "class-limit check" }, h("span", {}, "Others may still come in"), open),
+    limit("Most own copies at one time", forks),
+    h("label", { class: "class-limit check" }, h("span", {}, "New followers may join"), open),
     until,
   );
 
@@ -65,6 +65,6 @@ function show(field, value) {
 
 /** @param {number} forks */
 function tried(forks) {
-  if (forks === 0) return "nobody tries it alone";
-  return forks === 1 ? "1 tries it alone" : `${forks} try it alone`;
+  if (forks === 0) return "no own copies";
+  return forks === 1 ? "1 own copy" : `${forks} own copies`;
 }

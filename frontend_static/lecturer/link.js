@@ -14,7 +14,7 @@ export function linkPart(follow) {
   return h(
     "section",
     { class: "class-link", "aria-label": "The link" },
-    h("button", { type: "button", class: "class-qr", title: "Show it large", on: enlarge }, code(follow)),
+    h("button", { type: "button", class: "class-qr", title: "Show enlarged", on: enlarge }, code(follow)),
     h(
       "div",
       { class: "class-address" },
@@ -23,7 +23,7 @@ export function linkPart(follow) {
         "div",
         { class: "poll-line" },
         copyButton("Copy the link", address, "of the class"),
-        h("button", { type: "button", on: enlarge }, "Show it large"),
+        h("button", { type: "button", on: enlarge }, "Show enlarged"),
       ),
       follow.notice && h("p", { class: "note", data: { role: "reach" } }, withCode(follow.notice)),
       others.length > 0 && h("details", {}, h("summary", {}, "Other addresses"), h("ul", {}, others.map((other) => h("li", {}, other.address)))),

@@ -54,7 +54,7 @@ export function branchDialog({ store, commands, steering }, preferred) {
       { id: "branch-tracker", autofocus: true },
       session.trackers.map(({ id, title }) => h("option", { value: id, selected: id === other.id }, id === session.tracker ? `${title} (as now)` : title)),
     );
-    const title = h("input", { id: "branch-title", type: "text", maxlength: 60, placeholder: "made from the tracker and the frame" });
+    const title = h("input", { id: "branch-title", type: "text", maxlength: 60, placeholder: "default: tracker and frame" });
     const go = h("button", { type: "submit", class: "primary" }, "Branch here");
     tracker.addEventListener("keydown", (event) => {
       // A list that has the focus keeps this key to itself, where a field would send the form off.
@@ -77,7 +77,7 @@ export function branchDialog({ store, commands, steering }, preferred) {
             },
           },
         },
-        h("p", {}, "The past up to this frame is shared. From the next frame on the branch goes its own way, with the same random numbers."),
+        h("p", {}, "The branch shares all frames up to this one. From the next frame on it is computed separately, with the same random numbers."),
         h("label", { for: "branch-tracker" }, "Tracker"),
         tracker,
         h("label", { for: "branch-title" }, "Name (optional)"),

@@ -18,7 +18,7 @@ const LARGEST = 500_000;
 /** @param {import("./mount.js").Mounted} view */
 export function fileMenu({ store }) {
   const label = h("span", { class: "wide-only" }, "Files");
-  const button = h("button", { type: "button", title: "Take files away, or bring some in", "aria-label": "Files" }, icon("save"), label);
+  const button = h("button", { type: "button", title: "Export or import files", "aria-label": "Files" }, icon("save"), label);
   const away = exportLists({
     begin: (name, plot) => api.exportSession(store.known.id, name, plot),
     fetch: (name, plot) => api.exported(store.known.id, name, plot),
@@ -65,7 +65,7 @@ function bringIn(session, { name, title, description, accept }, used) {
     input.value = "";
     if (!file) return;
     if (file.size > LARGEST) {
-      toast(`${file.name} is too large to be such a file`, { kind: "error" });
+      toast(`${file.name} is too large for this kind of file`, { kind: "error" });
       return;
     }
     const text = await file.text();
@@ -79,7 +79,7 @@ function bringIn(session, { name, title, description, accept }, used) {
   /** @type {HTMLInputElement} */
   const input = h("input", { type: "file", accept, class: "visually-hidden", "aria-label": title, data: { file: name }, on: { change: send } });
   const choose = h("label", { class: "button quiet grow", title: description }, `${title}…`, used && h("span", { class: "hint" }, "in use"), input);
-  const without = `Go on without this file: ${title}`;
+  const without = `Stop using this file: ${title}`;
   const remove = used && h("button", { type: "button", class: "quiet", title: without, data: { drop: name }, on: { click: drop } }, "Remove");
   return h("li", {}, choose, remove);
 }

@@ -34,8 +34,8 @@ const listening = new Set();
 /** @type {Line[]} */
 export const HELP = [
   { keys: "space", what: "Play or pause" },
-  { keys: "← →", what: "One frame back or on" },
-  { keys: "shift ← →", what: "Ten frames back or on" },
+  { keys: "← →", what: "One frame back or forward" },
+  { keys: "shift ← →", what: "Ten frames back or forward" },
   { keys: "home end", what: "First frame, newest frame" },
   { keys: "L", what: "Go to before the loss" },
   { keys: "B", what: "Bookmark this frame" },
@@ -43,7 +43,7 @@ export const HELP = [
   { keys: "C", what: "Compare this run with others" },
   { keys: "[ ]", what: "Slower, faster" },
   { keys: "1 – 9", what: "Start a preset" },
-  { keys: "+ - 0", what: "In the plots: look closer at this frame, see more, see all; so does Ctrl with the wheel" },
+  { keys: "+ - 0", what: "In the plots: zoom in at this frame, zoom out, show all; also Ctrl with the wheel" },
   { keys: "F", what: "Present in large type; escape ends it" },
   { keys: "?", what: "This help" },
 ];

@@ -25,7 +25,7 @@ import { Store } from "./store.js";
 import { transport } from "./transport.js";
 
 const WAY = isParticipant ? { label: "Back to the class", href: BASE } : { label: "Back to the experiments", href: "/" };
-const KEPT = isParticipant ? "" : "What was saved of it is in My work.";
+const KEPT = isParticipant ? "" : "Runs that you saved are in My work.";
 
 /** @import { SessionMessage } from "../shared/messages.js" */
 /** @import { NewSession } from "../shared/share_link.js" */
@@ -171,7 +171,7 @@ export class Mounted {
 
   /** @param {unknown} error */
   #refuse(error) {
-    if (statusOf(error) === 404 && !this.#start.isNew) this.#fail("There is no such session", `It may have been ended. ${KEPT}`.trim());
+    if (statusOf(error) === 404 && !this.#start.isNew) this.#fail("There is no such session", `It may have ended. ${KEPT}`.trim());
     else this.#fail(this.#start.isNew ? "This session could not be started" : "This session cannot be shown", messageOf(error));
   }
 

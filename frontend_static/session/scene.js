@@ -29,7 +29,7 @@ import { chosenView, graphics, rememberView } from "./view_choice.js";
 
 /** Later than elsewhere: a skeleton just before the picture would only make it flicker. */
 const SKELETON_AFTER_MS = 500;
-const NO_GRAPHICS = "This browser offers no 3-D graphics (WebGL 2). Turning hardware acceleration on, or another browser, brings the scene.";
+const NO_GRAPHICS = "This browser has no 3-D graphics (WebGL 2). Turn on hardware acceleration, or use another browser, to see the scene.";
 
 export class Scene {
   #root;
@@ -179,8 +179,8 @@ export class Scene {
       const message = session.message ?? "Its process ended unexpectedly. Nothing up to this frame is lost.";
       this.#show(notice("The tracker stopped", message, resume));
     } else if (session.state === "suspended") {
-      const message = session.message ?? "It was not used for a while. It goes on where it was.";
-      this.#show(notice("This session sleeps", message, resume));
+      const message = session.message ?? "It was not used for a while. It continues where it was.";
+      this.#show(notice("This session is suspended", message, resume));
     } else if (session.state === "starting") {
       if (this.#shows) this.#show(skeleton());
     } else if (this.#shows) {

@@ -17,7 +17,7 @@ const SHOWN_AFTER_MS = 500;
 export function seekProgress({ store, commands, signal }) {
   const words = h("p", { role: "status" });
   const meter = h("progress", { max: 1, value: 0, "aria-label": "Frames computed" });
-  const stop = h("button", { type: "button", title: "Stay at the frame that it has come to", on: { click: () => commands.stop() } }, "Stop here");
+  const stop = h("button", { type: "button", title: "Stop at the current frame", on: { click: () => commands.stop() } }, "Stop here");
   const element = h("div", { class: "on-the-way", hidden: true }, words, meter, !store.isReadOnly && stop);
   /** @type {{goal: number, frame: number, at: number}|null} */
   let begun = null;

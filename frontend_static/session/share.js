@@ -38,7 +38,7 @@ export function shareDialog(session) {
       } catch {
         field.focus();
         field.select();
-        toast("The browser does not let pages copy here; the link is selected, copy it by keyboard", { kind: "error" });
+        toast("The browser does not let this page copy; the link is selected, copy it with the keyboard", { kind: "error" });
       }
     };
     return [

@@ -47,7 +47,7 @@ export class Store extends Topics {
 
   /** The session, where there must be one: who listens to what changes in it is only called then. */
   get known() {
-    if (this.session === null) throw new Error("Nothing is known of the session yet");
+    if (this.session === null) throw new Error("The session has not been loaded yet");
     return this.session;
   }
 

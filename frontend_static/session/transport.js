@@ -30,7 +30,7 @@ export function transport(root, view, extras) {
     button("first", "First frame (home)", () => view.steering.first()),
     button("previous", "One frame back (left arrow)", () => view.steering.step(-1)),
     play,
-    button("next", "One frame on (right arrow)", () => view.steering.step(1)),
+    button("next", "One frame forward (right arrow)", () => view.steering.step(1)),
     button("last", "Newest frame (end)", () => view.steering.newest()),
   ];
   /** @type {HTMLSelectElement} */

@@ -41,7 +41,7 @@ export function compareDialog(session) {
             },
           },
         },
-        h("p", {}, "It is shown beside up to three others, on the same frames, in step. What is seen here goes on as it is."),
+        h("p", {}, "It is shown with up to three others, on the same frames, in step. This session continues unchanged."),
         h("ul", { class: "compare-choices" }, others.map((other, place) => h("li", {}, choice(other, boxes[place])))),
         h("p", { class: "hint" }, SAVED),
         h("footer", {}, h("button", { type: "button", on: { click: close } }, "Cancel"), go),

@@ -71,6 +71,6 @@ function damagedOr(read) {
   try {
     return read();
   } catch {
-    throw new Error("The link is damaged: a part of it is missing after the # sign, or was changed. Copy it anew, whole.");
+    throw new Error("The link is damaged: a part of it is missing after the # sign, or was changed. Copy the whole link again.");
   }
 }

@@ -15,7 +15,7 @@ export function copyButton(label, text, what) {
       await navigator.clipboard.writeText(text);
       toast("Copied");
     } catch {
-      toast("The browser does not let pages copy here; select the text and copy it by keyboard", { kind: "error" });
+      toast("The browser does not let this page copy; select the text and copy it with the keyboard", { kind: "error" });
     }
   };
   return h("button", { type: "button", "aria-label": `${label}: ${what}`, on: { click: copy } }, label);

@@ -49,7 +49,7 @@ export function smallestSpan(unit, most = 0) {
  * @param {{unit: string, kind?: string}|null} [declaration]
  */
 export function parameterValue(value, declaration) {
-  if (declaration?.kind === "file") return value === "" ? "none" : "a file of one's own";
+  if (declaration?.kind === "file") return value === "" ? "none" : "own file";
   const text = typeof value === "number" ? String(Number(value.toPrecision(6))) : String(value);
   return declaration?.unit ? `${text} ${declaration.unit}` : text;
 }

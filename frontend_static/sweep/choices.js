@@ -18,7 +18,7 @@ const SHOWS = [
   { value: "success", words: "Success", hint: "Share of the runs that succeeded" },
   { value: "error", words: "Error", hint: "Mean error of the successful runs" },
   { value: "measure", words: "Measure", hint: "Mean over all runs of a measure as benchmarks define it" },
-  { value: "difference", words: "Difference", hint: "One method's rate, error or measure less another's" },
+  { value: "difference", words: "Difference", hint: "One method's rate, error or measure minus another's" },
   { value: "significance", words: "Significance", hint: "Where a test tells two methods apart" },
 ];
 /** @type {Option<View["test"]>[]} */
@@ -88,7 +88,7 @@ function versus(store) {
       select("Level", LEVELS, String(view.level), (level) => store.show({ level: Number(level) })),
       h(
         "label",
-        { class: "check", title: "Holm's correction: the level holds for the whole map, not for each cell by itself" },
+        { class: "check", title: "Holm's correction: the level holds for the whole map, not for each single cell" },
         holm,
         "Holm",
       ),

@@ -45,7 +45,7 @@ export class PlanForm {
       frames: amount("Frames of a run", plan.frames ?? experiment.frames, 1, changed),
       seed: amount("Seed", plan.seed ?? 0, 0, changed),
     };
-    this.#title = h("input", { type: "text", value: plan.title ?? "", maxlength: 200, placeholder: "Made up from the plan", "aria-label": "Title" });
+    this.#title = h("input", { type: "text", value: plan.title ?? "", maxlength: 200, placeholder: "Generated from the plan", "aria-label": "Title" });
     this.#form = this.#layout(this.#chooser(experiments, choose));
     this.#size = new SizeCard(this.#form, () => this.#read(), (estimate) => this.#axes.forEach((axis) => axis.preview(estimate)));
     this.#form.addEventListener("submit", (event) => {
@@ -185,14 +185,14 @@ export class PlanForm {
           "div",
           { class: "plan-fields" },
           Object.entries(this.#amounts).map(([name, one]) => field(name, one.title, one.input)),
-          h("div", { class: "grow" }, field("title", "Title, if you like", this.#title)),
+          h("div", { class: "grow" }, field("title", "Title (optional)", this.#title)),
         ),
       ),
       h(
         "section",
         { class: "plan-part", data: { field: "parameters" } },
         h("h2", {}, "Fixed parameters"),
-        h("p", { class: "hint" }, "Everything that is not named here or varied has the experiment's own value."),
+        h("p", { class: "hint" }, "All other parameters keep the experiment's defaults."),
         this.#fixedList,
         wrong(),
         this.#adder("add-fixed", "Fix a parameter", () => this.#addFixed(this.#unused([...NUMBERS, "choice"]))),

@@ -15,7 +15,7 @@ fill(
     "div",
     { class: "notice", role: "status" },
     h("h2", {}, `Opening run ${run}`),
-    h("p", {}, "It is computed up to ten frames before it lost the target."),
+    h("p", {}, "It is computed up to ten frames before the target is lost."),
     h("div", { class: "bone shimmer" }),
   ),
 );

@@ -132,7 +132,7 @@ export class RunList {
  * @param {number} failures
  */
 function summary({ state, judged }, total, failures) {
-  if (total === 0) return state === "running" ? "Nothing has been computed of this cell yet." : "Nothing was computed of this cell.";
+  if (total === 0) return state === "running" ? "No run of this cell has been computed yet." : "No run of this cell was computed.";
   return judged ? `${failures} of ${count(total, "run")} failed` : count(total, "run");
 }
 

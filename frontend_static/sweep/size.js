@@ -113,7 +113,7 @@ export class SizeCard {
     );
     if (found.seconds !== null) {
       fill(this.#time, duration(found.seconds), " ", h("small", {}, "to compute"));
-      fill(this.#jobs, `Measured on a few runs, for ${found.jobs === 1 ? "1 process" : `${found.jobs} processes`}; some seconds to start come on top.`);
+      fill(this.#jobs, `Measured on a few runs, for ${found.jobs === 1 ? "1 process" : `${found.jobs} processes`}; add some seconds for the start.`);
     }
     // Why the sweep cannot be started now, if it cannot.
     this.#problem.hidden = found.problem === null;

@@ -43,7 +43,7 @@ export class SweepStore extends Topics {
 
   /** The sweep, where there must be one: who listens to what changes in it is only called then. */
   get known() {
-    if (this.sweep === null) throw new Error("Nothing is known of the sweep yet");
+    if (this.sweep === null) throw new Error("The sweep has not been loaded yet");
     return this.sweep;
   }
 

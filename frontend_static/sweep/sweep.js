@@ -74,7 +74,7 @@ function listen() {
       lost: () => store.setConnection("lost"),
       gone: (error) => {
         store.setConnection("gone");
-        if (error.status === 404) fail("This sweep has been deleted", "What was downloaded of it is all there is.");
+        if (error.status === 404) fail("This sweep has been deleted", "Only what you downloaded remains.");
         else fail("This sweep cannot be shown", error.message);
       },
     },

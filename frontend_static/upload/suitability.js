@@ -94,7 +94,7 @@ export class Suitability {
   }
 
   #invite() {
-    this.#say("", h("p", { class: "hint" }, "Once the target is marked, it is said here whether it can be followed."));
+    this.#say("", h("p", { class: "hint" }, "Mark the target to see whether it can be tracked."));
   }
 
   #wait() {
@@ -102,7 +102,7 @@ export class Suitability {
       this.leave();
       this.#invite();
     };
-    const words = "Looking whether this target can be followed";
+    const words = "Checking whether this target can be tracked";
     // The last picture stays until there is another one, so that nothing jumps.
     this.#root.classList.add("stale");
     this.#words.dataset.grade = "";

@@ -27,7 +27,7 @@ export class TargetForm {
   #at = h("output", {}, "0");
   #start;
   #stage = h("div", { class: "target-stage" });
-  #suits = h("section", { class: "suits", "aria-label": "Can it be followed?" });
+  #suits = h("section", { class: "suits", "aria-label": "Can it be tracked?" });
   /** @type {Suitability|null} */
   #suitability = null;
   #truth = h("div");
@@ -124,7 +124,7 @@ export class TargetForm {
       h(
         "header",
         {},
-        h("h2", {}, "What shall be followed?"),
+        h("h2", {}, "What should be tracked?"),
         h("p", { class: "hint" }, `${name}, ${count(frames, "frame")}${kind === "tracks" ? " of tracks" : pictures}`),
         warnings.map((warning) => h("p", { class: "note" }, warning)),
       ),

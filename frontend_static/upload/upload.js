@@ -98,7 +98,7 @@ export class DropZone {
   async #take(files) {
     if (files.length === 0) return;
     if (this.#isBusy) {
-      toast("Other files are on their way; wait for them, or stop them first");
+      toast("Other files are still uploading; wait for them, or stop them first");
       return;
     }
     const isRun = files.length === 1 && files[0].name.toLowerCase().endsWith(".pft");
@@ -158,7 +158,7 @@ export class DropZone {
     const { id, name } = begun;
     history.replaceState(null, "", `#import/${id}`);
     const meter = h("progress", { max: 1, "aria-label": "Frames computed" });
-    const words = h("p", { class: "hint", role: "status" }, "Waiting for its turn");
+    const words = h("p", { class: "hint", role: "status" }, "Waiting in the queue");
     let wanted = true;
     const stop = () => {
       wanted = this.#isBusy = false;
@@ -181,12 +181,12 @@ export class DropZone {
         await after(ASK_EVERY_MS);
         if (!wanted) return;
         const now = await heard(api.importing(id));
-        if (now === null) setText(words, "The server does not answer; it is asked again");
+        if (now === null) setText(words, "The server does not answer; trying again");
         else tell((job = now));
       }
       if (!wanted) return;
       leaveAddress();
-      if (job.run === null) throw new Error(job.message ?? "The run could not be brought in");
+      if (job.run === null) throw new Error(job.message ?? "The run could not be imported");
       const run = await api.run(job.run);
       this.#invite();
       this.#on.imported(run);

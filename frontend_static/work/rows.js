@@ -37,7 +37,7 @@ const SWEEP_STATES = { running: "running", stopped: "stopped, can be resumed", d
 export function sessionRow(session, again) {
   const doing = session.goal === null ? SESSION_STATES[session.state] : "computing";
   const facts = [`seed ${session.recipe.seed}`, `frame ${session.position} / ${session.frames}`, doing, moment(session.created)];
-  const question = { title: "End this session?", text: "What was not saved of it is lost for good.", action: "End it" };
+  const question = { title: "End this session?", text: "Anything you have not saved is lost.", action: "End it" };
   const title = link(session.page, `${session.title} · ${trackerTitle(session, session.tracker)}`);
   return row({ session: session.id }, `session-${session.id}`, null, title, facts, [
     link(session.page, "Open", "button"),
@@ -109,7 +109,7 @@ export function uploadRow(upload, again) {
   const facts = [upload.kind, count(upload.frames, "frame"), size, bytes(upload.size_bytes), moment(upload.created)];
   const text = `${upload.name} is deleted from this server. Sessions and saved runs of it cannot be computed any more.`;
   return row({ upload: upload.id }, `upload-${upload.id}`, api.pictureAddress(upload.id, 0), link(page, upload.name), facts, [
-    link(page, "Track in it", "button"),
+    link(page, "Track a target in it", "button"),
     removal(`Delete ${upload.name}`, { title: "Delete this upload?", text, action: "Delete it" }, () => api.removeUpload(upload.id), again),
   ]);
 }

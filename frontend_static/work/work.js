@@ -39,7 +39,7 @@ const WORDS = {
   },
   uploads: {
     title: "Uploads",
-    empty: "No recording has been uploaded yet. Drop a video on the start page to have something followed in it.",
+    empty: "No recording has been uploaded yet. Drop a video on the start page to track something in it.",
     way: ["Upload a video", "/"],
   },
 };
@@ -122,7 +122,7 @@ function draw(work) {
   const isSearch = wish.words.trim() !== "";
   const shown = KINDS.filter((kind) => (wish.show === null ? !isSearch || work.found[kind] > 0 : kind === wish.show));
   const found = KINDS.reduce((sum, kind) => sum + (wish.show === null || wish.show === kind ? work.found[kind] : 0), 0);
-  setText(part("said"), isSearch ? `${count(found, "thing")} found` : "");
+  setText(part("said"), isSearch ? `${count(found, "result")} found` : "");
   fill(part("lists"), isSearch && found === 0 ? nothing(work) : shown.map((kind) => section(kind, work)));
 }
 
@@ -202,8 +202,8 @@ function nothing(work) {
     h(
       "p",
       { class: "empty" },
-      `Nothing has all of these words: ${wish.words.trim()}. Fewer words find more.`,
-      elsewhere > 0 && h("button", { type: "button", on: { click: all } }, `Show ${count(elsewhere, "thing")} of another kind`),
+      `Nothing matches all of these words: ${wish.words.trim()}. Try fewer words.`,
+      elsewhere > 0 && h("button", { type: "button", on: { click: all } }, `Show ${count(elsewhere, "result")} of other kinds`),
       h("button", { type: "button", on: { click: clear } }, "Clear the search"),
     ),
   );

@@ -25,7 +25,8 @@ Assignments = Annotated[
 Seed = Annotated[str | None, typer.Option(metavar="SEED", help="Of the draws; the lesson's own if not given.")]
 
 Folder = Annotated[
-    Path | None, typer.Option("--lessons", metavar="DIR", help="A folder with lessons of lecturers beside the others.")
+    Path | None,
+    typer.Option("--lessons", metavar="DIR", help="A folder with lecturers' lessons, in addition to the others."),
 ]
 
 group = typer.Typer(help="Lessons: list, check, draw and export them.", no_args_is_help=False)

@@ -109,7 +109,7 @@ def show(
     if found.marks:
         marks = [(f"{kind.name()}:{kind.text}", kind.title, kind.instruction) for kind in found.marks]
         table("Marks on a recording", ("--mark", "title", "how"), marks)
-        missing = "is found by itself if it is not marked" if found.finder else "has to be marked"
+        missing = "is found automatically if it is not marked" if found.finder else "has to be marked"
         exempt = f", except in {' or '.join(found.unmarked)}" if found.unmarked else ""
         typer.echo(f"The {found.target} {missing}{exempt}.")
     if found.accepts_video and found.truth is not None:

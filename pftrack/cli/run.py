@@ -78,7 +78,7 @@ def run(
     ] = None,
     seed: Annotated[str | None, typer.Option(metavar="SEED", help="Of all random numbers; 0 if not given.")] = None,
     frames: Annotated[
-        str | None, typer.Option(metavar="N", help="How many frames to compute; of a recording no more than it has.")
+        str | None, typer.Option(metavar="N", help="How many frames to compute; at most as many as a recording has.")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Save the run, FILE.pft.")] = None,
     video_out: VideoOut = None,
@@ -207,7 +207,7 @@ def _values(setup: "Setup", assignments: list[str]) -> "dict[str, Value]":
         if name not in known:
             near = get_close_matches(name, known, n=3)
             hint = f"did you mean {' or '.join(near)}?" if near else "`pftrack show` lists them"
-            raise wrong_use(f"there is no parameter {name!r} here; {hint}")
+            raise wrong_use(f"there is no parameter {name!r}; {hint}")
         values[name] = value_of(model, name, text)
     return values
 

@@ -88,7 +88,9 @@ def run(
         raise wrong_use("--cluster computes on its own workers and takes no --jobs")
     planned = [experiment, preset, axes, trackers, frames, assignments, out]
     if resume is not None and (dry_run or any(it is not None for it in planned)):
-        raise wrong_use("--resume goes on with the plan of its file and takes no plan, --out or --dry-run beside it")
+        raise wrong_use(
+            "--resume continues the plan of its file and cannot be combined with a plan, --out or --dry-run"
+        )
     if resume is None and experiment is None:
         raise wrong_use("name an experiment, `pftrack list` lists them, or --resume a sweep that was stopped")
     plan = None
@@ -109,7 +111,8 @@ def run(
 def report(
     file: Annotated[Path, typer.Argument(help="The result of a sweep, finished or as far as it came.")],
     out: Annotated[
-        Path | None, typer.Option(metavar="FOLDER", help="Where to; FILE-report beside the file if not given.")
+        Path | None,
+        typer.Option(metavar="FOLDER", help="Folder of the report; FILE-report next to the file if not given."),
     ] = None,
     x: Annotated[str | None, typer.Option(metavar="AXIS", help="Across the maps.")] = None,
     y: Annotated[str | None, typer.Option(metavar="AXIS", help="Down the maps.")] = None,

@@ -156,7 +156,7 @@ def _order(fingers: list[SeenFinger], wrist: NDArray[np.float64] | None) -> tupl
     guesses = [similar(dict(enumerate(order)), wrist, side) for side, order in orders.items()]
     best, other = sorted(guesses, key=attrgetter("off"))
     if other.off < CLEARLY * best.off:
-        raise NoOpenHandError("the thumb cannot be told from the little finger: spread it")
+        raise NoOpenHandError("the thumb cannot be distinguished from the little finger: spread it")
     return orders[best.side], best.side
 
 

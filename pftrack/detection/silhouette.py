@@ -51,9 +51,9 @@ class Finding(Enum):
     """What there is to say of a silhouette, as a sentence; nothing if it may be a hand."""
 
     CLEAR = ""
-    EMPTY = "nothing in the picture is told to be a hand"
-    FULL = "nearly the whole picture is told to be a hand, as after a flash of light"
-    SEVERAL = "two things of like size are told to be hands"
+    EMPTY = "nothing in the picture is classified as a hand"
+    FULL = "nearly the whole picture is classified as a hand, as after a flash of light"
+    SEVERAL = "two regions of similar size are classified as hands"
     CUT = "the hand reaches beyond the picture"
 
     @property
@@ -80,7 +80,7 @@ class SilhouetteParameters(Parameters):
     # fmt: off
     tells_by: TellsBy = parameter(
         "light", "Told by",
-        "How the hand is told from the rest: by being lighter or darker than a level, by differing from the "
+        "How the hand is separated from the rest: by being lighter or darker than a level, by differing from the "
         "background, or by the colour of skin.", group=GROUP)
     brightness_level: int = parameter(
         100, "Brightness level", "Which a light hand exceeds, and a dark one does not.",

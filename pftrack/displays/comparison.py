@@ -42,7 +42,7 @@ def _outcomes(comparison: "Comparison") -> Iterator[tuple[str, Iterable[str]]]:
 
 def _sentences(comparison: "Comparison") -> Iterator[str]:
     parted = comparison.first_difference
-    yield "The runs never part." if parted is None else f"They part in frame {parted}."
+    yield "The runs are identical." if parted is None else f"They differ from frame {parted} on."
     names = comparison.names
     for each in comparison.paired:
         yield f"{each.title}, {names[each.second]} less {names[each.first]}: {_difference(each)}."

@@ -105,7 +105,7 @@ def png(picture_rgb: NDArray[np.uint8]) -> bytes:
 @singledispatch
 def _paint(primitive: Primitive, canvas: NDArray[np.uint8], scale: float) -> None:  # noqa: ARG001 - see its members
     """Paint one primitive onto the canvas."""
-    raise TypeError(f"there is no way to paint a {type(primitive).__name__}")
+    raise TypeError(f"cannot paint a {type(primitive).__name__}")
 
 
 def _sixteenths(positions: NDArray[np.float32], scale: float) -> NDArray[np.int32]:

@@ -199,7 +199,7 @@ class Decoder:
         context = stream.codec_context
         if getattr(context, "name", None) not in _CODECS:  # there is no context where FFmpeg has no decoder
             known = ", ".join(dict.fromkeys(_CODECS.values()))
-            raise SourceError(f"the video is coded in a way that is not read here; expected one of {known}")
+            raise SourceError(f"the video has an unsupported codec; expected one of {known}")
         for other in self._container.streams:
             if other.index != stream.index:
                 other.discard = Discard.all

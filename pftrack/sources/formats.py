@@ -63,7 +63,7 @@ def sniff(head: bytes) -> Format:
         if matches(head):
             return found
     what = next((what for what, matches in _KNOWN if matches(head)), "of an unknown format")
-    raise SourceError(f"the file is {what}, which cannot be read here; expected {ALLOWED}")
+    raise SourceError(f"the file is {what}, which is not supported; expected {ALLOWED}")
 
 
 def decode(data: bytes) -> str:

@@ -96,7 +96,9 @@ def check(experiment: Experiment, axis: Axis) -> Axis:
     else:
         declaration = find_declaration(experiment, axis.name)
         if declaration.kind == "file":
-            raise SweepError(f"{axis.name} is a file, which all runs of a sweep have alike, and no axis")
+            raise SweepError(
+                f"{axis.name} is a file parameter, which cannot be varied; expected a parameter with numbers or choices"
+            )
         values = [value_of(declaration, value) for value in axis.values]
     seen: set[Value] = set()
     for value in values:

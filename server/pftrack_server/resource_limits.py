@@ -59,7 +59,7 @@ def name_cpu_limit(stop: Callable[[str], None]) -> None:
         return
     sentence = (
         f"The server has used up the {hard} s of processor time that its shell allows (ulimit -t), and stops; "
-        "start it again, and its sessions go on where they were."
+        "start it again, and its sessions continue where they were."
     )
     signal.signal(signal.SIGXCPU, lambda *_: stop(sentence))
     resource.setrlimit(resource.RLIMIT_CPU, (min(soft, max(hard - LAST_WORDS_S, 1)), hard))

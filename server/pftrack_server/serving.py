@@ -117,8 +117,8 @@ def _listen(settings: Settings) -> socket.socket:
             _fail(f"There is no address {settings.host!r}; give --host an address of this machine, such as 127.0.0.1.")
         reasons = {
             "EADDRINUSE": f"Port {settings.port} is in use; end what uses it or choose another one with --port.",
-            "EACCES": f"Port {settings.port} may not be used by you; choose one above 1023 with --port.",
-            "EADDRNOTAVAIL": f"{settings.host} is no address of this machine; give --host one that is.",
+            "EACCES": f"Port {settings.port} may not be used by this user; choose one above 1023 with --port.",
+            "EADDRNOTAVAIL": f"{settings.host} is not an address of this machine; give --host one that is.",
         }
         _fail(reasons.get(_name(error), f"The server cannot listen at {where} ({error.strerror})."))
     return listening

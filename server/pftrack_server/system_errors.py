@@ -35,7 +35,7 @@ def failure_message(error: BaseException) -> str:
         return str(error)
     if isinstance(error, OSError | DBAPIError):
         return describe(error)[1]
-    return "The server made a mistake; it is written down in its log."
+    return "The server failed unexpectedly; details are in its log."
 
 
 def describe(error: Exception) -> tuple[HTTPStatus, str]:

@@ -228,10 +228,10 @@ def tried(lecturer: Lecturer, follower: Follower, server: Server) -> None:
     tools = follower.page.locator("header button:visible, header a:visible").all_inner_texts()
     assert not {"Save", "Share", "Follow me", "pftrack"} & set(tools)
     lecturer.page.locator(".follow-chip").click()
-    lecturer.until(lambda: "1 tries it alone" in lecturer.page.inner_text("[data-role=class-count]"), "one tries it")
+    lecturer.until(lambda: "1 own copy" in lecturer.page.inner_text("[data-role=class-count]"), "one tries it")
     lecturer.press("Escape")
     assert follower.page.get_by_role("link", name="Back to the class").is_visible()
-    follower.page.get_by_title("End what you try here").click()
+    follower.page.get_by_title("End your copy").click()
     follower.until(
         lambda: follower.page.get_by_role("button", name="Try it yourself").is_enabled(), "the place is free"
     )
@@ -265,7 +265,7 @@ def shown_a_lesson(lecturer: Lecturer, followers: list[Follower]) -> None:
     follower.page.wait_for_url("**/learn/*")
     follower.page.locator(".figure-view[data-shown]").wait_for()
     assert follower.page.locator("header a:visible").all_inner_texts() == ["Back to the class"]
-    follower.page.get_by_title("End what you try here").click()
+    follower.page.get_by_title("End your copy").click()
     follower.page.locator(".following[data-state=open]").wait_for()
 
 
@@ -307,4 +307,4 @@ def shown_a_comparison(lecturer: Lecturer, followers: list[Follower], late: Foll
     lecturer.counts("6 follow")
     forged = f"{first.page.url[:-1]}{'0' if first.page.url[-1] != '0' else '1'}"
     late.page.goto(forged)
-    assert "not one of this server's" in late.text("main")
+    assert "not made by this server" in late.text("main")

@@ -110,7 +110,7 @@ def test_my_work_is_found_by_words(page: Any, server: Server) -> None:
     assert here(sine).is_visible()
     work.until(lambda: page.url.endswith("/work?q=signal+seed+8"), "the address says what is looked for")
     page.get_by_role("button", name="Uploads").click()
-    page.get_by_text("Nothing has all of these words").wait_for()
+    page.get_by_text("Nothing matches all of these words").wait_for()
     page.go_back()
     here(sine).wait_for()
     page.get_by_label("Search my work").fill("no such thing")

@@ -197,7 +197,7 @@ def test_a_prediction_is_placed_in_the_figure(lesson: LessonPage) -> None:
     [
         (
             {"version": 9, "lessons": {"sir": {"given": 2, "right": True, "stars": 3}, "joint": 5}},
-            "1 of its 2 lessons can be read",
+            "1 of its 2 lessons could be read",
         ),
         ("no JSON", "every lesson is asked again"),
     ],

@@ -112,7 +112,7 @@ def test_a_table_of_four_tracks_is_taken_as_it_is(gallery: Gallery, server: Serv
     gallery.choose("arm.csv", write(list("abcd"), points, np.ones_like(points)).encode(), "text/csv")
     page.locator("#target-experiment").wait_for()
     page.select_option("#target-experiment", "linkage")
-    page.get_by_text("Leave them as they are").wait_for()
+    page.get_by_text("Leave them unchanged").wait_for()
     page.click("button:has-text('Track it')")
     shown = SessionPage(page, server).ready()
     assert shown.session["recipe"]["footage"]["mark"] is None

@@ -73,7 +73,7 @@ def test_an_import(gallery: Gallery, server: Server, saved: Path) -> None:
         page.set_input_files("#file-picker", str(saved))
         page.get_by_text(WORDS).wait_for()
         page.evaluate(DROP)
-        page.get_by_text("Other files are on their way").wait_for()
+        page.get_by_text("Other files are still uploading").wait_for()
         assert "heavy.pft" in drop.inner_text()
         page.reload(wait_until="commit")  # the run goes on meanwhile, and takes some seconds only
         page.get_by_text(WORDS).wait_for()
@@ -103,7 +103,7 @@ def test_an_import_outlasts_a_silence_of_the_server(gallery: Gallery, complaints
     page.route("**/api/v1/runs/import?*", lambda route: route.fulfill(status=202, json={**job, "state": "computing"}))
     page.route("**/api/v1/runs/imports/*", answer)
     gallery.choose("heavy.pft", b"a run", "application/octet-stream")
-    page.get_by_text("The server does not answer; it is asked again").wait_for()
+    page.get_by_text("The server does not answer; trying again").wait_for()
     silent.clear()
     page.get_by_text("It went wrong.").wait_for()
     assert "heavy.pft was not accepted" in page.inner_text(".drop")

@@ -29,7 +29,7 @@ def test_a_box_is_judged_as_soon_as_it_is_drawn(gallery: Gallery, clip: bytes, w
     page.set_viewport_size({"width": width, "height": 800})
     gallery.choose(f"w{'a' * 90}lk.mp4", clip, "video/mp4")  # a name as phones give, without a place to break it
     page.locator(".mark-surface").wait_for()
-    page.locator(".suits-words", has_text="Once the target is marked").wait_for()
+    page.locator(".suits-words", has_text="Mark the target to see").wait_for()
     assert page.locator(".suits-picture").is_hidden()
     gallery.until(lambda: page.evaluate("document.querySelector('.mark-surface img').complete"), "the picture is there")
 

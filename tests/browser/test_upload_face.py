@@ -209,7 +209,7 @@ def test_a_face_that_comes_late_or_has_to_be_marked(gallery: Gallery, server: Se
     form.settled()
     start = form.page.locator("#target-start")
     form.until(lambda: start.input_value() == "6", "the picture with the face is gone to")
-    form.page.locator(".finding", has_text="The first suitable face from picture 0 on is in picture 6.").wait_for()
+    form.page.locator(".finding", has_text="Starting at picture 0, the first suitable face is in picture 6.").wait_for()
 
     start.fill("2")
     form.page.locator("text=found none in the picture").wait_for()

@@ -79,7 +79,7 @@ def test_a_comparison_shows_what_differs_and_what_one_gains(run: pftrack.Run) ->
     other = pftrack.run("ball", tracker="condensation", frames=60, seed=3, **WIDE)
     comparison = pftrack.compare(run, other)
     words = " ".join(_Words(comparison._repr_html_()).words)
-    assert f"They part in frame {comparison.first_difference}." in words
+    assert f"They differ from frame {comparison.first_difference} on." in words
     assert f"{comparison.outcomes[1].mean_error:.1f}" in words
     error = comparison.paired[0]
     assert f"{error.mean:+.2f} px (95 % interval {error.low:+.2f} to {error.high:+.2f}) over 60 frames" in words

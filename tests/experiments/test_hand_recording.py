@@ -96,7 +96,7 @@ def test_a_form_says_how_well_the_hand_covers_what_is_seen(clip: FrameSequence) 
     dark = setup.parameters.model_copy(update={"brightness_level": 254})
     bad = HAND.suits(clip, setup.footage, dark)
     assert bad.grade == "not at all"
-    assert "nothing in the picture is told to be a hand" in bad.remark
+    assert "nothing in the picture is classified as a hand" in bad.remark
 
 
 def test_marked_tips_go_before_what_is_found(clip: FrameSequence) -> None:
@@ -128,9 +128,9 @@ def with_disc(*places: tuple[int, int], radius: int = 40) -> np.ndarray:
 @pytest.mark.parametrize(
     ("picture", "words"),
     [
-        (blank(0), "told to be a hand"),
-        (blank(255), "told to be a hand"),
-        (with_disc((55, 100), (145, 100)), "two things of like size"),
+        (blank(0), "classified as a hand"),
+        (blank(255), "classified as a hand"),
+        (with_disc((55, 100), (145, 100)), "two regions of similar size"),
         (with_disc((100, 100)), "no finger is seen"),
     ],
     ids=["empty", "full", "two things", "fist"],

@@ -49,8 +49,8 @@ describe("progress", () => {
     assert.equal(progress.of("kalman"), null);
     assert.equal(
       progress.remark,
-      "Your progress was kept by another version of pftrack: 1 of its 3 lessons can be read, the others are asked again. " +
-        "What was kept is still in this browser, in its store under “pftrack-lessons-unread”.",
+      "Your progress was saved by another version of pftrack: 1 of its 3 lessons could be read; the others are asked again. " +
+        "The old data is still in this browser's local storage, under “pftrack-lessons-unread”.",
     );
     progress.set("bayes", { skipped: true });
     assert.match(progress.remark, /another version/);
@@ -62,7 +62,7 @@ describe("progress", () => {
 
   it("says nothing of another version that held nothing, and that all is there where it is", () => {
     assert.equal(read('{"version": 7, "lessons": {}}').remark, "");
-    assert.match(read('{"version": 7, "lessons": {"sir": {"skipped": true}}}').remark, /all of it can be read/);
+    assert.match(read('{"version": 7, "lessons": {"sir": {"skipped": true}}}').remark, /all of it could be read/);
   });
 
   for (const damaged of ["{", "5", "null", "[]", '"x"', "{}", '{"version": 1, "lessons": 5}', '{"version": 1, "lessons": {"sir": 5}}']) {
@@ -70,7 +70,7 @@ describe("progress", () => {
       const store = storage({ [PLACE]: damaged });
       const progress = new Progress(() => store);
       assert.equal(progress.of("sir"), null);
-      assert.match(progress.remark, /None of it can be read here, so that every lesson is asked again/);
+      assert.match(progress.remark, /None of it could be read, so every lesson is asked again/);
       assert.equal(store.held["pftrack-lessons-unread"], damaged);
       progress.set("sir", { given: 2, right: true });
       assert.deepEqual(read(store.held[PLACE]).entries, { sir: { given: 2, right: true } });
@@ -86,7 +86,7 @@ describe("progress", () => {
       progress.set("sir", { given: 2, right: true });
       progress.set("bayes", { skipped: true });
       assert.deepEqual(progress.of("sir"), { given: 2, right: true });
-      assert.match(progress.remark, /lasts until you close this page/);
+      assert.match(progress.remark, /is kept until you close this page/);
     }
   });
 
@@ -110,7 +110,7 @@ describe("words", () => {
   it("tell whether a number is as close as it should be, without a tick as well", () => {
     const number = { exact: 0.2861, tolerance: 0.0106, digits: 4, unit: "", within: true };
     assert.equal(beside(number), "exact 0.2861, within 0.011");
-    assert.equal(beside({ ...number, within: false }), "exact 0.2861, further off than 0.011");
+    assert.equal(beside({ ...number, within: false }), "exact 0.2861, more than 0.011 off");
     assert.equal(beside({ ...number, tolerance: null, within: null }), "exact 0.2861");
     assert.equal(beside({ ...number, exact: null, within: null }), "");
   });
@@ -124,9 +124,9 @@ describe("words", () => {
 
   it("tell how a lesson stands", () => {
     assert.equal(standing(null), "not answered yet");
-    assert.equal(standing({ skipped: true }), "looked at without an answer");
+    assert.equal(standing({ skipped: true }), "viewed without an answer");
     assert.equal(standing({ given: 2, right: true }), "answered rightly");
-    assert.equal(standing({ given: 4, right: false }), "answered, and off");
+    assert.equal(standing({ given: 4, right: false }), "answered, but wrong");
   });
 
   it("read a number with a point or a comma, and leave anything else to the server", () => {

@@ -31,7 +31,7 @@ describe("the store of a session", () => {
     store.receive(changes({ position: 5 }));
     assert.deepEqual(told, []);
     assert.equal(store.isAwake, false);
-    assert.throws(() => store.known, /Nothing is known/);
+    assert.throws(() => store.known, /has not been loaded/);
   });
 
   it("knows where a run is on its way to, until it is there", () => {

@@ -215,7 +215,7 @@ class TestWithoutAToken:
             page = client.get("/session/new", headers=BROWSER)
             assert page.status_code == 401
             assert page.headers["content-type"].startswith("text/html")
-            assert "asks for a token" in page.text
+            assert "requires a token" in page.text
             assert 'name="token"' in page.text
             wrong = client.get("/", params={"token": "an old token"}, headers=BROWSER)
             assert wrong.status_code == 401

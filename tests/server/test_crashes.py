@@ -30,7 +30,7 @@ def diagnostics(client: httpx.Client, session: str) -> dict[str, Any]:
 
 class TestKilledWorkers:
     def test_others_go_on_and_it_resumes_where_it_was(self, server: Server, client: httpx.Client) -> None:
-        """A killed worker ends its own session alone, says so, and the session goes on where it was."""
+        """A killed worker ends its own session alone, says so, and the session continues where it was."""
         victim, other = begin(client), begin(client, seed=8)
         steer(client, other["id"], "play")
         steer(client, victim["id"], "seek", frame=30)
@@ -94,7 +94,7 @@ class TestBudgets:
             os.kill(server.pid_of(session["id"]), signal.SIGSTOP)
             wait_for(lambda: state(client, session["id"]) == "crashed", 60)
             found = client.get(f"/api/v1/sessions/{session['id']}").json()
-            assert "no sign of life for 2 s" in found["message"]
+            assert "did not respond for 2 s" in found["message"]
             assert client.post(f"/api/v1/sessions/{session['id']}/resume").json()["position"] == 10
 
     def test_a_paused_worker_is_not_hung(self, start_server: Any) -> None:
@@ -132,7 +132,7 @@ class TestSuspending:
             pid = server.pid_of(session["id"])
             wait_for(lambda: state(client, session["id"]) == "suspended")
             wait_for(lambda: not psutil.pid_exists(pid))
-            assert "Nobody was here" in client.get(f"/api/v1/sessions/{session['id']}").json()["message"]
+            assert "Nobody was connected" in client.get(f"/api/v1/sessions/{session['id']}").json()["message"]
             with connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream") as socket:
                 until(socket, lambda m: m["type"] == "hello" and m["session"]["state"] == "ready")
                 visited = server.manager.get(session["id"]).left

@@ -131,7 +131,7 @@ def test_a_decoder_without_end_runs_out_of_time(endless: Path) -> None:
 def test_a_probe_may_be_stopped(endless: Path) -> None:
     """Who asks may give up, and the process is gone at once."""
     begun = time.monotonic()
-    with pytest.raises(SourceError, match="stopped before it came to an end"):
+    with pytest.raises(SourceError, match="stopped before it finished"):
         probe(endless, stopped=lambda: time.monotonic() > begun + 0.3)
     assert time.monotonic() < begun + 5.0
 
@@ -159,22 +159,22 @@ def test_a_memory_bomb_is_told(endless: Path) -> None:
 @pytest.mark.parametrize(
     ("harm", "sentence"),
     [
-        (hostile.crash, "makes the decoder crash"),
-        (hostile.abort, "makes the decoder crash"),
-        (hostile.fail, "makes the decoder crash"),
+        (hostile.crash, "the decoder crashes on this file"),
+        (hostile.abort, "the decoder crashes on this file"),
+        (hostile.fail, "the decoder crashes on this file"),
         (hostile.be_killed, "ended by the system, which may be short of memory"),
-        (hostile.leave, "makes the decoder crash"),
-        (hostile.leave_with_status, "makes the decoder crash"),
+        (hostile.leave, "the decoder crashes on this file"),
+        (hostile.leave_with_status, "the decoder crashes on this file"),
         (hostile.unfold, "needs more memory than the 1024 MiB"),
-        (hostile.answer_nonsense, "makes the decoder crash"),
-        (hostile.answer_half, "makes the decoder crash"),
-        (hostile.answer_a_number, "makes the decoder crash"),
-        (hostile.say_no_json, "makes the decoder crash"),
-        (hostile.say_a_pickle, "makes the decoder crash"),
-        (hostile.announce, "makes the decoder crash"),
-        (hostile.flood, "makes the decoder crash"),
-        (hostile.flood_a_reply, "makes the decoder crash"),
-        (hostile.hang_up, "makes the decoder crash"),
+        (hostile.answer_nonsense, "the decoder crashes on this file"),
+        (hostile.answer_half, "the decoder crashes on this file"),
+        (hostile.answer_a_number, "the decoder crashes on this file"),
+        (hostile.say_no_json, "the decoder crashes on this file"),
+        (hostile.say_a_pickle, "the decoder crashes on this file"),
+        (hostile.announce, "the decoder crashes on this file"),
+        (hostile.flood, "the decoder crashes on this file"),
+        (hostile.flood_a_reply, "the decoder crashes on this file"),
+        (hostile.hang_up, "the decoder crashes on this file"),
         (hostile.hang, "takes longer than the 1 s"),
     ],
 )

@@ -81,7 +81,7 @@ def test_what_the_shell_allows(said: dict[str, str]) -> None:
 
 def test_what_is_no_database_of_ours(said: dict[str, str]) -> None:
     """What is no database, damaged, of a newer version or of another program."""
-    assert "is none, or is damaged" in said["none"]
+    assert "is not a database, or is damaged" in said["none"]
     assert "--data-dir" in said["none"]
     assert "is damaged: restore a copy of it" in said["damaged"]
     assert "newer version of pftrack" in said["newer"]

@@ -119,7 +119,7 @@ def test_what_is_no_run(server: Server, client: httpx.Client, content: bytes) ->
 @pytest.mark.parametrize(
     ("recipe", "words"),
     [
-        ({"footage": {"mark": {"base64": "eHg="}}}, "not here; upload it first"),
+        ({"footage": {"mark": {"base64": "eHg="}}}, "not on this server; upload it first"),
         ({"timeline": [{"frame": 0, "values": {"base64": "eHg="}}]}, "base64"),
     ],
 )
@@ -158,7 +158,7 @@ def test_a_run_on_a_video(client: httpx.Client) -> None:
     client.delete(f"/api/v1/sessions/{opened['id']}")
     client.delete(f"/api/v1/uploads/{upload['id']}")
     message = error_of(client.post(f"/api/v1/runs/{run['id']}/open"), 409)["message"]
-    assert message == "The run was made on ball.mp4, which is not here any more; upload it first."
+    assert message == "The run was made on ball.mp4, which is no longer on this server; upload it first."
     answer = client.post("/api/v1/runs/import", files={"file": ("x.pft", content)})
     assert "upload it first" in error_of(answer, 422)["message"]
     again = send(client, ("other name.mp4", clip)).json()

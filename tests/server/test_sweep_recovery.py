@@ -212,7 +212,7 @@ def test_a_damaged_result(start_server: Any, tmp_path: Path) -> None:
         assert show(client, sweep["id"])["state"] == "done"
         for question in ("cells", "rows", "download?format=csv"):
             message = error_of(client.get(f"/api/v1/sweeps/{sweep['id']}/{question}"), 410)["message"]
-            assert message == "The files of this sweep are damaged or were taken away."
+            assert message == "The files of this sweep are damaged or were removed."
         assert client.delete(f"/api/v1/sweeps/{sweep['id']}").status_code == 204
         assert not path.exists()
 

@@ -82,7 +82,7 @@ def test_every_parameter_can_be_an_axis() -> None:
         experiment = find(name)
         for declaration in declarations(type(experiment.simulate().parameters)):
             if declaration.kind == "file":
-                with pytest.raises(SweepError, match="is a file, which all runs of a sweep have alike"):
+                with pytest.raises(SweepError, match="is a file parameter, which cannot be varied"):
                     parse_axis(experiment, f"{declaration.name}=text")
                 continue
             axis = parse_axis(experiment, f"{declaration.name}={declaration.default}")

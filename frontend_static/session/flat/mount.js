@@ -52,7 +52,7 @@ const QUIET_MS = 400;
 /** @typedef {{drawing: Drawing, bitmaps: Map<number, ImageBitmap>, number: number, painted: () => void}} Ready */
 
 class FlatView {
-  #canvas = h("canvas", { class: "flat-canvas", role: "img", "aria-label": "The current frame is on its way" });
+  #canvas = h("canvas", { class: "flat-canvas", role: "img", "aria-label": "The current frame is loading" });
   #caption = h("p", { class: "flat-caption" });
   #place = h("div", { class: "flat-place" }, this.#canvas);
   /** @type {WorldView[]} */

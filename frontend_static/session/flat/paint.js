@@ -89,7 +89,7 @@ function paintPrimitive(surface, item) {
     case "text":
       return paintText(surface, item);
     default:
-      // A camera does not see itself, and what a newer server may draw besides is not known here.
+      // A camera does not see itself, and what a newer server may draw besides is unknown.
       return undefined;
   }
 }

@@ -78,7 +78,7 @@ async function lead(view, tour, signal, leave) {
 
   const isLost = () => lostSince() !== null && store.known.position >= Number(lostSince()) + SEEN_FRAMES;
   if (!isLost()) {
-    const words = `Watch the ${store.known.target}, and the points. Here it says how the tracker does; the run stops by itself when something has happened.`;
+    const words = `Watch the ${store.known.target}, and the points. This box says how the tracker does; the run stops when something has happened.`;
     callout.show(seen(".verdict"), "It runs", [h("p", {}, words)], [step(2), way], { takesFocus: false });
   }
   await come(() => isLost() || steering.isAtEnd);
@@ -91,7 +91,7 @@ async function lead(view, tour, signal, leave) {
   }
 
   const target = store.known.target;
-  const words = [`The tracker has lost the ${target} in frame ${since}. Press `, h("strong", {}, "Before the loss"), " to go back to where that begins."];
+  const words = [`The tracker has lost the ${target} in frame ${since}. Press `, h("strong", {}, "Before the loss"), " to go back to the moment before it."];
   callout.show(seen(".before-loss"), "Lost", [h("p", {}, words)], [step(2), way]);
   await come(() => store.known.position < since);
 
@@ -111,7 +111,7 @@ function onward(frame, steering) {
   /** @type {Child[]} */
   const ways = [h("a", { href: "/learn" }, "how particle filters work"), " or ", h("a", { href: "/failures" }, "other ways to fail")];
   const there = h("button", { type: "button", on: { click: () => steering.seek(frame) } }, `Go to frame ${frame}`);
-  return h("p", {}, there, " or step on with ", h("kbd", {}, "→"), ", and watch it happen. Then see ", ways, ".");
+  return h("p", {}, there, " or step forward with ", h("kbd", {}, "→"), ", and watch it happen. Then see ", ways, ".");
 }
 
 /**

@@ -44,7 +44,7 @@ export class FoundTarget {
   constructor(root, upload, experiment, on) {
     [this.#upload, this.#experiment, this.#on] = [upload, experiment, on];
     const found = descriptionOf(experiment, experiment.finds);
-    if (found === undefined) throw new Error(`${experiment.title} finds marks of a kind that it does not take: ${experiment.finds}`);
+    if (found === undefined) throw new Error(`${experiment.title} finds marks of a kind that it does not accept: ${experiment.finds}`);
     this.#found = found;
     this.#editor = markEditor(found, experiment.target, on.changed);
     this.#hint = descriptionOf(experiment, experiment.hints[0]);
@@ -157,13 +157,13 @@ export class FoundTarget {
     }
     this.#hinting(false);
     this.#editor.set(mark, placed);
-    const notes = isLater ? [`The first suitable ${this.#experiment.target} from picture ${wanted} on is in picture ${frame}.`, ...remarks] : remarks;
+    const notes = isLater ? [`Starting at picture ${wanted}, the first suitable ${this.#experiment.target} is in picture ${frame}.`, ...remarks] : remarks;
     const keys = h("span", { class: "by-keyboard" }, ", or Tab to it and use the arrows, with shift for 10 px");
-    const hollow = placed.length > 0 && "Hollow points were placed by the model; look at them first. ";
+    const hollow = placed.length > 0 && "Hollow points were placed by the model; check them first. ";
     fill(
       this.#status,
       notes.map((remark) => h("p", { class: "note" }, remark)),
-      h("p", { class: "hint" }, "Drag a point to where it belongs", keys, ". ", hollow, this.#experiment.advice),
+      h("p", { class: "hint" }, "Drag a point to its correct position", keys, ". ", hollow, this.#experiment.advice),
       h("div", { class: "finding-tools" }, this.#tool("Find again", () => this.find({ alone: true })), this.#hintTool(" instead…")),
     );
     this.#on.changed();

@@ -97,7 +97,7 @@ export class MarkedTarget {
       return;
     }
     this.#editor = markEditor(description, target, this.#on.changed);
-    const leave = this.#isOptional && " Leave them as they are if all of the recording is the target.";
+    const leave = this.#isOptional && " Leave them unchanged if the whole recording is the target.";
     const words = h("p", { class: "hint" }, description.instruction, " ", this.#experiment.advice, leave);
     fill(this.#root, marks.length > 1 && this.#choice(kind), words, this.#editor.element);
     this.show(this.#frame);

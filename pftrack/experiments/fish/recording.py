@@ -185,10 +185,10 @@ def _advice(parameters: RecordedFishParameters, covered: float, beside: float, f
     advice = []
     if covered < 0.7:
         wider = "widen the range of hues, or lower the least saturation or brightness"
-        advice.append(wider if by_colour else "lower the least contrast, or have it told by its colour")
+        advice.append(wider if by_colour else "lower the least contrast, or separate it by its colour")
     if beside > 0.2:
         narrower = "narrow the range of hues, or raise the least saturation or brightness"
-        advice.append(narrower if by_colour else "raise the least contrast, or have it told by its colour")
+        advice.append(narrower if by_colour else "raise the least contrast, or separate it by its colour")
     if far:
         advice.append("mark head, root and tip on the outline; each point of it should lie near an edge")
     if parameters.half_length_px < 8.0:

@@ -111,7 +111,9 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: RecordedHandPar
     try:
         hand = find_open_hand(features, HandTips.read(footage.mark).tips)
     except NoOpenHandError as error:
-        return Suitability(0.0, str(error), ("turn what the hand is told by, or begin with another picture",))
+        return Suitability(
+            0.0, str(error), ("change how the hand is separated from the background, or begin with another picture",)
+        )
     seen = len(features.protrusions)
     fingers = "1 finger is" if seen == 1 else f"{seen} fingers are"
     remark = f"{fingers} seen, and the hand differs from the silhouette in {100 * hand.misfit:.0f} % of its area"

@@ -152,7 +152,7 @@ PRESETS = (
     ),
     _preset(
         "two-2",
-        "works: another object, told apart",
+        "works: another object, distinguished",
         "ellipsoids",
         SECOND,
         ("motion_bound_rad", "error_bound_px", "measurement_noise_px"),

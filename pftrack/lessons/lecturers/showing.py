@@ -84,7 +84,7 @@ def _apply_change(timeline: Timeline, change: Change, place: Place, found: Findi
         if name in known:
             values[name] = value
         else:
-            found.add((*place, name), f"there is no parameter {name} here; {near(name, known)}")
+            found.add((*place, name), f"there is no parameter {name}; {near(name, known)}")
     changed = found.attempt(place, lambda: timeline.insert(Change(change.frame, values)))
     return changed or timeline
 

@@ -107,7 +107,7 @@ def _told_apart(one: list[Course], other: list[Course]) -> list[Finding]:
         result = f"linkage: two objects, middles of r_{link + 1} in order"
         findings.append(claim(result, ordered, holds=ordered == 1.0, source=SOURCE))
     apart = sum(bool(a[2, 1] < b[2, 0]) for a, b in pairs) / len(pairs)
-    result = "linkage: two objects are told apart by all lengths, r_3 too"
+    result = "linkage: two objects are distinguished by all lengths, r_3 too"
     findings.append(claim(result, apart, holds=apart == 1.0, source=APART, confirmed=False))
     return findings
 

@@ -25,7 +25,7 @@ def format_value(value: Value) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str) and len(value) > LONGEST_SHOWN:
-        return "a file of one's own"  # nothing else is as long
+        return "own file"  # nothing else is as long
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 

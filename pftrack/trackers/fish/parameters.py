@@ -116,7 +116,7 @@ class FishTrackerParameters(Parameters):
     foreground: Told = parameter(
         "colour",
         "Told by",
-        "How the fish is told from the rest: by its colour, or by being darker or lighter than what is around it.",
+        "How the fish is separated from the rest: by its colour, or by being darker or lighter than what is around it.",
         group=FOREGROUND,
     )
     lowest_hue: int = parameter(

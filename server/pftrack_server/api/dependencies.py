@@ -117,7 +117,7 @@ TakesFiles = Depends(_takes_files)
 
 TICKET = r"^[0-9A-Za-z-]{8,64}$"
 Ticket = Annotated[
-    str | None, Query(pattern=TICKET, description="A name of the client's own, to ask by how many are before it")
+    str | None, Query(pattern=TICKET, description="A name chosen by the client, to ask for the place in the queue")
 ]
 
 

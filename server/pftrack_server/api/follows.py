@@ -90,7 +90,7 @@ async def ask(follow: AFollow, body: PollCreate) -> FollowOwned:
 
 @router.post("/{follow}/poll/reveal")
 async def reveal(follow: AFollow) -> FollowOwned:
-    """Show everybody how many gave which answer; nobody can answer any more."""
+    """Show everybody how many gave which answer; answering is closed."""
     follow.ask(_current_poll(follow).reveal())
     return follow.owner_view()
 
@@ -116,5 +116,5 @@ async def stream(websocket: WebSocket, follow: str, services: TheServices) -> No
 
 def _current_poll(follow: AFollow) -> Poll:
     if follow.poll is None:
-        raise ConflictError("The class is asked nothing at the moment.")
+        raise ConflictError("The class has no open question at the moment.")
     return follow.poll

@@ -55,7 +55,7 @@ async def draw_figure(lesson: ALesson, body: FigureRequest, lessons: TheLessons)
 
 @router.post(
     "/{lesson}/answer",
-    responses={202: {"model": ComputingPublic, "description": "The run is still computed; ask again"}},
+    responses={202: {"model": ComputingPublic, "description": "The run is still being computed; ask again"}},
 )
 async def answer(
     lesson: ALesson, body: AnswerRequest, lessons: TheLessons, response: Response

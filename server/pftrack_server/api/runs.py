@@ -56,7 +56,7 @@ async def save_run(body: RunCreate, manager: AManager, store: AStore, settings: 
     status_code=HTTPStatus.CREATED,
     openapi_extra=MULTIPART,
     dependencies=[TakesFiles],
-    responses={202: {"model": ImportPublic, "description": "It is still computed; ask how far it is"}},
+    responses={202: {"model": ImportPublic, "description": "It is still being computed; ask for its progress"}},
 )
 async def import_run(
     request: Request, answer: Response, store: AStore, settings: SettingsNow, imports: TheImports

@@ -45,7 +45,7 @@ async def download(
     """Return what there is of a sweep as a file: all runs as Parquet or CSV, or a report as one page or as pictures."""
     await sweep.look()
     if sweep.done == 0:
-        raise ConflictError("Nothing has been computed of this sweep yet.")
+        raise ConflictError("No run of this sweep has been computed yet.")
     name = f"{sweep.plan.experiment}-sweep-{sweep.id[:6]}"
     if form == "csv":
         result = await asyncio.to_thread(sweep.results.result)

@@ -31,7 +31,7 @@ async def stream(
         await websocket.close(GONE if error.status == HTTPStatus.NOT_FOUND else REFUSED, str(error)[:100])
         return
     except SweepError:
-        await websocket.close(GONE, "The files of this sweep are damaged or were taken away.")
+        await websocket.close(GONE, "The files of this sweep are damaged or were removed.")
         return
     with found.join(x, y) as listener:
         await converse(

@@ -33,7 +33,7 @@ PAGE = "/follow"
 FORBIDDEN, CROWDED = 4403, 4429
 CODES = {HTTPStatus.NOT_FOUND: GONE, HTTPStatus.GONE: GONE, HTTPStatus.TOO_MANY_REQUESTS: CROWDED}
 """With which a socket is closed where a request is answered with this status."""
-ELSEWHERE = "The class does not follow this any more."
+ELSEWHERE = "The class no longer follows this."
 REFUSAL = FRONTEND / "follow" / "refused.html"
 """It needs no other file, since none is given to somebody without a link that holds."""
 
@@ -87,7 +87,7 @@ class AccessGuard:
         if path != "/" and not is_allowed(role, participant.reach, method, path):
             if role == "stranger":
                 raise UnknownError("Open the link of the class first; its page lets this browser in.")
-            raise ForbiddenError("Who follows may look, answer and try a copy; this is for the lecturer.")
+            raise ForbiddenError("Followers may watch, answer and try a copy; this is for the lecturer.")
         follow.forks.touch(participant.seat, path)
         inner = {**scope, "path": path, "raw_path": quote(path).encode()}
         participant.put_into(inner)

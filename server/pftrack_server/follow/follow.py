@@ -151,7 +151,7 @@ class Follow:
             ForbiddenError: The follower has no place.
         """
         if seat not in self.places:
-            raise ForbiddenError("Only who follows can do this; open the link of the class first.")
+            raise ForbiddenError("Only followers can do this; open the link of the class first.")
 
     def vote(self, seat: str, poll: str, answer: int) -> schemas.VotePublic:
         """Take a follower's answer.

@@ -29,7 +29,7 @@ ENDED = "The lecturer has ended this class."
 EXPIRED = "The time of this class is over."
 STOPPED = "The server was stopped; ask the lecturer for a new link."
 GONE = "This class is over."
-FORGED = "This link is not one of this server's; look for a typing mistake, or ask for the link again."
+FORGED = "This link was not made by this server; check for a typing mistake, or ask for the link again."
 
 
 class Follows:
@@ -137,7 +137,7 @@ class Follows:
         if follow.ended is not None:
             raise EndedError(follow.ended)
         if participant is not None and not participant.reach.steered.issuperset(wanted.sessions or ()):
-            raise ForbiddenError("This link gives rights over what the class follows already, and no other session.")
+            raise ForbiddenError("This link gives rights over what the class already follows, and no other session.")
         before = follow.content
         shown = FollowedContent(
             wanted.title or before.named,
@@ -146,7 +146,7 @@ class Follows:
             before.arrangement if wanted.arrangement is None else wanted.arrangement,
         )
         if not shown.sessions and shown.lesson is None:
-            raise RefusedError("A class follows a session or a lesson; end it if it shall follow nothing.")
+            raise RefusedError("A class follows a session or a lesson; to follow nothing, end the class.")
         if wanted.most_forks is not None:
             self._check_forks(wanted.most_forks)
             follow.forks.most = wanted.most_forks
@@ -188,14 +188,14 @@ class Follows:
                 fork.lesson = follow.content.lesson_id
             return fork
         if wanted.session not in follow.content.sessions:
-            raise NotFoundError("The class does not follow such a session any more.")
+            raise NotFoundError("The class no longer follows this session.")
         spec = _fork_spec(self._manager.get(wanted.session).spec, wanted.frame)
         spec.follow = follow.name
         with follow.forks.reserve(seat) as fork:
             await self._manager.create(spec)
             if follow.ended is not None or follow.forks.of(seat) is not fork:
                 self._end_session(spec.id)
-                raise EndedError(follow.ended) if follow.ended else ConflictError("You have ended it meanwhile.")
+                raise EndedError(follow.ended) if follow.ended else ConflictError("You have ended it in the meantime.")
             fork.session = spec.id
         return fork
 

@@ -87,11 +87,11 @@ class Forks:
         """
         self._forks = self._active()
         if seat in self._forks:
-            raise ConflictError("You are trying something already; end that first.")
+            raise ConflictError("You already have a copy; end it first.")
         if not self.most:
-            raise UnavailableError("The lecturer has opened no places to try it.")
+            raise UnavailableError("The lecturer has allowed no own copies.")
         if len(self._forks) >= self.most:
-            raise UnavailableError(f"All {self.most} places to try it are taken; wait until somebody is done.")
+            raise UnavailableError(f"All {self.most} places for own copies are taken; wait until one is free.")
         fork = self._forks[seat] = Fork(used=time.monotonic())
         self._changed()
         try:

@@ -110,7 +110,7 @@ class Places:
     def _check_room(self, seat: str, path: str) -> None:
         if seat != LECTURER and seat not in self._sockets:
             if not self.is_open:
-                raise CrowdedError("The lecturer lets nobody else in at the moment.")
+                raise CrowdedError("The lecturer has closed the class to new followers.")
             if len(self._sockets.keys() - {LECTURER}) >= self.most:
                 raise CrowdedError(f"The class is full: {self.most} follow already. Try again in a while.")
         if len(self._sockets.get(seat, ())) >= MOST_SOCKETS:
@@ -118,9 +118,7 @@ class Places:
                 f"This browser holds {MOST_SOCKETS} connections already; close other pages of the class."
             )
         if path.startswith(SCENES) and self._scenes >= MOST_SCENES:
-            raise CrowdedError(
-                f"{MOST_SCENES} look at the scene in space already; the flat view is there for everybody."
-            )
+            raise CrowdedError(f"{MOST_SCENES} already watch the 3-D scene; use the flat view.")
 
     def _give_up(self, seat: str) -> None:
         del self._sockets[seat], self._leaving[seat]

@@ -44,7 +44,7 @@ class Poll:
         if poll != self.id:
             raise ConflictError("The lecturer asks another question now.")
         if self.revealed:
-            raise ConflictError("The answers have been revealed; nobody can answer any more.")
+            raise ConflictError("The answers have been revealed; answering is closed.")
         if not 0 <= answer < len(self.answers):
             bound = f"0 to {len(self.answers) - 1}"
             raise RefusedError(f"answer must be {bound}, got {answer}", field="answer", bound=bound, value=answer)

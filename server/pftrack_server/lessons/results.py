@@ -26,7 +26,7 @@ BUDGET = Budget(cpu_seconds=1800.0, silence_s=600.0)
 AGAIN_S = 60.0
 """So long after a failure nobody tries again."""
 ENDINGS: Mapping[object, str] = {
-    Ending.OUT_OF_TIME: f"This gave no sign of life for {BUDGET.silence_s:g} s and was given up.",
+    Ending.OUT_OF_TIME: f"This did not respond for {BUDGET.silence_s:g} s and was stopped.",
     Ending.OUT_OF_CPU_TIME: f"This needs more than the {BUDGET.cpu_seconds:g} s of processor time that it may use.",
     Ending.KILLED: "This could not be computed: its process was killed, by the system or by somebody.",
 }

@@ -50,7 +50,7 @@ class ErrorBoundary:
             log.exception("unexpected", path=scope["path"])
             if begun:
                 raise
-            message = "The server made a mistake; it is written down in its log. Try again, or reload the page."
+            message = "The server failed unexpectedly; details are in its log. Try again, or reload the page."
             await response(HTTPStatus.INTERNAL_SERVER_ERROR, shape(message))(scope, receive, send)
 
 
@@ -81,7 +81,7 @@ def install(app: FastAPI) -> None:
     async def _sweep(request: Request, error: SweepError) -> Response:
         # The library's message names paths.
         log.error("sweep", path=request.url.path, exc_info=error)
-        return response(HTTPStatus.GONE, shape("The files of this sweep are damaged or were taken away."))
+        return response(HTTPStatus.GONE, shape("The files of this sweep are damaged or were removed."))
 
     @app.exception_handler(OSError)
     @app.exception_handler(DBAPIError)
@@ -120,7 +120,7 @@ async def _long_number(request: Request) -> dict[str, Any] | None:
 def _sentence(error: HTTPException) -> str:
     match error.status_code:
         case HTTPStatus.NOT_FOUND:
-            return "There is nothing at this address."
+            return "There is no page or resource at this address."
         case HTTPStatus.METHOD_NOT_ALLOWED:
             allowed = (error.headers or {}).get("Allow", "another")
             return f"This address does not take this method; it takes {allowed}."
@@ -146,7 +146,7 @@ def _first(error: RequestValidationError) -> dict[str, Any]:
     if first["type"] == "missing":
         return shape(f"{field or 'The body'} is missing", field=field, bound="given")
     if first["type"] == "extra_forbidden":
-        return shape(f"{field} is not known here", field=field, bound="one of the documented fields")
+        return shape(f"{field} is unknown", field=field, bound="one of the documented fields")
     return shape(f"{field or 'The body'}: {_lower(said)}", field=field, bound=bound, value=first.get("input"))
 
 

@@ -107,9 +107,9 @@ class Guard:
         if _tokens_in_address(scope):
             return (
                 401,
-                "The token of this link is not this server's; it may have been started again since, with a new one.",
+                "The token of this link is not this server's; it may have been restarted with a new one.",
             )
-        return 401, "This server asks for a token; open the link that it printed when it started."
+        return 401, "This server requires a token; open the link that it printed when it started."
 
     def _knows(self, scope: Scope, headers: Headers) -> bool:
         """Tell whether a request carries the token: in its cookie, its bearer header or its link."""

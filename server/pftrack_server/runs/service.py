@@ -147,7 +147,7 @@ async def reopen(store: Store, tasks: ChildTasks, row: RunRow) -> SessionSpec:
     upload = await asyncio.to_thread(store.upload_of, footage.sha256 or "") if footage else None
     if footage is not None and upload is None:
         name = footage.name or "a recording"
-        raise ConflictError(f"The run was made on {name}, which is not here any more; upload it first.")
+        raise ConflictError(f"The run was made on {name}, which is no longer on this server; upload it first.")
     return new_spec(
         saved.recipe.with_footage(name=upload.name) if upload else saved.recipe,
         upload=upload.id if upload else None,

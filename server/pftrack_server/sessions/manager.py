@@ -81,7 +81,7 @@ class Manager:
             except (ValueError, TypeError, LookupError, AttributeError) as error:
                 log.warning("a stored session is damaged and left out", session=row.id, error=repr(error))
                 continue
-            session.state.become("suspended", "The server was restarted; the session goes on where it was.")
+            session.state.become("suspended", "The server was restarted; the session continues where it was.")
             session.state.dirty = False
             self._sessions[spec.id] = session
         self._rounds = asyncio.create_task(self._go_round())
@@ -93,7 +93,7 @@ class Manager:
             with contextlib.suppress(asyncio.CancelledError):
                 await self._rounds
         await self._attempt(self.keep())
-        message = "The server was stopped; the session goes on when it is back."
+        message = "The server was stopped; the session continues when it is back."
         await asyncio.gather(*(session.close(message) for session in self._sessions.values()))
         self._sessions.clear()
 
@@ -271,7 +271,7 @@ class Manager:
                 elif (
                     session.is_free and session.worker is not None and now - session.left > self._settings.idle_seconds
                 ):
-                    message = "Nobody was here for a while; the session goes on where it was."
+                    message = "Nobody was connected for a while; the session continues where it was."
                     await self._attempt(session.suspend(message))
             seldom = number % POSITIONS_EVERY == 0
             await self._attempt(self.keep(positions=seldom))
@@ -287,7 +287,7 @@ class Manager:
                 log.exception("housekeeping failed")
             elif time.monotonic() > self._complained + COMPLAIN_EVERY_S:
                 self._complained = time.monotonic()
-                log.warning("the disk is full; what has changed is written down as soon as there is room")
+                log.warning("the disk is full; changes are written as soon as there is room")
 
     def _tidy(self) -> None:
         self._store.files.trim_states(self._settings.max_states_bytes)

@@ -183,8 +183,8 @@ class Session:
             worker.heard = time.monotonic()
         elif time.monotonic() - worker.heard > patience:
             worker.kill(
-                f"The session's worker gave no sign of life for {patience:g} s and was stopped. "
-                "Resume it to go on where it was."
+                f"The session's worker did not respond for {patience:g} s and was stopped. "
+                "Resume it to continue where it was."
             )
 
     async def open_scene(self) -> "Endpoint":

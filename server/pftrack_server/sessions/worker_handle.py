@@ -205,13 +205,14 @@ def _cause(status: int | None, config: WorkerConfig) -> str:
         if (shell := allowed_cpu_seconds(config.cpu_seconds)) is not None:
             return (
                 f"The session used up the {shell} s of processor time that the server's shell allows (ulimit -t). "
-                "Resume it to go on with as much again."
+                "Resume it to continue with the same amount again."
             )
         return (
-            f"The session used up its {config.cpu_seconds} s of processor time. Resume it to go on with as much again."
+            f"The session used up its {config.cpu_seconds} s of processor time. "
+            "Resume it to continue with the same amount again."
         )
     if how is Ending.KILLED:
-        return "The session's worker was killed, by the system or by somebody. Resume it to go on where it was."
+        return "The session's worker was killed, by the system or by somebody. Resume it to continue where it was."
     if status is not None and how is Ending.CRASHED:
-        return f"The session's worker crashed ({describe(status)}). Resume it to go on where it was."
-    return "The session's worker ended unexpectedly. Resume it to go on where it was."
+        return f"The session's worker crashed ({describe(status)}). Resume it to continue where it was."
+    return "The session's worker ended unexpectedly. Resume it to continue where it was."

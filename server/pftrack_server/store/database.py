@@ -86,13 +86,13 @@ def _trouble(error: DBAPIError) -> str:
     code = getattr(error.orig, "sqlite_errorcode", 0) & 0xFF
     match code:
         case sqlite3.SQLITE_NOTADB:
-            return f"is none, or is damaged: restore a copy of it, or {AWAY}"
+            return f"is not a database, or is damaged: restore a copy of it, or {AWAY}"
         case sqlite3.SQLITE_CORRUPT:
             return f"is damaged: restore a copy of it, or {AWAY}"
         case sqlite3.SQLITE_CANTOPEN | sqlite3.SQLITE_PERM | sqlite3.SQLITE_READONLY:
             return "cannot be written by this user: change its owner or rights, or choose another --data-dir"
     reason = str(error.orig).strip().splitlines()[0]
-    return f"cannot be used ({reason}): mend that, or choose another --data-dir"
+    return f"cannot be used ({reason}): fix that, or choose another --data-dir"
 
 
 def _pragmas(connection: sqlite3.Connection, _record: Any) -> None:  # noqa: ANN401 - SQLAlchemy's own

@@ -92,7 +92,7 @@ class DiskBudget:
             if not is_full(error):
                 raise
         with self._lock:
-            log.warning("the disk is full; the ballast is let go of for a moment")
+            log.warning("the disk is full; the reserve file is removed for a moment")
             self._ballast.unlink(missing_ok=True)
             try:
                 return work()

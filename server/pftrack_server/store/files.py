@@ -18,7 +18,7 @@ from pftrack_server.errors import NotFoundError
 __all__ = ["DataDirectory", "is_name", "new_name", "now"]
 
 INDEX = "index.json"
-LINK = "A link stands in the place of this file that leads out of the data directory; links are not followed."
+LINK = "This file is a link that leads out of the data directory; links are not followed."
 MOST_PREVIEWS = 300
 NAME = re.compile(r"[a-z0-9]{12,32}")
 

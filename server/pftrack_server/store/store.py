@@ -189,7 +189,7 @@ class Store:
             if not _is_damage(error):
                 raise
             self._complain(kind, name, error)
-            raise DamagedError("What is stored of this is damaged; it can only be deleted.") from None
+            raise DamagedError("The stored data of this item is damaged; it can only be deleted.") from None
 
     def _all(self, kind: type[Row], place: SQLColumnExpression[Any]) -> list[Row]:
         """Return all rows of a kind that can be read, in order."""

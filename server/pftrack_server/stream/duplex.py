@@ -54,7 +54,7 @@ async def _tell(websocket: WebSocket, messages: AsyncIterable[str | bytes], fare
     except Exception:
         # A page that hears nothing more would wait for ever; sent away, it comes back and is told what is wrong.
         log.exception("a stream failed", path=websocket.url.path)
-        await websocket.close(FAILED, "The server made a mistake; it is written down in its log.")
+        await websocket.close(FAILED, "The server failed unexpectedly; details are in its log.")
         return
     await websocket.close(GONE, farewell)
 

@@ -48,6 +48,6 @@ async def ask(function: Callable[..., Any], *arguments: object, patience_s: floa
         case Refusal(message=message):
             raise UnavailableError(message)
         case Ending.OUT_OF_TIME:
-            raise UnavailableError(f"This took longer than {patience_s:g} s and was given up.")
+            raise UnavailableError(f"This took longer than {patience_s:g} s and was stopped.")
         case _:
             raise UnavailableError("This could not be computed.")

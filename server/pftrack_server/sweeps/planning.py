@@ -38,7 +38,7 @@ def as_plan(body: SweepCreate, settings: Settings) -> Plan:
     names = [axis.name for axis in axes]
     for index, name in enumerate(names):
         if name in names[:index]:
-            raise RefusedError(f"The axis {name} is there already.", field=f"axes.{index}.name", value=name)
+            raise RefusedError(f"The axis {name} appears twice.", field=f"axes.{index}.name", value=name)
     if not body.trackers and TRACKER not in names:
         raise RefusedError("Choose at least one method.", field="trackers")
     for name in body.trackers:

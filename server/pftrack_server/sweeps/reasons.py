@@ -6,7 +6,7 @@ from pftrack.process import Ending, Fault, Outcome, Refusal, Reply
 
 __all__ = ["CANCELLED", "DELETED", "RESTARTED", "STOPPED", "reason"]
 
-KEPT = "What was computed is kept; resume the sweep to go on."
+KEPT = "The computed runs are kept; resume the sweep to continue."
 CANCELLED = f"The sweep was cancelled. {KEPT}"
 DELETED = "The sweep was deleted."
 STOPPED = f"The server was stopped. {KEPT}"

@@ -137,6 +137,6 @@ def _result(outcome: Outcome) -> Any:  # noqa: ANN401 - whatever the function re
         case Refusal(message=message):
             raise RefusedError(message[:1].upper() + message[1:])
         case Ending.OUT_OF_TIME:
-            raise UnavailableError(f"This gave no sign of life for {BUDGET.silence_s:g} s and was given up.")
+            raise UnavailableError(f"This did not respond for {BUDGET.silence_s:g} s and was stopped.")
         case _:
             raise RefusedError("This needs more memory or time than is allowed for it, or cannot be read safely.")

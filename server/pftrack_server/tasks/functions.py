@@ -152,7 +152,7 @@ def find_mark(path: str, index: str | None, question: TargetSearch, limits: Limi
     """Look for a target in an upload for a while, and return what came of it."""
     finder = find(question.experiment).finder
     if finder is None:
-        raise SourceError(f"the experiment {question.experiment} does not find its target by itself; mark it")
+        raise SourceError(f"the experiment {question.experiment} cannot find its target automatically; mark it")
     sequence = _open_upload(path, index, question.frame, limits)
     if question.hint is not None:
         hint = read_mark(finder.hints, question.hint)
@@ -188,7 +188,7 @@ def weigh_target(
     sequence = _open_upload(path, index, frame, limits)
     experiment.check_footage(sequence.index.kind)
     if experiment.on_video is None or experiment.suits is None:
-        raise SourceError(f"the experiment {experiment_id} cannot tell beforehand whether it can follow a target")
+        raise SourceError(f"the experiment {experiment_id} cannot judge beforehand whether it can track a target")
     mark = experiment.mark(raw)
     try:
         setup = experiment.on_video(sequence, mark, start=frame)
@@ -304,7 +304,7 @@ def reopen_footage(video: tuple[str, str] | None, limits: Limits, footage: Foota
     """
     if video is None:
         name = footage.name or "a recording"
-        raise record.RecordError(f"The run was made on {name}, which is not here; upload it first")
+        raise record.RecordError(f"The run was made on {name}, which is not on this server; upload it first")
     index = FrameIndex.from_json(video[1])
     return open_sequence(Path(video[0]), limits, index=index, square=footage.square)
 

@@ -92,7 +92,7 @@ class Jobs(Generic[About, Result]):
         """
         self._forget()
         if name not in self._all:
-            raise NotFoundError(f"There is no such {self._noun}; it may have been cancelled, or ended long ago.")
+            raise NotFoundError(f"There is no such {self._noun}; it may have been cancelled, or have ended long ago.")
         self._all[name].unasked = 0
         return self._all[name]
 

@@ -52,7 +52,7 @@ async def probe(
         case _:
             how = Ending.CRASHED
     if stopped is not None and stopped():
-        raise SourceError("decoding was stopped before it came to an end; give the file again")
+        raise SourceError("decoding was stopped before it finished; send the file again")
     raise SourceError(_fate(how, budget))
 
 
@@ -65,4 +65,4 @@ def _fate(how: Ending, budget: Budget) -> str:
             return f"decoding takes more than the {budget.cpu_seconds:,g} s of processor time that are allowed"
         case Ending.KILLED:
             return "decoding was ended by the system, which may be short of memory; expected a smaller file"
-    return "decoding the file makes the decoder crash; expected a file that is not damaged"
+    return "the decoder crashes on this file; expected a file that is not damaged"

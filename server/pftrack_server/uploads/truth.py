@@ -78,7 +78,7 @@ def _load(store: Store, upload: str, experiment: Experiment) -> _StoredTruth | N
     except FileNotFoundError:
         return None
     except ValueError:
-        log.warning("the truth of an upload is damaged and left out; give it again", upload=upload)
+        log.warning("the truth of an upload is damaged and left out; send it again", upload=upload)
         return None
 
 

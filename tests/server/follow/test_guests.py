@@ -146,7 +146,7 @@ def test_what_is_not_followed_any_more(
         change(lecturer, follow, sessions=[other], arrangement={"scenes": "over"})
         told = hear(stream)["follow"]
         assert ([each["id"] for each in told["sessions"]], told["arrangement"]) == ([other], {"scenes": "over"})
-        assert farewell(before) == (4404, "The class does not follow this any more.")
+        assert farewell(before) == (4404, "The class no longer follows this.")
         error_of(one.ask("GET", f"sessions/{session}"), 403)
         assert one.ask("GET", f"sessions/{other}").status_code == 200
     for wrong in ({"sessions": ["nowhere"]}, {"lesson": "nowhere"}):

@@ -79,7 +79,7 @@ class TestPlaces:
         room = _places(9)
         with room.take("a", "/"):
             room.is_open = False
-            with pytest.raises(CrowdedError, match="nobody else"), room.take("b", "/"):
+            with pytest.raises(CrowdedError, match="closed the class"), room.take("b", "/"):
                 pass
             with room.take("a", "/elsewhere"):
                 assert len(room) == 1
@@ -165,7 +165,10 @@ class TestForks:
 
     def test_without_places(self) -> None:
         """Where there are none, that is what is said."""
-        with pytest.raises(UnavailableError, match="no places"), Forks(0, lambda _: True, lambda: None).reserve("a"):
+        with (
+            pytest.raises(UnavailableError, match="no own copies"),
+            Forks(0, lambda _: True, lambda: None).reserve("a"),
+        ):
             pass
 
     def test_a_lesson_that_nobody_turns_is_given_back(self, monkeypatch: pytest.MonkeyPatch) -> None:

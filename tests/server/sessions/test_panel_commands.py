@@ -37,7 +37,7 @@ def test_what_waits_goes_together() -> None:
     [
         (SourceError("picture 7 cannot be read"), "picture 7 cannot be read"),
         (OSError(5, "input/output error", "/somewhere/secret"), "could not read or write"),
-        (RuntimeError("a mistake"), "made a mistake"),
+        (RuntimeError("a mistake"), "failed unexpectedly"),
     ],
 )
 def test_whatever_goes_wrong_is_told(error: Exception, said: str) -> None:

@@ -102,7 +102,7 @@ def _split_page() -> str | None:
 
 @cache
 def client_parts() -> Parts | None:
-    """Return viser's client in parts, or None if it is packed in a way that is not known here."""
+    """Return viser's client in parts, or None if it is packed in a way that is unknown."""
     return take_apart(original_page())
 
 

@@ -75,7 +75,7 @@ def drop_bad_values(server: viser.ViserServer) -> None:
             await handle(client, message)
         except Exception as error:  # noqa: BLE001 - whatever it is, it is the browser's
             warnings.warn(
-                "a browser has sent what its scene cannot take", kind=type(message).__name__, error=str(error)
+                "a browser sent a message that its scene cannot handle", kind=type(message).__name__, error=str(error)
             )
 
     incoming._handle_incoming_message = handle_or_drop  # type: ignore[assignment,method-assign]  # noqa: SLF001

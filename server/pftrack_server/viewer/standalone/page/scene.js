@@ -47,7 +47,7 @@ export function openScene(run, clock, onKey) {
   const restart = () => {
     isOpen = false;
     setTimeout(() => {
-      if (!isOpen && opening) opening.textContent = "The scene has not opened; it needs WebGL. Plots and figures work without.";
+      if (!isOpen && opening) opening.textContent = "The scene did not open; it needs WebGL. Plots and figures work without it.";
     }, PATIENCE_MS);
     frame.srcdoc = themed(values("player"));
   };
