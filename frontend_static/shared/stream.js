@@ -6,9 +6,12 @@
  */
 
 import { ApiError, api } from "./api.js";
-import { Backoff, socketAddress } from "./socket.js";
+import { ReconnectingSocket } from "./reconnecting_socket.js";
+import { socketAddress } from "./socket.js";
 
 const PING_EVERY_MS = 5000;
+/** Statuses that say that there is no such stream any more. */
+const IS_GONE = [401, 403, 404, 410];
 
 /**
  * Who hears what comes over a stream.
@@ -23,13 +26,11 @@ const PING_EVERY_MS = 5000;
 
 /** @template {{type: string}} Message */
 export class Stream {
-  #address;
   #look;
   #on;
-  /** @type {WebSocket|null} */
-  #socket = null;
-  #backoff = new Backoff();
-  #timer = 0;
+  /** @type {ReconnectingSocket<string>} */
+  #socket;
+  #isGreeted = false;
   #pings = 0;
   #unanswered = 0;
   #end = new AbortController();
@@ -41,91 +42,60 @@ export class Stream {
    *     and how to find out whether there still is one; `signal` stops it.
    */
   constructor(id, on, { address = () => socketAddress(`sessions/${encodeURIComponent(id)}/stream`), look = () => api.session(id), signal } = {}) {
-    this.#address = address;
     this.#look = look;
     this.#on = on;
     signal?.addEventListener("abort", () => this.stop());
-    const until = { signal: this.#end.signal };
-    globalThis.addEventListener("online", () => this.#soon(0), until);
-    document.addEventListener("visibilitychange", () => !document.hidden && this.#socket === null && this.#soon(0), until);
-    this.#connect();
+    const heard = { open: () => this.#watch(), message: (/** @type {string} */ data) => this.#receive(JSON.parse(data)), closed: this.#closed.bind(this) };
+    this.#socket = new ReconnectingSocket(address, heard, this.#end.signal);
   }
 
   stop() {
     this.#end.abort();
-    clearTimeout(this.#timer);
     clearInterval(this.#pings);
-    this.#socket?.close();
   }
 
-  #connect() {
-    if (this.#end.signal.aborted || this.#socket !== null) return;
-    const socket = new WebSocket(this.#address());
-    this.#socket = socket;
-    let greeted = false;
-    socket.addEventListener("message", (event) => {
-      if (this.#end.signal.aborted) return;
-      const message = JSON.parse(event.data);
-      if (message.type === "pong") {
-        this.#unanswered = 0;
-        return;
-      }
-      if (message.type === "hello") {
-        greeted = true;
-        this.#backoff.reset();
-      }
-      this.#on.message(message);
-    });
-    socket.addEventListener("open", () => this.#watch(socket));
-    socket.addEventListener("close", (event) => {
-      if (!this.#end.signal.aborted) this.#on.closed?.(event);
-      this.#closed(socket, greeted);
-    });
-  }
-
-  /** @param {WebSocket} socket */
-  #watch(socket) {
+  #watch() {
     this.#unanswered = 0;
     clearInterval(this.#pings);
     this.#pings = setInterval(() => {
       if (this.#unanswered >= 2) {
-        // close() would wait for the other side's farewell, which is just what does not come.
-        this.#closed(socket, true);
-        socket.close();
+        this.#socket.giveUp();
         return;
       }
       this.#unanswered += 1;
-      if (socket.readyState === WebSocket.OPEN) {
-        socket.send(JSON.stringify({ version: 1, type: "ping", sent: Math.round(performance.now()) }));
-      }
+      this.#socket.send({ version: 1, type: "ping", sent: Math.round(performance.now()) });
     }, PING_EVERY_MS);
   }
 
-  /**
-   * @param {WebSocket} socket
-   * @param {boolean} greeted
-   */
-  async #closed(socket, greeted) {
-    if (socket !== this.#socket) return;
-    this.#socket = null;
-    clearInterval(this.#pings);
-    if (this.#end.signal.aborted) return;
-    this.#on.lost();
-    if (!greeted) {
-      const error = await this.#look().then(() => null, (failure) => failure);
-      if (error instanceof ApiError && [401, 403, 404, 410].includes(error.status)) {
-        this.stop();
-        this.#on.gone(error);
-        return;
-      }
+  /** @param {Message} message */
+  #receive(message) {
+    if (message.type === "pong") {
+      this.#unanswered = 0;
+      return;
     }
-    this.#soon(this.#backoff.next());
+    if (message.type === "hello") {
+      this.#isGreeted = true;
+      this.#socket.succeeded();
+    }
+    this.#on.message(message);
   }
 
-  /** @param {number} milliseconds */
-  #soon(milliseconds) {
-    clearTimeout(this.#timer);
-    if (this.#end.signal.aborted) return;
-    this.#timer = setTimeout(() => this.#connect(), milliseconds);
+  /**
+   * @param {CloseEvent|null} event
+   * @returns {Promise<boolean>} Whether to try again.
+   */
+  async #closed(event) {
+    clearInterval(this.#pings);
+    const wasGreeted = this.#isGreeted;
+    this.#isGreeted = false;
+    if (event !== null) this.#on.closed?.(event);
+    if (this.#end.signal.aborted) return false;
+    this.#on.lost();
+    if (wasGreeted) return true;
+    const error = await this.#look().then(() => null, (failure) => failure);
+    if (!(error instanceof ApiError && IS_GONE.includes(error.status))) return true;
+    this.stop();
+    this.#on.gone(error);
+    return false;
   }
 }

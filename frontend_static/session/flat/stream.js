@@ -5,8 +5,8 @@
  * says so again and again: on a line that has died that makes the browser notice.
  */
 
-import { Backoff, GONE, socketAddress } from "../../shared/socket.js";
-import { after } from "../../shared/timing.js";
+import { ReconnectingSocket } from "../../shared/reconnecting_socket.js";
+import { GONE, socketAddress } from "../../shared/socket.js";
 
 const SAY_EVERY_MS = 5000;
 
@@ -24,55 +24,32 @@ const SAY_EVERY_MS = 5000;
  * @param {Listener} on
  * @param {AbortSignal} signal
  */
-export async function receiveDrawings(session, on, signal) {
-  const address = socketAddress(`sessions/${encodeURIComponent(session)}/drawings`);
-  const backoff = new Backoff();
-  while (!signal.aborted) {
-    const { code, came } = await connection(address, on, signal);
-    if (signal.aborted) return;
-    if (code === GONE) {
-      on.gone();
-      return;
-    }
-    if (came) backoff.reset();
-    await after(backoff.next(), signal);
-  }
-}
-
-/**
- * Receive drawings over one connection until it ends.
- *
- * @param {string} address
- * @param {Listener} on
- * @param {AbortSignal} signal
- * @returns {Promise<{code: number, came: boolean}>} Why it ended, and whether anything came over it.
- */
-function connection(address, on, signal) {
-  return new Promise((resolve) => {
-    const socket = new WebSocket(address);
-    let came = 0;
-    let painted = 0;
-    const say = () => {
-      if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify({ type: "painted", count: painted }));
-    };
-    const saying = setInterval(say, SAY_EVERY_MS);
-    const hangUp = () => socket.close();
-    signal.addEventListener("abort", hangUp);
-    socket.binaryType = "arraybuffer";
-    socket.addEventListener("message", ({ data }) => {
-      if (signal.aborted) return;
-      came += 1;
-      const count = came;
-      on.drawing(data, () => {
-        if (count <= painted) return;
-        painted = count;
-        say();
-      });
+export function receiveDrawings(session, on, signal) {
+  // Over one connection: how many came, and how many of them were painted.
+  let known = { came: 0, painted: 0 };
+  const address = () => socketAddress(`sessions/${encodeURIComponent(session)}/drawings`);
+  const say = () => socket.send({ type: "painted", count: known.painted });
+  const receive = (/** @type {ArrayBuffer} */ data) => {
+    const mine = known;
+    mine.came += 1;
+    const count = mine.came;
+    socket.succeeded();
+    on.drawing(data, () => {
+      if (mine !== known || count <= mine.painted) return;
+      mine.painted = count;
+      say();
     });
-    socket.addEventListener("close", ({ code }) => {
-      clearInterval(saying);
-      signal.removeEventListener("abort", hangUp);
-      resolve({ code, came: came > 0 });
-    });
-  });
+  };
+  const closed = (/** @type {CloseEvent|null} */ event) => {
+    if (event?.code !== GONE) return true;
+    on.gone();
+    return false;
+  };
+  const open = () => {
+    known = { came: 0, painted: 0 };
+  };
+  /** @type {ReconnectingSocket<ArrayBuffer>} */
+  const socket = new ReconnectingSocket(address, { open, message: receive, closed }, signal);
+  const saying = setInterval(say, SAY_EVERY_MS);
+  signal.addEventListener("abort", () => clearInterval(saying));
 }
