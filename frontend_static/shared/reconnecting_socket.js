@@ -52,7 +52,7 @@ export class ReconnectingSocket {
   /**
    * Send a message, unless there is no connection.
    *
-   * @param {{type: string}} message
+   * @param {Record<string, string|number>} message
    */
   send(message) {
     if (this.#socket?.readyState === WebSocket.OPEN) this.#socket.send(JSON.stringify(message));
