@@ -1,6 +1,7 @@
 """What all tests share: one browser a process, since Playwright cannot be started twice in one."""
 
 import gc
+import os
 import signal
 from collections.abc import Generator, Iterator
 from pathlib import Path
@@ -16,6 +17,9 @@ settings.load_profile("suite")
 # A shell has what it starts in the background ignore interrupts, and children inherit that; some tests interrupt them.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+BASE = os.environ.setdefault("PFTRACK_BASE_PATH", "/@/space%20word").rstrip("/")
+"""Where the tests' servers are, but for those that say otherwise: a path as awkward as one may be, or what is set."""
 
 # The shell is the same engine without a desktop's windows, which cost a second of processor time for each page.
 CHROMIUM = next(
@@ -44,7 +48,7 @@ FRUGAL = f"""(() => {{{FEW_PIXELS}}})();
 (() => {{
     const draw = window.requestAnimationFrame.bind(window), cancel = window.cancelAnimationFrame.bind(window);
     const begun = new Map();  // what waits: its timer first, then its picture
-    const pause = location.pathname.startsWith('/viz/') ? 250 : 100;  // a scene draws everything each time
+    const pause = location.pathname.includes('/viz/') ? 250 : 100;  // a scene draws everything each time
     let last = 0;
     window.requestAnimationFrame = (callback) => {{
         const id = (last += 1);

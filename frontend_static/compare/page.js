@@ -1,5 +1,6 @@
 /** The page of a comparison: what its address names, beside each other, and a link that holds all that makes it. */
 
+import { absolute } from "../shared/address.js";
 import { messageOf } from "../shared/api.js";
 import { copyButton } from "../shared/copy.js";
 import { openDialog } from "../shared/dialog.js";
@@ -22,7 +23,7 @@ import { linkTo, wantedOf } from "../shared/comparison_link.js";
 /** @import { Arrangement, Wanted } from "../shared/comparison_link.js" */
 
 const SKELETON_AFTER_MS = 200;
-const WORK = { label: "Choose saved runs", href: "/work?show=runs" };
+const WORK = { label: "Choose saved runs", href: "work?show=runs" };
 const EMPTY = "Compare a session with its branches or with other methods (key C on its page), two saved runs (My work), or two methods on one row of a sweep.";
 const RECORDING = "The link does not contain recordings: on another server, upload the recording first.";
 const root = part("comparison");
@@ -116,7 +117,7 @@ function showFewer(runs) {
 function shareDialog() {
   if (compared === null) return;
   const { wanted } = compared;
-  const address = new URL(linkTo(wanted), location.href).href;
+  const address = absolute(linkTo(wanted));
   openDialog("Share this comparison", (close) => {
     const field = h("input", { type: "text", readonly: true, value: address, "aria-label": "Link", "data-role": "share-link", autofocus: true });
     field.addEventListener("focus", () => field.select());

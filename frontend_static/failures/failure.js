@@ -17,7 +17,7 @@ import { pair } from "./pair.js";
 
 const SKELETON_AFTER_MS = 200;
 const NOT_FOUND = 404;
-const GALLERY = { label: "All failures", href: "/failures" };
+const GALLERY = { label: "All failures", href: "failures" };
 const name = lastOfAddress();
 const root = part("failure");
 
@@ -53,7 +53,7 @@ async function load() {
 function neighbour(failure, way) {
   if (failure === null) return null;
   const words = `${way === "next" ? "Next" : "Previous"} failure, ${failure.title}`;
-  const href = `/failures/${encodeURIComponent(failure.id)}`;
+  const href = `failures/${encodeURIComponent(failure.id)}`;
   return h("a", { class: "button quiet icon-only", rel: way === "next" ? "next" : "prev", href, title: words, "aria-label": words }, icon(way));
 }
 

@@ -84,7 +84,7 @@ function isEmpty({ sessions, lesson }) {
  * @param {ClassStream} followed
  */
 function isOpen({ follow, mine: { fork } }) {
-  return fork !== null && (fork.id !== null || fork.page.endsWith(`/learn/${follow?.lesson}`));
+  return fork !== null && (fork.id !== null || fork.page === `learn/${follow?.lesson}`);
 }
 
 /** @param {number} places */

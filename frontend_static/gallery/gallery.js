@@ -24,7 +24,7 @@ let experiments = null;
 /** @type {TargetForm|null} */
 let form = null;
 
-if (RUN.test(location.hash)) location.replace(`/work?show=runs${location.hash}`);
+if (RUN.test(location.hash)) location.replace(`work?show=runs${location.hash}`);
 navigation("experiments");
 part("tools").append(h("a", { class: "link", href: REFERENCES }, "References"), themeButton());
 new DropZone(part("drop"), {

@@ -3,7 +3,7 @@
 import { h } from "../shared/dom.js";
 import { idle } from "../shared/timing.js";
 
-const PAGE = "/session/new";
+const PAGE = "session/new";
 
 /** What was fetched ahead is used once, for some minutes, without asking the server again. */
 export async function ahead() {

@@ -34,5 +34,5 @@ export function help() {
 
 /** @param {NeighbourPublic|null} lesson */
 function go(lesson) {
-  if (lesson !== null) location.assign(`/learn/${encodeURIComponent(lesson.id)}`);
+  if (lesson !== null) location.assign(`learn/${encodeURIComponent(lesson.id)}`);
 }

@@ -1,5 +1,6 @@
 /** The overview of all lessons: the course in its order, what lecturers have added, and what of that cannot be read. */
 
+import { START } from "../shared/address.js";
 import { messageOf } from "../shared/api.js";
 import { fill, h, part } from "../shared/dom.js";
 import { count } from "../shared/format.js";
@@ -27,7 +28,7 @@ navigation("learn");
 fill(part("tools"), presentationButton(), themeButton());
 const listing = new NewestRequest(() => lessons.all(), {
   answer: (all) => show(all),
-  refused: (error) => fill(part("learn"), notice("The lessons cannot be listed", messageOf(error), { label: "Back to the experiments", href: "/" })),
+  refused: (error) => fill(part("learn"), notice("The lessons cannot be listed", messageOf(error), { label: "Back to the experiments", href: START })),
   lost: (isLost) => (part("disconnected").hidden = !isLost),
 }, page.signal);
 listing.ask(null);
@@ -115,5 +116,5 @@ function broken(problems) {
 
 /** @param {{id: string}} lesson */
 function address({ id }) {
-  return `/learn/${encodeURIComponent(id)}`;
+  return `learn/${encodeURIComponent(id)}`;
 }

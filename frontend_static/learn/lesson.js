@@ -1,7 +1,8 @@
 /** The page of a lesson: it finds the lesson, and says so where there is none. */
 
 import { END_FORK, endFork } from "../lecturer/end_fork.js";
-import { BASE, messageOf, statusOf } from "../shared/api.js";
+import { START } from "../shared/address.js";
+import { messageOf, statusOf } from "../shared/api.js";
 import { fill, h, lastOfAddress, part } from "../shared/dom.js";
 import { brand, isFollower, isParticipant } from "../shared/participant.js";
 import { navigation } from "../shared/navigation.js";
@@ -62,7 +63,7 @@ function forMe(lesson) {
 /** @param {unknown} error */
 function refused(error) {
   const title = statusOf(error) === 404 ? "There is no such lesson" : "This lesson cannot be shown";
-  const way = isParticipant ? { label: "Back to the class", href: BASE } : { label: "All lessons", href: "/learn" };
+  const way = isParticipant ? { label: "Back to the class", href: START } : { label: "All lessons", href: "learn" };
   fill(part("lesson"), notice(title, messageOf(error), way));
 }
 

@@ -37,5 +37,5 @@ function neighbour(lesson, which) {
   if (lesson === null) return null;
   const [rel, words] = which === "next" ? ["next", "Next lesson (N)"] : ["prev", "Previous lesson (P)"];
   const title = `${words}: ${lesson.title}`;
-  return h("a", { class: "button quiet icon-only", href: `/learn/${encodeURIComponent(lesson.id)}`, rel, title, "aria-label": title }, icon(which));
+  return h("a", { class: "button quiet icon-only", href: `learn/${encodeURIComponent(lesson.id)}`, rel, title, "aria-label": title }, icon(which));
 }

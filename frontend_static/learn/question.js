@@ -113,12 +113,12 @@ export class Question {
   /** @param {string} label */
   #ways(label) {
     const next = this.#next;
-    const onward = next && h("a", { class: "button primary", href: `/learn/${encodeURIComponent(next.id)}` }, `Next: ${next.title}`);
+    const onward = next && h("a", { class: "button primary", href: `learn/${encodeURIComponent(next.id)}` }, `Next: ${next.title}`);
     return h(
       "div",
       { class: "question-line" },
       h("button", { type: "button", on: { click: () => this.#on.again() } }, label),
-      onward ?? (!isParticipant && h("a", { class: "button", href: "/learn" }, "All lessons")),
+      onward ?? (!isParticipant && h("a", { class: "button", href: "learn" }, "All lessons")),
     );
   }
 

@@ -50,7 +50,7 @@ export class ScenarioStage {
     this.#proposals = new Proposals((values) => this.#send(values), () => this.#show(), this.#end.signal);
     places.controls.hidden = true;
     if (scenario.problem === null) this.#begin();
-    else fill(places.show, notice("This run is not available", scenario.problem, { label: "All lessons", href: "/learn" }, { inline: true }));
+    else fill(places.show, notice("This run is not available", scenario.problem, { label: "All lessons", href: "learn" }, { inline: true }));
   }
 
   /** Its session, once it is known. */

@@ -3,6 +3,7 @@
  * own, so that the way back is the browser's as well.
  */
 
+import { here } from "../shared/address.js";
 import { fill, h, part } from "../shared/dom.js";
 import { linkTo } from "../shared/share_link.js";
 import { htmlElement } from "./html_text.js";
@@ -68,7 +69,7 @@ export class Uses {
         { class: "use-line" },
         htmlElement("p", words),
         h("a", { class: "button", href: linkTo({ recipe: scenario.recipe, position: scenario.frame }), target: "_blank" }, "Open as a session"),
-        h("a", { class: "button primary", href: "#" }, "Back to the lesson"),
+        h("a", { class: "button primary", href: here("") }, "Back to the lesson"),
       ),
       places.show,
       places.controls,
@@ -85,5 +86,5 @@ export class Uses {
  */
 function entry(words, title, problem, index) {
   if (problem !== null) return [htmlElement("span", words), " ", h("span", { class: "hint" }, problem)];
-  return [h("a", { href: `#use-${index + 1}` }, title), ": ", htmlElement("span", words)];
+  return [h("a", { href: here(`use-${index + 1}`) }, title), ": ", htmlElement("span", words)];
 }

@@ -1,10 +1,10 @@
 /** A class that follows, in the server's REST interface: what a lecturer does with it, and what somebody who follows. */
 
-import { ROOT, request } from "../shared/api.js";
+import { ROOT, pathOf, request } from "../shared/api.js";
 
 /** @import * as Messages from "../shared/messages.js" */
 
-const one = (/** @type {string} */ id, rest = "") => `follows/${encodeURIComponent(id)}${rest}`;
+const one = pathOf("follows");
 
 /** With the lecturer's rights. */
 export const follows = {
@@ -24,21 +24,21 @@ export const follows = {
   end: (id) => request("DELETE", one(id)),
 
   /** @type {(id: string, body: Messages.PollCreate) => Promise<unknown>} */
-  ask: (id, body) => request("PUT", one(id, "/poll"), body),
+  ask: (id, body) => request("PUT", one(id, "poll"), body),
 
   /** @type {(id: string) => Promise<unknown>} */
-  reveal: (id) => request("POST", one(id, "/poll/reveal")),
+  reveal: (id) => request("POST", one(id, "poll/reveal")),
 
   /** @type {(id: string) => Promise<null>} */
-  withdraw: (id) => request("DELETE", one(id, "/poll")),
+  withdraw: (id) => request("DELETE", one(id, "poll")),
 
   /** @type {(id: string, wanted: Messages.FigureRequest, signal?: AbortSignal) => Promise<Messages.FigurePublic>} */
-  figure: (id, wanted, signal) => request("POST", one(id, "/figure"), wanted, signal),
+  figure: (id, wanted, signal) => request("POST", one(id, "figure"), wanted, signal),
 
   /** Where the QR code of one of its links is. */
-  qrAddress: (/** @type {string} */ id, link = 0) => `${ROOT}${one(id, `/qr.svg?link=${link}`)}`,
+  qrAddress: (/** @type {string} */ id, link = 0) => `${ROOT}${one(id, `qr.svg?link=${link}`)}`,
 
-  stream: (/** @type {string} */ id) => one(id, "/stream"),
+  stream: (/** @type {string} */ id) => one(id, "stream"),
 };
 
 /** With the rights of somebody who follows: the page's address says whom. */

@@ -3,7 +3,8 @@
  * taken away again.
  */
 
-import { BASE, api, messageOf, statusOf } from "../shared/api.js";
+import { START } from "../shared/address.js";
+import { api, messageOf, statusOf } from "../shared/api.js";
 import { fill } from "../shared/dom.js";
 import { isParticipant } from "../shared/participant.js";
 import { notice } from "../shared/notice.js";
@@ -24,7 +25,7 @@ import { Steering } from "./steering.js";
 import { Store } from "./store.js";
 import { transport } from "./transport.js";
 
-const WAY = isParticipant ? { label: "Back to the class", href: BASE } : { label: "Back to the experiments", href: "/" };
+const WAY = isParticipant ? { label: "Back to the class", href: START } : { label: "Back to the experiments", href: START };
 const KEPT = isParticipant ? "" : "Runs that you saved are in My work.";
 
 /** @import { SessionMessage } from "../shared/messages.js" */

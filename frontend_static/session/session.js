@@ -106,7 +106,7 @@ function header() {
     const words = wordsOf(session);
     setText(title, words);
     sweep.hidden = !session.sweep || isParticipant;
-    if (session.sweep) sweep.href = `/sweep/${encodeURIComponent(session.sweep)}`;
+    if (session.sweep) sweep.href = `sweep/${encodeURIComponent(session.sweep)}`;
     document.title = `${words} · pftrack`;
     for (const element of steering) element.disabled = !view.able;
   });

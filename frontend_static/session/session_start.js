@@ -65,7 +65,7 @@ export class SessionStart {
     // A link of an earlier version has no recipe.
     const { experiment } = /** @type {{experiment: string}} */ (body.recipe ?? body);
     const begin = () => whenCompiled(experiment, () => api.start(body), (sentence) => this.#wait(sentence), this.signal);
-    const session = await whenPlaceFree(begin, (sentence) => this.#wait(sentence, h("a", { href: "/work?show=sessions" }, "Running sessions")), this.signal);
+    const session = await whenPlaceFree(begin, (sentence) => this.#wait(sentence, h("a", { href: "work?show=sessions" }, "Running sessions")), this.signal);
     if (!this.signal.aborted) this.scene?.open(session.id, Promise.resolve(session), !recipe.position);
     return { session, recipe };
   }

@@ -3,6 +3,7 @@
  * opens one gets the same numbers.
  */
 
+import { absolute } from "../shared/address.js";
 import { openDialog } from "../shared/dialog.js";
 import { h } from "../shared/dom.js";
 import { toast } from "../shared/toast.js";
@@ -26,7 +27,7 @@ export function bodyOf(session) {
  * @param {SessionPublic} session
  */
 export function shareDialog(session) {
-  const address = new URL(linkTo(bodyOf(session)), location.href).href;
+  const address = absolute(linkTo(bodyOf(session)));
   openDialog("Share this run", (close) => {
     const field = h("input", { type: "text", readonly: true, value: address, "aria-label": "Link", "data-role": "share-link", autofocus: true });
     field.addEventListener("focus", () => field.select());

@@ -1,6 +1,5 @@
 /** The frame that holds the 3-D scene, and the library's own picture in its place while it is still loading. */
 
-import { BASE } from "../shared/api.js";
 import { h } from "../shared/dom.js";
 import { isDark, onTheme } from "../shared/theme.js";
 import { after } from "../shared/timing.js";
@@ -73,7 +72,7 @@ export class SpatialScene {
     await Promise.race([first, after(PREVIEW_FIRST_MS, this.#signal)]);
     if (!isNewest()) return;
     this.#on.seen();
-    const src = `${BASE}/viz/${encodeURIComponent(this.#id)}/?theme=${theme()}${this.#isBare ? "&panel=none" : ""}`;
+    const src = `viz/${encodeURIComponent(this.#id)}/?theme=${theme()}${this.#isBare ? "&panel=none" : ""}`;
     const frame = h("iframe", { src, title: "Scene", class: "scene-frame", allow: "fullscreen" });
     // What has to wait for the scene's script must not come before the picture either.
     frame.addEventListener("load", () => preview.first.then(() => isNewest() && this.#on.loaded()));

@@ -16,10 +16,8 @@
  * @property {() => void} stop
  */
 
-/** What stands before the addresses of the server for whoever follows a class, and is let in by the link alone: `/f/{link}`. */
-export const BASE = globalThis.location?.pathname.match(/^\/f\/[^/]+/)?.[0] ?? "";
-
-export const ROOT = `${BASE}/api/v1/`;
+/** Where the interface is. */
+export const ROOT = "api/v1/";
 
 export class ApiError extends Error {
   /**
@@ -158,14 +156,24 @@ export function query(values) {
   return new URLSearchParams(Object.entries(values).map(([name, value]) => [name, String(value)])).toString();
 }
 
-/** @param {string} id @param {string} [rest] */
-const session = (id, rest = "") => `sessions/${encodeURIComponent(id)}${rest}`;
+/**
+ * The path of one thing of a kind, and of what belongs to it.
+ *
+ * @param {string} kind
+ */
+export function pathOf(kind) {
+  return (/** @type {string} */ id, /** @type {string[]} */ ...rest) => [kind, encodeURIComponent(id), ...rest].join("/");
+}
+
+const session = pathOf("sessions");
+const run = pathOf("runs");
+const upload = pathOf("uploads");
+const failure = pathOf("failures");
+const experimentPath = pathOf("experiments");
 /** @param {string} name @param {string} plot */
-const exportPath = (name, plot) => `/exports/${encodeURIComponent(name)}${plot ? `?${query({ plot })}` : ""}`;
-/** @param {string} id @param {string} experiment */
-const truthPath = (id, experiment) => `uploads/${encodeURIComponent(id)}/truth?experiment=${encodeURIComponent(experiment)}`;
-/** @param {string} id @param {string} [rest] */
-const run = (id, rest = "") => `runs/${encodeURIComponent(id)}${rest}`;
+const exportPath = (name, plot) => `exports/${encodeURIComponent(name)}${plot ? `?${query({ plot })}` : ""}`;
+/** @param {string} id @param {string} of The experiment. */
+const truthPath = (id, of) => upload(id, `truth?${query({ experiment: of })}`);
 
 /**
  * @typedef {object} Api Every request that the pages make, but for those of sweeps.
@@ -217,36 +225,36 @@ const run = (id, rest = "") => `runs/${encodeURIComponent(id)}${rest}`;
 /** @type {Api} */
 export const api = {
   experiments: () => request("GET", "experiments"),
-  experiment: (id) => request("GET", `experiments/${encodeURIComponent(id)}`),
+  experiment: (id) => request("GET", experimentPath(id)),
   plugins: () => request("GET", "plugins"),
   compilation: () => request("GET", "compilation"),
 
   failures: () => request("GET", "failures"),
-  failure: (id) => request("GET", `failures/${encodeURIComponent(id)}`),
-  course: (id, signal) => request("GET", `failures/${encodeURIComponent(id)}/course`, undefined, signal),
+  failure: (id) => request("GET", failure(id)),
+  course: (id, signal) => request("GET", failure(id, "course"), undefined, signal),
 
   session: (id) => request("GET", session(id)),
   start: (body) => request("POST", "sessions", body),
   end: (id) => request("DELETE", session(id)),
-  parameters: (id, values) => request("PATCH", session(id, "/parameters"), values),
-  transport: (id, action, more = {}) => request("POST", session(id, "/transport"), { action, ...more }),
-  branch: (id, body) => request("POST", session(id, "/branch"), body),
-  activate: (id, branch) => request("POST", session(id, `/branch/${encodeURIComponent(branch)}/activate`)),
-  resume: (id) => request("POST", session(id, "/resume")),
-  diagnostics: (id, branch) => request("GET", session(id, `/diagnostics?branch=${encodeURIComponent(branch)}`)),
-  bookmark: (id, note) => request("POST", session(id, "/bookmarks"), note ? { note } : {}),
-  unbookmark: (id, bookmark) => request("DELETE", session(id, `/bookmarks/${encodeURIComponent(bookmark)}`)),
-  frameAddress: (id) => `${ROOT}${session(id, "/frame.png")}`,
+  parameters: (id, values) => request("PATCH", session(id, "parameters"), values),
+  transport: (id, action, more = {}) => request("POST", session(id, "transport"), { action, ...more }),
+  branch: (id, body) => request("POST", session(id, "branch"), body),
+  activate: (id, branch) => request("POST", session(id, `branch/${encodeURIComponent(branch)}/activate`)),
+  resume: (id) => request("POST", session(id, "resume")),
+  diagnostics: (id, branch) => request("GET", session(id, `diagnostics?branch=${encodeURIComponent(branch)}`)),
+  bookmark: (id, note) => request("POST", session(id, "bookmarks"), note ? { note } : {}),
+  unbookmark: (id, bookmark) => request("DELETE", session(id, `bookmarks/${encodeURIComponent(bookmark)}`)),
+  frameAddress: (id) => `${ROOT}${session(id, "frame.png")}`,
 
   sendUpload: (files, onProgress) => send("uploads", files, onProgress),
-  upload: (id) => request("GET", `uploads/${encodeURIComponent(id)}`),
-  mark: (id, question) => request("GET", `uploads/${encodeURIComponent(id)}/mark?${query(question)}`),
-  suitability: (id, question, signal) => request("GET", `uploads/${encodeURIComponent(id)}/suitability?${query(question)}`, undefined, signal),
+  upload: (id) => request("GET", upload(id)),
+  mark: (id, question) => request("GET", upload(id, `mark?${query(question)}`)),
+  suitability: (id, question, signal) => request("GET", upload(id, `suitability?${query(question)}`), undefined, signal),
   truth: (id, experiment) => request("GET", truthPath(id, experiment)),
   giveTruth: (id, experiment, files) => send(truthPath(id, experiment), files, () => {}, "PUT").done,
   removeTruth: (id, experiment) => request("DELETE", truthPath(id, experiment)),
-  removeUpload: (id) => request("DELETE", `uploads/${encodeURIComponent(id)}`),
-  pictureAddress: (id, frame) => `${ROOT}uploads/${encodeURIComponent(id)}/frames/${frame}.jpg`,
+  removeUpload: (id) => request("DELETE", upload(id)),
+  pictureAddress: (id, frame) => `${ROOT}${upload(id, `frames/${frame}.jpg`)}`,
 
   work: (question, signal) => request("GET", `work?${query(question)}`, undefined, signal),
   save: (sessionId) => request("POST", "runs", { session: sessionId }),
@@ -254,13 +262,13 @@ export const api = {
   importing: (id) => request("GET", `runs/imports/${encodeURIComponent(id)}`),
   cancelImport: (id) => request("DELETE", `runs/imports/${encodeURIComponent(id)}`),
   run: (id) => request("GET", run(id)),
-  open: (id) => request("POST", run(id, "/open")),
+  open: (id) => request("POST", run(id, "open")),
   remove: (id) => request("DELETE", run(id)),
   exported: (id, name, plot) => fetched(session(id, exportPath(name, plot))),
   exportSession: (id, name, plot) => request("POST", session(id, exportPath(name, plot))),
   exportRun: (id, name, plot) => request("POST", run(id, exportPath(name, plot))),
-  exportsOfRun: (id) => request("GET", run(id, "/exports")),
+  exportsOfRun: (id) => request("GET", run(id, "exports")),
   exporting: (id) => request("GET", `exports/${encodeURIComponent(id)}`),
   cancelExport: (id) => request("DELETE", `exports/${encodeURIComponent(id)}`),
-  downloadAddress: (id) => `${ROOT}${run(id, "/download")}`,
+  downloadAddress: (id) => `${ROOT}${run(id, "download")}`,
 };

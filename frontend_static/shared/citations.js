@@ -6,7 +6,7 @@ import { h } from "./dom.js";
 /** @import { CitationPublic } from "./messages.js" */
 
 /** Where all references are. */
-export const REFERENCES = "/references";
+export const REFERENCES = "references";
 
 /**
  * The citations of an experiment, with buttons that copy all of them.

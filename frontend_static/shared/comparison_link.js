@@ -18,7 +18,7 @@ import { encode, parse } from "./share_link.js";
  * @property {Arrangement} [arrangement]
  */
 
-const PAGE = "/compare";
+const PAGE = "compare";
 
 /**
  * Read the address of a page.

@@ -1,5 +1,6 @@
 /** The links to all parts of the site in the header of every page, and the way past them for whoever uses the keyboard. */
 
+import { START, here } from "./address.js";
 import { h } from "./dom.js";
 import { icon } from "./icons.js";
 
@@ -7,10 +8,10 @@ import { icon } from "./icons.js";
 
 /** @type {readonly {id: Place, title: string, href: string}[]} */
 const PLACES = [
-  { id: "experiments", title: "Experiments", href: "/" },
-  { id: "learn", title: "Learn", href: "/learn" },
-  { id: "failures", title: "Failures", href: "/failures" },
-  { id: "work", title: "My work", href: "/work" },
+  { id: "experiments", title: "Experiments", href: START },
+  { id: "learn", title: "Learn", href: "learn" },
+  { id: "failures", title: "Failures", href: "failures" },
+  { id: "work", title: "My work", href: "work" },
 ];
 
 const LIST = "site-places";
@@ -35,7 +36,7 @@ function skipLink() {
   if (main === null) return;
   main.id ||= CONTENT;
   main.tabIndex = -1;
-  document.querySelector(".top")?.prepend(h("a", { class: "skip", href: `#${main.id}`, on: { click: skip } }, "Skip to the content"));
+  document.querySelector(".top")?.prepend(h("a", { class: "skip", href: here(main.id), on: { click: skip } }, "Skip to the content"));
 
   /** @param {MouseEvent} event */
   function skip(event) {

@@ -1,12 +1,12 @@
 /** Who opened this page by the link of a class: a follower, or the lecturer on another device. */
 
-import { BASE } from "./api.js";
+import { START } from "./address.js";
 import { h } from "./dom.js";
 
 const { role = "", class: name = null } = globalThis.document?.documentElement.dataset ?? {};
 
 /** Whether the page belongs to somebody who is let in by such a link, and to nothing else of the server. */
-export const isParticipant = BASE !== "";
+export const isParticipant = role !== "";
 
 /** Whether that is one who follows, and tries something alone. */
 export const isFollower = role === "follower";
@@ -16,6 +16,6 @@ export const classOfLink = name;
 
 /** What stands first in the header: the way to the start page, and for followers that back to the class. */
 export function brand() {
-  if (isFollower) return h("a", { class: "button", href: BASE, data: { role: "back" } }, "Back to the class");
-  return isParticipant ? h("span", { class: "brand" }, "pftrack") : h("a", { class: "brand", href: "/" }, "pftrack");
+  if (isFollower) return h("a", { class: "button", href: START, data: { role: "back" } }, "Back to the class");
+  return isParticipant ? h("span", { class: "brand" }, "pftrack") : h("a", { class: "brand", href: START }, "pftrack");
 }

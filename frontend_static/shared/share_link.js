@@ -10,7 +10,7 @@
  * @param {NewSession} body
  */
 export function linkTo(body) {
-  return `/session/new#${encode(body)}`;
+  return `session/new#${encode(body)}`;
 }
 
 /**

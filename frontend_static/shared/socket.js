@@ -1,5 +1,6 @@
 /** Sockets of the server: where they are, why they end, and how long to wait before the next try. */
 
+import { absolute } from "./address.js";
 import { ROOT } from "./api.js";
 
 /** @import { Gone } from "./messages.js" */
@@ -20,8 +21,7 @@ const LONGEST_WAIT_MS = 4000;
  * @param {string} path Below that of the REST interface.
  */
 export function socketAddress(path) {
-  const scheme = location.protocol === "https:" ? "wss:" : "ws:";
-  return `${scheme}//${location.host}${ROOT}${path}`;
+  return absolute(ROOT + path).replace(/^http/, "ws");
 }
 
 /** Waiting before the next try: longer each time, and never of all pages at once. */

@@ -1,6 +1,6 @@
 /** What the server knows of sweeps. */
 
-import { ROOT, query, request } from "../shared/api.js";
+import { ROOT, pathOf, query, request } from "../shared/api.js";
 import { encode } from "../shared/share_link.js";
 import { socketAddress } from "../shared/socket.js";
 
@@ -13,8 +13,7 @@ import { socketAddress } from "../shared/socket.js";
  * @typedef {{[Name in keyof Messages.SweepCreate]: Messages.SweepCreate[Name]|null}} Draft
  */
 
-/** @param {string} id @param {string} [rest] */
-const sweep = (id, rest = "") => `sweeps/${encodeURIComponent(id)}${rest}`;
+const sweep = pathOf("sweeps");
 
 /**
  * @typedef {object} Sweeps Every request about sweeps.
@@ -37,13 +36,13 @@ export const sweeps = {
   estimate: (body, measure) => request("POST", "sweeps/estimate", { ...body, measure }),
   begin: (body) => request("POST", "sweeps", body),
   show: (id) => request("GET", sweep(id)),
-  cancel: (id) => request("POST", sweep(id, "/cancel")),
-  resume: (id) => request("POST", sweep(id, "/resume")),
+  cancel: (id) => request("POST", sweep(id, "cancel")),
+  resume: (id) => request("POST", sweep(id, "resume")),
   remove: (id) => request("DELETE", sweep(id)),
-  cells: (id, question) => request("GET", sweep(id, `/cells?${query(question)}`)),
-  rows: (id, question) => request("GET", sweep(id, `/rows?${query(question)}`)),
-  open: (id, run, tracker) => request("POST", sweep(id, `/rows/${run}/open`), tracker ? { tracker } : {}),
-  downloadAddress: (id, format) => `${ROOT}${sweep(id, `/download?format=${format}`)}`,
+  cells: (id, question) => request("GET", sweep(id, `cells?${query(question)}`)),
+  rows: (id, question) => request("GET", sweep(id, `rows?${query(question)}`)),
+  open: (id, run, tracker) => request("POST", sweep(id, `rows/${run}/open`), tracker ? { tracker } : {}),
+  downloadAddress: (id, format) => `${ROOT}${sweep(id, `download?format=${format}`)}`,
 };
 
 /**
@@ -53,7 +52,7 @@ export const sweeps = {
  * @param {{x: string, y: string}} axes
  */
 export function sweepStream(id, { x, y }) {
-  return socketAddress(sweep(id, `/stream?${query({ x, y })}`));
+  return socketAddress(sweep(id, `stream?${query({ x, y })}`));
 }
 
 /**
@@ -64,7 +63,7 @@ export function sweepStream(id, { x, y }) {
  * @param {string} [tracker]
  */
 export function runPage(id, run, tracker) {
-  return `/sweep/${encodeURIComponent(id)}/run/${run}${tracker ? `?${query({ tracker })}` : ""}`;
+  return `sweep/${encodeURIComponent(id)}/run/${run}${tracker ? `?${query({ tracker })}` : ""}`;
 }
 
 /**
@@ -73,5 +72,5 @@ export function runPage(id, run, tracker) {
  * @param {{experiment: string}|Messages.SweepCreate} body
  */
 export function newSweep(body) {
-  return `/sweep/new#${encode(body)}`;
+  return `sweep/new#${encode(body)}`;
 }

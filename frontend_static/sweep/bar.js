@@ -1,5 +1,6 @@
 /** How far a sweep is, and what can be done with it. */
 
+import { START } from "../shared/address.js";
 import { confirmLoss } from "../shared/dialog.js";
 import { fill, h } from "../shared/dom.js";
 import { count, duration } from "../shared/format.js";
@@ -85,7 +86,7 @@ function buttons(store, downloads) {
 async function remove(sweep) {
   const text = `${sweep.title} and its ${count(sweep.done, "run")} are lost for good, unless you downloaded them.`;
   if (!(await confirmLoss({ title: "Delete this sweep?", text, action: "Delete it" }))) return;
-  if ((await attempt(() => sweeps.remove(sweep.id).then(() => true))) === true) location.assign("/");
+  if ((await attempt(() => sweeps.remove(sweep.id).then(() => true))) === true) location.assign(START);
 }
 
 /** @param {SweepStore} store */

@@ -1,11 +1,11 @@
 /** Opens a run of a sweep as a session, and goes there. A page of its own, so that a plain link can open it in a tab. */
 
 import { messageOf } from "../shared/api.js";
-import { fill, h, part } from "../shared/dom.js";
+import { fill, h, lastOfAddress, part } from "../shared/dom.js";
 import { navigation } from "../shared/navigation.js";
 import { sweeps } from "./api.js";
 
-const [, sweep, , run] = location.pathname.split("/").filter(Boolean).map(decodeURIComponent);
+const [sweep, run] = [lastOfAddress(2), lastOfAddress()];
 const root = part("wait");
 
 navigation(null);
@@ -31,7 +31,7 @@ try {
       h("h2", {}, "This run could not be opened"),
       h("p", {}, messageOf(error)),
       h("button", { type: "button", class: "primary", on: { click: () => location.reload() } }, "Try again"),
-      h("a", { href: `/sweep/${encodeURIComponent(sweep)}` }, "Back to the sweep"),
+      h("a", { href: `sweep/${encodeURIComponent(sweep)}` }, "Back to the sweep"),
     ),
   );
 }

@@ -1,5 +1,6 @@
 /** The page of a sweep: finds it, follows its stream, and puts the parts together. */
 
+import { START } from "../shared/address.js";
 import { messageOf, statusOf } from "../shared/api.js";
 import { fill, h, lastOfAddress, part, setText } from "../shared/dom.js";
 import { parameterValue } from "../shared/format.js";
@@ -87,7 +88,7 @@ function listen() {
  * @param {string} message
  */
 function fail(title, message) {
-  const words = notice(title, message, { label: "Back to the experiments", href: "/" });
+  const words = notice(title, message, { label: "Back to the experiments", href: START });
   document.querySelector("main")?.replaceWith(h("main", { class: "sweep-wait", id: "content", tabindex: -1 }, words));
 }
 
@@ -105,5 +106,5 @@ function facts() {
 /** The address names what is shown, so that a link shows the same. */
 function addressOfView() {
   const query = queryOf(store.view);
-  return query.size > 0 ? `?${query}` : location.pathname;
+  return query.size > 0 ? `${location.pathname}?${query}` : location.pathname;
 }

@@ -1,5 +1,6 @@
 /** The drop zone: takes a video, a set of pictures, a table of tracks or a saved run, and shows how far the upload is. */
 
+import { here } from "../shared/address.js";
 import { api, messageOf, statusOf } from "../shared/api.js";
 import { fill, h, setText } from "../shared/dom.js";
 import { bytes } from "../shared/format.js";
@@ -156,7 +157,7 @@ export class DropZone {
    */
   async #follow(begun) {
     const { id, name } = begun;
-    history.replaceState(null, "", `#import/${id}`);
+    history.replaceState(null, "", here(`import/${id}`));
     const meter = h("progress", { max: 1, "aria-label": "Frames computed" });
     const words = h("p", { class: "hint", role: "status" }, "Waiting in the queue");
     let wanted = true;

@@ -28,5 +28,5 @@ export function addressOf({ words, show }) {
   const address = new URLSearchParams();
   if (show !== null) address.set("show", show);
   if (words.trim() !== "") address.set("q", words.trim());
-  return address.size > 0 ? `/work?${address}` : "/work";
+  return address.size > 0 ? `work?${address}` : "work";
 }

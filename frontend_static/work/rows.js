@@ -1,5 +1,6 @@
 /** One line of a list for each thing that somebody has: what it is, what came of it, and what can be done with it. */
 
+import { START } from "../shared/address.js";
 import { api } from "../shared/api.js";
 import { confirmLoss } from "../shared/dialog.js";
 import { h } from "../shared/dom.js";
@@ -104,7 +105,7 @@ export function sweepRow(sweep, again) {
  * @param {Again} again
  */
 export function uploadRow(upload, again) {
-  const page = `/#upload/${encodeURIComponent(upload.id)}`;
+  const page = `${START}#upload/${encodeURIComponent(upload.id)}`;
   const size = upload.width > 0 ? `${upload.width} × ${upload.height} px` : "";
   const facts = [upload.kind, count(upload.frames, "frame"), size, bytes(upload.size_bytes), moment(upload.created)];
   const text = `${upload.name} is deleted from this server. Sessions and saved runs of it cannot be computed any more.`;

@@ -1,5 +1,6 @@
 /** My work: running sessions, saved runs, sweeps and uploads, found by words; the address says what is looked for. */
 
+import { START } from "../shared/address.js";
 import { api, messageOf } from "../shared/api.js";
 import { fill, h, part, setText } from "../shared/dom.js";
 import { count } from "../shared/format.js";
@@ -25,22 +26,22 @@ const WORDS = {
   sessions: {
     title: "Running sessions",
     empty: "No session is running. Start one with an experiment, and it is listed here until you end it.",
-    way: ["Choose an experiment", "/"],
+    way: ["Choose an experiment", START],
   },
   runs: {
     title: "Saved runs",
     empty: "No runs are saved yet. Save one on a session's page, and it is listed here.",
-    way: ["Choose an experiment", "/"],
+    way: ["Choose an experiment", START],
   },
   sweeps: {
     title: "Sweeps",
     empty: "A sweep runs an experiment over many conditions and draws a map of where each method succeeds. None has been started yet.",
-    way: ["New sweep", "/sweep/new"],
+    way: ["New sweep", "sweep/new"],
   },
   uploads: {
     title: "Uploads",
     empty: "No recording has been uploaded yet. Drop a video on the start page to track something in it.",
-    way: ["Upload a video", "/"],
+    way: ["Upload a video", START],
   },
 };
 

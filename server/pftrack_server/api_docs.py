@@ -17,9 +17,9 @@ PAGE = """<!doctype html>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>pftrack REST interface</title>
-<link rel="icon" href="/static/shared/icon.svg" type="image/svg+xml">
-<link rel="stylesheet" href="/static/shared/palette.css">
-<link rel="stylesheet" href="/static/shared/style.css">
+<link rel="icon" href="static/shared/icon.svg" type="image/svg+xml">
+<link rel="stylesheet" href="static/shared/palette.css">
+<link rel="stylesheet" href="static/shared/style.css">
 <style>
 main {{ max-width: 60rem; margin: 0 auto; padding: 1rem; }}
 h1 {{ font-size: 1.5rem; }}
@@ -34,9 +34,9 @@ pre {{ overflow: auto; padding: .75rem; }}
 <main>
 <h1>REST interface</h1>
 <p>{description}</p>
-<p>The same for programs: <a href="/openapi.json">openapi.json</a>.
-A session's stream of messages is the websocket <code>/api/v1/sessions/{{session}}/stream</code>, a sweep's is
-<code>/api/v1/sweeps/{{sweep}}/stream?x=&amp;y=</code>.</p>
+<p>The same for programs: <a href="openapi.json">openapi.json</a>.
+A session's stream of messages is the websocket <code>api/v1/sessions/{{session}}/stream</code>, a sweep's is
+<code>api/v1/sweeps/{{sweep}}/stream?x=&amp;y=</code>.</p>
 {operations}
 <h2 id="shapes">Shapes</h2>
 {shapes}

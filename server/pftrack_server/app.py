@@ -12,6 +12,7 @@ from pftrack_server import api_docs, pages
 from pftrack_server.api import health, router, scene
 from pftrack_server.errors import ErrorBody
 from pftrack_server.follow.access import AccessGuard
+from pftrack_server.middleware.base_path import BasePath
 from pftrack_server.middleware.body_limit import BodyLimit
 from pftrack_server.middleware.errors import install
 from pftrack_server.middleware.metrics import Metrics, Stopwatch
@@ -21,7 +22,10 @@ from pftrack_server.settings import Settings
 
 __all__ = ["create_app"]
 
-DESCRIPTION = "Particle-filter tracking sessions. Every error has the shape {error: {message, field?, bound?, value?}}."
+DESCRIPTION = (
+    "Particle-filter tracking sessions. Every error has the shape {error: {message, field?, bound?, value?}}. "
+    "Addresses in answers are relative to that of the server, which may lie below a base path."
+)
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:
@@ -51,6 +55,9 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         version=pftrack.__version__,
         description=DESCRIPTION,
         lifespan=lifespan,
+        # Relative to where the description is.
+        servers=[{"url": "."}],
+        root_path_in_servers=False,
         # Swagger's page comes from elsewhere, which the policy of our pages forbids; ours works without a network.
         docs_url=None,
         redoc_url=None,
@@ -66,5 +73,6 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.add_middleware(AccessGuard)
     app.add_middleware(BodyLimit, most_bytes=settings.max_body_bytes)
     app.add_middleware(Guard, settings=settings)
+    app.add_middleware(BasePath, settings=settings)
     app.add_middleware(Stopwatch, metrics=metrics)
     return app

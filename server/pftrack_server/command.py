@@ -15,11 +15,14 @@ def serve(
     ] = None,
     port: Annotated[int | None, typer.Option(help="Port to listen on; 0 takes a free one.")] = None,
     data_dir: Annotated[Path | None, typer.Option(help="Where uploads, runs and the database live.")] = None,
+    base_path: Annotated[
+        str | None, typer.Option(help="What all addresses of the server begin with, such as /any/prefix.")
+    ] = None,
 ) -> None:
     """Serve the dashboard, and print the link to it."""
     # What is imported stays: to look for garbage on the way takes a fifth of the time, until the server has started.
     gc.disable()
     from pftrack_server.serving import run
 
-    given = {"host": host, "port": port, "data_dir": data_dir}
+    given = {"host": host, "port": port, "data_dir": data_dir, "base_path": base_path}
     run({name: value for name, value in given.items() if value is not None})

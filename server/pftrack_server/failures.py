@@ -54,7 +54,7 @@ def public(shown: Entry) -> FailurePublic:
         differences=_differences(shown),
         failing=shown.recipe(),
         cured=shown.recipe(cured=True),
-        page=f"/failures/{failure.id}",
+        page=f"failures/{failure.id}",
         previous=_neighbour(shown.number - 1),
         next=_neighbour(shown.number + 1),
     )

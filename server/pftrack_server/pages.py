@@ -1,12 +1,14 @@
 """Pages: plain files, whose content comes from the REST interface.
 
-Two things are done to a page when it is served. The names of all modules that its scripts import, directly or through
-other modules, are added: a browser then fetches them at once, instead of finding each level of imports in the level
-above. And its files are named with their version, so that a browser which has them need not ask for a hundred of them
-whether they have changed.
+Three things are done to a page when it is served. It is told where the server is, as its `<base>`, since all addresses
+in pages and scripts are relative to that. The names of all modules that its scripts import, directly or through other
+modules, are added: a browser then fetches them at once, instead of finding each level of imports in the level above.
+And its files are named with their version, so that a browser which has them need not ask for a hundred of them whether
+they have changed.
 """
 
 import hashlib
+import html
 import re
 from functools import lru_cache
 from http import HTTPStatus
@@ -17,18 +19,19 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import Scope
 
 from pftrack_server.api.dependencies import AFollower, TheLessons
+from pftrack_server.base_path import address_of
 from pftrack_server.errors import NotFoundError
-from pftrack_server.follow.participant import Participant, participant_of
+from pftrack_server.follow.participant import participant_of
 from pftrack_server.frontend import FRONTEND
 
 __all__ = ["install"]
 
-STATIC = "/static/"
+STATIC = "static/"
 YEAR_S = 365 * 24 * 3600
 VERSIONS: set[str] = set()
 """Those of the pages that were served: one, unless somebody works at them meanwhile."""
-SCRIPT = re.compile(r'<script type="module"[^>]* src="/static/([^"]+)"')
-IMPORT = re.compile(r'^(?:import|export)\b[^"\';]*?\s*["\'](\.[^"\']+)["\'];', re.MULTILINE)
+SCRIPT = re.compile(r'<script type="module"[^>]* src="static/([^"]+)"')
+IMPORT = re.compile(r'^(?:import|(?:import|export)\b[^"\';]*?\bfrom)\s*["\'](\.[^"\']+)["\'];', re.MULTILINE)
 
 router = APIRouter(include_in_schema=False)
 
@@ -45,27 +48,27 @@ class Files(StaticFiles):
 
 
 @router.get("/")
-async def gallery() -> Response:
+async def gallery(request: Request) -> Response:
     """Return the start page: where to begin, and all experiments."""
-    return _page("gallery/gallery.html")
+    return _page(request, "gallery/gallery.html")
 
 
 @router.get("/work")
-async def work() -> Response:
+async def work(request: Request) -> Response:
     """Return the page of one's own sessions, runs, sweeps and uploads."""
-    return _page("work/work.html")
+    return _page(request, "work/work.html")
 
 
 @router.get("/references")
-async def references() -> Response:
+async def references(request: Request) -> Response:
     """Return the page of what the experiments come from."""
-    return _page("references/references.html")
+    return _page(request, "references/references.html")
 
 
 @router.get("/learn")
-async def learn() -> Response:
+async def learn(request: Request) -> Response:
     """Return the overview of the lessons."""
-    return _page("learn/learn.html")
+    return _page(request, "learn/learn.html")
 
 
 @router.get("/learn/{lesson}")
@@ -74,64 +77,63 @@ async def lesson(request: Request, lesson: str, lessons: TheLessons) -> Response
     try:
         found = await lessons.get(lesson)
     except NotFoundError as error:
-        return _page("learn/lesson.html", error.status)
-    return (
-        _page("learn/lesson.html", participant=participant_of(request.scope))
-        if found.id == lesson
-        else RedirectResponse(f"/learn/{found.id}")
-    )
+        return _page(request, "learn/lesson.html", error.status)
+    if found.id != lesson:
+        return RedirectResponse(address_of(request.scope, f"learn/{found.id}"))
+    return _page(request, "learn/lesson.html")
 
 
 @router.get("/failures")
-async def failures() -> Response:
+async def failures(request: Request) -> Response:
     """Return the gallery of failures."""
-    return _page("failures/failures.html")
+    return _page(request, "failures/failures.html")
 
 
 @router.get("/failures/{failure}")
-async def failure(failure: str) -> Response:
+async def failure(request: Request, failure: str) -> Response:
     """Return the page of a failure, which finds out by itself whether there is one."""
     del failure
-    return _page("failures/failure.html")
+    return _page(request, "failures/failure.html")
 
 
 @router.get("/compare")
-async def compare() -> Response:
+async def compare(request: Request) -> Response:
     """Return the page on which runs stand beside each other."""
-    return _page("compare/compare.html")
+    return _page(request, "compare/compare.html")
 
 
 @router.get("/session/{session}")
 async def session(request: Request, session: str) -> Response:
     """Return the page of a session, which finds out by itself whether there is one."""
     del session
-    return _page("session/session.html", participant=participant_of(request.scope))
+    return _page(request, "session/session.html")
 
 
 @router.get("/follow")
-async def follow(participant: AFollower) -> Response:
+async def follow(request: Request, participant: AFollower) -> Response:
     """Return the page of those who follow."""
-    return _page("follow/follow.html", participant=participant)
+    del participant  # there is one, which is all that had to be known
+    return _page(request, "follow/follow.html")
 
 
 @router.get("/sweep/new")
-async def new_sweep() -> Response:
+async def new_sweep(request: Request) -> Response:
     """Return the form of a new sweep."""
-    return _page("sweep/new.html")
+    return _page(request, "sweep/new.html")
 
 
 @router.get("/sweep/{sweep}")
-async def sweep(sweep: str) -> Response:
+async def sweep(request: Request, sweep: str) -> Response:
     """Return the page of a sweep, which finds out by itself whether there is one."""
     del sweep
-    return _page("sweep/sweep.html")
+    return _page(request, "sweep/sweep.html")
 
 
 @router.get("/sweep/{sweep}/run/{run}")
-async def sweep_run(sweep: str, run: str) -> Response:
+async def sweep_run(request: Request, sweep: str, run: str) -> Response:
     """Return the page that opens a run of a sweep as a session."""
     del sweep, run
-    return _page("sweep/run.html")
+    return _page(request, "sweep/run.html")
 
 
 def install(app: FastAPI) -> None:
@@ -151,14 +153,13 @@ def _version() -> str:
     return name
 
 
-def _page(name: str, status: int = HTTPStatus.OK, *, participant: Participant | None = None) -> Response:
-    prefix = participant.prefix if participant else ""
+def _page(request: Request, name: str, status: int = HTTPStatus.OK) -> Response:
     text = (FRONTEND / name).read_text(encoding="utf-8")
+    base = f'<base href="{html.escape(address_of(request.scope))}">\n'
     links = "".join(f'<link rel="modulepreload" href="{STATIC}{module}">\n' for module in _modules(name))
-    text = text.replace("</head>", f"{links}</head>", 1).replace(
-        f'"{STATIC}', f'"{prefix}{STATIC}version/{_version()}/'
-    )
-    if participant:
+    text = text.replace("<head>\n", f"<head>\n{base}", 1).replace("</head>", f"{links}</head>", 1)
+    text = text.replace(f'"{STATIC}', f'"{STATIC}version/{_version()}/')
+    if participant := participant_of(request.scope):
         about = f'data-role="{participant.claim.role}" data-class="{participant.claim.follow}"'
         text = text.replace("<html ", f"<html {about} ", 1)
     return HTMLResponse(text, status, headers={"Cache-Control": "no-cache"})

@@ -10,8 +10,10 @@ from pathlib import Path
 from typing import Annotated, Self
 from urllib.parse import urlencode
 
-from pydantic import Field, SecretStr, field_validator, model_validator
+from pydantic import Field, SecretStr, ValidationInfo, field_validator, model_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
+
+from pftrack_server.base_path import encode_path, read_base_path
 
 __all__ = ["Settings", "is_loopback"]
 
@@ -35,6 +37,10 @@ class Settings(BaseSettings):
     token: SecretStr | None = Field(None, description="Password of the link; made at start where one is needed.")
     allowed_hosts: Annotated[tuple[str, ...], NoDecode] = Field(
         (), description="Further names under which browsers may reach the server, with commas between."
+    )
+    base_path: str = Field("", description="What all addresses of the server begin with, such as /any/prefix.")
+    trusted_proxies: Annotated[tuple[str, ...], NoDecode] = Field(
+        (), description="Addresses and networks of proxies whose X-Forwarded headers count, with commas between."
     )
 
     max_sessions: int = Field(24, ge=1, le=1000, description="Sessions with a live worker at one time.")
@@ -73,15 +79,32 @@ class Settings(BaseSettings):
     max_sweeps_bytes: int = Field(2048 * MEBIBYTE, ge=MEBIBYTE, description="Disk space of all sweeps together.")
     sweep_jobs: int = Field(default_factory=_processors, ge=1, le=256, description="Processes of one sweep.")
 
-    @field_validator("allowed_hosts", mode="before")
+    @field_validator("allowed_hosts", "trusted_proxies", mode="before")
     @classmethod
-    def _split_names(cls, value: object) -> object:
+    def _split_names(cls, value: object, info: ValidationInfo) -> object:
         """Read names with commas between."""
         if not isinstance(value, str):
             return value
         if '"' in value:
-            raise ValueError("allowed_hosts must be names with commas between, without quotes")
+            raise ValueError(f"{info.field_name} must be names with commas between, without quotes")
         return tuple(name.strip() for name in value.split(",") if name.strip())
+
+    @field_validator("trusted_proxies")
+    @classmethod
+    def _check_networks(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        for proxy in value:
+            try:
+                ipaddress.ip_network(proxy)
+            except ValueError:
+                raise ValueError(
+                    f"a proxy is named by its address or network, as in 127.0.0.1 or 10.0.0.0/8; got {proxy!r}"
+                ) from None
+        return value
+
+    @field_validator("base_path")
+    @classmethod
+    def _decode_path(cls, value: str) -> str:
+        return read_base_path(value)
 
     @field_validator("data_dir")
     @classmethod
@@ -121,7 +144,7 @@ class Settings(BaseSettings):
         everywhere = self.host in {"0.0.0.0", "::", ""}  # noqa: S104 - compared, not bound
         name = "localhost" if everywhere else f"[{self.host}]" if ":" in self.host else self.host
         query = f"?{urlencode({'token': self.token.get_secret_value()})}" if self.token else ""
-        return f"http://{name}:{port}/{query}"
+        return f"http://{name}:{port}{encode_path(self.base_path)}/{query}"
 
 
 def is_loopback(host: str) -> bool:

@@ -101,7 +101,9 @@ def contexts(chromium: Any) -> Iterator[Callable[[Server], Any]]:
 
     @cache
     def context(server: Server) -> Any:
-        made = chromium.new_context(viewport={"width": 1280, "height": 800}, base_url=server.url, color_scheme="light")
+        made = chromium.new_context(
+            viewport={"width": 1280, "height": 800}, base_url=f"{server.url}/", color_scheme="light"
+        )
         made.set_default_timeout(60_000)
         made.add_init_script(FRUGAL)
         made.new_page()  # stays open: another one for each test to be cleared from would be another process
@@ -118,7 +120,7 @@ def unchosen(
     """A page of 1280 x 800, of somebody who has chosen nothing yet; at the end its console has to be clean."""
     context = contexts(server)
     if server.token:
-        context.request.get("/", params={"token": server.token})  # trades it for a cookie
+        context.request.get("./", params={"token": server.token})  # trades it for a cookie
     page = context.new_page()
     page.on("pageerror", lambda error: complaints.hear(str(error)))
     page.on("console", lambda line: complaints.hear(line.text) if line.type == "error" else None)
@@ -128,7 +130,7 @@ def unchosen(
     for each in opened:
         each.close()
     chosen = context.new_cdp_session(first)
-    chosen.send("Storage.clearDataForOrigin", {"origin": server.url, "storageTypes": "cookies,local_storage"})
+    chosen.send("Storage.clearDataForOrigin", {"origin": server.origin, "storageTypes": "cookies,local_storage"})
     chosen.detach()
     server.end_sessions()
     assert complaints.unexpected == []
@@ -143,23 +145,23 @@ def page(unchosen: Any, request: pytest.FixtureRequest) -> Any:
 
 
 # What the pages share, and no script of theirs.
-BARE = """<head><title>Bare</title><link rel="stylesheet" href="/static/shared/palette.css">
-<link rel="stylesheet" href="/static/shared/style.css">
-<link rel="stylesheet" href="/static/session/session.css"></head><body><main></main></body>"""
+BARE = """<head><title>Bare</title><link rel="stylesheet" href="static/shared/palette.css">
+<link rel="stylesheet" href="static/shared/style.css">
+<link rel="stylesheet" href="static/session/session.css"></head><body><main></main></body>"""
 
 
 @pytest.fixture
 def bare(page: Any) -> Any:
     """A page of the server with its styles and no script: whatever happens there is the work of what a test loads."""
     page.route("**/favicon.ico", lambda route: route.fulfill(status=204))
-    page.goto("/healthz")
+    page.goto("healthz")
     page.evaluate("(text) => (document.documentElement.innerHTML = text)", BARE)
     return page
 
 
 @pytest.fixture
 def gallery(page: Any) -> Gallery:
-    page.goto("/")
+    page.goto("./")
     return Gallery(page)
 
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import httpx
 import psutil
@@ -31,6 +32,7 @@ class Server:
         inherited = environment(installed) if installed else os.environ
         self._environment = {**inherited, "PYTHONUNBUFFERED": "1", **variables}
         self._port = 0
+        self.base = ""
         self._born: dict[str, set[int]] = {}
         self._process: subprocess.Popen[str] | None = None
         # Without certificates, which take 20 ms to read; and no connection outlives the server, which may be restarted.
@@ -44,8 +46,12 @@ class Server:
         self.start()
 
     @property
-    def url(self) -> str:
+    def origin(self) -> str:
         return f"http://127.0.0.1:{self._port}"
+
+    @property
+    def url(self) -> str:
+        return self.origin + self.base
 
     def start(self) -> None:
         """Start and wait until the link is printed."""
@@ -58,7 +64,9 @@ class Server:
         if "http://" not in line:
             self.stop()
             raise AssertionError(f"the server did not start: {self.log.read_text()[-2000:]}")
-        self._port = int(line.rsplit(":", 1)[1].split("/")[0])
+        link = urlsplit(line.split()[-1])
+        self._port = link.port or 0
+        self.base = link.path.rstrip("/")
         until(lambda: self._http.get(f"{self.url}/healthz").is_success, "the server answers", START_S)
 
     def command(self) -> list[str]:

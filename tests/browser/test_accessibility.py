@@ -23,7 +23,7 @@ def test_the_start_page(gallery: Gallery) -> None:
     check(gallery.page)
 
 
-@pytest.mark.parametrize("path", ["/references", "/sweep/new", "/sweep/0123456789abcdef", "/session/0123456789abcdef"])
+@pytest.mark.parametrize("path", ["references", "sweep/new", "sweep/0123456789abcdef", "session/0123456789abcdef"])
 def test_a_page_that_needs_nothing(page: Any, path: str, complaints: Any) -> None:
     """References, the form of a sweep, and what is said where there is nothing."""
     complaints.expected = ("404",)
@@ -36,7 +36,7 @@ def test_a_page_that_needs_nothing(page: Any, path: str, complaints: Any) -> Non
 def test_my_work(page: Any, server: Server) -> None:
     """A session, a saved run and empty lists."""
     server.post("runs", {"session": server.start_session()["id"]})
-    page.goto("/work")
+    page.goto("work")
     page.locator("[data-run]").first.wait_for()
     check(page)
     fits(page)
@@ -94,12 +94,12 @@ def test_the_form_of_an_upload(gallery: Gallery) -> None:
 
 def test_the_course_and_a_lesson(page: Any) -> None:
     """All lessons, and one of them with its figure and its question; also presented."""
-    page.goto("/learn")
+    page.goto("learn")
     page.locator(".lesson-card").first.wait_for()
     check(page)
     fits(page)
     page.set_viewport_size({"width": 1280, "height": 800})
-    page.goto("/learn/bayes")
+    page.goto("learn/bayes")
     page.get_by_role("button", name="Show", exact=True).wait_for()
     check(page)
     page.keyboard.press("f")

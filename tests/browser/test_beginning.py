@@ -12,7 +12,7 @@ from tests.browser.views import PARTICLES, Gallery, SessionPage
 
 pytestmark = pytest.mark.scene
 
-VERSIONED = re.compile(r"^/static/version/\w+/")
+VERSIONED = re.compile(r"^.*/static/version/\w+/")
 PAGES = Path(__file__).parents[2] / "frontend_static"
 
 PLACES = "[...document.querySelectorAll('.plot, .deck')].map((it) => it.getBoundingClientRect().toJSON())"

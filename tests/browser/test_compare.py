@@ -61,7 +61,7 @@ class ComparePage(View):
 
 def link(*runs: dict[str, Any], **more: Any) -> str:
     content = json.dumps({"runs": [{"recipe": run} for run in runs], **more}).encode()
-    return "/compare#" + base64.urlsafe_b64encode(content).decode().rstrip("=")
+    return "compare#" + base64.urlsafe_b64encode(content).decode().rstrip("=")
 
 
 def ball(tracker: str = "h-spf", **more: Any) -> dict[str, Any]:
@@ -77,7 +77,7 @@ def shown(page: Any) -> ComparePage:
 def elsewhere(contexts: Callable[[Server], Any], beside_others: Server) -> Iterator[ComparePage]:
     """A browser at another server, which has none of the first one's sessions and runs."""
     context = contexts(beside_others)
-    context.request.get("/", params={"token": beside_others.token})
+    context.request.get("./", params={"token": beside_others.token})
     page = context.new_page()
     yield ComparePage(page)
     page.close()
@@ -118,7 +118,7 @@ def test_a_branch_is_compared_with_its_run(
     address = page.url
     page.goto("about:blank")
     shown.until(lambda: [it["id"] for it in server.get("sessions")] == [own], "the page's own sessions have ended")
-    elsewhere.page.goto(address.replace(server.url, ""))
+    elsewhere.page.goto(address.removeprefix(f"{server.url}/"))
     elsewhere.ready(2)
     assert elsewhere.first_difference == 21
     assert elsewhere.row("Tracker") == [f"{before}, Condensation from frame 21 on", before]
@@ -128,7 +128,7 @@ def test_saved_runs_are_chosen_in_my_work(shown: ComparePage, server: Server) ->
     """Two boxes lead to both; their trackers are what differs."""
     page = shown.page
     saved = [save(server, tracker) for tracker in ("h-spf", "apf")]
-    page.goto("/work?show=runs")
+    page.goto("work?show=runs")
     for run in saved:
         page.locator(f"[data-run='{run}'] input").click()
     page.get_by_role("link", name="Compare 2 runs").click()
@@ -143,11 +143,11 @@ def test_what_cannot_be_compared_is_said(shown: ComparePage, complaints: Complai
     page = shown.page
     five = [ball() for _ in range(5)]
     for address, said in (
-        ("/compare", "Compare a session with its branches"),
-        ("/compare#eyJydW5zI", "The link is damaged"),
+        ("compare", "Compare a session with its branches"),
+        ("compare#eyJydW5zI", "The link is damaged"),
         (link(*five), "Expected two to four runs to compare, got 5"),
         (link(ball(), {"experiment": "sine"}), "compare runs whose errors have one unit"),
-        ("/compare?runs=0123456789abcdef,0123456789abcdef", "There is no saved run"),
+        ("compare?runs=0123456789abcdef,0123456789abcdef", "There is no saved run"),
     ):
         page.goto("about:blank")
         page.goto(address)

@@ -48,7 +48,7 @@ def failure(page: Any) -> FailurePage:
 def test_failure_three_is_found_in_the_gallery(failure: FailurePage) -> None:
     """The gallery has ten by kind, with their numbers and the errors of both runs; the third leads to its page."""
     page = failure.page
-    page.goto("/failures")
+    page.goto("failures")
     failure.until(lambda: page.locator(".failure-card").count() == 10, "all ten are there")
     assert page.locator("section h2").count() == 4
     assert page.locator("h1").bounding_box()["width"] <= 1, "the navigation says where one is, nothing says it twice"
@@ -68,7 +68,7 @@ def test_failure_three_is_found_in_the_gallery(failure: FailurePage) -> None:
 def test_a_failure_and_its_cure_are_watched_in_step(failure: FailurePage, server: Server) -> None:
     """By its number it opens at the frame before; one frame on the one is lost and the other not, and both say why."""
     page = failure.page
-    page.goto("/failures/4")
+    page.goto("failures/4")
     failure.ready()
     assert page.url.endswith("/failures/wrong-dynamics")
     failure.stand_at(6)
@@ -100,7 +100,7 @@ def test_a_failure_and_its_cure_are_watched_in_step(failure: FailurePage, server
     assert all(sizes[width] == "below" for width in WIDTHS)
 
     assert len(server.get("sessions")) == 2
-    page.goto("/failures")
+    page.goto("failures")
     failure.until(lambda: server.get("sessions") == [], "both sessions have ended with the page")
 
 
@@ -116,7 +116,7 @@ def shape(failure: FailurePage, width: int) -> str:
 def test_a_run_opens_as_a_session_of_its_own(failure: FailurePage, server: Server) -> None:
     """The link of either run starts a session at the frame before, which stays when the failure's page is left."""
     page = failure.page
-    page.goto("/failures/wrong-dynamics")
+    page.goto("failures/wrong-dynamics")
     failure.ready()
     page.locator("[data-side=cured]").get_by_role("link", name="Open as a session").click()
     page.wait_for_url(lambda url: "/session/" in url and "/session/new" not in url)
@@ -130,12 +130,12 @@ def test_an_unknown_failure_leads_to_all(failure: FailurePage, complaints: Compl
     """What is not there is said in words, with the way to those that are."""
     complaints.expected = ("status of 404",)
     page = failure.page
-    page.goto("/failures/of-my-own")
+    page.goto("failures/of-my-own")
     failure.until(lambda: page.locator(".notice").count() == 1, "it is said")
     words = page.inner_text(".notice")
     assert "There is no such failure" in words
     assert "there are 10" in words
-    assert page.get_by_role("link", name="All failures").get_attribute("href") == "/failures"
+    assert page.get_by_role("link", name="All failures").get_attribute("href") == "failures"
 
 
 def test_a_full_server_is_said_and_nothing_is_left(
@@ -145,7 +145,7 @@ def test_a_full_server_is_said_and_nothing_is_left(
     complaints.expected = ("status of 503",)
     page = failure.page
     others = {each["id"] for each in fill(free=1)}
-    page.goto("/failures/4")
+    page.goto("failures/4")
     failure.until(lambda: "places are taken" in page.inner_text("main"), "it is said")
     page.goto("about:blank")
     failure.until(lambda: {it["id"] for it in server.get("sessions")} == others, "what was started has ended")

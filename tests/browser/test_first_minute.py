@@ -52,7 +52,7 @@ def test_three_clicks_lead_to_a_loss_and_its_reason(gallery: Gallery, server: Se
     assert "tour" not in page.url
     page.keyboard.press("?")
     page.locator("dialog [data-role=tour]").wait_for()
-    page.goto("/")
+    page.goto("./")
     page.get_by_text("Take the guided tour again").wait_for()
 
 
@@ -89,10 +89,10 @@ def test_the_tour_waits_for_a_place(
     """On a full server the page says so and where sessions can be ended, and the tour begins when there is room."""
     complaints.expected = ("503",)
     taken = fill()
-    page.goto("/")
+    page.goto("./")
     page.locator("[data-role=tour]").click()
     page.get_by_text(f"All {len(taken)} places are taken").wait_for()
-    assert page.get_by_role("link", name="Running sessions").get_attribute("href") == "/work?show=sessions"
+    assert page.get_by_role("link", name="Running sessions").get_attribute("href") == "work?show=sessions"
     server.delete(f"sessions/{taken[0]['id']}")
     TourPage(page, server).note("A tracker at work")
 
@@ -100,7 +100,7 @@ def test_the_tour_waits_for_a_place(
 def test_my_work_is_found_by_words(page: Any, server: Server) -> None:
     """What is typed is looked for and stands in the address; other kinds are a step that one may go back."""
     ball, sine = server.start_session(seed=8), server.start_session(experiment="sine", seed=8)
-    page.goto("/work")
+    page.goto("work")
     work = View(page)
     here = lambda session: page.locator(f"[data-session='{session['id']}']")  # noqa: E731 - one line of reading
     here(ball).wait_for()
@@ -116,7 +116,7 @@ def test_my_work_is_found_by_words(page: Any, server: Server) -> None:
     page.get_by_label("Search my work").fill("no such thing")
     page.get_by_role("button", name="Clear the search").click()
     here(ball).wait_for()
-    page.goto("/work?show=sessions&q=occluder")
+    page.goto("work?show=sessions&q=occluder")
     here(ball).wait_for()
     assert here(sine).count() == 0
     assert page.locator("[data-part=runs]").count() == 0
@@ -125,7 +125,7 @@ def test_my_work_is_found_by_words(page: Any, server: Server) -> None:
 def test_an_old_address_of_a_run_leads_to_my_work(page: Any, server: Server) -> None:
     """Saved runs stood on the start page."""
     run = server.post("runs", {"session": server.start_session()["id"]})
-    page.goto(f"/#run-{run['id']}")
+    page.goto(f"./#run-{run['id']}")
     page.wait_for_url(f"**{run['page']}")
     page.locator(f"[data-run='{run['id']}']").wait_for()
 

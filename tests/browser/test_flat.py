@@ -52,7 +52,7 @@ FILLED = """(() => {
     return Math.max(width / clientWidth, height / clientHeight);
 })()"""
 TWO = """async (session) => {
-    const { mount } = await import('/static/session/flat/mount.js');
+    const { mount } = await import('./static/session/flat/mount.js');
     const main = document.querySelector('main');
     main.innerHTML = '<div id="a" style="height: 300px"></div><div id="b" style="height: 200px"></div>';
     window.ends = ['a', 'b'].map((id) => mount(document.getElementById(id), { session }));
@@ -251,8 +251,8 @@ def test_what_is_pointed_at_is_named(look: Look) -> None:
     canvas = view.page.locator(".flat-canvas")
     nose = view.page.evaluate(
         """async (session) => {
-            const { receiveDrawings } = await import('/static/session/flat/stream.js');
-            const { decode } = await import('/static/session/flat/decode.js');
+            const { receiveDrawings } = await import('./static/session/flat/stream.js');
+            const { decode } = await import('./static/session/flat/decode.js');
             const drawing = await new Promise((done) => {
                 const end = new AbortController();
                 const heard = (message) => (done(decode(message)), end.abort());

@@ -43,7 +43,7 @@ PURE = np.array([[BLUE]], np.uint8)
 # Paints a message on a canvas of its own and returns it as PNG.
 PAINT = """async ([message, scale, hidden, side]) => {
     const [{ decode }, { paint }, { Pictures }, { paintWorld }] = await Promise.all(
-        ['decode', 'paint', 'pictures', 'world_view'].map((name) => import(`/static/session/flat/${name}.js`)));
+        ['decode', 'paint', 'pictures', 'world_view'].map((name) => import(`./static/session/flat/${name}.js`)));
     const drawing = decode(Uint8Array.from(atob(message), (letter) => letter.charCodeAt(0)).buffer);
     const bitmaps = await new Pictures().of(drawing, 1);
     const canvas = document.createElement('canvas');
@@ -60,8 +60,8 @@ PAINT = """async ([message, scale, hidden, side]) => {
 @pytest.fixture(scope="module")
 def paint(chromium: Any, server: Server) -> Iterator[Paint]:
     """Paint a drawing as the page does, or a world from a side: (rows, columns, 3) RGB."""
-    page = chromium.new_page(base_url=server.url)
-    page.goto("/")
+    page = chromium.new_page(base_url=f"{server.url}/")
+    page.goto("./")
 
     def painted(
         drawn: Drawing | WorldDrawing,

@@ -60,7 +60,7 @@ def test_a_hand_that_one_hypothesis_loses_is_kept_by_four_and_the_tree_shows_eac
     lost = SessionPage(page, server).ready()
     to_the_end(lost, server)
     lost.until(lambda: lost.verdict == "lost since 21", "the turn is lost")
-    page.goto("/")
+    page.goto("./")
     gallery.preset("hand", "wrist")
     kept = SessionPage(page, server).ready()
     to_the_end(kept, server)

@@ -243,7 +243,7 @@ def test_the_switch_goes_through_light_and_dark_and_is_kept(gallery: Gallery) ->
 
 def test_the_references_are_readable_at_any_width(page: Any) -> None:
     """The page of references has its title, and every citation within the page."""
-    page.goto("/references")
+    page.goto("references")
     page.get_by_role("button", name="Copy").first.wait_for()
     names = [button.get_attribute("aria-label") for button in page.get_by_role("button", name="Copy").all()]
     assert len(set(names)) == len(names)

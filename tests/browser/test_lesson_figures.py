@@ -12,16 +12,16 @@ from tests.browser.host import Server
 from tests.browser.lesson_figures import DENSITIES, EVERY, HEAT, RED, SCENE, cloud
 from tests.browser.views import View
 
-BARE = """<head><title>Figures</title><link rel="stylesheet" href="/static/shared/palette.css">
-<link rel="stylesheet" href="/static/shared/style.css">
-<link rel="stylesheet" href="/static/shared/figure/figure.css"></head>
+BARE = """<head><title>Figures</title><link rel="stylesheet" href="static/shared/palette.css">
+<link rel="stylesheet" href="static/shared/style.css">
+<link rel="stylesheet" href="static/shared/figure/figure.css"></head>
 <body><header class="visually-hidden"><h1>Lesson</h1><h2>Figures</h2></header>
 <main style="height: 560px"></main></body>"""
 
 START = """async (text) => {
     Object.assign(document.documentElement, { lang: 'en', innerHTML: text });
     const loaded = [...document.querySelectorAll('link')].map((link) => new Promise((done) => (link.onload = done)));
-    const { FigureView } = await import('/static/shared/figure/figure.js');
+    const { FigureView } = await import('./static/shared/figure/figure.js');
     await Promise.all(loaded);
     const z = { title: 'Measured', unit: 'm', minimum: -3, maximum: 3, step: 0.5 };
     const on = {
@@ -94,10 +94,10 @@ def _shares(panel: Panel, x: float, y: float) -> tuple[float, float]:
 
 @pytest.fixture(scope="module")
 def opened(chromium: Any, server: Server) -> Iterator[Any]:
-    context = chromium.new_context(viewport={"width": 900, "height": 600}, base_url=server.url, has_touch=True)
+    context = chromium.new_context(viewport={"width": 900, "height": 600}, base_url=f"{server.url}/", has_touch=True)
     page = context.new_page()
     page.route("**/favicon.ico", lambda route: route.fulfill(status=204))
-    page.goto("/healthz")
+    page.goto("healthz")
     yield page
     context.close()
 
@@ -329,7 +329,7 @@ def test_it_leaves_nothing_behind(figures: FigurePage) -> None:
     """With its signal the figure goes, and its tooltip."""
     gone = figures.page.evaluate(
         """async (shown) => {
-            const { FigureView } = await import('/static/shared/figure/figure.js');
+            const { FigureView } = await import('./static/shared/figure/figure.js');
             const [end, place] = [new AbortController(), document.createElement('div')];
             const before = document.querySelectorAll('.tooltip').length;
             document.querySelector('main').append(place);

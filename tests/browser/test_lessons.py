@@ -39,7 +39,7 @@ class LessonPage(View):
     """The page of a lesson."""
 
     def open(self, lesson: str) -> "LessonPage":
-        self.page.goto(f"/learn/{lesson}")
+        self.page.goto(f"learn/{lesson}")
         self.until(lambda: self.stage is not None, "the question, or what came of it, is there")
         return self
 
@@ -121,7 +121,7 @@ def test_lesson_nine_is_answered_wrongly_and_then_rightly(lesson: LessonPage, co
     lesson.page.reload()
     lesson.until(lambda: lesson.stage == "right", "the answer is still known")
     assert "1 of 12 done" in lesson.page.inner_text("[data-part=progress]")
-    lesson.page.goto("/learn")
+    lesson.page.goto("learn")
     card = lesson.page.locator("[data-lesson=sir]")
     card.wait_for()
     assert "answered rightly" in card.inner_text()
@@ -205,9 +205,9 @@ def test_a_prediction_is_placed_in_the_figure(lesson: LessonPage) -> None:
 def test_a_store_of_another_version_is_taken_up(lesson: LessonPage, stored: object, remark: str) -> None:
     """What can be read of it counts, the rest is left aside, and a sentence says so."""
     text = stored if isinstance(stored, str) else json.dumps(stored)
-    lesson.page.goto("/healthz")
+    lesson.page.goto("healthz")
     lesson.page.evaluate(f"(text) => {{ {STORE} = text; }}", text)
-    lesson.page.goto("/learn")
+    lesson.page.goto("learn")
     lesson.page.locator(".learn .note").wait_for()
     assert remark in lesson.page.inner_text(".learn .note")
     assert ("answered rightly" in lesson.page.inner_text("[data-lesson=sir]")) == (not isinstance(stored, str))
@@ -231,7 +231,7 @@ def test_a_full_store_is_no_error(lesson: LessonPage) -> None:
 
 def test_a_broken_file_is_told_with_its_line(lesson: LessonPage, broken: Path) -> None:
     """The overview names file and line; all lessons of the course are there."""
-    lesson.page.goto("/learn")
+    lesson.page.goto("learn")
     problems = lesson.page.locator(".learn-problems")
     problems.wait_for()
     assert "mistaken.md, line 4" in problems.inner_text()
@@ -242,7 +242,7 @@ def test_a_broken_file_is_told_with_its_line(lesson: LessonPage, broken: Path) -
 def test_an_unknown_lesson_has_a_way_back(lesson: LessonPage, complaints: Complaints) -> None:
     """The page says that there is none, and which there are."""
     complaints.expected = ("404",)
-    answer = lesson.page.goto("/learn/alchemy")
+    answer = lesson.page.goto("learn/alchemy")
     assert answer.status == 404
     lesson.page.locator(".notice").wait_for()
     assert "There is no such lesson" in lesson.page.inner_text(".notice")
@@ -312,7 +312,7 @@ def test_a_scenario_mounts_a_session_of_which_some_is_unlocked(lesson: LessonPag
     height = "document.querySelector('.flat-canvas').clientHeight"
     lesson.until(lambda: lesson.page.evaluate(f"innerWidth === 390 && {height} > 150"), "its picture has room")
 
-    lesson.page.goto("/learn")
+    lesson.page.goto("learn")
     lesson.until(
         lambda: started["id"] not in {session["id"] for session in server.get("sessions")}, "the session has ended"
     )

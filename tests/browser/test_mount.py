@@ -66,8 +66,8 @@ PLACES = """() => {
     main.innerHTML = '<div id="a"></div><div id="b"></div>';
 }"""
 MOUNT = """async ([place, options, shared]) => {
-    const { mount } = await import("/static/session/mount.js");
-    const { Clock } = await import("/static/session/clock.js");
+    const { mount } = await import("./static/session/mount.js");
+    const { Clock } = await import("./static/session/clock.js");
     if (shared) options.clock = window.clock ??= new Clock();
     (window.mounted ??= {})[place] = mount(document.getElementById(place), options);
 }"""

@@ -132,7 +132,7 @@ def test_a_saved_run_and_a_link_bring_the_same_numbers_back(page: Any, server: S
     other.get_by_role("heading", name="Experiments").wait_for()
     context.close()
 
-    page.goto("/work")
+    page.goto("work")
     page.locator("[data-run]").first.locator("button:has-text('Open')").click()
     reopened = ready(page, server)
     server.seek(reopened.id, 50)
@@ -194,7 +194,7 @@ def test_its_mark_is_made_on_an_upload(gallery: Gallery, server: Server, clip: b
 
 def test_its_sweep_is_drawn_and_leads_to_a_run(page: Any, server: Server) -> None:
     """The form is filled with its own example; the map is complete; a row opens as that very run."""
-    page.goto("/")
+    page.goto("./")
     page.locator(f"[data-experiment={NAME}] >> text=Sweep over conditions").click()
     form = View(page)
     form.until(lambda: "40 runs" in page.inner_text(".plan-size"), "the form holds five conditions, two methods")

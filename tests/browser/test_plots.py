@@ -21,7 +21,7 @@ HEAD = find("head")
 UNMEASURED = ("own_share", "shape_error", "free_energy")
 """Plots of the head that only a growing face has numbers for."""
 LIMITS = """async ([extent, smallest]) => {
-    const { enclose } = await import("/static/session/plots/limits.js");
+    const { enclose } = await import("./static/session/plots/limits.js");
     return enclose(extent, smallest);
 }"""
 CUT_OFF = "(title) => title.scrollWidth > title.clientWidth"

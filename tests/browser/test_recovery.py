@@ -41,7 +41,7 @@ def test_a_killed_worker_is_reported_and_restarts_where_it_was(
 def test_a_session_that_is_gone_is_said_to_be(page: Any, complaints: Complaints) -> None:
     """A link to a session that does not exist leads back to the gallery."""
     complaints.expected = ("the server responded with a status of 404",)
-    page.goto("/session/0123456789abcdef")
+    page.goto("session/0123456789abcdef")
     page.locator(".notice").wait_for()
     assert "There is no such session" in page.inner_text(".notice")
     page.click("text=Back to the experiments")
@@ -50,7 +50,7 @@ def test_a_session_that_is_gone_is_said_to_be(page: Any, complaints: Complaints)
 
 def test_a_broken_link_says_what_it_must_hold(page: Any) -> None:
     """A share link that was cut in the mail is no blank page."""
-    page.goto("/session/new#eyJicm9rZW4")
+    page.goto("session/new#eyJicm9rZW4")
     page.locator(".notice").wait_for()
     assert "must hold an experiment" in page.inner_text(".notice")
 
@@ -113,7 +113,7 @@ def test_a_restarted_server_is_found_again(view: str, server: Server, unchosen: 
 def test_without_a_session_nothing_can_be_pressed(page: Any, complaints: Complaints) -> None:
     """Where there is no session the transport and the tools are switched off, and no empty plots are drawn."""
     complaints.expected = ("the server responded with a status of 404",)
-    page.goto("/session/0123456789abcdef")
+    page.goto("session/0123456789abcdef")
     page.locator(".notice").wait_for()
     enabled = page.locator(".transport .group button:enabled")
     View(page).until(lambda: enabled.count() == 0, "the transport is switched off")

@@ -72,14 +72,14 @@ def test_a_saved_run_is_listed_opened_and_deleted(watch: Watch, server: Server, 
         shown.page.click(".toast >> text=Download")
     assert download.value.suggested_filename.endswith(".pft")
 
-    page.goto("/work")
+    page.goto("work")
     row = Gallery(page).page.locator("[data-run]").first
     row.locator("button:has-text('Open')").click()
     again = SessionPage(page, server).ready()
     server.seek(again.id, 25)
     assert server.column(again.id, "error")[:26] == errors
 
-    page.goto("/work")
+    page.goto("work")
     row = page.locator("[data-run]").first
     row.wait_for()
     count = page.locator("[data-run]").count()
@@ -116,7 +116,7 @@ def test_a_downloaded_run_can_be_dropped_again(watch: Watch, server: Server, pag
     shown.stands_at(25)
     first, errors = shown.id, server.column(shown.id, "error")
     run = server.post("runs", {"session": first})
-    page.goto("/work")
+    page.goto("work")
     row = page.locator(f"[data-run='{run['id']}']")
     row.get_by_role("button", name="Download").click()
     with page.expect_download() as table:
@@ -125,7 +125,7 @@ def test_a_downloaded_run_can_be_dropped_again(watch: Watch, server: Server, pag
     assert list(pd.read_csv(table.value.path())["error"]) == pytest.approx(errors[:26])
     with page.expect_download() as download:
         page.locator(f"[data-run='{run['id']}'] .menu a[download]").click()
-    page.goto("/")
+    page.goto("./")
     page.set_input_files("#file-picker", download.value.path().rename(download.value.path().with_suffix(".pft")))
     again = SessionPage(page, server).ready()
     assert again.id != first

@@ -85,7 +85,7 @@ def sweep(complete: dict[str, Any], page: Any) -> SweepPage:
 
 def test_from_the_form_to_the_frame_of_the_loss(page: Any, server: Server) -> None:
     """A sweep started from the form fills its map; a click on a failing cell and run shows that run fail as told."""
-    page.goto("/work?show=sweeps")
+    page.goto("work?show=sweeps")
     page.click("text=New sweep")
     page.wait_for_selector(".plan-size")
     for index, values in enumerate(["5, 55, 105", "1, 20"]):
@@ -125,7 +125,7 @@ def test_from_the_form_to_the_frame_of_the_loss(page: Any, server: Server) -> No
         opened.press("ArrowRight")
         opened.stands_at(frame)
     opened.until(lambda: opened.verdict.startswith("lost"), "the page says that the ball is lost")
-    assert opened.page.get_attribute("header >> text=Sweep", "href") == f"/sweep/{sweep.id}"
+    assert opened.page.get_attribute("header >> text=Sweep", "href") == f"sweep/{sweep.id}"
     assert server.column(opened.id, "lost") == [False] * row["first_lost_frame"] + [True]
 
 
@@ -236,7 +236,7 @@ def test_errors_stand_beside_their_field(page: Any, width: int, complaints: Comp
     """What is wrong in the form is said beside the field, before and without starting anything."""
     complaints.expected = ("422",)
     page.set_viewport_size({"width": width, "height": 800})
-    page.goto("/sweep/new")
+    page.goto("sweep/new")
     page.wait_for_selector(".plan-size")
     form = View(page)
     page.locator("[data-field='axes.0.values']").fill("5, 1000")
@@ -290,7 +290,7 @@ def test_it_fits(sweep: SweepPage, page: Any, scheme: str) -> None:
 def test_no_such_sweep(page: Any, complaints: Complaints) -> None:
     """A sweep that is not there is said not to be there, with the way back."""
     complaints.expected = ("404",)
-    page.goto("/sweep/0123456789abcdef")
+    page.goto("sweep/0123456789abcdef")
     page.wait_for_selector("text=There is no such sweep")
     page.click("text=Back to the experiments")
     page.wait_for_url("**/", wait_until="commit")
@@ -299,11 +299,11 @@ def test_no_such_sweep(page: Any, complaints: Complaints) -> None:
 def test_my_work_lists_it(sweep: SweepPage, page: Any) -> None:
     """My work lists recent sweeps with their outcome, and the card of an experiment leads to its form."""
     row = page.locator(f"[data-sweep='{sweep.id}']")
-    page.goto("/work?show=sweeps")
+    page.goto("work?show=sweeps")
     row.wait_for()
     assert "60 runs" in row.inner_text()
     assert "complete" in row.inner_text()
-    page.goto("/")
+    page.goto("./")
     page.locator("[data-experiment=sine] >> text=Sweep over conditions").click()
     page.wait_for_selector(".plan-size")
     assert page.locator("[aria-label=Experiment]").input_value() == "sine"

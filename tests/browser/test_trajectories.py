@@ -59,7 +59,7 @@ def test_a_path_is_brought_in_and_smoothed(gallery: Gallery, server: Server) -> 
     shown.play_to_the_end()
     outliers = [row.get("outlier_share") for row in server.column(shown.id, "series")]
     assert [outliers[frame] for frame in JUMPS] == [1.0, 1.0]
-    table = page.request.get(f"/api/v1/sessions/{shown.id}/exports/paths").text().splitlines()
+    table = page.request.get(f"api/v1/sessions/{shown.id}/exports/paths").text().splitlines()
     smoothed = [float(line.split(",")[7]) for line in table[1:]]
     assert len(smoothed) == 60
     assert all(abs(y - 80 - 0.05 * frame**2) < 6.0 for frame, y in enumerate(smoothed[:40]))
@@ -98,7 +98,7 @@ def test_corners_of_a_film_are_followed_with_nothing_marked(gallery: Gallery, se
     rows = server.column(shown.id, "series")
     assert rows[0]["tracks"] > 10
     assert all(row["seen_share"] > 0.5 for row in rows)
-    table = page.request.get(f"/api/v1/sessions/{shown.id}/exports/paths").text().splitlines()
+    table = page.request.get(f"api/v1/sessions/{shown.id}/exports/paths").text().splitlines()
     cells = [line.split(",") for line in table[1:]]
     ends: dict[str, list[float]] = {}
     for frame, track, x, *_ in cells:

@@ -34,7 +34,7 @@ SHOWN = """Object.fromEntries([...document.querySelectorAll('.point:not([hidden]
 UNFOLD = "(it) => { for (let at = it; at; at = at.parentElement) if (at.localName === 'details') at.open = true; }"
 
 # What a link to a session says of it.
-SHARED = "async (session) => (await import('/static/session/share.js')).bodyOf(session)"
+SHARED = "async (session) => (await import('./static/session/share.js')).bodyOf(session)"
 
 
 class Form(View):

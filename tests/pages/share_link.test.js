@@ -10,7 +10,7 @@ describe("a link that holds a run", () => {
     assert.deepEqual(decode(`#${encode(recipe)}`), recipe);
     assert.deepEqual(decode(encode(recipe)), recipe);
     assert.match(encode(recipe), /^[A-Za-z0-9_-]+$/);
-    assert.equal(linkTo(recipe), `/session/new#${encode(recipe)}`);
+    assert.equal(linkTo(recipe), `session/new#${encode(recipe)}`);
   });
 
   it("round-trips whatever length its padding has", () => {

@@ -14,6 +14,7 @@ import httpx
 import uvicorn
 
 from pftrack_server.app import create_app
+from pftrack_server.base_path import encode_path
 from pftrack_server.connections import configuration
 from pftrack_server.settings import Settings
 from tests.session_requests import session_request
@@ -34,6 +35,7 @@ class Server:
 
     def __init__(self, settings: Settings) -> None:
         self.app = create_app(settings)
+        self.base = encode_path(settings.base_path)
         self.listening = socket.socket()
         self.listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         self.listening.bind(("127.0.0.1", 0))
@@ -43,12 +45,16 @@ class Server:
         self.thread = threading.Thread(target=self.uvicorn.run, kwargs={"sockets": [self.listening]})
 
     @property
-    def url(self) -> str:
+    def origin(self) -> str:
         return f"http://127.0.0.1:{self.port}"
 
     @property
+    def url(self) -> str:
+        return self.origin + self.base
+
+    @property
     def ws(self) -> str:
-        return f"ws://127.0.0.1:{self.port}"
+        return self.url.replace("http", "ws", 1)
 
     @property
     def manager(self) -> Any:

@@ -14,6 +14,7 @@ import uvicorn
 
 from pftrack_server import connections
 from pftrack_server.middleware.body_limit import BodyLimit
+from tests.conftest import BASE
 from tests.server import hostile
 from tests.server.apart import run
 from tests.server.holding import allow, held_worker
@@ -21,6 +22,7 @@ from tests.server.host import Server, error_of
 from tests.waiting import wait_for
 
 TOKEN = "a token of sufficient length"
+START = f"GET {BASE}/".encode()
 
 
 def is_closed(raw: socket.socket) -> bool:
@@ -31,11 +33,11 @@ def is_closed(raw: socket.socket) -> bool:
         return True
 
 
-@pytest.mark.parametrize("said", [b"", b"GET / HTTP/1.1\r\nHost: local"])
+@pytest.mark.parametrize("said", [b"", START + b" HTTP/1.1\r\nHost: local"])
 def test_a_connection_without_a_request_ends(start_server: Any, monkeypatch: pytest.MonkeyPatch, said: bytes) -> None:
     """Whether it says nothing or half a head, also after a request that was answered."""
     with start_server() as (server, _):
-        for first in (b"", b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n"):
+        for first in (b"", START + b"healthz HTTP/1.1\r\nHost: localhost\r\n\r\n"):
             # On a busy machine a first request takes its time.
             monkeypatch.setattr(connections, "HEAD_S", 20.0 if first else 0.3)
             with (
@@ -61,7 +63,7 @@ def test_what_comes_after_an_early_answer_keeps_no_connection(
     with start_server(token=TOKEN) as (server, _), socket.create_connection(("127.0.0.1", server.port), 30) as raw:
         length = 1_000_000 if said.strip() else 0
         monkeypatch.setattr(connections, "HEAD_S", 1.0)
-        raw.sendall(b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: %d\r\n\r\n" % length)
+        raw.sendall(b"POST %s/ HTTP/1.1\r\nHost: localhost\r\nContent-Length: %d\r\n\r\n" % (BASE.encode(), length))
         assert raw.recv(4000).startswith(b"HTTP/1.1 401")
         with contextlib.suppress(BrokenPipeError, ConnectionResetError):
             for _ in range(5):
@@ -73,7 +75,7 @@ def test_what_comes_after_an_early_answer_keeps_no_connection(
 def test_a_head_has_a_longest_length(server: Server) -> None:
     """Whoever sends headers without end is cut off, and not only when time is up."""
     with socket.create_connection(("127.0.0.1", server.port), timeout=30) as raw:
-        raw.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\n")
+        raw.sendall(START + b" HTTP/1.1\r\nHost: localhost\r\n")
         with contextlib.suppress(BrokenPipeError, ConnectionResetError):
             for number in range(10_000):
                 raw.sendall(b"x-%d: %s\r\n" % (number, b"x" * 1000))
@@ -201,7 +203,7 @@ def test_a_long_boundary_is_refused(client: httpx.Client) -> None:
 def test_two_host_headers_are_refused(server: Server) -> None:
     """What reads the first and what reads the second would see two servers."""
     with socket.create_connection(("127.0.0.1", server.port), timeout=30) as raw:
-        raw.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\nHost: evil.example\r\nConnection: close\r\n\r\n")
+        raw.sendall(START + b"healthz HTTP/1.1\r\nHost: localhost\r\nHost: evil.example\r\nConnection: close\r\n\r\n")
         assert raw.recv(4000).startswith(b"HTTP/1.1 400")
 
 
@@ -211,7 +213,7 @@ BROWSER = {"accept": "text/html,application/xhtml+xml"}
 class TestWithoutAToken:
     def test_a_browser_sees_a_page(self, start_server: Any) -> None:
         """It says what is asked for, and has a place to type it; what is typed there opens the page."""
-        with start_server(token=TOKEN) as (_, client):
+        with start_server(token=TOKEN) as (server, client):
             page = client.get("/session/new", headers=BROWSER)
             assert page.status_code == 401
             assert page.headers["content-type"].startswith("text/html")
@@ -222,7 +224,7 @@ class TestWithoutAToken:
             assert "not this server" in wrong.text
             assert "an old token" not in wrong.text
             assert client.get("/", params={"token": TOKEN}, headers=BROWSER).status_code == 303
-            error_of(httpx.get(f"{client.base_url}/api/v1/sessions", headers=BROWSER), 401)
+            error_of(httpx.get(f"{server.url}/api/v1/sessions", headers=BROWSER), 401)
 
     def test_a_token_in_an_address_opens_pages_only(self, start_server: Any) -> None:
         """Elsewhere it would stay in the address, and in logs."""
@@ -239,7 +241,7 @@ def test_a_client_that_hangs_up_leaves_no_session(
     monkeypatch.setattr("pftrack_server.sessions.manager.OPENING_S", 100.0)
     body = json.dumps({"recipe": {"experiment": "ball"}, "position": 20}).encode()
     head = (
-        "POST /api/v1/sessions HTTP/1.1",
+        f"POST {BASE}/api/v1/sessions HTTP/1.1",
         "Host: localhost",
         "Content-Type: application/json",
         f"Content-Length: {len(body)}",
@@ -260,7 +262,8 @@ def test_a_client_that_hangs_up_leaves_no_session_of_a_saved_run(
     record = server.app.state.services.store.files.record(run)
     monkeypatch.setattr("pftrack_server.runs.service.compare_record", hostile.wait_for_ever)
     with socket.create_connection(("127.0.0.1", server.port)) as raw:
-        raw.sendall(f"POST /api/v1/runs/{run}/open HTTP/1.1\r\nHost: localhost\r\nContent-Length: 0\r\n\r\n".encode())
+        head = f"POST {BASE}/api/v1/runs/{run}/open HTTP/1.1\r\nHost: localhost\r\nContent-Length: 0\r\n\r\n"
+        raw.sendall(head.encode())
         wait_for(lambda: record.read_bytes().isdigit(), what="a child is asked to compare, and writes its number there")
         assert len(server.manager.all) == 2
     wait_for(lambda: [each.spec.id for each in server.manager.all] == [session["id"]], what="it has ended")

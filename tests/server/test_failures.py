@@ -22,7 +22,7 @@ def test_failures_are_listed_with_both_recipes(client: httpx.Client) -> None:
         assert it["failing"]["seed"] == it["cured"]["seed"]
         assert it["failing"]["experiment"] == it["cured"]["experiment"] == it["experiment"]
         assert it["differences"]
-        assert it["page"] == f"/failures/{it['id']}"
+        assert it["page"] == f"failures/{it['id']}"
     body = {"recipe": listed[3]["failing"], "position": 3}
     started = client.post("/api/v1/sessions", json=session_request(body))
     assert started.status_code == 201, started.text

@@ -159,7 +159,7 @@ def test_an_unknown_lesson_is_told_with_those_that_there_are(client: httpx.Clien
     assert "9 sir" in error_of(client.get(f"{URL}/nothing"), 404)["message"]
     error_of(client.post(f"{URL}/99/figure", json={}), 404)
     assert client.get("/learn/nothing").status_code == 404
-    assert client.get("/learn/9").headers["location"] == "/learn/sir"
+    assert client.get("/learn/9").headers["location"].endswith("/learn/sir")
     assert client.get("/learn/sir").status_code == 200
     assert client.get("/learn").status_code == 200
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import psutil
 import pytest
@@ -52,7 +53,7 @@ def test_nothing_else_listens(served: Server, watched: str) -> None:
     assert len(family) >= 5  # server, fork server, worker, sweep and its workers
     connections = [each for process in family for each in process.net_connections("inet")]
     tcp = {each.laddr for each in connections if each.status == psutil.CONN_LISTEN}
-    assert {(place.ip, place.port) for place in tcp} == {("127.0.0.1", int(served.url.rsplit(":", 1)[1]))}
+    assert {(place.ip, place.port) for place in tcp} == {("127.0.0.1", urlsplit(served.url).port)}
     assert [each for each in connections if each.status == psutil.CONN_NONE] == []  # datagrams
 
 
@@ -126,13 +127,13 @@ def test_a_page_of_another_site_that_knows_every_port_reads_nothing(
     served: Server, watched: str, elsewhere: str, chromium: Any
 ) -> None:
     """A page of a foreign origin, in a real browser that has the scene open as well, gets no byte of it."""
-    path = watched.partition("//")[2].partition("/")[2]
+    path = urlsplit(watched).path
     context = chromium.new_context()
     own = context.new_page()
-    own.goto(f"{served.url}/{path}/")
+    own.goto(f"{served.origin}{path}/")
     ports = {each.laddr.port for process in processes(served) for each in process.net_connections("tcp") if each.laddr}
     page = context.new_page()
     page.goto(elsewhere)
-    outcomes = page.evaluate(ATTACK, [sorted(ports), f"/{path}", PROTOCOL])
+    outcomes = page.evaluate(ATTACK, [sorted(ports), path, PROTOCOL])
     context.close()
     assert set(outcomes) == {"refused"}

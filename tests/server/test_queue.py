@@ -15,6 +15,7 @@ from pftrack_server.errors import ClientGoneError
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.functions import do_nothing
 from pftrack_server.tasks.queue import Queue, unless_gone
+from tests.conftest import BASE
 from tests.server.apart import run
 from tests.server.host import Server
 from tests.server.test_uploads import png, send
@@ -156,7 +157,7 @@ def test_a_client_that_hangs_up_gives_up_its_place(start_server: Any, tmp_path: 
     part = f'--{BOUNDARY}\r\nContent-Disposition: form-data; name="file"; filename="a.mp4"\r\n\r\n'.encode()
     body = part + FILM + f"\r\n--{BOUNDARY}--\r\n".encode()
     head = (
-        "POST /api/v1/uploads?ticket=ticket-gone HTTP/1.1",
+        f"POST {BASE}/api/v1/uploads?ticket=ticket-gone HTTP/1.1",
         "Host: localhost",
         f"Content-Length: {len(body)}",
         f"Content-Type: multipart/form-data; boundary={BOUNDARY}",

@@ -51,7 +51,7 @@ class TestOrigin:
     def test_the_own_page_may(self, server: Server, client: httpx.Client) -> None:
         """The server's own page may do everything."""
         answer = client.post(
-            "/api/v1/sessions", json=session_request({"experiment": "ball"}), headers={"origin": server.url}
+            "/api/v1/sessions", json=session_request({"experiment": "ball"}), headers={"origin": server.origin}
         )
         assert answer.status_code == 201
 
@@ -67,7 +67,7 @@ class TestOrigin:
 
     def test_the_own_page_opens_a_websocket(self, server: Server, session: dict[str, Any]) -> None:
         """The server's own page may listen."""
-        with connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream", origin=server.url) as socket:
+        with connect(f"{server.ws}/api/v1/sessions/{session['id']}/stream", origin=server.origin) as socket:
             assert hear(socket)["type"] == "hello"
 
 
@@ -80,7 +80,7 @@ class TestHost:
 
     def test_rebound_websocket(self, server: Server, session: dict[str, Any]) -> None:
         """A websocket to a name that is not the server's is refused, even if its Origin agrees."""
-        address = f"ws://evil.example:{server.port}/api/v1/sessions/{session['id']}/stream"
+        address = f"ws://evil.example:{server.port}{server.base}/api/v1/sessions/{session['id']}/stream"
         origin = Origin(f"http://evil.example:{server.port}")
         with (
             socket.create_connection(("127.0.0.1", server.port)) as raw,
@@ -143,7 +143,7 @@ class TestToken:
         with start_server(token=TOKEN) as (server, client):
             welcome = client.get("/session/new", params={"token": TOKEN, "x": "1"})
             assert welcome.status_code == 303
-            assert welcome.headers["location"] == "/session/new?x=1"
+            assert welcome.headers["location"] == f"{server.base}/session/new?x=1"
             cookie = welcome.headers["set-cookie"].lower()
             assert "httponly" in cookie
             assert "samesite=lax" in cookie
@@ -170,7 +170,7 @@ class TestToken:
 
     def test_the_form_keeps_the_rest_of_the_address(self, start_server: Any) -> None:
         """Whoever types the token comes to where the link led, whatever stands in it."""
-        with start_server(token=TOKEN) as (_, client):
+        with start_server(token=TOKEN) as (server, client):
             asked = {"of": "hit rate", "x": "", "evil": '"><script>', "token": "wrong"}
             page = client.get("/sweep/1", params=asked, headers={"accept": "text/html"})
             assert page.status_code == 401
@@ -179,7 +179,7 @@ class TestToken:
             assert "<script>" not in page.text
             assert 'value="wrong"' not in page.text
             known = client.get("/sweep/1", params={**asked, "token": TOKEN})
-            assert known.headers["location"] == "/sweep/1?of=hit+rate&x=&evil=%22%3E%3Cscript%3E"
+            assert known.headers["location"] == f"{server.base}/sweep/1?of=hit+rate&x=&evil=%22%3E%3Cscript%3E"
 
     def test_bearer(self, start_server: Any) -> None:
         """Programs give the token as a bearer."""
@@ -245,14 +245,14 @@ class TestHeaders:
         assert "unsafe-eval" not in headers["content-security-policy"]
         assert "server" not in headers or path
 
-    def test_the_scene_has_its_own_policy(self, client: httpx.Client, session: dict[str, Any]) -> None:
+    def test_the_scene_has_its_own_policy(self, server: Server, client: httpx.Client, session: dict[str, Any]) -> None:
         """Viser's client may run its inline scripts, and connect to nothing but this server."""
         answer = client.get(f"/viz/{session['id']}/")
         policy = answer.headers["content-security-policy"]
         assert "connect-src 'self'" in policy
         assert "'unsafe-eval'" not in policy
         assert b"<html" in answer.content
-        assert client.get(f"/viz/{session['id']}").headers["location"] == f"/viz/{session['id']}/"
+        assert client.get(f"/viz/{session['id']}").headers["location"] == f"{server.base}/viz/{session['id']}/"
         error_of(client.get("/viz/0123456789abcdef/"), 404)
 
 
@@ -276,7 +276,9 @@ class TestPaths:
     )
     def test_names_never_become_paths(self, server: Server, client: httpx.Client, path: str) -> None:
         """Whatever stands in an address, only the server's own files come back."""
-        answer = client.send(client.build_request("GET", httpx.URL(server.url).copy_with(raw_path=path.encode())))
+        answer = client.send(
+            client.build_request("GET", httpx.URL(server.url).copy_with(raw_path=(server.base + path).encode()))
+        )
         error_of(answer, answer.status_code)
         assert answer.status_code in {404, 422}
 

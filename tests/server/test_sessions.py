@@ -30,8 +30,8 @@ class TestStarting:
         assert session["parameters"]["sample_count"] == 300
         assert {item["name"] for item in session["declarations"]} == set(session["parameters"])
         assert session["position"] == session["computed"] == 0
-        assert session["page"] == f"/session/{session['id']}"
-        assert session["viewer"] == f"/viz/{session['id']}/"
+        assert session["page"] == f"session/{session['id']}"
+        assert session["viewer"] == f"viz/{session['id']}/"
         assert get(client, session["id"]) == session
         assert session["id"] in [item["id"] for item in client.get("/api/v1/sessions").json()]
 

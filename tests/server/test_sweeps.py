@@ -135,7 +135,7 @@ class TestLooking:
         """A complete sweep tells its plan, its size and its outcome."""
         assert (sweep["runs"], sweep["done"], sweep["conditions"], sweep["message"]) == (RUNS, RUNS, 6, None)
         assert [axis["unit"] for axis in sweep["axes"]] == ["px", "px"]
-        assert sweep["page"] == f"/sweep/{sweep['id']}"
+        assert sweep["page"] == f"sweep/{sweep['id']}"
         assert f"{RUNS} runs" in sweep["outcome"]
         assert sweep in client.get("/api/v1/sweeps").json()
         assert 'pftrack_sweeps{state="done"}' in client.get("/metrics").text

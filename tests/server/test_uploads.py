@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tests.conftest import BASE
 from tests.server.confined import children
 from tests.server.host import Server, begin, error_of, steer
 from tests.session_requests import session_request
@@ -239,8 +240,8 @@ class TestLimits:
     def test_announced(self, start_server: Any) -> None:
         """An upload that announces too many bytes is refused before any of them is read."""
         request = (
-            b"POST /api/v1/uploads HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 99999999999\r\n"
-            b"Content-Type: multipart/form-data; boundary=XX\r\n\r\n"
+            b"POST %s/api/v1/uploads HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 99999999999\r\n"
+            b"Content-Type: multipart/form-data; boundary=XX\r\n\r\n" % BASE.encode()
         )
         with (
             start_server(max_upload_bytes=100_000) as (server, _),
@@ -287,9 +288,9 @@ class TestLimits:
         incoming = server.app.state.services.store.files.incoming
         with socket.create_connection(("127.0.0.1", server.port)) as raw:
             raw.sendall(
-                b"POST /api/v1/uploads HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 100000\r\n"
+                b"POST %s/api/v1/uploads HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 100000\r\n"
                 b"Content-Type: multipart/form-data; boundary=XX\r\n\r\n--XX\r\n"
-                b'Content-Disposition: form-data; name="file"; filename="a.mp4"\r\n\r\nabc'
+                b'Content-Disposition: form-data; name="file"; filename="a.mp4"\r\n\r\nabc' % BASE.encode()
             )
         wait_for(lambda: list(incoming.iterdir()) == [])
         assert client.get("/healthz").status_code == 200

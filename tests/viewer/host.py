@@ -5,6 +5,7 @@ import socket
 import threading
 from collections.abc import Callable
 from typing import Any, Self
+from urllib.parse import unquote
 
 import msgspec
 import numpy as np
@@ -22,6 +23,7 @@ from pftrack.model.world import World
 from pftrack_server.pictures import PictureEncoder
 from pftrack_server.schemas.panel import InForce, PanelDescription
 from pftrack_server.viewer import CONTENT_SECURITY_POLICY, Viewer, bridge, client_asset, client_page
+from tests.conftest import BASE
 from tests.waiting import wait_for
 
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
@@ -150,10 +152,11 @@ class Site:
         self.bridges = 0
         self.looks_only = False
         app = FastAPI()
-        app.get("/")(self._page)
-        app.get("/viz/one/")(self._client)
-        app.get("/viz/client/{name}")(self._asset)
-        app.websocket("/viz/one")(self._bridge)
+        base = unquote(BASE)
+        app.get(f"{base}/")(self._page)
+        app.get(f"{base}/viz/one/")(self._client)
+        app.get(f"{base}/viz/client/{{name}}")(self._asset)
+        app.websocket(f"{base}/viz/one")(self._bridge)
         with socket.socket() as probe:
             probe.bind(("127.0.0.1", 0))
             self.port = probe.getsockname()[1]
@@ -173,8 +176,12 @@ class Site:
         wait_for(lambda: self._server.started)
 
     @property
+    def url(self) -> str:
+        return f"http://127.0.0.1:{self.port}{BASE}"
+
+    @property
     def scene(self) -> str:
-        return f"ws://127.0.0.1:{self.port}/viz/one"
+        return f"{self.url.replace('http', 'ws', 1)}/viz/one"
 
     def close(self) -> None:
         self._server.should_exit = True
@@ -182,7 +189,7 @@ class Site:
 
     async def _page(self) -> Response:
         page = """<!doctype html><style>body{margin:0}iframe{border:0;width:930px;height:560px}</style>
-        <iframe src="/viz/one/"></iframe><input>
+        <iframe src="viz/one/"></iframe><input>
         <script>window.heard = []; addEventListener("message", (event) => heard.push(event.data));</script>"""
         return Response(page, media_type="text/html")
 

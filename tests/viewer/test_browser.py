@@ -40,7 +40,7 @@ def opened(chromium: Any, watched: tuple[Session, Site]) -> Iterator[tuple[Any, 
     page.add_init_script(FRUGAL)
     errors: list[str] = []
     page.on("pageerror", lambda error: errors.append(str(error)))
-    page.goto(f"http://127.0.0.1:{site.port}/")
+    page.goto(f"{site.url}/")
     page.frame(url="**/viz/one/**").get_by_text("Occluder width (px)").wait_for(timeout=60_000)
     yield page, errors
     context.close()
@@ -302,7 +302,7 @@ def test_light_and_dark_follow_the_system(chromium: Any, watched: tuple[Session,
     """The panel is dark for those who ask for it."""
     context = chromium.new_context(color_scheme="dark")
     page = context.new_page()
-    page.goto(f"http://127.0.0.1:{watched[1].port}/viz/one/?websocket=ws://192.0.2.1/")
+    page.goto(f"{watched[1].url}/viz/one/?websocket=ws://192.0.2.1/")
     page.get_by_text("Occluder width (px)").wait_for(timeout=60_000)
     assert page.evaluate("document.documentElement.dataset.mantineColorScheme") == "dark"
     context.close()

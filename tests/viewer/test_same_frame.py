@@ -85,7 +85,7 @@ def test_picture_and_particles_are_of_one_frame(session: Session, site: Site, ch
     """Every screenshot of a playing run shows one frame, and the run goes on from one to the next."""
     page = chromium.new_page(viewport={"width": 930, "height": 560})
     page.add_init_script(FEW_PIXELS)
-    page.goto(f"http://127.0.0.1:{site.port}/viz/one/")
+    page.goto(f"{site.url}/viz/one/")
     until(page, f"{CORNERS} !== null && !!document.querySelector('.pf-caption')", seconds=60.0)
     page.wait_for_timeout(500)
     corners = page.evaluate(CORNERS)
@@ -125,7 +125,7 @@ def test_a_frame_is_taken_up_without_waiting_for_the_last_one_to_be_drawn(
     page = chromium.new_page(viewport={"width": 930, "height": 560})
     page.add_init_script(FEW_PIXELS)
     page.add_init_script(STOPPABLE)
-    page.goto(f"http://127.0.0.1:{site.port}/viz/one/")
+    page.goto(f"{site.url}/viz/one/")
     until(page, f"{BRIGHTNESS} === 50", seconds=60.0)
     page.evaluate("window.__stopped = true")
     show(200)

@@ -109,7 +109,7 @@ async function lead(view, tour, signal, leave) {
  */
 function onward(frame, steering) {
   /** @type {Child[]} */
-  const ways = [h("a", { href: "/learn" }, "how particle filters work"), " or ", h("a", { href: "/failures" }, "other ways to fail")];
+  const ways = [h("a", { href: "learn" }, "how particle filters work"), " or ", h("a", { href: "failures" }, "other ways to fail")];
   const there = h("button", { type: "button", on: { click: () => steering.seek(frame) } }, `Go to frame ${frame}`);
   return h("p", {}, there, " or step forward with ", h("kbd", {}, "→"), ", and watch it happen. Then see ", ways, ".");
 }

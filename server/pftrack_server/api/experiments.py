@@ -105,5 +105,5 @@ def _shown(experiment: Experiment) -> dict[str, Any]:
             )
             for preset in experiment.presets
         ],
-        "thumbnail": f"/api/v1/experiments/{experiment.id}/thumbnail.png",
+        "thumbnail": f"api/v1/experiments/{experiment.id}/thumbnail.png",
     }

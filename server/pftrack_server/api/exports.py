@@ -93,6 +93,6 @@ def _view(job: Exporting) -> ExportJobPublic:
         state=state,
         done=job.total if state == "done" else job.done,  # the last steps are not told
         total=job.total,
-        file=f"/api/v1/exports/{job.id}/file",
+        file=f"api/v1/exports/{job.id}/file",
         message=message,
     )

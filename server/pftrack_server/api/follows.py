@@ -9,6 +9,7 @@ from fastapi import APIRouter, Query, Request, WebSocket
 from starlette.responses import Response
 
 from pftrack_server.api.dependencies import AFollow, TheFollows, TheLessons, TheServices
+from pftrack_server.base_path import address_of
 from pftrack_server.errors import ConflictError, NotFoundError
 from pftrack_server.follow.participant import participant_of
 from pftrack_server.follow.poll import Poll
@@ -27,8 +28,8 @@ FAREWELL = "The class has ended."
 @router.post("", status_code=HTTPStatus.CREATED)
 async def begin_follow(body: FollowCreate, follows: TheFollows, request: Request) -> FollowOwned:
     """Let a class follow up to four sessions, a lesson, or both."""
-    origin = request.headers.get("origin") or str(request.base_url).rstrip("/")
-    follow = await follows.begin(body, origin)
+    origin = request.headers.get("origin") or f"{request.url.scheme}://{request.url.netloc}"
+    follow = await follows.begin(body, origin + address_of(request.scope).removesuffix("/"))
     return follow.owner_view()
 
 

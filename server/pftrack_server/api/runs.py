@@ -161,6 +161,6 @@ def run_view(row: RunRow) -> RunPublic:
         created=row.created,
         outcome=row.outcome,
         summary=row.summary,
-        thumbnail=f"/api/v1/runs/{row.id}/thumbnail.png",
-        page=f"/work?show=runs#run-{row.id}",
+        thumbnail=f"api/v1/runs/{row.id}/thumbnail.png",
+        page=f"work?show=runs#run-{row.id}",
     )

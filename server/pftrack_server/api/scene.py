@@ -4,6 +4,7 @@ from fastapi import APIRouter, Request, WebSocket
 from starlette.responses import RedirectResponse, Response
 
 from pftrack_server.api.dependencies import ASession, TheServices
+from pftrack_server.base_path import address_of
 from pftrack_server.errors import NotFoundError
 from pftrack_server.follow.participant import participant_of
 from pftrack_server.stream.duplex import GONE
@@ -35,9 +36,9 @@ async def client_file(request: Request, name: str) -> Response:
 
 
 @router.get("/{session}")
-async def without_slash(session: ASession) -> Response:
+async def without_slash(request: Request, session: ASession) -> Response:
     """Lead to the address from which the client finds its websocket."""
-    return RedirectResponse(f"/viz/{session.spec.id}/")
+    return RedirectResponse(address_of(request.scope, f"viz/{session.spec.id}/"))
 
 
 @router.get("/{session}/")

@@ -2,21 +2,22 @@
 
 All their addresses begin with `/f/` and the link; no other address knows them, so nobody is a follower by accident, and
 a lecturer who opens the link in the same browser stays a lecturer elsewhere. The door reads the link, looks whether its
-class lasts and whether its role may ask for what stands behind it (`roles`), takes the beginning off, and lets the app
-see the usual address. A socket ends when its class ends, or when what it shows is not followed any more.
+class lasts and whether its role may ask for what stands behind it (`roles`), and adds link and all before it to the
+base path, so that the app sees the usual address. A socket ends when its class ends, or when what it shows is not
+followed any more.
 """
 
 import contextlib
 import html
 from http import HTTPStatus
 from http.cookies import CookieError, SimpleCookie
-from urllib.parse import quote
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import HTMLResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from pftrack_server import errors
+from pftrack_server.base_path import address_of, encode_path, route_path
 from pftrack_server.errors import ApiError, ForbiddenError
 from pftrack_server.follow.follows import Follows
 from pftrack_server.follow.participant import PREFIX, Participant
@@ -52,13 +53,13 @@ class AccessGuard:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Check one request or websocket that comes by a link."""
-        if scope["type"] not in {"http", "websocket"} or not scope["path"].startswith(f"{PREFIX}/"):
+        if scope["type"] not in {"http", "websocket"} or not route_path(scope).startswith(f"{PREFIX}/"):
             await self._app(scope, receive, send)
             return
         try:
             participant, inner = self._admit(scope)
-            if inner["path"] == "/":
-                await RedirectResponse(_start_address(participant))(scope, receive, send)
+            if route_path(inner) == "/":
+                await RedirectResponse(address_of(inner, _start_address(participant)))(scope, receive, send)
             elif scope["type"] == "websocket":
                 await self._serve_socket(participant, inner, receive, send)
             else:
@@ -73,7 +74,7 @@ class AccessGuard:
             ApiError: The link or what is asked for is refused.
         """
         follows: Follows = scope["app"].state.services.follows
-        link, _, rest = scope["path"].removeprefix(f"{PREFIX}/").partition("/")
+        link, _, rest = route_path(scope).removeprefix(f"{PREFIX}/").partition("/")
         claim, follow = follows.resolve(link)
         path = f"/{rest}"
         if path == "/" and claim.role == "follower" and link == claim.link:
@@ -89,13 +90,15 @@ class AccessGuard:
                 raise UnknownError("Open the link of the class first; its page lets this browser in.")
             raise ForbiddenError("Followers may watch, answer and try a copy; this is for the lecturer.")
         follow.forks.touch(participant.seat, path)
-        inner = {**scope, "path": path, "raw_path": quote(path).encode()}
+        root = f"{scope['root_path']}{PREFIX}/{claim.link}"
+        whole = root + path
+        inner = {**scope, "root_path": root, "path": whole, "raw_path": encode_path(whole).encode()}
         participant.put_into(inner)
         return participant, inner
 
     async def _serve_socket(self, participant: Participant, scope: Scope, receive: Receive, send: Send) -> None:
         scope["app"].state.services.follows.check_room()
-        with participant.follow.places.take(participant.seat, scope["path"]) as hold:
+        with participant.follow.places.take(participant.seat, route_path(scope)) as hold:
             try:
                 async with hold:
                     await self._app(scope, receive, send)
@@ -108,23 +111,23 @@ class AccessGuard:
 
 
 def _start_address(participant: Participant) -> str:
-    """Return where somebody begins: the followers' page, or what the lecturer shows."""
+    """Return where somebody begins, relative to the base: the followers' page, or what the lecturer shows."""
     shown = participant.follow.content
     if participant.claim.role == "follower":
-        return participant.prefix
+        return ""
     session = next(iter(shown.sessions), None)
-    return f"{participant.prefix}/session/{session}" if session else f"{participant.prefix}/learn/{shown.lesson_id}"
+    return f"session/{session}" if session else f"learn/{shown.lesson_id}"
 
 
 def _send_with_seat(participant: Participant, scope: Scope, send: Send) -> Send:
     """Give a browser that comes for the first time a seat, together with the page."""
-    if participant.role != "stranger" or scope["path"] != PAGE:
+    if participant.role != "stranger" or route_path(scope) != PAGE:
         return send
     carrier = Response()
     carrier.set_cookie(
         COOKIE,
         participant.seat,
-        path=participant.prefix,
+        path=address_of(scope).removesuffix("/"),  # the followers' page may be asked for without the slash
         httponly=True,
         samesite="lax",
         secure=scope["scheme"] == "https",

@@ -20,29 +20,29 @@ class Address(NamedTuple):
     """Where the server is.
 
     Attributes:
-        origin: Scheme, host and port.
+        base: Scheme, host, port and base path, without a slash at its end.
         everybody: Whether other machines can reach it there.
     """
 
-    origin: str
+    base: str
     everybody: bool
 
 
-def addresses(origin: str, settings: Settings) -> list[Address]:
+def addresses(base: str, settings: Settings) -> list[Address]:
     """Return where the server can be reached, the best first.
 
     Args:
-        origin: Where the lecturer's own browser reaches it.
+        base: Where the lecturer's own browser reaches it.
         settings: Of the server.
     """
-    parts = urlsplit(origin)
+    parts = urlsplit(base)
     if not is_loopback(parts.hostname or ""):
-        return [Address(origin, everybody=True)]
+        return [Address(base, everybody=True)]
     port = f":{parts.port}" if parts.port else ""
     names = [name for name in _names(settings) if {"*", name} & set(settings.hosts)]
     return [
-        *(Address(f"{parts.scheme}://{_bracket(name)}{port}", everybody=True) for name in names),
-        Address(origin, everybody=False),
+        *(Address(f"{parts.scheme}://{_bracket(name)}{port}{parts.path}", everybody=True) for name in names),
+        Address(base, everybody=False),
     ]
 
 

@@ -204,10 +204,10 @@ class Follow:
             **self._shared_fields(to_owner=True),
             id=self.name,
             links=[
-                schemas.LinkPublic(address=f"{each.origin}{PREFIX}/{link}", everybody=each.everybody)
+                schemas.LinkPublic(address=f"{each.base}{PREFIX}/{link}", everybody=each.everybody)
                 for each in self._addresses
             ],
-            owner_link=f"{best.origin}{PREFIX}/{self._links.of(self.name, 'owner')}",
+            owner_link=f"{best.base}{PREFIX}/{self._links.of(self.name, 'owner')}",
             notice=None if best.everybody else NOTICE,
             followers=len(self.places),
             most_followers=self.places.most,
@@ -238,11 +238,10 @@ class Follow:
 
     def fork_view(self, fork: Fork) -> schemas.ForkPublic:
         """Return what a follower has, as that follower sees it."""
-        place = f"{PREFIX}/{self._links.of(self.name, 'follower')}"
         if fork.session is None:
-            return schemas.ForkPublic(id=None, title=self._shown.title, page=f"{place}/learn/{fork.lesson}")
+            return schemas.ForkPublic(id=None, title=self._shown.title, page=f"learn/{fork.lesson}")
         title = self._title_of(fork.session) or ""
-        return schemas.ForkPublic(id=fork.session, title=title, page=f"{place}/session/{fork.session}")
+        return schemas.ForkPublic(id=fork.session, title=title, page=f"session/{fork.session}")
 
     def _may_stay(self, seat: str, path: str) -> bool:
         role: Standing = "owner" if seat == LECTURER else "follower"

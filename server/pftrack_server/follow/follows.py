@@ -94,12 +94,12 @@ class Follows:
             raise EndedError(GONE)
         return claim, follow
 
-    async def begin(self, wanted: FollowCreate, origin: str) -> Follow:
+    async def begin(self, wanted: FollowCreate, base: str) -> Follow:
         """Let a class follow.
 
         Args:
             wanted: What, and within which limits.
-            origin: Where the lecturer's browser reaches the server.
+            base: Where the lecturer's browser reaches the server.
 
         Raises:
             ConflictError: There are too many already.
@@ -113,7 +113,7 @@ class Follows:
         shown = FollowedContent(wanted.title, self._titles(wanted.sessions), lesson, wanted.arrangement)
         name = next(name for name in iter(self.links.new_name, None) if name not in self._follows)
         expires = datetime.now(UTC) + timedelta(hours=wanted.hours)
-        places = addresses(origin, self._settings)
+        places = addresses(base, self._settings)
         follow = Follow(name, shown, wanted, expires, self.links, places, self._title_of)
         self._follows[name] = follow
         self._expire(follow, wanted.hours)

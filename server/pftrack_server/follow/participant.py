@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 __all__ = ["PREFIX", "Participant", "participant_of"]
 
 PREFIX = "/f"
-"""Where the addresses of all links are."""
+"""Where the addresses of all links are, behind the server's base path."""
 PARTICIPANT = "pftrack.participant"
 
 
@@ -35,11 +35,6 @@ class Participant(NamedTuple):
     def reach(self) -> Reach:
         """What may be named in an address at the moment."""
         return self.follow.reach(self.role, self.seat)
-
-    @property
-    def prefix(self) -> str:
-        """What stands before the app's own addresses in those of this participant."""
-        return f"{PREFIX}/{self.claim.link}"
 
     def put_into(self, scope: MutableMapping[str, Any]) -> None:
         """Let the handlers of a request or websocket know."""

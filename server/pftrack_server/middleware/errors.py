@@ -18,6 +18,7 @@ from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
 from pftrack.sources.sequence import SourceError
 from pftrack.sweep import SweepError
+from pftrack_server.base_path import route_path
 from pftrack_server.errors import ApiError, response, shape
 from pftrack_server.middleware.long_numbers import field_of_long_number
 from pftrack_server.system_errors import describe
@@ -47,7 +48,7 @@ class ErrorBoundary:
         except Exception:
             if scope["type"] != "http":
                 raise
-            log.exception("unexpected", path=scope["path"])
+            log.exception("unexpected", path=route_path(scope))
             if begun:
                 raise
             message = "The server failed unexpectedly; details are in its log. Try again, or reload the page."
@@ -80,7 +81,7 @@ def install(app: FastAPI) -> None:
     @app.exception_handler(SweepError)
     async def _sweep(request: Request, error: SweepError) -> Response:
         # The library's message names paths.
-        log.error("sweep", path=request.url.path, exc_info=error)
+        log.error("sweep", path=route_path(request.scope), exc_info=error)
         return response(HTTPStatus.GONE, shape("The files of this sweep are damaged or were removed."))
 
     @app.exception_handler(OSError)
@@ -89,7 +90,7 @@ def install(app: FastAPI) -> None:
         # An operating system's message names paths.
         status, message = describe(error)
         unknown = status == HTTPStatus.INTERNAL_SERVER_ERROR
-        log.error("system", path=request.url.path, error=message, exc_info=error if unknown else None)
+        log.error("system", path=route_path(request.scope), error=message, exc_info=error if unknown else None)
         return response(status, shape(message))
 
     @app.exception_handler(RequestValidationError)

@@ -9,6 +9,8 @@ Three checks stand in one ASGI middleware, because FastAPI's own http middleware
    program sends it as a bearer; an address in which it stays would end up in histories and logs. A person without it
    sees a page that asks for it. Those who come by the link of a class have none; they are checked at its own door
    (`pftrack_server.follow.access`), to which all addresses below `/f/` lead.
+
+Scheme, host and path are by then those that the browser has used (`pftrack_server.middleware.base_path`).
 """
 
 import hashlib
@@ -22,19 +24,20 @@ from starlette.responses import HTMLResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from pftrack_server import errors
+from pftrack_server.base_path import address_of, encode_path, route_path
 from pftrack_server.follow.participant import PREFIX
 from pftrack_server.frontend import FRONTEND
 from pftrack_server.log import RateLimitedLogger
 from pftrack_server.settings import Settings
 
-__all__ = ["Guard"]
+__all__ = ["Guard", "Hosts", "refuse"]
 
 SAFE_METHODS = {"GET", "HEAD", "OPTIONS"}
 OPEN_PATHS = {"/healthz", "/readyz"}
 PAGE_POLICY = (
     "default-src 'self'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
     "font-src 'self' data:; connect-src 'self'; frame-src 'self'; worker-src 'self' blob:; object-src 'none'; "
-    "base-uri 'none'; form-action 'self'; frame-ancestors 'self'"
+    "base-uri 'self'; form-action 'self'; frame-ancestors 'self'"
 )
 HEADERS = {
     "Content-Security-Policy": PAGE_POLICY,
@@ -51,12 +54,27 @@ TOKEN_PAGE = FRONTEND / "gallery" / "token.html"
 """It needs no other file, since none is given to somebody without a token."""
 
 
+class Hosts:
+    """The names under which a server may be reached."""
+
+    def __init__(self, settings: Settings) -> None:
+        self._names = {host.strip("[]").lower() for host in settings.hosts}
+
+    def refusal(self, headers: Headers) -> str | None:
+        """Return why a request is refused by its Host header; None if it may pass."""
+        if len(headers.getlist("host")) > 1:
+            return "A request has one Host header; this one has several."
+        if "*" in self._names or _name(headers.get("host", "")) in self._names:
+            return None
+        return "This server does not answer to that Host name; add it to PFTRACK_ALLOWED_HOSTS if it should."
+
+
 class Guard:
     """ASGI middleware that lets in only who may come, and puts the security headers on every answer."""
 
     def __init__(self, app: ASGIApp, settings: Settings) -> None:
         self._app = app
-        self._hosts = {host.strip("[]").lower() for host in settings.hosts}
+        self._hosts = Hosts(settings)
         self._warnings = RateLimitedLogger(__name__)
         self._token = settings.token.get_secret_value() if settings.token else None
         digest = hashlib.sha256((self._token or "").encode()).hexdigest()
@@ -72,11 +90,11 @@ class Guard:
         refusal = self._refusal(scope, headers)
         if refusal is not None:
             if scope["type"] == "websocket":
-                path = scope["path"]
+                path = route_path(scope)
                 # The link of a class opens it, so it stays out of the log.
                 told = f"{PREFIX}/..." if path.startswith(f"{PREFIX}/") else path
                 self._warnings.warn("a websocket was refused", path=told, reason=refusal[1])
-            await _refuse(scope, receive, send, refusal)
+            await refuse(scope, receive, send, *refusal)
             return
         # Asked again, since some paths are open to whoever knows no token.
         if self._token and _tokens_in_address(scope) and self._knows(scope, headers):
@@ -93,15 +111,13 @@ class Guard:
         await self._app(scope, receive, send_with_headers)
 
     def _refusal(self, scope: Scope, headers: Headers) -> tuple[int, str] | None:
-        if len(headers.getlist("host")) > 1:
-            return 400, "A request has one Host header; this one has several."
-        host = headers.get("host", "")
-        if "*" not in self._hosts and _name(host) not in self._hosts:
-            return 400, "This server does not answer to that Host name; add it to PFTRACK_ALLOWED_HOSTS if it should."
+        if misplaced := self._hosts.refusal(headers):
+            return 400, misplaced
         changing = scope["type"] == "websocket" or scope["method"] not in SAFE_METHODS
-        if changing and not _same_origin(headers, host):
+        if changing and not _same_origin(headers):
             return 403, "This request comes from another site's page; open the server's own page instead."
-        is_open = scope["path"] in OPEN_PATHS or scope["path"].startswith(f"{PREFIX}/")
+        path = route_path(scope)
+        is_open = path in OPEN_PATHS or path.startswith(f"{PREFIX}/")
         if not self._token or is_open or self._knows(scope, headers):
             return None
         if _tokens_in_address(scope):
@@ -129,13 +145,14 @@ class Guard:
         """Trade the token of a link for a cookie and take it out of the address."""
         rest = [(key, value) for key, value in _query(scope) if key != "token"]
         # One slash only: `//other.site` would be an address elsewhere.
-        path = "/" + scope["path"].lstrip("/\\")
+        path = address_of(scope, encode_path(route_path(scope).lstrip("/\\")))
         answer = RedirectResponse(f"{path}?{urlencode(rest)}" if rest else path, status_code=303, headers=HEADERS)
         answer.headers["Cache-Control"] = "no-store"
         answer.set_cookie(
             self._cookie,
             quote(self._token or "", safe=""),
             max_age=WEEK_SECONDS,
+            path=address_of(scope),
             httponly=True,
             samesite="lax",
             secure=scope["scheme"] == "https",
@@ -143,8 +160,8 @@ class Guard:
         return answer
 
 
-async def _refuse(scope: Scope, receive: Receive, send: Send, refusal: tuple[int, str]) -> None:
-    status, message = refusal
+async def refuse(scope: Scope, receive: Receive, send: Send, status: int, message: str) -> None:
+    """Answer a request that may not pass, or close a websocket that has not begun."""
     if scope["type"] == "websocket" and "websocket.http.response" not in scope.get("extensions", {}):
         await send({"type": "websocket.close", "code": 1008, "reason": message})
         return
@@ -163,7 +180,7 @@ async def _refuse(scope: Scope, receive: Receive, send: Send, refusal: tuple[int
 
 def _is_page(scope: Scope) -> bool:
     """Tell whether a person may have asked for this in the address bar."""
-    return scope["type"] == "http" and scope["method"] == "GET" and not scope["path"].startswith("/api/")
+    return scope["type"] == "http" and scope["method"] == "GET" and not route_path(scope).startswith("/api/")
 
 
 def _tokens_in_address(scope: Scope) -> list[str]:
@@ -183,7 +200,7 @@ def _hidden_fields(scope: Scope) -> str:
     return "".join(f'<input type="hidden" name="{key}" value="{value}">' for key, value in fields)
 
 
-def _same_origin(headers: Headers, host: str) -> bool:
+def _same_origin(headers: Headers) -> bool:
     """Tell whether a request comes from this server's own page, or from no page at all."""
     origin = headers.get("origin")
     if origin is None:
@@ -195,7 +212,7 @@ def _same_origin(headers: Headers, host: str) -> bool:
     if parts.scheme not in {"http", "https"}:
         return False
     default = ":443" if parts.scheme == "https" else ":80"
-    return parts.netloc.lower().removesuffix(default) == host.lower().removesuffix(default)
+    return parts.netloc.lower().removesuffix(default) == headers.get("host", "").lower().removesuffix(default)
 
 
 def _name(host: str) -> str:

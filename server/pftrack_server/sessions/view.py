@@ -20,8 +20,8 @@ def view(spec: SessionSpec, description: SessionDescription, snapshot: SessionSn
         sweep=spec.sweep,
         upload=spec.upload,
         created=spec.created,
-        page=f"/session/{spec.id}",
-        viewer=f"/viz/{spec.id}/",
+        page=f"session/{spec.id}",
+        viewer=f"viz/{spec.id}/",
     )
 
 

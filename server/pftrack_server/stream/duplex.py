@@ -7,6 +7,8 @@ from collections.abc import AsyncIterable, Callable
 import structlog
 from fastapi import WebSocket, WebSocketDisconnect
 
+from pftrack_server.base_path import route_path
+
 __all__ = ["GONE", "converse"]
 
 log = structlog.get_logger(__name__)
@@ -53,7 +55,7 @@ async def _tell(websocket: WebSocket, messages: AsyncIterable[str | bytes], fare
         return
     except Exception:
         # A page that hears nothing more would wait for ever; sent away, it comes back and is told what is wrong.
-        log.exception("a stream failed", path=websocket.url.path)
+        log.exception("a stream failed", path=route_path(websocket.scope))
         await websocket.close(FAILED, "The server failed unexpectedly; details are in its log.")
         return
     await websocket.close(GONE, farewell)

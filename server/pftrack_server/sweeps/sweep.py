@@ -142,7 +142,7 @@ class Sweep:
             seconds_left=(plan.runs - self.done) / rate if rate and self.state == "running" else None,
             created=self.created,
             outcome=self._outcome(),
-            page=f"/sweep/{self.id}",
+            page=f"sweep/{self.id}",
         )
 
     async def cells(self, x: str | None = None, y: str | None = None) -> CellsPublic:

@@ -31,8 +31,8 @@ class Follower:
 
     def __init__(self, server: Server, link: str) -> None:
         self.place = urlsplit(link).path
-        self.http = httpx.Client(base_url=f"{server.url}{self.place}/", timeout=60, verify=False)  # noqa: S501
-        self.ws = f"{server.ws}{self.place}"
+        self.http = httpx.Client(base_url=f"{server.origin}{self.place}/", timeout=60, verify=False)  # noqa: S501
+        self.ws = server.ws.removesuffix(server.base) + self.place
         self.page = self.http.get("")
 
     @property

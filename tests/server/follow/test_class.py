@@ -15,7 +15,7 @@ def test_a_class_sees_what_the_lecturer_does(
     """Whoever opens the link sees the same frame, hears a poll and answers it; the lecturer sees how many."""
     with follower(guarded, follow) as one, follower(guarded, follow) as other:
         assert one.page.status_code == 200
-        assert f'href="{one.place}/static/version/' in one.page.text
+        assert f'<base href="{one.place}/">' in one.page.text
         with (
             one.socket() as stream,
             other.socket() as elsewhere,

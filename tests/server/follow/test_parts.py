@@ -245,7 +245,8 @@ class TestAddresses:
     def test_a_lecturer_who_came_from_elsewhere(self) -> None:
         """Where the lecturer's browser reaches the server by a name, so do others."""
         settings = Settings(token=TOKEN, allowed_hosts=("lab.example",))
-        assert addresses("https://lab.example", settings) == [("https://lab.example", True)]
+        for base in ("https://lab.example", "https://lab.example/any/prefix"):
+            assert addresses(base, settings) == [(base, True)]
 
     def test_a_server_that_listens_everywhere(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """A lecturer on the machine itself is told the names that others can use, with the port."""
@@ -256,8 +257,10 @@ class TestAddresses:
             ("http://198.51.100.9:8123", True),
             ("http://127.0.0.1:8123", False),
         ]
+        below = addresses("http://127.0.0.1:8123/space%20word", Settings(host="0.0.0.0"))
+        assert [each.base for each in below] == [f"{each.base}/space%20word" for each in told]
         only = Settings(host="0.0.0.0", allowed_hosts=("198.51.100.9",))
-        assert [each.origin for each in addresses("http://[::1]:80", only) if each.everybody] == [
+        assert [each.base for each in addresses("http://[::1]:80", only) if each.everybody] == [
             "http://198.51.100.9:80"
         ]
 
@@ -267,5 +270,5 @@ class TestAddresses:
         assert "127.0.0.1" not in names
         assert found._names(Settings(host="2001:db8::5", token=TOKEN)) == ["2001:db8::5"]
         assert (
-            addresses("http://[::1]:1", Settings(host="2001:db8::5", token=TOKEN))[0].origin == "http://[2001:db8::5]:1"
+            addresses("http://[::1]:1", Settings(host="2001:db8::5", token=TOKEN))[0].base == "http://[2001:db8::5]:1"
         )

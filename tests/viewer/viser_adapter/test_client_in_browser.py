@@ -38,7 +38,7 @@ def scene(chromium: Any) -> Iterator[Any]:
     session.show(drawing(), 0)
     context = chromium.new_context(viewport={"width": 1280, "height": 800})
     page = context.new_page()
-    page.goto(f"http://127.0.0.1:{site.port}/viz/one/")
+    page.goto(f"{site.url}/viz/one/")
     until(page, "window.pftrackScene.drawn() === 'in place'", 60)
     yield page
     context.close()
