@@ -62,11 +62,11 @@ $(VENV)/.serve-stamp: pyproject.toml | $(BIN)/python
 	@$(BIN)/pftrack doctor --warm >/dev/null || { $(BIN)/pftrack doctor; exit 1; }
 	@touch $@
 
-$(VENV)/.test-stamp: pyproject.toml .ci/browser | $(BIN)/python
+$(VENV)/.test-stamp: pyproject.toml .ci/programs | $(BIN)/python
 	@echo "Installing pftrack and its test tools into $(VENV) (only this once)"
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
 	@echo "Compiling the filters (only this once)"
-	@$(BIN)/pftrack doctor --warm >/dev/null & .ci/browser && wait
+	@$(BIN)/pftrack doctor --warm >/dev/null & .ci/programs && wait
 	@touch $@
 
 # `particles` pins numpy below 2 without needing it: it is installed without its pins, and no library is downgraded.

@@ -19,7 +19,7 @@ def shown(name: str, field: FieldInfo) -> str:
     value = field.default
     if value is PydanticUndefined:
         return "one a processor"
-    if value is None or value == ():
+    if value is None or value in {(), ""}:
         return "none"
     if name.endswith("_bytes"):
         return f"{value} ({value // MEBIBYTE:,} MiB)"

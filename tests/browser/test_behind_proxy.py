@@ -1,0 +1,132 @@
+"""A server behind nginx with TLS, as docs/server.md sets it up: below the prefix, and as secure as the page."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+from urllib.parse import urlencode, urlsplit
+
+import cv2
+import httpx
+import numpy as np
+import pytest
+
+from tests.browser.conftest import CHOSEN, TOKEN
+from tests.browser.host import Server
+from tests.browser.views import PARTICLES, SessionPage
+from tests.conftest import BASE, FRUGAL
+from tests.nginx import NGINX, free_port, nginx, site
+
+pytestmark = pytest.mark.skipif(NGINX is None, reason="needs Debian's nginx-light")
+
+TAKEN_OFF = "/taken%20off"
+
+
+class Behind(NamedTuple):
+    """A server, and where browsers find it through nginx.
+
+    Attributes:
+        server: It trusts nginx.
+        kept: Below its own base path, which nginx leaves in the path.
+        taken_off: Below a prefix that nginx takes off, and tells it.
+        distrusted: The same in front of a server that was not told to trust nginx.
+    """
+
+    server: Server
+    kept: str
+    taken_off: str
+    distrusted: str
+
+
+@pytest.fixture(scope="module")
+def behind(tmp_path_factory: pytest.TempPathFactory, server: Server) -> Iterator[Behind]:
+    own = Server(tmp_path_factory.mktemp("served"), token=TOKEN, PFTRACK_TRUSTED_PROXIES="127.0.0.1")
+    trusting, other = (urlsplit(each.url).port or 0 for each in (own, server))
+    ports = [free_port() for _ in range(3)]
+    sites = {
+        ports[0]: site(ports[0], trusting, BASE),
+        ports[1]: site(ports[1], trusting, TAKEN_OFF, takes_off=True),
+        ports[2]: site(ports[2], other, TAKEN_OFF, takes_off=True),
+    }
+    places = (BASE, TAKEN_OFF + BASE, TAKEN_OFF + BASE)
+    with nginx(Path(tmp_path_factory.mktemp("nginx")), sites):
+        yield Behind(own, *(f"https://localhost:{port}{place}" for port, place in zip(ports, places, strict=True)))
+    own.stop()
+
+
+@pytest.fixture(params=["kept", "taken_off"])
+def outside(request: pytest.FixtureRequest, behind: Behind) -> str:
+    """Where a browser finds the server, by each way in which a proxy may be set up."""
+    return str(getattr(behind, request.param))
+
+
+@pytest.fixture
+def secure(chromium: Any, outside: str) -> Iterator[Any]:
+    """A page of a browser outside, which has opened the link with the token."""
+    context = chromium.new_context(base_url=f"{outside}/", ignore_https_errors=True, color_scheme="light")
+    for script in (FRUGAL, CHOSEN.format("flat")):
+        context.add_init_script(script)
+    page = context.new_page()
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.on("console", lambda line: errors.append(line.text) if line.type == "error" else None)
+    page.on("response", lambda answer: errors.append(f"{answer.status} {answer.url}") if answer.status >= 400 else None)
+    page.goto(f"./?{urlencode({'token': TOKEN})}")
+    yield page
+    context.close()
+    assert errors == []
+
+
+def test_a_session_plays_and_a_class_follows(behind: Behind, outside: str, secure: Any) -> None:
+    """Page, streams, scene, cookies, links and QR code are at the address that the proxy gives to the outside."""
+    page, sockets = secure, []
+    assert page.url == f"{outside}/"
+    (cookie,) = page.context.cookies()
+    assert (cookie["secure"], cookie["httpOnly"]) == (True, True)
+    assert cookie["path"] == f"{urlsplit(outside).path}/"
+    session = behind.server.start_session(frames=40)
+    page.on("websocket", lambda socket: sockets.append(socket.url))
+    page.goto(f"{session['page']}?view=scene")
+    shown = SessionPage(page, behind.server)
+    shown.until(lambda: shown.in_scene(PARTICLES, 0) > 0, "the scene has particles")
+    page.locator(".play:enabled").click()
+    shown.until(lambda: (shown.position or 0) > 3, "the page plays")
+    place = outside.replace("https", "wss")
+    assert {url.partition("?")[0] for url in sockets} >= {
+        f"{place}/api/v1/sessions/{session['id']}/stream",
+        f"{place}/viz/{session['id']}",
+    }
+    assert all(url.startswith(f"{place}/") for url in sockets)
+
+    page.locator(".follow-chip:enabled").click()
+    page.get_by_role("button", name="Begin").click()
+    link = f"https://{page.locator('[data-role=class-link]').inner_text()}"
+    assert link.startswith(f"{outside}/f/")
+    code = page.locator(".class-qr img")
+    shown.until(lambda: code.evaluate("it => it.naturalWidth") > 0, "the code is drawn")
+    picture = cv2.imdecode(np.frombuffer(code.screenshot(), np.uint8), cv2.IMREAD_GRAYSCALE)
+    assert cv2.QRCodeDetector().detectAndDecode(picture)[0] == link
+
+    follower = page.context.browser.new_page(ignore_https_errors=True)
+    follower.goto(link)
+    follower.locator(".flat-canvas[data-frame]").wait_for()
+    (seat,) = follower.context.cookies()
+    assert (seat["secure"], seat["path"]) == (True, urlsplit(link).path)
+    follower.context.close()
+
+
+def test_who_is_no_named_proxy_is_not_believed(behind: Behind) -> None:
+    """A server that was not told to trust it serves below its own base path, without what the proxy says."""
+    with httpx.Client(verify=False, timeout=60) as client:  # noqa: S501
+        trusted = client.get(behind.taken_off, headers={"authorization": "Bearer nothing"}, follow_redirects=False)
+        assert trusted.headers["location"] == f"{TAKEN_OFF}{BASE}/"
+        page = client.get(f"{behind.distrusted}/").text
+        assert f'<base href="{BASE}/">' in page
+
+
+def test_a_browser_cannot_name_a_prefix(behind: Behind) -> None:
+    """Nginx empties the headers that it does not set, so that only what it says itself comes through."""
+    headers = {"x-forwarded-prefix": "/made/up", "x-forwarded-host": "evil.example", "x-forwarded-proto": "http"}
+    with httpx.Client(verify=False, timeout=60) as client:  # noqa: S501
+        page = client.get(f"{behind.kept}/", params={"token": TOKEN}, headers=headers)
+    assert page.headers["location"] == f"{BASE}/"
+    assert "secure" in page.headers["set-cookie"].lower()
