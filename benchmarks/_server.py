@@ -28,7 +28,7 @@ __all__ = [
     "percentile",
     "row",
     "scene_of",
-    "unpacked",
+    "unpack",
     "until",
 ]
 
@@ -139,7 +139,7 @@ def scene_of(page: Any) -> Any:
     return frame
 
 
-def unpacked(message: bytes) -> bytes:
+def unpack(message: bytes) -> bytes:
     """Undo viser's framing: two sizes, compressed msgpack, arrays."""
     plain, packed = struct.unpack_from("<QQ", message)
     return zstandard.ZstdDecompressor().decompress(message[16 : 16 + packed], max_output_size=plain)

@@ -159,7 +159,7 @@ def _cpu_s(processes: list[psutil.Process]) -> float:
     return used
 
 
-def measured(server: Server, count: int, slow: int, seconds: float) -> Iterator[dict[str, object]]:
+def measure(server: Server, count: int, slow: int, seconds: float) -> Iterator[dict[str, object]]:
     """Measure one class."""
     name = f"{count} followers" + (f", {2 * slow} slow ones" if slow else "")
     progress(name)
@@ -193,9 +193,9 @@ def main() -> None:
         server = Server(folder)
         try:
             rows = [
-                *measured(server, 1, 0, given.seconds),
-                *measured(server, given.followers, 0, given.seconds),
-                *measured(server, given.followers, given.slow, given.seconds),
+                *measure(server, 1, 0, given.seconds),
+                *measure(server, given.followers, 0, given.seconds),
+                *measure(server, given.followers, given.slow, given.seconds),
             ]
         finally:
             server.close()

@@ -47,7 +47,7 @@ class Clip:
     points_px: NDArray[np.float64]
 
 
-def rendered(count: int) -> Clip:
+def render_clip(count: int) -> Clip:
     """Render the first frames of the script of motions."""
     parameters = HEAD.simulate().parameters
     source, history = HeadSource(0, parameters), History(((0, parameters),))
@@ -62,7 +62,7 @@ def rendered(count: int) -> Clip:
     return Clip(frames, landmarks.points_px)
 
 
-def tracked(clip: Clip, method: str, **values: object) -> Follow:
+def track_by(clip: Clip, method: str, **values: object) -> Follow:
     """Track by one of ours."""
     parameters, tracker = revise(HEAD.simulate().parameters, values), HEAD.trackers[method]
     first = clip.frames[0]
@@ -92,7 +92,7 @@ def flow(clip: Clip) -> Follow:
     return follow
 
 
-def solved(clip: Clip) -> Follow:
+def solve_pose(clip: Clip) -> Follow:
     """Solve for the pose where the points truly are."""
     resting = _turn(clip.points_px)
 
@@ -120,16 +120,16 @@ def _grey(frame: Frame) -> NDArray[np.uint8]:
 RELIEF = {"templates": "relief", "upper_layer": "perspective"}
 
 METHODS: dict[str, Callable[[Clip], Follow]] = {
-    "PF-ASD, 11 x 50": lambda clip: tracked(clip, "pf-asd"),
-    "PF-ASD, 11 x 200": lambda clip: tracked(clip, "pf-asd", sample_count=200),
-    "PF-ASD, 11 x 50, pinhole": lambda clip: tracked(clip, "pf-asd", upper_layer="perspective"),
-    "PF-ASD, 11 x 50, face that grows": lambda clip: tracked(clip, "pf-asd", face_model="growing"),
-    "PF-ASD, 11 x 50, relief": lambda clip: tracked(clip, "pf-asd", **RELIEF),
-    "PF-ASD, 11 x 50, relief, face that grows": lambda clip: tracked(clip, "pf-asd", face_model="growing", **RELIEF),
-    "alpha = 1, 11 x 50": lambda clip: tracked(clip, "alpha-1"),
-    "alpha = 0, 11 x 50": lambda clip: tracked(clip, "alpha-0"),
+    "PF-ASD, 11 x 50": lambda clip: track_by(clip, "pf-asd"),
+    "PF-ASD, 11 x 200": lambda clip: track_by(clip, "pf-asd", sample_count=200),
+    "PF-ASD, 11 x 50, pinhole": lambda clip: track_by(clip, "pf-asd", upper_layer="perspective"),
+    "PF-ASD, 11 x 50, face that grows": lambda clip: track_by(clip, "pf-asd", face_model="growing"),
+    "PF-ASD, 11 x 50, relief": lambda clip: track_by(clip, "pf-asd", **RELIEF),
+    "PF-ASD, 11 x 50, relief, face that grows": lambda clip: track_by(clip, "pf-asd", face_model="growing", **RELIEF),
+    "alpha = 1, 11 x 50": lambda clip: track_by(clip, "alpha-1"),
+    "alpha = 0, 11 x 50": lambda clip: track_by(clip, "alpha-0"),
     "OpenCV, Lucas-Kanade and solvePnP": flow,
-    "OpenCV, solvePnP on the true points": solved,
+    "OpenCV, solvePnP on the true points": solve_pose,
 }
 
 
@@ -158,7 +158,7 @@ def main() -> None:
     """Measure and report."""
     given = arguments(__doc__.splitlines()[0], frames={"type": int, "default": 900, "help": "frames, 900 are all"})
     cv2.setNumThreads(1)
-    clip = rendered(given.frames)
+    clip = render_clip(given.frames)
     rows = [measure(name, clip) for name in METHODS]
     for row in rows:
         row["ratio"] = row["ms"] / rows[0]["ms"]  # type: ignore[operator]

@@ -48,7 +48,7 @@ def lawn(count: int) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
     return pictures, places
 
 
-def timed(function: Callable[[], object], repeats: int) -> float:
+def median_time(function: Callable[[], object], repeats: int) -> float:
     """Return the median time of a call, ms."""
     function()
     times = []
@@ -83,10 +83,10 @@ def weighing(picture: NDArray[np.uint8], repeats: int) -> Iterator[dict[str, obj
                 box = hsv[top : top + side, left : left + side]
                 cv2.calcHist([box], [0, 1], None, [10, 10], [0, 180, 0, 256])
 
-        peer = timed(loop, max(repeats // 10, 3))
+        peer = median_time(loop, max(repeats // 10, 3))
         for who, ms in (
-            ("ours, colours put into bins too", timed(lambda: ours(kernel=False), repeats)),
-            ("ours, by the kernel", timed(lambda: ours(kernel=True), repeats)),
+            ("ours, colours put into bins too", median_time(lambda: ours(kernel=False), repeats)),
+            ("ours, by the kernel", median_time(lambda: ours(kernel=True), repeats)),
             ("cv2.calcHist in a loop, HSV given", peer),
         ):
             yield {"300 boxes of 41 x 41": name, "who": who, "ms": ms, "ratio": ms / peer}

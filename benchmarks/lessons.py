@@ -51,7 +51,7 @@ def lessons_of(server: Server) -> list[str]:
     return [each["id"] for each in listed if each["number"] and each["kind"] == "demonstration"]
 
 
-def moved(page: Any, server: Server, lesson: str, repeats: int) -> list[float]:
+def time_moves(page: Any, server: Server, lesson: str, repeats: int) -> list[float]:
     """Return how long each move of a lesson's first slider took, ms."""
     page.goto(f"{server.url}/learn/{lesson}")
     until(page, "document.querySelector('[data-part=show]')?.dataset.shown !== undefined")
@@ -63,7 +63,7 @@ def moved(page: Any, server: Server, lesson: str, repeats: int) -> list[float]:
     return taken
 
 
-def measured(server: Server, repeats: int) -> Iterator[dict[str, object]]:
+def measure(server: Server, repeats: int) -> Iterator[dict[str, object]]:
     """Yield a row for each lesson, and one for all of them."""
     everything: list[float] = []
     with chromium() as browser:
@@ -72,7 +72,7 @@ def measured(server: Server, repeats: int) -> Iterator[dict[str, object]]:
         page = browser.new_page(viewport={"width": 1280, "height": 800})
         for lesson in lessons_of(server):
             progress(lesson)
-            taken = moved(page, server, lesson, repeats)
+            taken = time_moves(page, server, lesson, repeats)
             everything += taken
             yield row(f"{lesson}, ms", median(taken), percentile(taken, 0.95), GOAL_MS)
     yield row("all, ms", median(everything), percentile(everything, 0.95), GOAL_MS)
@@ -84,7 +84,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         server = Server(folder)
         try:
-            rows = list(measured(server, given.repeats))
+            rows = list(measure(server, given.repeats))
         finally:
             server.close()
     report("Slider to figure", rows, as_json=given.json)

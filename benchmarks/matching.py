@@ -47,7 +47,7 @@ def by_loop(later: NDArray[np.uint8], templates: NDArray[np.uint8], around: NDAr
     return np.array(found)
 
 
-def timed(
+def time_matching(
     name: str, call: Callable[[], NDArray[np.float64]], around: NDArray[np.int64], repeats: int
 ) -> dict[str, object]:
     """Return a row: the median processor time of a call, and the share of corners found within a pixel."""
@@ -80,7 +80,7 @@ def rows_of(count: int, repeats: int) -> list[dict[str, object]]:
         "OpenCV, matchTemplate in a loop": lambda: by_loop(later, templates, around).astype(np.float64),
         "OpenCV, calcOpticalFlowPyrLK": flow,
     }
-    return [timed(name, call, around, repeats) for name, call in calls.items()]
+    return [time_matching(name, call, around, repeats) for name, call in calls.items()]
 
 
 def main() -> None:

@@ -29,7 +29,7 @@ from _server import (  # noqa: E402
     echoes,
     row,
     scene_of,
-    unpacked,
+    unpack,
     until,
 )
 from websockets.asyncio.client import ClientConnection, connect  # noqa: E402
@@ -98,7 +98,7 @@ def visible(server: Server, browser: Any, repeats: int) -> dict[str, list[float]
     return times
 
 
-def clicked(server: Server, browser: Any, repeats: int) -> dict[str, list[float]]:
+def time_clicks(server: Server, browser: Any, repeats: int) -> dict[str, list[float]]:
     """Time from the click on an experiment in the gallery to the run's first picture, its plots, its scene, and all."""
     times: dict[str, list[float]] = {"first picture": [], "plots": [], "scene": [], "whole": []}
     context = browser.new_context(viewport={"width": 1280, "height": 800})
@@ -136,7 +136,7 @@ async def crowd(server: Server, sessions: list[str], seconds: float) -> list[tup
     async def pictures(session: str, scene: ClientConnection) -> None:
         await scene.send(CAMERA)
         async for message in scene:
-            inner = unpacked(message)  # type: ignore[arg-type] # viser speaks binary
+            inner = unpack(message)  # type: ignore[arg-type] # viser speaks binary
             counts[session][1] += b"/picture" in inner
             for answer in echoes(inner):
                 await scene.send(answer)
@@ -174,7 +174,7 @@ def memory_mib(processes: list[psutil.Process]) -> float:
     return sum(process.memory_full_info().pss for process in processes) / 2**20
 
 
-def crowded(server: Server, count: int, seconds: float) -> Iterator[dict[str, object]]:
+def measure_crowd(server: Server, count: int, seconds: float) -> Iterator[dict[str, object]]:
     """Measure many sessions at once."""
     progress(f"{count} sessions")
     alone = memory_mib(server.family())
@@ -194,7 +194,7 @@ def crowded(server: Server, count: int, seconds: float) -> Iterator[dict[str, ob
         server.end(session)
 
 
-def seen(server: Server) -> Iterator[dict[str, object]]:
+def measure_start(server: Server) -> Iterator[dict[str, object]]:
     """Measure when a new session is seen."""
     progress("new sessions")
     with chromium() as browser:
@@ -203,7 +203,7 @@ def seen(server: Server) -> Iterator[dict[str, object]]:
                 yield row(f"first session, {where}, s", times[0], None)
                 yield row(f"new session visible, {where}, s", median(times[1:]), max(times[1:]), 0.5)
         if browser is not None:
-            for what, times in clicked(server, browser, 5).items():
+            for what, times in time_clicks(server, browser, 5).items():
                 yield row(f"first click to {what}, s", times[0], None)
                 goal = 0.5 if what == "first picture" else None
                 yield row(f"click to {what}, s", median(times[1:]), max(times[1:]), goal)
@@ -219,7 +219,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         server = Server(folder)
         try:
-            rows = [*seen(server), *crowded(server, given.sessions, given.seconds)]
+            rows = [*measure_start(server), *measure_crowd(server, given.sessions, given.seconds)]
         finally:
             server.close()
     report("Sessions, measured from outside", rows, as_json=given.json)

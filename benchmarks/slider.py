@@ -33,7 +33,7 @@ from _server import (  # noqa: E402
     percentile,
     row,
     scene_of,
-    unpacked,
+    unpack,
     until,
 )
 from websockets.sync.client import ClientConnection, connect  # noqa: E402
@@ -113,7 +113,7 @@ def in_scene(server: Server, browser: Any, repeats: int) -> dict[str, list[float
     page.wait_for_timeout(3_000)
     scene.evaluate(WATCH % SCENE_PICTURE)
     row = scene.locator(".mantine-Flex-root").filter(has=scene.locator(f"label:text-matches('{LABEL}')")).first
-    found = moved(page, scene, row.locator("[role=slider]"), row.locator(".mantine-Slider-track"), repeats)
+    found = time_moves(page, scene, row.locator("[role=slider]"), row.locator(".mantine-Slider-track"), repeats)
     page.close()
     server.end(session)
     return found
@@ -129,13 +129,13 @@ def in_flat_view(server: Server, browser: Any, repeats: int) -> dict[str, list[f
     until(page, "() => document.querySelector('.flat-canvas').dataset.frame > 0")
     page.wait_for_timeout(3_000)
     page.evaluate(WATCH % FLAT_PICTURE)
-    found = moved(page, page, slider, slider, repeats)
+    found = time_moves(page, page, slider, slider, repeats)
     page.close()
     server.end(session)
     return found
 
 
-def moved(page: Any, frame: Any, handle: Any, track: Any, repeats: int) -> dict[str, list[float]]:
+def time_moves(page: Any, frame: Any, handle: Any, track: Any, repeats: int) -> dict[str, list[float]]:
     """Move a slider by keyboard and by dragging, and return the latencies that were seen, ms."""
     handle.scroll_into_view_if_needed()
     handle.focus()
@@ -204,7 +204,7 @@ def by_websocket(server: Server, repeats: int) -> list[float]:
 def messages(scene: ClientConnection) -> list[dict[str, Any]]:
     """Return what the scene says next, answering what it asks; nothing after a while of silence."""
     try:
-        inner = unpacked(scene.recv(timeout=0.1))  # type: ignore[arg-type] # viser speaks binary
+        inner = unpack(scene.recv(timeout=0.1))  # type: ignore[arg-type] # viser speaks binary
     except TimeoutError:
         return []
     for answer in echoes(inner):
@@ -223,7 +223,7 @@ def pillar(message: dict[str, Any]) -> int | None:
     return None if picture is None else int((picture[8] < 80).sum())
 
 
-def measured(server: Server, repeats: int) -> Iterator[dict[str, object]]:
+def measure(server: Server, repeats: int) -> Iterator[dict[str, object]]:
     """Yield the rows of the table."""
     progress("by websocket")
     ways = {"by websocket": by_websocket(server, repeats)}
@@ -245,7 +245,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         server = Server(folder)
         try:
-            rows = list(measured(server, given.repeats))
+            rows = list(measure(server, given.repeats))
         finally:
             server.close()
     report("Slider to picture", rows, as_json=given.json)

@@ -39,7 +39,7 @@ FILLS = 50
 Shape = NDArray[np.float64]
 
 
-def timed(call: Callable[[], Shape], repeats: int) -> tuple[Shape, float]:
+def time_call(call: Callable[[], Shape], repeats: int) -> tuple[Shape, float]:
     """Return what a call gives, and its median time in ms."""
     taken = []
     for _ in range(repeats):
@@ -49,7 +49,7 @@ def timed(call: Callable[[], Shape], repeats: int) -> tuple[Shape, float]:
     return shape, median(taken)
 
 
-def stepped(step: Callable[[Any, Shape, Shape], Any], state: Any, tracks: Tracks, begin: int) -> tuple[Any, float]:
+def time_steps(step: Callable[[Any, Shape, Shape], Any], state: Any, tracks: Tracks, begin: int) -> tuple[Any, float]:
     """Take frames from one on, and return the last state and the median time of a step in ms."""
     taken = []
     for positions, variances in zip(tracks.positions[begin:], tracks.variances[begin:], strict=True):
@@ -59,7 +59,7 @@ def stepped(step: Callable[[Any, Shape, Shape], Any], state: Any, tracks: Tracks
     return state, median(taken)
 
 
-def filled(tracks: Tracks) -> Shape:
+def fill_hidden(tracks: Tracks) -> Shape:
     """Fill hidden points in by the rank-three fit of all, again and again, and factor what comes."""
     rows, hidden = tracks.matrix, tracks.precisions < 1.0 / HIDDEN_VARIANCE
     seen = np.where(hidden, 0.0, rows).sum(axis=1) / np.maximum((~hidden).sum(axis=1), 1)
@@ -71,7 +71,7 @@ def filled(tracks: Tracks) -> Shape:
     return right[:3].T
 
 
-def adjusted(body: SimulatedTracks, tracks: Tracks) -> Shape:
+def adjust_bundle(body: SimulatedTracks, tracks: Tracks) -> Shape:
     """Adjust all points and all pinholes together, by SciPy."""
     focal, frames = body.focal_px, len(tracks.positions)
     state = from_window(window_of(tracks), recursive.Settings(focal))
@@ -123,26 +123,26 @@ def rows_of(frames: int, repeats: int) -> list[dict[str, object]]:
         rows.append({"frames": frames, "method": method, "shape error": error, "ms a further frame": ms})
 
     progress(f"{frames} frames")
-    add("singular values", *timed(lambda: factorize(tracks).shape, repeats))
-    add("NumPy, singular values, filled in", *timed(lambda: filled(tracks), 3))
-    add("variational, 10 passes", *timed(lambda: variational.fit(tracks).shape, repeats))
+    add("singular values", *time_call(lambda: factorize(tracks).shape, repeats))
+    add("NumPy, singular values, filled in", *time_call(lambda: fill_hidden(tracks), 3))
+    add("variational, 10 passes", *time_call(lambda: variational.fit(tracks).shape, repeats))
     for forgetting, memory in (("common", 0.5), ("by-information", 1.0)):
         settings = online_variational.Settings(window=WINDOW, memory=memory, forgetting=forgetting)
-        online, _ = stepped(online_variational.step, online_variational.begin(14, settings), window_of(tracks), 0)
-        online, ms = stepped(online_variational.step, online, tracks, min(WINDOW, frames - 1))
+        online, _ = time_steps(online_variational.step, online_variational.begin(14, settings), window_of(tracks), 0)
+        online, ms = time_steps(online_variational.step, online, tracks, min(WINDOW, frames - 1))
         add(f"online variational, forgetting {forgetting}", online.shape, ms)
     first = from_window(window_of(tracks), recursive.Settings(body.focal_px))
-    last, ms = stepped(recursive.step, first, tracks, min(WINDOW, frames - 1))
+    last, ms = time_steps(recursive.step, first, tracks, min(WINDOW, frames - 1))
     add("recursion", last.shape, ms)
-    add("SciPy, least squares over all frames", *timed(lambda: adjusted(body, tracks), 1))
+    add("SciPy, least squares over all frames", *time_call(lambda: adjust_bundle(body, tracks), 1))
     return rows
 
 
-def grown(frames: int) -> dict[str, object]:
+def grow(frames: int) -> dict[str, object]:
     """Let a model grow from the mean face on the tracks of driver 99, and return its row."""
     body, mean = head_tracks(99, 0, frames=frames), mean_model().points_mm
     state = growing.begin(mean, np.tile(9.0 * np.eye(3), (11, 1, 1)), growing.Settings(body.focal_px))
-    state, ms = stepped(growing.step, state, body.tracks, 0)
+    state, ms = time_steps(growing.step, state, body.tracks, 0)
     error = shape_error(state.own.shape, body.shape_mm)
     return {"frames": frames, "method": "grown face, 11 points", "shape error": error, "ms a further frame": ms}
 
@@ -152,7 +152,7 @@ def main() -> None:
     given = arguments(__doc__.splitlines()[0], repeats={"type": int, "default": 15, "help": "calls a batch method"})
     rows_of(WINDOW + 2, 1)
     rows = [row for frames in (120, 240, 360) for row in rows_of(frames, given.repeats)]
-    report("The shape of the prism, fourteen points", [*rows, grown(240)], as_json=given.json)
+    report("The shape of the prism, fourteen points", [*rows, grow(240)], as_json=given.json)
 
 
 if __name__ == "__main__":

@@ -146,11 +146,11 @@ def _footage(recording: PathOrName | None, mark: Mapping[str, Any] | None, start
 def _opener(recording: PathOrName | None, folder: Path | None = None) -> OpenSequence | None:
     """Return how the pictures of a recipe are found: where somebody says, else beside the file that speaks of them."""
 
-    def opened(footage: Footage) -> FrameSequence:
+    def open_footage(footage: Footage) -> FrameSequence:
         beside = (folder or Path()) / (footage.path or footage.name)
         place = beside if recording is None else Path(recording)
         if not place.exists():
             raise record.RecordError(f"the run was made on {place}, which is not there; say as `recording` where it is")
         return open_sequence(place, square=footage.square)
 
-    return opened if recording is not None or folder is not None else None
+    return open_footage if recording is not None or folder is not None else None

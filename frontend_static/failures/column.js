@@ -4,7 +4,7 @@ import { fill, h } from "../shared/dom.js";
 import { linkTo } from "../shared/share_link.js";
 import { settings } from "./difference_text.js";
 
-/** @import { FailureCourse, FailurePublic } from "../shared/messages.js" */
+/** @import { FailureResult, FailurePublic } from "../shared/messages.js" */
 /** @typedef {"failing"|"cured"} Side */
 
 const HEADS = { failing: "Fails", cured: "Cured" };
@@ -15,7 +15,7 @@ const HEADS = { failing: "Fails", cured: "Cured" };
  * @property {HTMLElement} place For the picture.
  * @property {Side} side
  * @property {string} name
- * @property {(course: FailureCourse) => void} show Say what was measured.
+ * @property {(course: FailureResult) => void} show Say what was measured.
  * @property {(sentence: string) => void} tell Say something in its place.
  */
 

@@ -4,11 +4,11 @@ import { h } from "../shared/dom.js";
 import { miniature } from "../shared/figure/miniature.js";
 import { quantity } from "../shared/format.js";
 
-/** @import { FailureCourse, FailureRun } from "../shared/messages.js" */
+/** @import { FailureResult, FailureRun } from "../shared/messages.js" */
 /** @import { Axis, Line } from "../shared/figure/traces.js" */
 
 /**
- * @param {FailureCourse} course
+ * @param {FailureResult} course
  * @param {number} frame The one before it happens; it is marked.
  * @param {AbortSignal} signal Takes the figure away.
  */

@@ -183,7 +183,7 @@ const truthPath = (id, of) => upload(id, `truth?${query({ experiment: of })}`);
  * @property {() => Promise<Messages.CompilationPublic>} compilation
  * @property {() => Promise<Messages.FailurePublic[]>} failures
  * @property {(id: string) => Promise<Messages.FailurePublic>} failure By id or number.
- * @property {(id: string, signal: AbortSignal) => Promise<Messages.FailureCourse>} course
+ * @property {(id: string, signal: AbortSignal) => Promise<Messages.FailureResult>} course
  * @property {(id: string) => Promise<Messages.SessionPublic>} session
  * @property {(body: Messages.SessionCreate) => Promise<Messages.SessionPublic>} start
  * @property {(id: string) => Promise<null>} end

@@ -434,13 +434,6 @@ export interface ExportsPublic {
   plots: PlotChoice[];
 }
 
-/** Both runs of a failure, computed on this server. */
-export interface FailureCourse {
-  unit: string;
-  failing: FailureRun;
-  cured: FailureRun;
-}
-
 /** The failure before another in the gallery, or the one after it. */
 export interface FailureNeighbour {
   id: string;
@@ -470,6 +463,13 @@ export interface FailurePublic {
   page: string;
   previous: FailureNeighbour | null;
   next: FailureNeighbour | null;
+}
+
+/** Both runs of a failure, computed on this server. */
+export interface FailureResult {
+  unit: string;
+  failing: FailureRun;
+  cured: FailureRun;
 }
 
 /** What came of one of the two runs. */

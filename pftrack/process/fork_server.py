@@ -57,7 +57,7 @@ class ForkServer:
         """One thread for all that are to be made: until the fork server is ready each waits, and would hold one."""
 
     @classmethod
-    def forked(cls, preload: str) -> "ForkServer":
+    def from_fork(cls, preload: str) -> "ForkServer":
         """Fork one off this process, which has imported everything and must not have started a thread yet."""
         made = cls(preload)
         ours, theirs = socket.socketpair()
@@ -90,7 +90,7 @@ class ForkServer:
         ours, theirs = pair()
         try:
             with theirs:
-                pid, sentinel = self._forked(theirs)
+                pid, sentinel = self._request_fork(theirs)
         except BaseException:
             ours.close()
             raise
@@ -122,7 +122,7 @@ class ForkServer:
         with self._lock:
             self._let_go()
 
-    def _forked(self, theirs: socket.socket) -> tuple[int, int]:
+    def _request_fork(self, theirs: socket.socket) -> tuple[int, int]:
         """Have a child forked; return its number, and the descriptor that will tell its exit status."""
         with self._lock:
             for _ in range(2):

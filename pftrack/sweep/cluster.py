@@ -81,7 +81,7 @@ class ClusterWorkers:
         self._running[future.key] = number, future
         future.add_done_callback(self._done.put)
 
-    def finished(self, timeout_s: float) -> list[Done]:
+    def collect(self, timeout_s: float) -> list[Done]:
         """Return what was done.
 
         Raises:

@@ -169,7 +169,7 @@ class _Drive:
         self._tell()
         self._workers.start(MEASURING, measure, self._text)
         while True:
-            for done in self._workers.finished(POLL_S):
+            for done in self._workers.collect(POLL_S):
                 if not done.lost:
                     run_s = max(float(done.value), 1e-7)
                     share = self._plan.runs * run_s / (CHUNKS_A_WORKER * self._jobs)
@@ -183,7 +183,7 @@ class _Drive:
 
     def _collect(self, chunks: Chunks, waiting: deque[int], running: set[int], timeout_s: float) -> None:
         """Keep what is done; put back what was lost."""
-        for done in self._workers.finished(timeout_s):
+        for done in self._workers.collect(timeout_s):
             running.discard(done.number)
             chunk = chunks[done.number]
             if done.lost:

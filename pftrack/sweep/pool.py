@@ -21,7 +21,7 @@ _PREPARED: list[ForkServer] = []
 
 def prepare() -> None:
     """Fork the server of the next pool off this process, which has imported everything and started no thread."""
-    _PREPARED.append(ForkServer.forked(PRELOAD))
+    _PREPARED.append(ForkServer.from_fork(PRELOAD))
 
 
 def open_pool(jobs: int) -> BlockingPool:
@@ -50,7 +50,7 @@ class LocalWorkers:
         """Give a task to a process that has nothing to do; one that was lost meanwhile is replaced."""
         self._numbers[self._pool.submit(function, *arguments)] = number
 
-    def finished(self, timeout_s: float) -> list[Done]:
+    def collect(self, timeout_s: float) -> list[Done]:
         """Return what was done; a process that was lost is replaced.
 
         Raises:

@@ -39,7 +39,7 @@ class Workers(Protocol):
             SweepError: There is nobody to take it any more.
         """
 
-    def finished(self, timeout_s: float) -> list[Done]:
+    def collect(self, timeout_s: float) -> list[Done]:
         """Return what was done since the last call, after waiting for something at most so long.
 
         Raises:

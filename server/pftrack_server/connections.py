@@ -28,7 +28,7 @@ FILES_SHARE = 0.5
 LARGEST_MESSAGE = 64 * 1024
 
 
-class _Taken(asyncio.Protocol):
+class _SilenceWatch(asyncio.Protocol):
     """A connection that ends when its other side takes nothing of what was sent."""
 
     transport: asyncio.Transport
@@ -67,11 +67,11 @@ class _Taken(asyncio.Protocol):
             self._next_look = None
 
 
-class WebSocketConnection(_Taken, WebSocketsSansIOProtocol):
+class WebSocketConnection(_SilenceWatch, WebSocketsSansIOProtocol):
     """A websocket of uvicorn's that ends when nothing is taken."""
 
 
-class Connection(_Taken, HttpToolsProtocol):
+class Connection(_SilenceWatch, HttpToolsProtocol):
     """A connection of uvicorn's that ends when no request comes, or nothing of the answer is taken."""
 
     silent_since: float | None = None
@@ -91,7 +91,7 @@ class Connection(_Taken, HttpToolsProtocol):
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Wait no longer."""
-        self._heard()
+        self._on_activity()
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
@@ -112,7 +112,7 @@ class Connection(_Taken, HttpToolsProtocol):
         """Wait no longer: there is a request."""
         super().on_headers_complete()
         self._head_bytes = None
-        self._heard()
+        self._on_activity()
 
     def on_response_complete(self) -> None:
         """Wait for the next request: uvicorn's own deadline ends with any byte, as of a body that nobody reads."""
@@ -122,11 +122,11 @@ class Connection(_Taken, HttpToolsProtocol):
             self._wait()
 
     def _wait(self) -> None:
-        self._heard()
+        self._on_activity()
         self.silent_since = time.monotonic()
         self._deadline = self.loop.call_later(HEAD_S, self._give_up)
 
-    def _heard(self) -> None:
+    def _on_activity(self) -> None:
         self.silent_since = None
         if self._deadline is not None:
             self._deadline.cancel()

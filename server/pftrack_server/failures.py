@@ -9,12 +9,12 @@ from pftrack.failures import Entry, entry, gallery
 from pftrack.model.failure import KINDS
 from pftrack.model.parameters import Value, declarations, flat, revise
 from pftrack_server.errors import NotFoundError
-from pftrack_server.schemas.failures import DifferencePublic, FailureCourse, FailureNeighbour, FailurePublic
+from pftrack_server.schemas.failures import DifferencePublic, FailureNeighbour, FailurePublic, FailureResult
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.disk_cache import DiskCache, digest
 from pftrack_server.tasks.functions import run_with_and_without_cure
 
-__all__ = ["Courses", "failure_named", "failures", "public"]
+__all__ = ["FailureResults", "failure_named", "failures", "public"]
 
 
 def failures() -> list[FailurePublic]:
@@ -86,7 +86,7 @@ def _differences(shown: Entry) -> list[DifferencePublic]:
     return found
 
 
-class Courses:
+class FailureResults:
     """The courses of failures that somebody has asked for: each is computed once, in a child, and kept on the disk.
 
     Those of other packages' experiments are kept as long as the server runs, which sees no change of theirs.
@@ -101,14 +101,14 @@ class Courses:
         """
         self._kept = DiskCache(folder)
         self._wait_for = wait_for
-        self._known: dict[str, FailureCourse] = {}
+        self._known: dict[str, FailureResult] = {}
         self._under_way: dict[str, asyncio.Lock] = {}
 
     def open(self) -> None:
         """Forget what another version of the program has computed."""
         self._kept.open()
 
-    async def of(self, shown: Entry, tasks: ChildTasks) -> FailureCourse:
+    async def of(self, shown: Entry, tasks: ChildTasks) -> FailureResult:
         """Return the course of a failure and of its cure.
 
         Raises:
@@ -125,5 +125,5 @@ class Courses:
                     course = await tasks.run(run_with_and_without_cure, name)
                     if is_own:
                         await asyncio.to_thread(self._kept.write, place, course)
-                self._known[name] = FailureCourse.model_validate(course)
+                self._known[name] = FailureResult.model_validate(course)
         return self._known[name]

@@ -9,7 +9,7 @@ from typing import Self
 from pftrack_server.comparisons.references import RunSources
 from pftrack_server.comparisons.service import Comparisons
 from pftrack_server.compilation import Compilation
-from pftrack_server.failures import Courses
+from pftrack_server.failures import FailureResults
 from pftrack_server.follow.follows import Follows
 from pftrack_server.lessons.service import Lessons
 from pftrack_server.middleware.metrics import Metrics
@@ -47,7 +47,7 @@ class Services:
     suitabilities: Suitabilities
     queues: Queues
     compilation: Compilation
-    courses: Courses
+    courses: FailureResults
     stopping: threading.Event
 
     @classmethod
@@ -72,7 +72,7 @@ class Services:
         await lessons.open()
         follows = Follows(settings, manager, lessons)
         kept = Suitabilities(store, settings)
-        courses = Courses(settings.data_dir / "failures-computed", compilation.wait_for)
+        courses = FailureResults(settings.data_dir / "failures-computed", compilation.wait_for)
         await asyncio.to_thread(courses.open)
         stopping = threading.Event()
         return cls(

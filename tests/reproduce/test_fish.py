@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from pftrack.reproduce.fish import course
-from pftrack.reproduce.fish.course import Clip, Condition, Successes, followed, lesson, taught_by_truth
+from pftrack.reproduce.fish import trials
 from pftrack.reproduce.fish.figures import draw
-from pftrack.reproduce.fish.learning import taught
+from pftrack.reproduce.fish.learning import learn_from_tracks
 from pftrack.reproduce.fish.success import COUNTS, TABLE, VARIANTS, VARIED
+from pftrack.reproduce.fish.trials import Clip, Condition, Successes, follow, learn_from_truth, track_training_clip
 from pftrack.trackers.fish.learned import GUIDANCE
 
 
@@ -15,7 +15,7 @@ from pftrack.trackers.fish.learned import GUIDANCE
 def test_more_particles_follow_more_fish_and_guided_ones_need_fewer() -> None:
     """On one lively clip, two runs: guided with 500 holds both fish, ordinary with 100 does not."""
     few, guided = (Condition(name, (("sample_count", count),)) for name, count in (("ordinary", 100), ("guided", 500)))
-    outcomes = followed((Clip(204, True), (few, guided), 2))
+    outcomes = follow((Clip(204, True), (few, guided), 2))
     assert outcomes[1].successes.all()
     assert outcomes[0].successes.sum() < outcomes[1].successes.sum()
 
@@ -23,17 +23,17 @@ def test_more_particles_follow_more_fish_and_guided_ones_need_fewer() -> None:
 @pytest.mark.slow
 def test_a_track_that_is_learned_from_holds() -> None:
     """Both fish of a clip are followed by the offline filter, to the accuracy of the reference's table."""
-    found = lesson(Clip(100, True))
+    found = track_training_clip(Clip(100, True))
     assert found.tracked.all()
     off = found.tracks[..., :2] - found.truths[..., :2]
     assert np.sqrt(np.square(off).mean()) < 2.0
-    alone = taught([found])
+    alone = learn_from_tracks([found])
     assert alone.diffusion("document").sd[0] == pytest.approx(GUIDANCE.parse("").diffusion("document").sd[0], rel=0.2)
 
 
 def test_the_true_motion_is_narrower_than_what_is_learned() -> None:
     """The noise of the estimates is most of the learned spread of accelerations."""
-    truth, learned = taught_by_truth(100).diffusion("document"), GUIDANCE.parse("").diffusion("document")
+    truth, learned = learn_from_truth(100).diffusion("document"), GUIDANCE.parse("").diffusion("document")
     assert (truth.sd[:2] < 0.5 * learned.sd[:2]).all()
     assert truth.correlation[2, 3] < learned.correlation[2, 3] < -0.7
 
@@ -42,7 +42,7 @@ def test_references_are_whole() -> None:
     """Each column of the reference has a figure for each number of particles."""
     assert all(len(column) == len(COUNTS) for columns in TABLE.values() for column in columns)
     assert all(len(column) == len(VARIED) for variant in VARIANTS.values() for column in variant.references)
-    assert course.LIVELY_TESTS == 9
+    assert trials.LIVELY_TESTS == 9
 
 
 def test_the_figure_has_both_methods() -> None:

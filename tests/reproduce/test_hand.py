@@ -6,10 +6,10 @@ import pytest
 
 from pftrack.experiment import Preset
 from pftrack.experiments import find
-from pftrack.reproduce.hand.course import Outcome, mean
 from pftrack.reproduce.hand.figures import right_figure
 from pftrack.reproduce.hand.steps import steps
 from pftrack.reproduce.hand.table import RANKINGS, REFERENCE
+from pftrack.reproduce.hand.trials import Outcome, mean
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Change, Run
 

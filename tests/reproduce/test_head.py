@@ -8,8 +8,8 @@ import pytest
 from pftrack.experiments import find
 from pftrack.model.parameters import Value, revise
 from pftrack.reproduce.head import curves as head_curves
-from pftrack.reproduce.head.course import Course, Drive, Model, Trial, distance_mm, drive
 from pftrack.reproduce.head.figures import draw
+from pftrack.reproduce.head.trials import Model, Trial, TrialResult, VideoTrials, distance_mm, run_trials
 from pftrack.runs.run import Change, Run
 from pftrack.trackers.head.memory import eye_distance
 from pftrack.trackers.head.templates import EYE_DISTANCE_PX
@@ -20,26 +20,26 @@ FAST = 225
 MIXTURE, UPPER = Trial("pf-asd", "mean", 0), Trial("alpha-1", "individual", 3)
 
 
-def made_up(pitch_deg: float, seed: int = 0, model: Model = "mean") -> Course:
+def made_up(pitch_deg: float, seed: int = 0, model: Model = "mean") -> TrialResult:
     ratios = np.tile(np.linspace(0.1, 0.9, 30)[:, None], (1, 11))
-    return Course(Trial("pf-asd", model, seed), np.array([pitch_deg, 2.0, 0.4]), 2.8, ratios, np.arange(30) > 20)
+    return TrialResult(Trial("pf-asd", model, seed), np.array([pitch_deg, 2.0, 0.4]), 2.8, ratios, np.arange(30) > 20)
 
 
 @pytest.fixture(scope="module")
-def together() -> list[Course]:
+def together() -> list[TrialResult]:
     """Two trials on one video."""
-    return drive(Drive(99, (MIXTURE, UPPER), FAST))
+    return run_trials(VideoTrials(99, (MIXTURE, UPPER), FAST))
 
 
-def test_trials_do_not_hang_on_what_else_sees_the_video(together: list[Course]) -> None:
+def test_trials_do_not_hang_on_what_else_sees_the_video(together: list[TrialResult]) -> None:
     """A trial that shares its pictures with others measures what it measures alone, to the bit."""
-    (alone,) = drive(Drive(99, (UPPER,), FAST))
+    (alone,) = run_trials(VideoTrials(99, (UPPER,), FAST))
     assert np.array_equal(alone.errors_deg, together[1].errors_deg)
     assert alone.feature_px == together[1].feature_px
     assert (alone.ratios == 1.0).all()
 
 
-def test_a_trial_is_a_run_of_the_experiment(together: list[Course]) -> None:
+def test_a_trial_is_a_run_of_the_experiment(together: list[TrialResult]) -> None:
     """The trial with the video's own seed is a run of the experiment with templates of Bando's sizes."""
     head = find("head")
     scene: dict[str, Value] = {"person": 99, "speed": 4.0}
@@ -53,7 +53,7 @@ def test_a_trial_is_a_run_of_the_experiment(together: list[Course]) -> None:
     assert together[0].error_deg == pytest.approx(error, abs=1e-9)
 
 
-def test_the_script_is_seen_whole(together: list[Course]) -> None:
+def test_the_script_is_seen_whole(together: list[TrialResult]) -> None:
     """The head is turned in 330 of 900 frames, and in a quarter of them four times as fast."""
     assert together[0].turned.sum() == pytest.approx(330 / 4, abs=3)
     assert together[0].ratios.shape == (FAST - 1, 11)
@@ -73,7 +73,7 @@ def test_success_is_counted_below_the_threshold() -> None:
 
 def test_a_curve_is_compared_by_its_place() -> None:
     """Errors that are half a degree smaller give a curve that lies half a degree elsewhere."""
-    as_reference: dict[Model, list[Course]] = {
+    as_reference: dict[Model, list[TrialResult]] = {
         "mean": [made_up(1.75)] * 20,
         "individual": [made_up(1.45)] * 17 + [made_up(1.9)] * 3,
     }

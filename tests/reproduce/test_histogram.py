@@ -1,7 +1,7 @@
 """What is claimed for a window by its colours, on few runs, and its figures."""
 
-from pftrack.reproduce.histogram.course import Case, Outcome, runs
 from pftrack.reproduce.histogram.figures import draw
+from pftrack.reproduce.histogram.trials import Case, Outcome, runs
 
 
 def test_lambda_and_velocity_decide() -> None:

@@ -2,21 +2,21 @@
 
 import numpy as np
 
-from pftrack.reproduce.prism.course import Course, Method, Trial, course
+from pftrack.reproduce.prism.trials import Method, Trial, TrialResult, run_trial
 
 
 def errors(method: Method, trials: int) -> list[float]:
-    return [course(Trial(method, seed)).error_deg for seed in range(trials)]
+    return [run_trial(Trial(method, seed)).error_deg for seed in range(trials)]
 
 
 def test_methods_see_the_same_prism() -> None:
     """A trial is reproducible, and a course has what its method has."""
-    first, again = course(Trial("alpha-1", 3)), course(Trial("alpha-1", 3))
+    first, again = run_trial(Trial("alpha-1", 3)), run_trial(Trial("alpha-1", 3))
     assert np.array_equal(first.errors_deg, again.errors_deg)
     assert np.isnan(first.translation_mm).all()
     assert first.ratio_front == 1.0
-    assert isinstance(first, Course)
-    assert np.isfinite(course(Trial("alpha-1", 3, perspective=True)).translation_mm).all()
+    assert isinstance(first, TrialResult)
+    assert np.isfinite(run_trial(Trial("alpha-1", 3, perspective=True)).translation_mm).all()
 
 
 def test_the_mixture_is_best() -> None:
@@ -27,7 +27,7 @@ def test_the_mixture_is_best() -> None:
 
 def test_the_ratio_rises_over_tens_of_frames_while_a_vertex_is_hidden() -> None:
     """Hidden vertices are drawn from above more often, by a ramp of 20 to 40 frames rather than a step."""
-    courses = [course(Trial("pf-asd", seed)) for seed in range(5)]
+    courses = [run_trial(Trial("pf-asd", seed)) for seed in range(5)]
     assert np.mean([one.ratio_hidden - one.ratio_visible for one in courses]) > 0.15
     ramp = np.mean([one.ramp for one in courses], axis=0)
     assert ramp[4] < 0.3

@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from pftrack.reproduce.structure.course import Trial, course, grow, online
 from pftrack.reproduce.structure.figures import draw
+from pftrack.reproduce.structure.trials import Trial, grow, online, run_trial
 
 PRISM = [Trial("prism", seed) for seed in range(2)]
 
 
 def test_weights_beat_equal_ones_and_the_recursion_beats_both() -> None:
     """Hidden points spoil the singular values, not the variational method; the recursion knows the perspective too."""
-    courses = [course(trial) for trial in PRISM]
+    courses = [run_trial(trial) for trial in PRISM]
     assert all(one.recursive[-1] < 0.5 * one.batch < 0.1 * one.svd for one in courses)
     assert all((np.diff(one.energies) > 0.0).all() for one in courses)
 
@@ -35,6 +35,6 @@ def test_figures_are_drawn() -> None:
     """Figures 4.21 to 4.24 are those of the prism, 4.26 and 4.27 those of the face."""
     trial = PRISM[0]
     common, own = [online(trial, 0.5, "common")], [online(trial, 1.0, "by-information")]
-    courses = [course(trial)]
+    courses = [run_trial(trial)]
     assert [name.split("-")[1] for name in draw("prism", courses, common, own)] == ["4.21", "4.22", "4.23", "4.24"]
     assert {name.split("-")[1] for name in draw("face", courses, common, own)} == {"4.26", "4.27"}

@@ -30,7 +30,7 @@ def held_worker(end: socket.socket, config: WorkerConfig) -> None:
 
     assert config.states is not None
     allowed = Path(config.states).with_name("allowed")
-    straight, RunTree.way = RunTree.way, way  # type: ignore[method-assign]
+    straight, RunTree.seek_steps = RunTree.seek_steps, way  # type: ignore[method-assign]
     worker.main(end, config)
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from pftrack.experiments import EXPERIMENTS
 from pftrack.failures import gallery
-from pftrack_server.failures import Courses, failure_named
+from pftrack_server.failures import FailureResults, failure_named
 from pftrack_server.tasks.disk_cache import DiskCache
 from tests.server.host import Server
 from tests.session_requests import session_request
@@ -59,7 +59,7 @@ def test_what_its_runs_come_to_is_computed_here(client: httpx.Client, server: Se
         raise AssertionError(f"{name} is computed again")
 
     services = server.app.state.services
-    again = Courses(services.settings.data_dir / "failures-computed", would_compute)
+    again = FailureResults(services.settings.data_dir / "failures-computed", would_compute)
     again.open()
     kept = asyncio.run(again.of(failure_named("4"), services.tasks))
     assert kept.model_dump(mode="json") == course

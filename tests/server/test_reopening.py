@@ -156,9 +156,9 @@ class TestCheckpoints:
         tree = RunTree(self.kept(tmp_path))
         tree.run.seek(20)
         checkpoints = Checkpoints(tree)
-        checkpoints.computed(KEEP_AFTER_S / 2)
+        checkpoints.on_frame(KEEP_AFTER_S / 2)
         assert not (tmp_path / "states").exists()
-        checkpoints.computed(KEEP_AFTER_S / 2)
+        checkpoints.on_frame(KEEP_AFTER_S / 2)
         assert RunTree(self.kept(tmp_path)).run.computed == 20
 
     def test_the_disk_keeps_its_reserve(self, tmp_path: Path) -> None:

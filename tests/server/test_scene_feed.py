@@ -11,7 +11,7 @@ import pftrack_server.viewer
 from pftrack.model.drawing import Drawing
 from pftrack_server.pictures import SceneDrawing
 from pftrack_server.schemas.description import SessionDescription, TrackerPublic
-from pftrack_server.schemas.panel import InForce, PanelDescription
+from pftrack_server.schemas.panel import PanelDescription, PanelValues
 from pftrack_server.sessions.scene_feed import SceneFeed
 from pftrack_server.viewer import Endpoint
 from tests.server.apart import run
@@ -28,7 +28,7 @@ NOTHING = SceneDrawing(Drawing(1, 1), {})
 class Puppet:
     """A viewer that only remembers."""
 
-    def __init__(self, description: PanelDescription, in_force: InForce, **requests: Any) -> None:
+    def __init__(self, description: PanelDescription, in_force: PanelValues, **requests: Any) -> None:
         self.description, self.in_force = description, in_force
         self.requests = requests
         self.endpoint = ENDPOINT
@@ -42,7 +42,7 @@ class Puppet:
         del drawing
         self.shown.append(frame)
 
-    def tell(self, in_force: InForce) -> None:
+    def tell(self, in_force: PanelValues) -> None:
         self.slow.wait(5)
         self.told.append(("in force", in_force))
 
@@ -67,7 +67,7 @@ class Theatre:
         self.credits += 1
 
     async def open(self) -> Puppet:
-        assert await self.scene_feed.open(DESCRIPTION, InForce({"n": 1}, "apf", 7)) is ENDPOINT
+        assert await self.scene_feed.open(DESCRIPTION, PanelValues({"n": 1}, "apf", 7)) is ENDPOINT
         puppet: Any = self.scene_feed._viewer
         return puppet
 
@@ -128,10 +128,10 @@ def test_no_credit_for_an_empty_room(act: Any) -> None:
             assert theatre.credits == 1
             await ready()
             assert theatre.credits == 2
-            theatre.scene_feed.resumed()
+            theatre.scene_feed.on_worker_started()
             assert theatre.credits == 3
         await ready()
-        theatre.scene_feed.resumed()
+        theatre.scene_feed.on_worker_started()
         assert theatre.credits == 3
 
     act(scene)
@@ -165,11 +165,11 @@ def test_what_changes_while_the_viewer_is_made_is_shown(act: Any, monkeypatch: p
     async def scene(theatre: Theatre) -> None:
         opening = asyncio.create_task(theatre.open())
         await asyncio.sleep(0.02)
-        theatre.scene_feed.tell(InForce({"n": 2}, "apf", 7))
+        theatre.scene_feed.tell(PanelValues({"n": 2}, "apf", 7))
         made.set()
         puppet = await opening
         await theatre.scene_feed.close()
-        assert puppet.told == [("in force", InForce({"n": 2}, "apf", 7))]
+        assert puppet.told == [("in force", PanelValues({"n": 2}, "apf", 7))]
 
     act(scene)
 
@@ -181,7 +181,7 @@ def test_only_the_newest_values_wait(act: Any) -> None:
         puppet = await theatre.open()
         puppet.slow.clear()
         for number in range(20):
-            theatre.scene_feed.tell(InForce({"n": number}, "apf", 7))
+            theatre.scene_feed.tell(PanelValues({"n": number}, "apf", 7))
             await asyncio.sleep(0.002)
         theatre.scene_feed.refuse("too large")
         theatre.scene_feed.refuse("too small")
@@ -218,7 +218,7 @@ def test_a_broken_panel_ends_nothing(act: Any, monkeypatch: pytest.MonkeyPatch) 
     async def scene(theatre: Theatre) -> None:
         puppet = await theatre.open()
         monkeypatch.setattr(puppet, "tell", broken)
-        theatre.scene_feed.tell(InForce({"n": 1}, "apf", 7))
+        theatre.scene_feed.tell(PanelValues({"n": 1}, "apf", 7))
         await asyncio.sleep(0.05)
         monkeypatch.undo()
         theatre.scene_feed.refuse("still here")

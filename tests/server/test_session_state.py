@@ -123,7 +123,7 @@ def test_playing_is_told_once(ear: Ear) -> None:
     assert ear.told(position=99, computed=99) == [{"position": 99, "computed": 99, "state": "ended"}]
     ear.advance(position=3, playing=True)
     ear.heard.clear()
-    ear.state.become("crashed", "it ended")
+    ear.state.set_phase("crashed", "it ended")
     (told,) = ear.heard
     assert told["session"] == {"state": "crashed", "message": "it ended", "playing": False}
 

@@ -5,7 +5,7 @@ import pytest
 
 from pftrack.reproduce.linkage.set_algebra import (
     algebra,
-    points_lost,
+    count_lost_points,
     points_of_both,
     random_cases,
     random_shape,
@@ -20,7 +20,7 @@ BOTH = [TRACE, VOLUME]
 
 def test_no_point_of_both_is_lost() -> None:
     """A quarter of a million points in an ellipsoid and in a strip are all in the ellipsoid that is made of them."""
-    tested, outside = points_lost(np.random.default_rng(0), 26, 410)
+    tested, outside = count_lost_points(np.random.default_rng(0), 26, 410)
     assert tested > 250_000
     assert outside == 0
 

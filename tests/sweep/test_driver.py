@@ -314,11 +314,11 @@ def test_workers_have_the_environment_of_one_thread() -> None:
         workers.start(0, os.getenv, "OMP_NUM_THREADS")
         done: list[Any] = []
         while not done:
-            done = workers.finished(5)
+            done = workers.collect(5)
         assert (done[0].number, done[0].value, done[0].lost) == (0, "1", "")
         workers.start(1, json.loads, "{")
         with pytest.raises(SweepError, match="JSONDecodeError"):
-            workers.finished(30)
+            workers.collect(30)
     finally:
         workers.close()
 
@@ -331,13 +331,13 @@ def test_a_lost_fork_server_is_replaced(monkeypatch: pytest.MonkeyPatch) -> None
     workers = LocalWorkers(1)
     try:
         workers.start(0, os.getppid)
-        (done,) = workers.finished(30)
+        (done,) = workers.collect(30)
         workers.start(1, time.sleep, 60)
         os.kill(done.value, signal.SIGKILL)
-        (lost,) = workers.finished(30)
+        (lost,) = workers.collect(30)
         assert (lost.number, lost.lost) == (1, "lost with the process that had started it")
         workers.start(2, os.getppid)
-        (again,) = workers.finished(30)
+        (again,) = workers.collect(30)
         assert again.value != done.value
     finally:
         workers.close()

@@ -13,8 +13,8 @@ from pftrack.model.frame import Frame, Measurements
 from pftrack.model.parameters import ParameterError, revise
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.random import Purpose, Stream
-from pftrack.reproduce.linkage.course import Condition, course
 from pftrack.reproduce.linkage.kalman import CROSS
+from pftrack.reproduce.linkage.trials import Condition, run_condition
 from pftrack.sources.linkage.truth import REFERENCE_RAD, LinkageTarget
 from pftrack.trackers.linkage.chain import UPRIGHT, Chain, describe, observe, slopes
 from pftrack.trackers.linkage.gaussians import constraints, look, noise
@@ -172,8 +172,8 @@ def test_both_sides_are_kept_until_one_is_refuted() -> None:
 
     One filter with the same bounds goes wrong on the same seed.
     """
-    one = course(Condition("ekf-truncated", tuple(CROSS.items()), 0))
-    several = course(Condition("ekf-mirrors", tuple(CROSS.items()), 0))
+    one = run_condition(Condition("ekf-truncated", tuple(CROSS.items()), 0))
+    several = run_condition(Condition("ekf-mirrors", tuple(CROSS.items()), 0))
     assert one.errors[-6:].mean() > 1.0
     assert several.errors[-6:].mean() < 0.1
     assert several.hypotheses.max() == 4

@@ -21,7 +21,7 @@ from pftrack.model.layer import Key, Layer
 from pftrack.model.parameters import Declaration, Value
 from pftrack.model.world import World
 from pftrack_server.pictures import PictureEncoder
-from pftrack_server.schemas.panel import InForce, PanelDescription
+from pftrack_server.schemas.panel import PanelDescription, PanelValues
 from pftrack_server.viewer import CONTENT_SECURITY_POLICY, Viewer, bridge, client_asset, client_page
 from tests.conftest import BASE
 from tests.waiting import wait_for
@@ -117,8 +117,8 @@ class Session:
         )
 
     @property
-    def in_force(self) -> InForce:
-        return InForce(dict(self.values), self.tracker, seed=7)
+    def in_force(self) -> PanelValues:
+        return PanelValues(dict(self.values), self.tracker, seed=7)
 
     def show(self, drawing: Drawing, frame: int) -> None:
         """Show a drawing as a worker sends it."""

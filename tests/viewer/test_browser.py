@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from pftrack.model.drawing import Mesh
-from pftrack_server.schemas.panel import InForce
+from pftrack_server.schemas.panel import PanelValues
 from tests.conftest import FRUGAL
 from tests.viewer.conftest import NEEDS_CHROMIUM, until
 from tests.viewer.host import Session, Site, drawing
@@ -171,7 +171,7 @@ def test_what_is_being_typed_is_not_written_over(session: Session, page: Any, sc
     field.click()
     field.press("Control+a")
     field.press_sequentially("25", delay=30)
-    session.viewer.tell(InForce({"sample_count": 321, "occlusion_width_px": 77.0}, "h-spf", 7))
+    session.viewer.tell(PanelValues({"sample_count": 321, "occlusion_width_px": 77.0}, "h-spf", 7))
     wait_for_value(page, box(scene, "Occluder width (px)"), "77")
     field.press_sequentially("0", delay=30)
     assert field.input_value() == "250"
@@ -195,7 +195,7 @@ def test_a_number_that_is_selected_is_typed_over_whatever_it_becomes(session: Se
     field = box(scene, "Particles")
     field.focus()
     field.evaluate("(element) => element.select()")
-    session.viewer.tell(InForce({"sample_count": 321}, "h-spf", 7))
+    session.viewer.tell(PanelValues({"sample_count": 321}, "h-spf", 7))
     wait_for_value(page, field, "321")
     page.keyboard.type("55")
     page.keyboard.press("Enter")
@@ -209,13 +209,13 @@ def test_a_typed_seed_begins_the_run_anew(session: Session, page: Any, scene: An
     field.fill("4242")
     field.press("Enter")
     wait_for(lambda: session.transport == [{"action": "restart", "seed": 4242}])
-    session.viewer.tell(InForce({}, "h-spf", 4242))
+    session.viewer.tell(PanelValues({}, "h-spf", 4242))
     wait_for_value(page, field, "4242")
 
 
 def test_the_authoritative_value_appears_without_coming_back(session: Session, page: Any, scene: Any) -> None:
     """A change by REST is shown, and is not proposed again."""
-    session.viewer.tell(InForce({"sample_count": 321}, "h-spf", 7))
+    session.viewer.tell(PanelValues({"sample_count": 321}, "h-spf", 7))
     wait_for_value(page, box(scene, "Particles"), "321")
     page.wait_for_timeout(300)
     assert session.changes == []
@@ -256,9 +256,9 @@ def test_keys_in_a_box_stay_in_the_box(page: Any, scene: Any) -> None:
 def test_the_trackers_controls_follow_the_tracker(session: Session, scene: Any) -> None:
     """Another tracker shows what it reads, and nothing else."""
     scene.get_by_text("Threshold", exact=True).wait_for()
-    session.viewer.tell(InForce({}, "condensation", 7))
+    session.viewer.tell(PanelValues({}, "condensation", 7))
     scene.get_by_text("Threshold", exact=True).wait_for(state="detached")
-    session.viewer.tell(InForce({}, "h-spf", 7))
+    session.viewer.tell(PanelValues({}, "h-spf", 7))
     scene.get_by_text("Threshold", exact=True).wait_for()
 
 

@@ -4,7 +4,7 @@ import threading
 import time
 
 from pftrack.model.parameters import Value
-from pftrack_server.schemas.panel import InForce
+from pftrack_server.schemas.panel import PanelValues
 from tests.viewer.host import DECLARATIONS, Peer, Session, Site, drawing
 from tests.waiting import wait_for
 
@@ -55,7 +55,7 @@ def test_a_wide_range_has_a_box_and_a_slider_that_show_the_same(session: Session
 def test_the_authoritative_value_is_shown_and_proposes_nothing(session: Session, peer: Peer) -> None:
     """What REST or another branch has changed appears in the panel without coming back."""
     peer.uuid("Particles")
-    session.viewer.tell(InForce({"sample_count": 50, "occlusion_width_px": 12.0}, "h-spf", 7))
+    session.viewer.tell(PanelValues({"sample_count": 50, "occlusion_width_px": 12.0}, "h-spf", 7))
     wait_for(lambda: peer.control("Particles")["value"] == 50 and peer.control("Occluder width (px)")["value"] == 12.0)
     time.sleep(0.2)
     assert session.changes == []
@@ -133,7 +133,7 @@ def test_the_seed_is_shown_and_another_one_begins_the_run_anew(session: Session,
     peer.move("Seed", 12.0)
     wait_for(lambda: session.transport == [{"action": "restart", "seed": 12}])
     assert type(session.transport[0]["seed"]) is int
-    session.viewer.tell(InForce({}, "h-spf", 9_007_199_254_740_991))
+    session.viewer.tell(PanelValues({}, "h-spf", 9_007_199_254_740_991))
     wait_for(lambda: peer.control("Seed")["value"] == 9_007_199_254_740_991)
     assert len(session.transport) == 1
     session.transport.clear()

@@ -97,7 +97,7 @@ def _like(of: "Callable[[Likenesses], float]", exact: float, tolerance: float) -
 
 
 def _success(tracker: str, values: Mapping[str, Value], count: int, exact: float, tolerance: float) -> Outcome:
-    from pftrack.reproduce.histogram.course import Case, runs  # noqa: PLC0415 - see above
+    from pftrack.reproduce.histogram.trials import Case, runs  # noqa: PLC0415 - see above
 
     return Outcome(runs(Case(SCENE, tracker, values, count)).success, exact, tolerance)
 

@@ -126,11 +126,11 @@ def _judge(maps: Maps, full: bool) -> list[Finding]:
         ),
     ]
     if full:
-        findings += _tested(maps)
+        findings += _count_tested(maps)
     return findings + _by_count(maps)
 
 
-def _tested(maps: Maps) -> list[Finding]:
+def _count_tested(maps: Maps) -> list[Finding]:
     """Count the cells in which one is better at 1 %; one cell in a hundred may be so by chance."""
     found = cells(maps.methods, RADIUS, WIDTH)
     error = quantity_named(maps.methods.plan, "error")

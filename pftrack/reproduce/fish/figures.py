@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pftrack.experiments import find
 from pftrack.figures.style import CURVE_COLOURS, new_figure, write_title
 from pftrack.rendering import render
-from pftrack.reproduce.fish.course import Successes
+from pftrack.reproduce.fish.trials import Successes
 from pftrack.runs.run import Change, Run
 
 if TYPE_CHECKING:

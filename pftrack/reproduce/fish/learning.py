@@ -8,11 +8,11 @@ import numpy as np
 
 from pftrack.learning.diffusion import Learned, learn
 from pftrack.reproduce.finding import Finding, claim, compare
-from pftrack.reproduce.fish.course import Clip, Lesson, lesson, lessons
+from pftrack.reproduce.fish.trials import Clip, TrainingClip, track_training_clip, track_training_clips
 from pftrack.reproduce.pool import Pool
 from pftrack.trackers.fish.learned import FISH, GUIDANCE
 
-__all__ = ["offline", "taught"]
+__all__ = ["learn_from_tracks", "offline"]
 
 SOURCE = "reference implementation, offline"
 FIRST = 100
@@ -34,28 +34,28 @@ STROKE = (-0.59, 0.81)
 def offline(pool: Pool, full: bool) -> list[Finding]:
     """Tracks that are learned from: how many hold, how exact they are, and what they teach."""
     if not full:  # two clips tell whether it tracks, and too little of what is rare to learn from
-        found = pool.map(lesson, [Clip(FIRST, True), Clip(FIRST + 9, False)])
-        return _tracked(found, 2 * len(found))
-    found = lessons(pool, FIRST)
-    learned = taught(found)
+        found = pool.map(track_training_clip, [Clip(FIRST, True), Clip(FIRST + 9, False)])
+        return _judge_tracking(found, 2 * len(found))
+    found = track_training_clips(pool, FIRST)
+    learned = learn_from_tracks(found)
     if pool.folder is not None:
         (pool.folder / "learned.json").write_text(learned.text, encoding="utf-8")
-    return [*_tracked(found, LEAST_TRACKED), *_exact(found), *_learned(learned)]
+    return [*_judge_tracking(found, LEAST_TRACKED), *_exact(found), *_judge_learned(learned)]
 
 
-def taught(found: list[Lesson]) -> Learned:
+def learn_from_tracks(found: list[TrainingClip]) -> Learned:
     """Return what tracks teach; those that were lost are left out, as a person would who looks at them."""
     pairs = [(track, held) for one in found for track, held in zip(one.tracks, one.tracked, strict=True)]
     return learn([track for track, held in pairs if held], FISH, GUIDANCE.experiment)
 
 
-def _tracked(found: list[Lesson], least: int) -> list[Finding]:
+def _judge_tracking(found: list[TrainingClip], least: int) -> list[Finding]:
     tracked = sum(int(one.tracked.sum()) for one in found)
     result = f"fish-offline: tracks that hold, of {2 * len(found)} (at least {least})"
     return [claim(result, float(tracked), holds=tracked >= least, source=SOURCE)]
 
 
-def _exact(found: list[Lesson]) -> list[Finding]:
+def _exact(found: list[TrainingClip]) -> list[Finding]:
     off = np.concatenate([(one.tracks - one.truths)[one.tracked].reshape(-1, 4) for one in found])
     off[:, 2] = np.remainder(off[:, 2] + np.pi, 2.0 * np.pi) - np.pi
     rms = np.sqrt(np.square(off).mean(axis=0))
@@ -65,7 +65,7 @@ def _exact(found: list[Lesson]) -> list[Finding]:
     ]
 
 
-def _learned(learned: Learned) -> list[Finding]:
+def _judge_learned(learned: Learned) -> list[Finding]:
     diffusion = learned.diffusion("document")
     findings = []
     for name, ours, reference in zip(FISH.names, learned.step_sd, STEP_SD, strict=True):

@@ -16,9 +16,9 @@ from pftrack.figures.picture import save
 from pftrack.model.parameters import Value
 from pftrack.rendering import png
 from pftrack.reproduce.finding import Finding, claim, compare
-from pftrack.reproduce.fish.course import Condition, Successes, lessons, successes, taught_by_truth
 from pftrack.reproduce.fish.figures import draw, ten_particles
-from pftrack.reproduce.fish.learning import taught
+from pftrack.reproduce.fish.learning import learn_from_tracks
+from pftrack.reproduce.fish.trials import Condition, Successes, learn_from_truth, successes, track_training_clips
 from pftrack.reproduce.pool import Pool
 
 __all__ = ["ablations", "table"]
@@ -95,8 +95,8 @@ def table(pool: Pool, full: bool) -> list[Finding]:
     gain = guided.fish - many.fish
     findings += [
         claim("fish: guided with 500 less ordinary with 3000 (at least -2)", gain, holds=gain >= -SLACK, source=SOURCE),
-        _gained("fish: guided with 500 less ordinary with 500", guided.fish - few.fish, full=full),
-        _gained("fish: the same on the nine sharp turns", guided.sharp - few.sharp, full=full),
+        _judge_gain("fish: guided with 500 less ordinary with 500", guided.fish - few.fish, full=full),
+        _judge_gain("fish: the same on the nine sharp turns", guided.sharp - few.sharp, full=full),
     ]
     if full:
         findings += _factors(found)
@@ -111,7 +111,7 @@ def ablations(pool: Pool, full: bool) -> list[Finding]:
     """The guided filter with one thing changed, and constant velocity beside it."""
     counts = VARIED if full else (500,)
     runs = 4 if full else 1
-    truth: dict[str, Value] = {"learned": taught_by_truth(MAIN - 100).text}
+    truth: dict[str, Value] = {"learned": learn_from_truth(MAIN - 100).text}
     names = VARIANTS if full else {"uncorrelated": VARIANTS["uncorrelated"], "truth": VARIANTS["truth"]}
     conditions = {
         (name, count): _condition("guided", count, **(truth if name == "truth" else variant.values))
@@ -138,7 +138,7 @@ def ablations(pool: Pool, full: bool) -> list[Finding]:
 
 def _rudder(pool: Pool, runs: int) -> list[Finding]:
     """A tank in which the return stroke turns the same way as the bend: here the paper's claim does not hold."""
-    text = taught(lessons(pool, MAIN - 100, "strong rudder")).text
+    text = learn_from_tracks(track_training_clips(pool, MAIN - 100, "strong rudder")).text
     conditions = {
         key: _condition(tracker, count, learned=text, **more)
         for key, (tracker, count, more) in {
@@ -170,8 +170,8 @@ def _means(pool: Pool, conditions: dict[Key, Condition], runs: int, *, full: boo
     """Return the mean of both test sets, or of quick runs the main one; the fresh one has learned from fresh clips."""
     sets = [successes(pool, MAIN, list(conditions.values()), runs)]
     if full:
-        fresh = taught(lessons(pool, FRESH - 100)).text
-        anew = {key: _taught_by(condition, fresh) for key, condition in conditions.items()}
+        fresh = learn_from_tracks(track_training_clips(pool, FRESH - 100)).text
+        anew = {key: _with_learned(condition, fresh) for key, condition in conditions.items()}
         found = successes(pool, FRESH, list(anew.values()), runs)
         sets.append({conditions[key]: found[condition] for key, condition in anew.items()})
     return {
@@ -180,11 +180,11 @@ def _means(pool: Pool, conditions: dict[Key, Condition], runs: int, *, full: boo
     }
 
 
-def _taught_by(condition: Condition, text: str) -> Condition:
+def _with_learned(condition: Condition, text: str) -> Condition:
     """Return a condition with what was learned, unless it says itself what that is."""
     values = dict(condition.values)
     if "learned" in values:
-        values["learned"] = taught_by_truth(FRESH - 100).text
+        values["learned"] = learn_from_truth(FRESH - 100).text
     else:
         values["learned"] = text
     return Condition(condition.tracker, tuple(values.items()))
@@ -197,7 +197,7 @@ def _compare(result: str, ours: float, reference: float, source: str, *, full: b
     return compare(result, ours, reference, QUICK_TOLERANCE, source)
 
 
-def _gained(result: str, gain: float, *, full: bool) -> Finding:
+def _judge_gain(result: str, gain: float, *, full: bool) -> Finding:
     """Judge a gain in fish: at least 1.5, or of a single run of each above 0."""
     least = MARGIN if full else 0.0
     return claim(f"{result} (at least {least:g})", gain, holds=gain >= least, source=SOURCE)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pftrack.experiments import find
 from pftrack.figures.style import CURVE_COLOURS, INK, explain_below, new_figure, write_title
 from pftrack.rendering import png, render_beside
-from pftrack.reproduce.hand.course import Outcome
+from pftrack.reproduce.hand.trials import Outcome
 from pftrack.runs.run import Change, Run
 
 if TYPE_CHECKING:

@@ -15,11 +15,11 @@ from itertools import product
 from pftrack.figures.picture import save
 from pftrack.model.parameters import Value
 from pftrack.reproduce.finding import Finding, claim, compare
-from pftrack.reproduce.hand.course import Case, Condition, Outcome, followed, mean
 from pftrack.reproduce.hand.figures import kept_figure, right_figure
+from pftrack.reproduce.hand.trials import Case, Condition, Outcome, follow, mean
 from pftrack.reproduce.pool import Pool
 
-__all__ = ["compared", "switches", "table"]
+__all__ = ["compare_with_particles", "switches", "table"]
 
 SOURCE = "Shimada 1997, section 2.8; reference implementation"
 MOTIONS = "wrist", "bend", "occlusion"
@@ -105,7 +105,7 @@ def switches(pool: Pool, full: bool) -> list[Finding]:
     return findings
 
 
-def compared(pool: Pool, full: bool) -> list[Finding]:
+def compare_with_particles(pool: Pool, full: bool) -> list[Finding]:
     """The beam beside a particle filter with the same likelihood, at equal time a frame."""
     seeds = _seeds(full)
     beam, particles = _condition(4, "refined"), Condition("particles", (("sample_count", EQUAL_TIME),))
@@ -134,5 +134,5 @@ def _seeds(full: bool) -> list[int]:
 
 def _means(pool: Pool, conditions: Sequence[tuple[str, Condition]], seeds: Sequence[int]) -> list[Outcome]:
     """Return what came of each motion under its condition, the mean over the seeds."""
-    outcomes = pool.map(followed, [Case(motion, seed, one) for motion, one in conditions for seed in seeds])
+    outcomes = pool.map(follow, [Case(motion, seed, one) for motion, one in conditions for seed in seeds])
     return [mean(outcomes[start : start + len(seeds)]) for start in range(0, len(outcomes), len(seeds))]

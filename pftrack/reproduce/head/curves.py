@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.reproduce.finding import Finding, claim, compare
-from pftrack.reproduce.head.course import Course, Model
+from pftrack.reproduce.head.trials import Model, TrialResult
 
 __all__ = ["AXES", "curves", "success_rates"]
 
@@ -36,14 +36,16 @@ GAIN_AT = {"pitch": 1.5, "yaw": 2.0}
 """Thresholds in degrees at which the reference's own face succeeds and the mean model does not."""
 
 
-def success_rates(courses: Sequence[Course], axis: int, thresholds_deg: NDArray[np.float64]) -> NDArray[np.float64]:
+def success_rates(
+    courses: Sequence[TrialResult], axis: int, thresholds_deg: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Return the share of trials whose mean absolute error on an axis is below each threshold, (n,)."""
     errors = np.array([course.errors_deg[axis] for course in courses])
     rates: NDArray[np.float64] = (errors < thresholds_deg[:, None]).mean(axis=1)
     return rates
 
 
-def curves(by_model: dict[Model, list[Course]]) -> list[Finding]:
+def curves(by_model: dict[Model, list[TrialResult]]) -> list[Finding]:
     """Compare the curves of driver 99, tracked by the mixture, given the trials by face model."""
     findings = []
     for model, references in RATES.items():
@@ -59,7 +61,7 @@ def curves(by_model: dict[Model, list[Course]]) -> list[Finding]:
     return findings
 
 
-def _distance_deg(courses: Sequence[Course], axis: int, references: NDArray[np.float64]) -> float:
+def _distance_deg(courses: Sequence[TrialResult], axis: int, references: NDArray[np.float64]) -> float:
     """Return by how little a curve has to be moved, to one side or the other, to meet the reference."""
     thresholds = np.array(THRESHOLDS_DEG)
     for moved in np.arange(0.0, FARTHEST_DEG, STEP_DEG):

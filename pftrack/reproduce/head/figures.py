@@ -6,8 +6,8 @@ import numpy as np
 
 from pftrack.figures.style import CURVE_COLOURS, INK, TITLE_PT, explain_below, new_figure, write_heading, write_title
 from pftrack.geometry.face_model import FEATURES, TITLES
-from pftrack.reproduce.head.course import Course, Model
 from pftrack.reproduce.head.curves import AXES, success_rates
+from pftrack.reproduce.head.trials import Model, TrialResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,7 +20,7 @@ MOST_DEG = 4.0
 HIDDEN: dict[str, Any] = {"color": INK["hidden"], "alpha": 0.2, "linewidth": 0}
 
 
-def draw(by_model: dict[Model, list[Course]]) -> "dict[str, Figure]":
+def draw(by_model: dict[Model, list[TrialResult]]) -> "dict[str, Figure]":
     """Return the figures by name, given the trials of one driver with the mixture, by face model."""
     return {
         "figure-4.15-alpha": alpha_over_time(by_model["mean"]),
@@ -28,7 +28,7 @@ def draw(by_model: dict[Model, list[Course]]) -> "dict[str, Figure]":
     }
 
 
-def alpha_over_time(courses: list[Course]) -> "Figure":
+def alpha_over_time(courses: list[TrialResult]) -> "Figure":
     """Draw alpha of each feature, the mean of all trials, shaded where the head is turned."""
     ratios = np.mean([course.ratios for course in courses], axis=0)
     frames = np.arange(1, len(ratios) + 1)
@@ -45,7 +45,7 @@ def alpha_over_time(courses: list[Course]) -> "Figure":
     return figure
 
 
-def success_by_threshold(by_model: dict[Model, list[Course]]) -> "Figure":
+def success_by_threshold(by_model: dict[Model, list[TrialResult]]) -> "Figure":
     """Draw the success of each axis over the threshold, of both face models."""
     thresholds = np.linspace(0.0, MOST_DEG, 401)
     figure, panels = new_figure(3.2, columns=len(AXES), share="y")

@@ -8,8 +8,8 @@ which it can at best come near. The people are others than those on which the mo
 import numpy as np
 
 from pftrack.reproduce.finding import Finding, claim
-from pftrack.reproduce.head.course import Drive, Model, Trial, drive
 from pftrack.reproduce.head.people import errors_of
+from pftrack.reproduce.head.trials import Model, Trial, VideoTrials, run_trials
 from pftrack.reproduce.pool import Pool
 
 __all__ = ["growth"]
@@ -23,7 +23,7 @@ MODELS: tuple[Model, ...] = ("mean", "growing", "individual")
 def growth(pool: Pool) -> list[Finding]:
     """Compare the errors of the mixture over six people, two trials each."""
     trials = tuple(Trial("pf-asd", model, seed) for model in MODELS for seed in range(TRIALS))
-    drives = pool.map(drive, [Drive(person, trials) for person in PEOPLE])
+    drives = pool.map(run_trials, [VideoTrials(person, trials) for person in PEOPLE])
     mean, grown, own = (errors_of(drives, "pf-asd", model) for model in MODELS)
     by_mean, by_grown, by_own = (float(np.median(errors)) for errors in (mean, grown, own))
     better = float(np.mean(grown < mean))

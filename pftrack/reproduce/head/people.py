@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.reproduce.finding import Finding, claim, compare
-from pftrack.reproduce.head.course import Course, Drive, Model, Trial, drive
+from pftrack.reproduce.head.trials import Model, Trial, TrialResult, VideoTrials, run_trials
 from pftrack.reproduce.pool import Pool
 from pftrack.trackers.pose.methods import Method
 
@@ -33,7 +33,7 @@ LOST_DEG = 3.0
 def people(pool: Pool) -> list[Finding]:
     """Compare medians over twelve people, two trials each."""
     trials = tuple(Trial(method, model, seed) for method in METHODS for model in MODELS for seed in range(TRIALS))
-    drives = pool.map(drive, [Drive(person, trials) for person in PEOPLE])
+    drives = pool.map(run_trials, [VideoTrials(person, trials) for person in PEOPLE])
     errors = {(method, model): errors_of(drives, method, model) for method in METHODS for model in MODELS}
     findings = []
     for model, reference in MEDIANS.items():
@@ -51,7 +51,7 @@ def people(pool: Pool) -> list[Finding]:
     return [*findings, claim(result, astray, holds=astray > 0.5, source=FRAGILE, confirmed=False)]
 
 
-def errors_of(drives: Sequence[Sequence[Course]], method: Method, model: Model) -> NDArray[np.float64]:
+def errors_of(drives: Sequence[Sequence[TrialResult]], method: Method, model: Model) -> NDArray[np.float64]:
     """Return each person's error, the mean of the trials, degrees."""
     return np.array(
         [

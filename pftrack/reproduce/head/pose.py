@@ -23,11 +23,11 @@ import numpy as np
 from pftrack.figures.picture import save
 from pftrack.geometry.face_model import FEATURES
 from pftrack.reproduce.finding import Finding, claim, compare, share
-from pftrack.reproduce.head.course import Course, Drive, Model, Trial, distance_mm, drive
 from pftrack.reproduce.head.curves import curves
 from pftrack.reproduce.head.figures import draw
 from pftrack.reproduce.head.growth import growth
 from pftrack.reproduce.head.people import people
+from pftrack.reproduce.head.trials import Model, Trial, TrialResult, VideoTrials, distance_mm, run_trials
 from pftrack.reproduce.head.turns import turns
 from pftrack.reproduce.pool import Pool
 from pftrack.trackers.pose.methods import Method
@@ -101,7 +101,7 @@ OTHERWISE: frozenset[tuple[int, Model, Method]] = frozenset(
 """Cells that come out otherwise, since our driver is another person."""
 
 
-Courses = dict[tuple[int, Model, Method], list[Course]]
+Courses = dict[tuple[int, Model, Method], list[TrialResult]]
 
 
 def pose(pool: Pool, full: bool) -> list[Finding]:
@@ -137,14 +137,14 @@ def pose(pool: Pool, full: bool) -> list[Finding]:
 def _courses(pool: Pool, full: bool) -> Courses:
     if full:
         work = [
-            Drive(driver, tuple(Trial(method, model, seed) for method in METHODS for seed in range(TRIALS)))
+            VideoTrials(driver, tuple(Trial(method, model, seed) for method in METHODS for seed in range(TRIALS)))
             for driver, model in TABLE
         ]
     else:
         mixture = tuple(Trial("pf-asd", model, seed) for model in MODELS for seed in range(2))
-        work = [Drive(99, (*mixture, Trial("alpha-0", "mean", 0)))]
+        work = [VideoTrials(99, (*mixture, Trial("alpha-0", "mean", 0)))]
     courses: Courses = {}
-    for given, outcomes in zip(work, pool.map(drive, work), strict=True):
+    for given, outcomes in zip(work, pool.map(run_trials, work), strict=True):
         for course in outcomes:
             key = (given.driver, course.trial.model, course.trial.method)
             courses.setdefault(key, []).append(course)
@@ -243,7 +243,7 @@ def _faster(pool: Pool) -> list[Finding]:
     """Judge a head that is half as fast again: the head's prediction alone loses it, the mixture does not always."""
     methods: tuple[Method, ...] = ("pf-asd", "alpha-1")
     trials = tuple(Trial(method, "mean", seed) for method in methods for seed in range(FASTER_TRIALS))
-    (found,) = pool.map(drive, [Drive(99, trials, FASTER_FRAMES)])
+    (found,) = pool.map(run_trials, [VideoTrials(99, trials, FASTER_FRAMES)])
     upper = [_error(course) for course in found if course.trial.method == "alpha-1"]
     mixture = [_error(course) for course in found if course.trial.method == "pf-asd"]
     ratio = float(np.median(mixture) / np.mean(upper))
@@ -263,9 +263,9 @@ def _faster(pool: Pool) -> list[Finding]:
     ]
 
 
-def _mean(courses: list[Course], of: Callable[[Course], float]) -> float:
+def _mean(courses: list[TrialResult], of: Callable[[TrialResult], float]) -> float:
     return float(np.mean([of(course) for course in courses]))
 
 
-def _error(course: Course) -> float:
+def _error(course: TrialResult) -> float:
     return course.error_deg

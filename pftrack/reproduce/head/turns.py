@@ -125,7 +125,7 @@ def turns(pool: Pool) -> list[Finding]:
     """Track six people with twenty seeds each, by flat templates and in relief, and judge the worst."""
     findings = []
     for name, values, reached in (("templates in relief", RELIEF, True), ("flat templates", {}, False)):
-        outcomes = [one for each in pool.map(_tried, [(person, values) for person in PEOPLE]) for one in each]
+        outcomes = [one for each in pool.map(_run_clip, [(person, values) for person in PEOPLE]) for one in each]
         error = max(float(one.errors_deg[0]) for one in outcomes)
         tracked = min(one.tracked_share for one in outcomes)
         within = error <= MOST_ERROR_DEG
@@ -192,7 +192,7 @@ def watch(clip: Clip, values: Mapping[str, Value], seed: int) -> Outcome:
     return Outcome(errors.mean(axis=0), 1.0 - float(gone.mean()))
 
 
-def _tried(work: tuple[int, dict[str, Value]]) -> list[Outcome]:
+def _run_clip(work: tuple[int, dict[str, Value]]) -> list[Outcome]:
     person, values = work
     clip = film(person)
     return [watch(clip, values, seed) for seed in SEEDS]

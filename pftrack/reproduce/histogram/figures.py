@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from pftrack.figures.style import CURVE_COLOURS, LETTERS_PT, new_figure, write_title
-from pftrack.reproduce.histogram.course import Outcome
+from pftrack.reproduce.histogram.trials import Outcome
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

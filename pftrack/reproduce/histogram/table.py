@@ -18,8 +18,8 @@ import numpy as np
 from pftrack.figures.picture import save
 from pftrack.model.parameters import Value
 from pftrack.reproduce.finding import Finding, claim, compare
-from pftrack.reproduce.histogram.course import Case, Outcome, runs
 from pftrack.reproduce.histogram.figures import draw
+from pftrack.reproduce.histogram.trials import Case, Outcome, runs
 from pftrack.reproduce.pool import Pool
 
 __all__ = ["table", "trackers"]

@@ -17,7 +17,7 @@ from pftrack.geometry.rotation_vector import matrix, right_jacobian
 from pftrack.model.parameters import Value
 from pftrack.numerics.matrices import solve_system
 from pftrack.reproduce.finding import Finding, claim, compare, share
-from pftrack.reproduce.linkage.course import Condition, Course, course, swung
+from pftrack.reproduce.linkage.trials import Condition, RunResult, run_condition, run_swing
 from pftrack.reproduce.pool import Pool
 from pftrack.trackers.linkage.parameters import TABLE_4_1
 
@@ -178,7 +178,7 @@ def recovery(pool: Pool, full: bool) -> list[Finding]:
         theta = _vibration(np.array([1.1, 0.9, 0.85]), np.array(end))
         start = np.concatenate([theta[0] + 0.03, r + np.array([4.0, 4.0, 8.0])])
         conditions = [Condition("ekf-mirrors", values, seed) for seed in range(runs)]
-        courses = pool.map(partial(swung, theta=theta, r=r, start=start), conditions)
+        courses = pool.map(partial(run_swing, theta=theta, r=r, start=start), conditions)
         failed = float(np.mean([one.errors[-LAST:].mean() >= SUCCESS_RAD for one in courses]))
         result = f"linkage: still for 90 frames, then {title}: share of filters that fail"
         findings.append(claim(result, failed, holds=failed > 0.5, source=STILL, confirmed=False))
@@ -203,8 +203,8 @@ def space(pool: Pool, full: bool) -> list[Finding]:
     ]
 
 
-def _courses(pool: Pool, tracker: str, values: Mapping[str, Value], runs: int) -> list[Course]:
-    return pool.map(course, [Condition(tracker, tuple(values.items()), seed) for seed in range(runs)])
+def _courses(pool: Pool, tracker: str, values: Mapping[str, Value], runs: int) -> list[RunResult]:
+    return pool.map(run_condition, [Condition(tracker, tuple(values.items()), seed) for seed in range(runs)])
 
 
 def _last_errors(pool: Pool, tracker: str, values: Mapping[str, Value], runs: int) -> NDArray[np.float64]:
@@ -212,7 +212,7 @@ def _last_errors(pool: Pool, tracker: str, values: Mapping[str, Value], runs: in
     return np.array([one.errors[-LAST:].mean() for one in _courses(pool, tracker, values, runs)])
 
 
-def _third_length(courses: Sequence[Course]) -> tuple[float, float, float, float]:
+def _third_length(courses: Sequence[RunResult]) -> tuple[float, float, float, float]:
     """Return of r_3 the deviation after two observations and at the end, the final error, and the worst in sd."""
     rows = []
     for one in courses:

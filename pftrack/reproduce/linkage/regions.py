@@ -17,9 +17,9 @@ from pftrack.figures.picture import save
 from pftrack.model.parameters import Value
 from pftrack.rendering import png
 from pftrack.reproduce.finding import Finding, claim, compare, share
-from pftrack.reproduce.linkage.course import Condition, Course, course
 from pftrack.reproduce.linkage.figures import split
 from pftrack.reproduce.linkage.figures import still as still_figure
+from pftrack.reproduce.linkage.trials import Condition, RunResult, run_condition
 from pftrack.reproduce.pool import Pool
 
 __all__ = ["containment", "ingredients", "space"]
@@ -57,8 +57,8 @@ def containment(pool: Pool, full: bool) -> list[Finding]:
     """The truth is in the region in all frames; regions split and are refuted; lengths are bounded."""
     seeds = SEEDS if full else QUICK_SEEDS
     names = ("static-regions", *(name for name, _, _ in MIRRORS), *OBJECTS)
-    found = dict(zip(names, _courses(pool, [_worded(name) for name in names], seeds), strict=True))
-    findings = [_contained(f"linkage: {name}", one, SOURCE) for name, one in found.items()]
+    found = dict(zip(names, _courses(pool, [_preset_setting(name) for name in names], seeds), strict=True))
+    findings = [_judge_containment(f"linkage: {name}", one, SOURCE) for name, one in found.items()]
     still = [[one.high[frame, 2] - one.low[frame, 2] for one in found["static-regions"]] for frame in (20, 299)]
     for widths, frame, reference in zip(still, (20, 299), (16.0, 14.1), strict=True):
         result = f"linkage: still, width of r_3 in frame {frame}, median, px"
@@ -76,15 +76,15 @@ def containment(pool: Pool, full: bool) -> list[Finding]:
     if pool.folder is not None:
         save(still_figure(), pool.folder / "linkage-still.png", "linkage-still")
         (pool.folder / "linkage-split.png").write_bytes(png(split()))
-    return [*findings, *_told_apart(found["two-1"], found["two-2"])]
+    return [*findings, *_judge_intervals(found["two-1"], found["two-2"])]
 
 
-def _contained(title: str, found: list[Course], source: str, *, least: float = 1.0) -> Finding:
+def _judge_containment(title: str, found: list[RunResult], source: str, *, least: float = 1.0) -> Finding:
     whole = float(np.mean([one.contained.mean() for one in found]))
     return claim(f"{title}, truth contained in all frames", whole, holds=whole >= least, source=source)
 
 
-def _ends(found: dict[str, list[Course]]) -> list[Finding]:
+def _ends(found: dict[str, list[RunResult]]) -> list[Finding]:
     findings = []
     for name, references in OBJECTS.items():
         ends = np.mean([_last(one) for one in found[name]], axis=0)
@@ -95,7 +95,7 @@ def _ends(found: dict[str, list[Course]]) -> list[Finding]:
     return findings
 
 
-def _told_apart(one: list[Course], other: list[Course]) -> list[Finding]:
+def _judge_intervals(one: list[RunResult], other: list[RunResult]) -> list[Finding]:
     """Compare the final intervals of two objects, seed by seed."""
     findings = []
     pairs = [(_last(a), _last(b)) for a, b in zip(one, other, strict=True)]
@@ -118,10 +118,17 @@ def ingredients(pool: Pool, full: bool) -> list[Finding]:
     lost: dict[str, Value] = {"predicted_ellipsoid": "printed", "first_ellipsoid": "inscribed"}
     longer: dict[str, Value] = {"predicted_ellipsoid": "lengthened", "first_ellipsoid": "inscribed"}
     conditions = [
-        *(_worded(name, tracker) for name in OBJECTS for tracker in ("ellipsoids", "box-guides", "ellipsoids-literal")),
-        _worded("mirror3", "ellipsoids-literal"),
-        *(_worded(name, "ellipsoids-literal", **longer) for name in OBJECTS),
-        *(_worded(name, "ellipsoids-literal", **lost) for name in ("mirror3", "mirror2", *OBJECTS, "static-regions")),
+        *(
+            _preset_setting(name, tracker)
+            for name in OBJECTS
+            for tracker in ("ellipsoids", "box-guides", "ellipsoids-literal")
+        ),
+        _preset_setting("mirror3", "ellipsoids-literal"),
+        *(_preset_setting(name, "ellipsoids-literal", **longer) for name in OBJECTS),
+        *(
+            _preset_setting(name, "ellipsoids-literal", **lost)
+            for name in ("mirror3", "mirror2", *OBJECTS, "static-regions")
+        ),
     ]
     found = _courses(pool, conditions, seeds)
     (full_1, boxes_1, literal_1, full_2, boxes_2, literal_2), (mirror, *rest) = found[:6], found[6:]
@@ -132,7 +139,7 @@ def ingredients(pool: Pool, full: bool) -> list[Finding]:
         compare(
             "linkage: guides alone, ends of final intervals, furthest from the full method's, px", off, 0, 0.1, PARTS
         ),
-        _contained("linkage: Shimada's ellipsoids", [*literal_1, *literal_2, *mirror], PARTS),
+        _judge_containment("linkage: Shimada's ellipsoids", [*literal_1, *literal_2, *mirror], PARTS),
         claim(
             "linkage: Shimada's ellipsoids, share of runs of mirror3 that split",
             _share([bool(one.splits.any()) for one in mirror]),
@@ -161,8 +168,8 @@ def _share(holds: list[bool]) -> float:
 def space(pool: Pool, full: bool) -> list[Finding]:
     """In space regions are safe and weak: their guides of attitude and joints grow by the bound of the motion."""
     seeds = SPACE_SEEDS if full else QUICK_SPACE_SEEDS
-    (regions,) = _courses(pool, [_worded("3d", "ellipsoids")], seeds)
-    findings = [_contained("linkage: in space", regions, SPACE)]
+    (regions,) = _courses(pool, [_preset_setting("3d", "ellipsoids")], seeds)
+    findings = [_judge_containment("linkage: in space", regions, SPACE)]
     ends = np.array([_last(one) for one in regions])
     room = END_PX if full else 2.0 * END_PX  # a single run is no mean
     for link, references in enumerate(SPACE_ENDS):
@@ -174,18 +181,18 @@ def space(pool: Pool, full: bool) -> list[Finding]:
     return findings
 
 
-def _worded(preset: str, tracker: str = "", **values: Value) -> Worded:
+def _preset_setting(preset: str, tracker: str = "", **values: Value) -> Worded:
     """Return tracker and values of a preset, with another tracker or other values if they are given."""
     chosen = next(one for one in find("linkage").presets if one.name == preset)
     return tracker or chosen.tracker, tuple({**chosen.parameters, **values}.items())
 
 
-def _courses(pool: Pool, worded: Sequence[Worded], seeds: int) -> list[list[Course]]:
+def _courses(pool: Pool, worded: Sequence[Worded], seeds: int) -> list[list[RunResult]]:
     """Return the courses of each, one a seed."""
-    found = pool.map(course, [Condition(*one, seed) for one in worded for seed in range(seeds)])
+    found = pool.map(run_condition, [Condition(*one, seed) for one in worded for seed in range(seeds)])
     return [found[place : place + seeds] for place in range(0, len(found), seeds)]
 
 
-def _last(one: Course) -> NDArray[np.float64]:
+def _last(one: RunResult) -> NDArray[np.float64]:
     """Return the final interval of each length, (3, 2) px."""
     return np.stack([one.low[-1], one.high[-1]], axis=1)

@@ -15,7 +15,7 @@ from pftrack.set_membership.strips import TRACE, VOLUME, cut, trace_ratio
 
 __all__ = [
     "algebra",
-    "points_lost",
+    "count_lost_points",
     "points_of_both",
     "random_cases",
     "random_shape",
@@ -37,7 +37,7 @@ def algebra(pool: Pool, full: bool) -> list[Finding]:
     """Containment of a cut, the least trace, the cubic as printed, and three ways of prediction."""
     del pool
     rng = np.random.default_rng(0)
-    tested, outside = points_lost(rng, 26 if full else 5, 410)
+    tested, outside = count_lost_points(rng, 26 if full else 5, 410)
     cases = random_cases(rng, 3000 if full else 600)
     best = np.array([trace_ratio(*case[:4]) for case in cases])
     least = trace_after(cases, best)
@@ -94,7 +94,7 @@ def values(points: Array, centre: Array, shape: Array) -> Array:
     return np.asarray(np.square(off).sum(axis=0))
 
 
-def points_lost(rng: np.random.Generator, cases: int, count: int) -> tuple[int, int]:
+def count_lost_points(rng: np.random.Generator, cases: int, count: int) -> tuple[int, int]:
     """Return how many points of ellipsoids and strips were tested, and how many are not in what is made of them.
 
     Args:

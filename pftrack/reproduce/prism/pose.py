@@ -23,7 +23,7 @@ from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.reproduce.finding import Finding, claim, compare
 from pftrack.reproduce.pool import Pool
-from pftrack.reproduce.prism.course import Course, Method, Reading, Trial, course
+from pftrack.reproduce.prism.trials import Method, Reading, Trial, TrialResult, run_trial
 from pftrack.sources.prism import FRAMES, PrismParameters, sight
 
 __all__ = ["perspective", "pose", "pose_filters", "readings"]
@@ -171,22 +171,22 @@ def pose_filters(pool: Pool, full: bool) -> list[Finding]:
     return findings
 
 
-def _courses(pool: Pool, trials: list[Trial]) -> dict[Method, list[Course]]:
-    by_method: dict[Method, list[Course]] = {}
-    for trial, outcome in zip(trials, pool.map(course, trials), strict=True):
+def _courses(pool: Pool, trials: list[Trial]) -> dict[Method, list[TrialResult]]:
+    by_method: dict[Method, list[TrialResult]] = {}
+    for trial, outcome in zip(trials, pool.map(run_trial, trials), strict=True):
         by_method.setdefault(trial.method, []).append(outcome)
     return by_method
 
 
-def _mean(courses: list[Course], of: Callable[[Course], float]) -> float:
+def _mean(courses: list[TrialResult], of: Callable[[TrialResult], float]) -> float:
     return float(np.mean([of(one) for one in courses]))
 
 
-def _error(one: Course) -> float:
+def _error(one: TrialResult) -> float:
     return one.error_deg
 
 
-def _orders(courses: dict[Method, list[Course]]) -> list[Finding]:
+def _orders(courses: dict[Method, list[TrialResult]]) -> list[Finding]:
     error = {method: _mean(outcomes, _error) for method, outcomes in courses.items()}
     gain = error["alpha-1"] - error["pf-asd"]
     findings = [
@@ -204,7 +204,7 @@ def _orders(courses: dict[Method, list[Course]]) -> list[Finding]:
     return findings
 
 
-def _features(courses: dict[Method, list[Course]]) -> list[Finding]:
+def _features(courses: dict[Method, list[TrialResult]]) -> list[Finding]:
     references: dict[Method, tuple[float, float, float, float]] = {
         "pf-asd": (1.54, 0.1, 19.9, 1.5),
         "alpha-1": (4.30, 0.2, 19.9, 1.5),
@@ -221,7 +221,7 @@ def _features(courses: dict[Method, list[Course]]) -> list[Finding]:
     return [*findings, compare("prism: rb-pf, median effective sample size of 25,000", ours, 1.2, 0.3, SOURCE)]
 
 
-def _ratios(courses: list[Course]) -> list[Finding]:
+def _ratios(courses: list[TrialResult]) -> list[Finding]:
     front, visible = _mean(courses, lambda one: one.ratio_front), _mean(courses, lambda one: one.ratio_visible)
     hidden = _mean(courses, lambda one: one.ratio_hidden)
     rise = hidden - visible

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.figures.style import CURVE_COLOURS, INK, TEXT_PT, explain_below, new_figure, write_heading, write_title
-from pftrack.reproduce.structure.course import Course, Online
+from pftrack.reproduce.structure.trials import OnlineResult, TrialResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,7 +28,9 @@ TITLES = {
 SIDES = (("From the front", 0, 1), ("From above", 0, 2))
 
 
-def draw(body: str, courses: Sequence[Course], common: Sequence[Online], own: Sequence[Online]) -> "dict[str, Figure]":
+def draw(
+    body: str, courses: Sequence[TrialResult], common: Sequence[OnlineResult], own: Sequence[OnlineResult]
+) -> "dict[str, Figure]":
     """Return the figures by name, given the trials of the prism or of a face."""
     errors = {
         "svd": [one.svd for one in courses],

@@ -19,9 +19,18 @@ from pftrack.figures.picture import save
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.reproduce.finding import Finding, claim, compare
 from pftrack.reproduce.pool import Pool
-from pftrack.reproduce.structure.course import Body, Course, Online, Trial, course, grow, online, tracks_of
 from pftrack.reproduce.structure.figures import draw
 from pftrack.reproduce.structure.scenes.prism import CENTRES
+from pftrack.reproduce.structure.trials import (
+    Body,
+    OnlineResult,
+    Trial,
+    TrialResult,
+    grow,
+    online,
+    run_trial,
+    tracks_of,
+)
 from pftrack.structure import variational
 from pftrack.structure.alignment import shape_error
 
@@ -65,7 +74,7 @@ REMEMBER = 1.0
 def prism(pool: Pool, full: bool) -> list[Finding]:
     """Shape errors of all methods on the prism (figures 4.21 to 4.24)."""
     trials = [Trial("prism", seed) for seed in range(50 if full else 6)]
-    courses = pool.map(course, trials)
+    courses = pool.map(run_trial, trials)
     common, own = _online(pool, trials, 0.5), _online(pool, trials, REMEMBER, own=True)
     ours = _compare("structure: prism", courses, common, (0.204, 0.0156, 0.108), SOURCE)
     steps = _steps(common)
@@ -89,7 +98,7 @@ def prism(pool: Pool, full: bool) -> list[Finding]:
     small = [Trial("prism", trial.seed, float(np.sqrt(50.0))) for trial in trials]
     findings += _compare(
         "structure: prism, hidden variance 50",
-        pool.map(course, small),
+        pool.map(run_trial, small),
         _online(pool, small, 0.5),
         (0.0105, 0.0148, 0.066),
         SOURCE,
@@ -108,7 +117,7 @@ def faces(pool: Pool, full: bool) -> list[Finding]:
     findings: list[Finding] = []
     for driver, references in FACES.items() if full else list(FACES.items())[:1]:
         trials = [Trial(driver, seed) for seed in range(20 if full else 3)]
-        courses = pool.map(course, trials)
+        courses = pool.map(run_trial, trials)
         common, own = _online(pool, trials, 0.5), _online(pool, trials, REMEMBER, own=True)
         name = f"structure: face, driver {driver}"
         findings += _compare(name, courses, common, references, SOURCE_FACE, ordered=False)
@@ -123,14 +132,14 @@ def faces(pool: Pool, full: bool) -> list[Finding]:
     return findings
 
 
-def _online(pool: Pool, trials: Sequence[Trial], memory: float, *, own: bool = False) -> list[Online]:
+def _online(pool: Pool, trials: Sequence[Trial], memory: float, *, own: bool = False) -> list[OnlineResult]:
     return pool.map(partial(online, memory=memory, forgetting="by-information" if own else "common"), trials)
 
 
 def _compare(
     name: str,
-    courses: Sequence[Course],
-    common: Sequence[Online],
+    courses: Sequence[TrialResult],
+    common: Sequence[OnlineResult],
     references: tuple[float, float, float],
     source: str,
     *,
@@ -154,7 +163,7 @@ def _compare(
     return [*findings, claim(result, ours["svd"] - ours["online"], holds=holds, source=source)]
 
 
-def _energies(courses: Sequence[Course]) -> list[Finding]:
+def _energies(courses: Sequence[TrialResult]) -> list[Finding]:
     """Return that no free energy falls, and how fast it rises."""
     energies = np.array([one.energies for one in courses])
     least = float((np.diff(energies) / np.abs(energies[:, 1:])).min())
@@ -169,7 +178,9 @@ def _energies(courses: Sequence[Course]) -> list[Finding]:
     ]
 
 
-def _beyond(name: str, courses: Sequence[Course], common: Sequence[Online], own: Sequence[Online]) -> list[Finding]:
+def _beyond(
+    name: str, courses: Sequence[TrialResult], common: Sequence[OnlineResult], own: Sequence[OnlineResult]
+) -> list[Finding]:
     """Return what the forgetting by information and the recursion bring, on the same seeds."""
     svd, batch = _mean([one.svd for one in courses]), _mean([one.batch for one in courses])
     plain, controlled = _last(common), _last(own)
@@ -241,11 +252,11 @@ def _tolerance(method: str, reference: float) -> float:
     return min(TOLERANCE[method], MOST_RELATIVE[method] * reference)
 
 
-def _steps(outcomes: Sequence[Online]) -> float:
+def _steps(outcomes: Sequence[OnlineResult]) -> float:
     return _mean([float(one.steps.mean()) for one in outcomes])
 
 
-def _last(outcomes: Sequence[Online]) -> float:
+def _last(outcomes: Sequence[OnlineResult]) -> float:
     return _mean([float(one.steps[-1]) for one in outcomes])
 
 

@@ -107,7 +107,7 @@ def _compare(what: str, ours: float, reference: float, *, confirmed: bool = True
 
 def scene(seed: int) -> Scene:
     """Follow the corners of a scene by block matching, filter and smooth them, and compare with the truth."""
-    measured, truth = _followed(seed)
+    measured, truth = _follow(seed)
     settings = Settings(noise=3.0, drive=1.0, lag=25, count=2000, seed=seed)
     found = {"raw": measured} | {method: follow(method, measured, settings).smoothed for method in METHODS}
     far = _distances(measured, truth) > FAR_PX
@@ -121,7 +121,7 @@ def scene(seed: int) -> Scene:
     return Scene(measured.shape[1], int(mixed.sum()), float(far.mean()), errors)
 
 
-def _followed(seed: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _follow(seed: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return measured and true positions (frames, K, 2), px."""
     parameters, matching = CornerSceneParameters(), CornerParameters()
     source, history = CornerSource(seed, parameters), History(((0, parameters),))

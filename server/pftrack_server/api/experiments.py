@@ -24,7 +24,7 @@ plugins = APIRouter(prefix="/plugins", tags=["experiments"])
 @router.get("")
 def list_experiments() -> list[ExperimentPublic]:
     """List all experiments."""
-    return [ExperimentPublic(**_shown(experiment)) for experiment in EXPERIMENTS.values()]
+    return [ExperimentPublic(**_public_fields(experiment)) for experiment in EXPERIMENTS.values()]
 
 
 @plugins.get("")
@@ -38,7 +38,7 @@ def show_experiment(experiment: AnExperiment) -> ExperimentDetail:
     """Tell everything about an experiment, its parameters included."""
     model = type(experiment.simulate().parameters)
     return ExperimentDetail(
-        **_shown(experiment),
+        **_public_fields(experiment),
         declarations=list(declarations(model)),
         layers=list(experiment.layers),
         worlds=list(experiment.worlds),
@@ -68,7 +68,7 @@ async def draw_thumbnail(
     return Response(picture, media_type="image/png", headers=headers)
 
 
-def _shown(experiment: Experiment) -> dict[str, Any]:
+def _public_fields(experiment: Experiment) -> dict[str, Any]:
     return {
         "id": experiment.id,
         "title": experiment.title,

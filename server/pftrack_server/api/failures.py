@@ -7,7 +7,7 @@ from fastapi import APIRouter, Depends, Path
 from pftrack.failures import Entry
 from pftrack_server.api.dependencies import TheServices, TheTasks
 from pftrack_server.failures import failure_named, failures, public
-from pftrack_server.schemas.failures import FailureCourse, FailurePublic
+from pftrack_server.schemas.failures import FailurePublic, FailureResult
 
 __all__ = ["router"]
 
@@ -34,6 +34,6 @@ def show_failure(failure: AFailure) -> FailurePublic:
 
 
 @router.get("/{failure}/course")
-async def course_of_failure(failure: AFailure, services: TheServices, tasks: TheTasks) -> FailureCourse:
+async def course_of_failure(failure: AFailure, services: TheServices, tasks: TheTasks) -> FailureResult:
     """Tell how its run and the cured one went: their errors, and what the failure's symptom measures in them."""
     return await services.courses.of(failure, tasks)

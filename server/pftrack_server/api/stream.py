@@ -9,7 +9,7 @@ from fastapi import APIRouter, WebSocket
 
 from pftrack_server.api.dependencies import TheServices
 from pftrack_server.errors import ApiError
-from pftrack_server.schemas.messages import painted
+from pftrack_server.schemas.messages import parse_painted
 from pftrack_server.schemas.stream import ping
 from pftrack_server.services import Services
 from pftrack_server.sessions.session import Session
@@ -40,7 +40,9 @@ async def drawings(websocket: WebSocket, session: str, services: TheServices) ->
     if found is not None:
         async with _keep_awake(found, services):
             with found.drawing_feed.join() as watcher:
-                await converse(websocket, watcher, lambda text: watcher.acknowledge(painted(text).count), FAREWELL)
+                await converse(
+                    websocket, watcher, lambda text: watcher.acknowledge(parse_painted(text).count), FAREWELL
+                )
 
 
 async def _accept(websocket: WebSocket, name: str, services: Services) -> Session | None:

@@ -46,14 +46,14 @@ def draw(
     """
     lesson = lesson_of(folder, wanted)
     body = _demonstration(lesson)
-    start = body.parameters if revealed else _asked(lesson)
+    start = body.parameters if revealed else _question_parameters(lesson)
     parameters = revise(start, nearest(type(start), values) if near else dict(values))
     seed = body.seed if seed is None else seed
     shown = body.show(parameters, seed)
     figure = shown.figure if revealed else shown.figure.without_answer()
     told = {
         "figure": figure.model_dump(mode="json"),
-        "numbers": [_told(number) for number in shown.numbers if revealed or not number.reveals],
+        "numbers": [_number_json(number) for number in shown.numbers if revealed or not number.reveals],
         "parameters": flat(parameters),
         "seed": seed,
     }
@@ -68,7 +68,9 @@ def judge_demonstration(folder: Path, wanted: str, given: Given) -> Verdict:
     """
     lesson = lesson_of(folder, wanted)
     read_answer(lesson.question, given)
-    return judge(lesson.question, lesson.question.answer(_asked(lesson), _demonstration(lesson).seed), given)
+    return judge(
+        lesson.question, lesson.question.answer(_question_parameters(lesson), _demonstration(lesson).seed), given
+    )
 
 
 def judge_scenario(folder: Path, wanted: str, given: Given, columns: Mapping[str, list[Any]]) -> Verdict:
@@ -114,7 +116,7 @@ def _demonstration(lesson: Lesson) -> Demonstration:
     return lesson.body
 
 
-def _asked(lesson: Lesson) -> Any:  # noqa: ANN401 - the lesson's own model of parameters
+def _question_parameters(lesson: Lesson) -> Any:  # noqa: ANN401 - the lesson's own model of parameters
     """Return the parameters at which a demonstration's question is asked."""
     return revise(_demonstration(lesson).parameters, dict(lesson.question.at or {}))
 
@@ -132,7 +134,7 @@ def _check(each: Check) -> dict[str, Any]:
     return {**told, **numbers, "passed": outcome.passed}
 
 
-def _told(number: Number) -> dict[str, Value | None]:
+def _number_json(number: Number) -> dict[str, Value | None]:
     within = None
     if number.exact is not None and number.tolerance is not None:
         within = abs(number.value - number.exact) <= number.tolerance

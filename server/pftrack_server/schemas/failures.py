@@ -7,7 +7,7 @@ from pydantic import BaseModel, Field
 from pftrack.model.parameters import Value
 from pftrack.model.recipe import Recipe
 
-__all__ = ["DifferencePublic", "FailureCourse", "FailureNeighbour", "FailurePublic", "FailureRun"]
+__all__ = ["DifferencePublic", "FailureNeighbour", "FailurePublic", "FailureResult", "FailureRun"]
 
 
 class DifferencePublic(BaseModel):
@@ -57,7 +57,7 @@ class FailureRun(BaseModel):
     numbers: dict[str, Any]
 
 
-class FailureCourse(BaseModel):
+class FailureResult(BaseModel):
     """Both runs of a failure, computed on this server."""
 
     unit: str

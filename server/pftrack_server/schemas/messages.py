@@ -14,7 +14,7 @@ from pftrack_server.schemas.panel import SPEEDS
 from pftrack_server.schemas.snapshot import SessionSnapshot
 from pftrack_server.schemas.stream import Message
 
-__all__ = ["Changes", "Frame", "Frames", "Hello", "Painted", "Refused", "SessionPublic", "painted"]
+__all__ = ["Changes", "Frame", "Frames", "Hello", "Painted", "Refused", "SessionPublic", "parse_painted"]
 
 
 class SessionPublic(SessionDescription, SessionSnapshot):
@@ -83,7 +83,7 @@ class Painted(BaseModel):
 PAINTED: TypeAdapter[Painted] = TypeAdapter(Painted)
 
 
-def painted(text: str) -> Painted:
+def parse_painted(text: str) -> Painted:
     """Read what a page said about drawings.
 
     Raises:

@@ -7,7 +7,7 @@ from pftrack.model.layer import Layer
 from pftrack.model.parameters import Declaration, Value
 from pftrack.model.world import World
 
-__all__ = ["SPEEDS", "InForce", "PanelDescription"]
+__all__ = ["SPEEDS", "PanelDescription", "PanelValues"]
 
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 0.0)
 """Speeds that are offered, as factors of real time; 0 is as fast as possible."""
@@ -37,7 +37,7 @@ class PanelDescription:
 
 
 @dataclass(frozen=True, slots=True)
-class InForce:
+class PanelValues:
     """The values in force in the session, which the controls of the panel show.
 
     Attributes:

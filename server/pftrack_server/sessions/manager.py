@@ -81,10 +81,10 @@ class Manager:
             except (ValueError, TypeError, LookupError, AttributeError) as error:
                 log.warning("a stored session is damaged and left out", session=row.id, error=repr(error))
                 continue
-            session.state.become("suspended", "The server was restarted; the session continues where it was.")
+            session.state.set_phase("suspended", "The server was restarted; the session continues where it was.")
             session.state.dirty = False
             self._sessions[spec.id] = session
-        self._rounds = asyncio.create_task(self._go_round())
+        self._rounds = asyncio.create_task(self._watch_sessions())
 
     async def close(self) -> None:
         """Write everything down and end all workers."""
@@ -142,7 +142,7 @@ class Manager:
         try:
             await self._start(session)
             await self.keep(positions=False)
-            await session.opened(OPENING_S)
+            await session.wait_until_open(OPENING_S)
             if prepare is not None:
                 await prepare(session)
         except BaseException:
@@ -160,7 +160,7 @@ class Manager:
         if session.worker is None and session.phase != "starting":
             self._make_room()
             await self._start(session)
-            await session.opened(OPENING_S)
+            await session.wait_until_open(OPENING_S)
 
     async def end(self, session: Session) -> None:
         """End a session for good."""
@@ -255,7 +255,7 @@ class Manager:
         except (OSError, ValueError):
             return None
 
-    async def _go_round(self) -> None:
+    async def _watch_sessions(self) -> None:
         """Watch over workers and visitors, and write down what changed."""
         last = time.monotonic()
         longest_s = min(LONGEST_CATCH_S, max(2 * ROUND_S, self._settings.hang_seconds / 2))
@@ -276,7 +276,7 @@ class Manager:
             seldom = number % POSITIONS_EVERY == 0
             await self._attempt(self.keep(positions=seldom))
             if seldom:
-                await self._attempt(asyncio.to_thread(self._tidy))
+                await self._attempt(asyncio.to_thread(self._remove_orphans))
 
     async def _attempt(self, duty: Coroutine[Any, Any, None]) -> None:
         """Do a duty; if it fails, say so and go on with the others."""
@@ -289,6 +289,6 @@ class Manager:
                 self._complained = time.monotonic()
                 log.warning("the disk is full; changes are written as soon as there is room")
 
-    def _tidy(self) -> None:
+    def _remove_orphans(self) -> None:
         self._store.files.trim_states(self._settings.max_states_bytes)
         self._store.disk_budget.take_ballast()

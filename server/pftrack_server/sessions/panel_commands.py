@@ -58,7 +58,7 @@ class PanelCommands:
 
     def steer(self, command: dict[str, Any]) -> None:
         """Carry out a command of the transport."""
-        self._later(self._answered(self._transport(**command)))
+        self._later(self._carry_out(self._transport(**command)))
 
     def close(self) -> None:
         """Carry out nothing more."""
@@ -68,9 +68,9 @@ class PanelCommands:
     async def _send_pending(self) -> None:
         async with self._command_lock:
             values, self._pending = self._pending, {}
-        await self._answered(self._change(values))
+        await self._carry_out(self._change(values))
 
-    async def _answered(self, command: Awaitable[object]) -> None:
+    async def _carry_out(self, command: Awaitable[object]) -> None:
         """Carry out a command, and tell if it fails."""
         try:
             await command

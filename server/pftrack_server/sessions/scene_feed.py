@@ -15,7 +15,7 @@ import structlog
 
 from pftrack_server.pictures import SceneDrawing
 from pftrack_server.schemas.description import SessionDescription
-from pftrack_server.schemas.panel import InForce, PanelDescription
+from pftrack_server.schemas.panel import PanelDescription, PanelValues
 
 if TYPE_CHECKING:
     from pftrack_server.viewer import Endpoint, Viewer
@@ -42,15 +42,15 @@ class SceneFeed:
         self._opening = asyncio.Lock()
         self._loop = asyncio.get_running_loop()
         self._pump: asyncio.Task[None] | None = None
-        self._in_force: InForce | None = None
+        self._in_force: PanelValues | None = None
         self._refusals: list[str] = []
         self.watchers = 0
 
-    async def open(self, description: SessionDescription, in_force: InForce) -> "Endpoint":
+    async def open(self, description: SessionDescription, in_force: PanelValues) -> "Endpoint":
         """Make the viewer unless there is one, and return where the bridge connects to it."""
         async with self._opening:
             if self._viewer is None:
-                self._viewer = await asyncio.to_thread(self._made, description, in_force)
+                self._viewer = await asyncio.to_thread(self._make_viewer, description, in_force)
                 # What was told while it was made is not in it.
                 self._start()
             return self._viewer.endpoint
@@ -70,7 +70,7 @@ class SceneFeed:
         if self._viewer is not None:
             self._viewer.show(drawing, frame)
 
-    def tell(self, in_force: InForce) -> None:
+    def tell(self, in_force: PanelValues) -> None:
         """Show in the panel what is in force."""
         self._in_force = in_force
         self._start()
@@ -80,7 +80,7 @@ class SceneFeed:
         self._refusals.append(message)
         self._start()
 
-    def resumed(self) -> None:
+    def on_worker_started(self) -> None:
         """Ask a new worker for its first drawing."""
         self._want()
 
@@ -93,7 +93,7 @@ class SceneFeed:
             if viewer is not None:
                 await asyncio.to_thread(viewer.close)
 
-    def _made(self, description: SessionDescription, in_force: InForce) -> "Viewer":
+    def _make_viewer(self, description: SessionDescription, in_force: PanelValues) -> "Viewer":
         from pftrack_server.viewer import Viewer  # noqa: PLC0415 - viser is imported when somebody first looks
 
         return Viewer(
@@ -137,7 +137,7 @@ class SceneFeed:
                 log.exception("viewer failed")
 
 
-def _apply(viewer: "Viewer", in_force: InForce | None, refusals: list[str]) -> None:
+def _apply(viewer: "Viewer", in_force: PanelValues | None, refusals: list[str]) -> None:
     if in_force is not None:
         viewer.tell(in_force)
     for message in refusals:

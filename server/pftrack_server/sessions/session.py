@@ -16,7 +16,7 @@ from pftrack_server.errors import ConflictError, NotFoundError
 from pftrack_server.flat.feed import DrawingFeed
 from pftrack_server.schemas import messages
 from pftrack_server.schemas.description import ExportPublic, SessionDescription
-from pftrack_server.schemas.panel import InForce
+from pftrack_server.schemas.panel import PanelValues
 from pftrack_server.schemas.sessions import Changed
 from pftrack_server.schemas.snapshot import Bookmark, Phase
 from pftrack_server.schemas.spec import SessionSpec
@@ -127,42 +127,42 @@ class Session:
                 raise ConflictError("The session was ended.")
             if self._worker is not None:
                 return
-            self.state.become("starting")
+            self.state.set_phase("starting")
             try:
-                self._starting = WorkerHandle(self._config_of(self.spec), self._event, self._lost)
+                self._starting = WorkerHandle(self._config_of(self.spec), self._event, self._on_worker_lost)
                 await self._starting.start()
             except BaseException as error:
-                self.state.become("crashed", str(error))
+                self.state.set_phase("crashed", str(error))
                 raise
             finally:
                 self._starting = None
-            self.scene_feed.resumed()
+            self.scene_feed.on_worker_started()
             self.drawing_feed.on_worker_started()
 
-    async def opened(self, patience_s: float) -> None:
+    async def wait_until_open(self, patience_s: float) -> None:
         """Wait for the run to be where it was, but no longer than this; who wants to see it can watch it on its way.
 
         Raises:
             WorkerLostError: The worker ended first.
         """
         if self._worker is not None:
-            await self._worker.opened(patience_s)
+            await self._worker.wait_until_open(patience_s)
 
     async def suspend(self, message: str) -> None:
         """End the worker; the spec remembers everything."""
         async with self._command_lock:
-            await self._hang_up()
-            self.state.become("suspended", message)
+            await self._stop_worker()
+            self.state.set_phase("suspended", message)
         await self.scene_feed.close()
 
     async def close(self, message: str) -> None:
         """End it for good, or for this server's life."""
         self._is_closed = True
         # Before the door opens, so that whoever waits inside for the worker is sent away.
-        await self._hang_up()
+        await self._stop_worker()
         async with self._command_lock:
-            await self._hang_up()
-            self.state.become("ended", message)
+            await self._stop_worker()
+            self.state.set_phase("ended", message)
             self.listeners.close()
             self.drawing_feed.close()
         self._panel.close()
@@ -201,11 +201,11 @@ class Session:
         """
         async with self._command_lock:
             if not values:
-                return self._changed(self.spec.run.position + 1)
+                return self._change_result(self.spec.run.position + 1)
             if self.spec.run.position < self.spec.run.computed:
                 self._room_for_branch()
             command = protocol.Change(values, self.spec.next_branch())
-            return await self._request(command, self._changed)
+            return await self._request(command, self._change_result)
 
     async def transport(
         self, action: str, frame: int | None = None, speed: float | None = None, seed: object = None
@@ -224,7 +224,7 @@ class Session:
             case "speed":
                 command = protocol.Speed(speed or 0.0)
             case "restart":
-                command = protocol.Restart(self._checked_seed(seed))
+                command = protocol.Restart(self._check_seed(seed))
             case "before_loss":
                 command = protocol.Transport("seek", self._before_loss())
             case _:
@@ -291,11 +291,11 @@ class Session:
         del result  # the commands that are answered so have none
         return self.view()
 
-    def _changed(self, frame: int) -> Changed:
+    def _change_result(self, frame: int) -> Changed:
         run = self.spec.run
         return Changed(parameters=run.parameters, tracker=run.tracker, frame=frame, branch=run.branch)
 
-    def _checked_seed(self, seed: object) -> int | None:
+    def _check_seed(self, seed: object) -> int | None:
         if seed is None:
             return None
         if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed <= LARGEST_SEED:
@@ -324,9 +324,9 @@ class Session:
     def _tell_panel(self) -> None:
         self.scene_feed.tell(self._in_force())
 
-    def _in_force(self) -> InForce:
+    def _in_force(self) -> PanelValues:
         run = self.spec.run
-        return InForce(run.parameters, run.tracker, run.recipe.seed, run.speed)
+        return PanelValues(run.parameters, run.tracker, run.recipe.seed, run.speed)
 
     # ------------------------------------------------------------ what the worker says
 
@@ -345,11 +345,11 @@ class Session:
             if event.flat is not None:
                 self.drawing_feed.offer(event.flat)
 
-    def _lost(self, reason: str) -> None:
+    def _on_worker_lost(self, reason: str) -> None:
         self._worker = None
-        self.state.become("crashed", reason)
+        self.state.set_phase("crashed", reason)
 
-    async def _hang_up(self) -> None:
+    async def _stop_worker(self) -> None:
         worker, self._worker = self._worker or self._starting, None
         if worker is not None:
             await worker.close()

@@ -44,7 +44,7 @@ class SessionState:
     def __init__(self, spec: SessionSpec, phase: Phase, on_values: Callable[[], None]) -> None:
         """Begin with a spec; `on_values` is called when the values in force have changed."""
         self.spec = spec
-        self.snapshot = self._begun(phase)
+        self.snapshot = self._initial_snapshot(phase)
         self.dirty = True
         self.moved = False
         self.frames_computed = 0
@@ -53,7 +53,7 @@ class SessionState:
         self._histories: dict[str, History] = {}
         self._columns_text: tuple[History | None, int, str] = None, 0, ""
 
-    def _begun(self, phase: Phase) -> SessionSnapshot:
+    def _initial_snapshot(self, phase: Phase) -> SessionSnapshot:
         """Return what is known of a session whose run stands as it is kept."""
         spec = self.spec
         run = {**vars(spec.run), "playing": False}
@@ -108,16 +108,16 @@ class SessionState:
 
     def begin(self, ready: Ready) -> None:
         """Take over what a new worker has made of the spec, and greet all listeners again."""
-        self.spec.description = self._as_begun(ready.description)
+        self.spec.description = self._with_first_preset(ready.description)
         self.spec.active.run = ready.run
         self._histories[self.spec.branch] = History()
         self._histories[self.spec.branch].put(ready.rows)
-        self.snapshot = self._begun(self._phase_of(ready.run))
+        self.snapshot = self._initial_snapshot(self._phase_of(ready.run))
         self.dirty = self.moved = True
         self._on_values()
         self.listeners.greet()
 
-    def _as_begun(self, description: SessionDescription) -> SessionDescription:
+    def _with_first_preset(self, description: SessionDescription) -> SessionDescription:
         """Return a new worker's description with the preset's part as the first worker had it.
 
         What was changed since may be another preset's or nobody's, but the controls stay where a person has them.
@@ -162,7 +162,7 @@ class SessionState:
             # So the pages understand it.
             self.snapshot = self.snapshot.model_copy(update=dict.fromkeys(PLACE, rows[-1]["frame"]))
 
-    def become(self, state: Phase, message: str | None = None) -> None:
+    def set_phase(self, state: Phase, message: str | None = None) -> None:
         """Be in another state than that of the run, which plays no more."""
         self._tell({"state": state, "message": message, "playing": False})
 

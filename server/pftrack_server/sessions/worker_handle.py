@@ -84,7 +84,7 @@ class WorkerHandle:
             WorkerLostError: It ended first.
         """
         self._child = await FORK_SERVER.fork_async(main, self._config)
-        self._end = await AsyncEnd.connect(self._child.end, self._event, self._lost)
+        self._end = await AsyncEnd.connect(self._child.end, self._event, self._handle_loss)
         # Until now it could not give any.
         self.heard = time.monotonic()
         try:
@@ -93,7 +93,7 @@ class WorkerHandle:
             await self.close()
             raise
 
-    async def opened(self, patience_s: float) -> None:
+    async def wait_until_open(self, patience_s: float) -> None:
         """Wait for the run to be where the config wants it, but no longer than this.
 
         Raises:
@@ -165,13 +165,13 @@ class WorkerHandle:
             case _:
                 self._on_event(event)
 
-    def _lost(self) -> None:
+    def _handle_loss(self) -> None:
         self._gone.set()
-        self._farewell = asyncio.ensure_future(self._bury())
+        self._farewell = asyncio.ensure_future(self._clean_up())
 
-    async def _bury(self) -> None:
+    async def _clean_up(self) -> None:
         """Wait for the process to end, and fail all pending requests with the reason."""
-        status = await self._ended()
+        status = await self._exit_status()
         reason = self._reason or _cause(status, self._config)
         lost = WorkerLostError(reason)
         for future, _ in self._waiting.values():
@@ -187,7 +187,7 @@ class WorkerHandle:
             log.warning("worker lost", session=self._config.session, status=status, reason=reason)
             self._on_lost(reason)
 
-    async def _ended(self) -> int | None:
+    async def _exit_status(self) -> int | None:
         child = self._child
         if child is None:
             return None

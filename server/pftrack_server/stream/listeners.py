@@ -139,7 +139,7 @@ class SessionListeners(Listeners[QueueListener]):
 
     def join(self) -> AbstractContextManager[QueueListener]:
         """Add a listener for as long as the context lasts."""
-        return self.add(QueueListener(self._told))
+        return self.add(QueueListener(self._greeting_texts))
 
     def emit(self, message: Message) -> None:
         """Send a message to all, encoded once."""
@@ -160,7 +160,7 @@ class SessionListeners(Listeners[QueueListener]):
         for listener in self._all:
             listener.greet()
 
-    def _told(self) -> Sequence[str]:
+    def _greeting_texts(self) -> Sequence[str]:
         """Return a greeting and what was said since."""
         if not self._tale:
             self._tale = [encode(self._greeting())]

@@ -47,7 +47,7 @@ class Sweeps:
         """Take over the sweeps that the store kept; none of them is running."""
         for row in await asyncio.to_thread(self._store.sweeps):
             try:
-                sweep = self._known(row)
+                sweep = self._restore(row)
             except (SweepError, ValueError, TypeError, LookupError, AttributeError) as error:
                 log.warning(
                     "a stored sweep is damaged and left out", sweep=row.id, error=f"{type(error).__name__}: {error}"
@@ -229,7 +229,7 @@ class Sweeps:
 
     # ------------------------------------------------------------ store
 
-    def _known(self, row: SweepRow) -> Sweep:
+    def _restore(self, row: SweepRow) -> Sweep:
         plan = Plan.from_dict(json.loads(row.plan))
         names = ("id", "title", "state", "message", "done", "successes", "problems", "seconds", "created")
         return self._sweep({name: getattr(row, name) for name in names}, plan)

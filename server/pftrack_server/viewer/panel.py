@@ -21,7 +21,7 @@ import viser
 from pftrack.model.layer import Key, Layer
 from pftrack.model.parameters import Declaration, Value
 from pftrack.model.world import World
-from pftrack_server.schemas.panel import SPEEDS, InForce, PanelDescription
+from pftrack_server.schemas.panel import SPEEDS, PanelDescription, PanelValues
 from pftrack_server.viewer.camera import PRESETS
 from pftrack_server.viewer.controls import Control, Handle
 from pftrack_server.viewer.legend import caption_html, legend_html
@@ -70,7 +70,7 @@ class Panel:
     """
 
     def __init__(
-        self, server: viser.ViserServer, description: PanelDescription, in_force: InForce, requests: Requests
+        self, server: viser.ViserServer, description: PanelDescription, in_force: PanelValues, requests: Requests
     ) -> None:
         self._server = server
         self._requests = requests
@@ -96,7 +96,7 @@ class Panel:
         self._speed = self._add_speed(in_force.speed)
         self._choose_visible()
 
-    def show(self, in_force: InForce) -> None:
+    def show(self, in_force: PanelValues) -> None:
         """Show what is in force, except on a control that is in somebody's hand."""
         with self._lock, self._server.atomic():
             self._values.update(in_force.values)

@@ -17,7 +17,7 @@ from pftrack.model.parameters import ParameterError, Value, declarations, flat
 from pftrack.runs.manifest import title_of
 from pftrack.runs.run import Change, EndOfRun, PastError, Run
 from pftrack_server.pictures import PictureEncoder
-from pftrack_server.schemas.panel import InForce, PanelDescription
+from pftrack_server.schemas.panel import PanelDescription, PanelValues
 from pftrack_server.viewer.viewer import Viewer
 
 __all__ = ["Player"]
@@ -60,10 +60,10 @@ class Player:
         self.viewer.close()
 
     @property
-    def _in_force(self) -> InForce:
+    def _in_force(self) -> PanelValues:
         run = self.run
         following = min(run.position + 1, run.frames - 1)
-        return InForce(flat(run.parameters_at(following)), run.tracker_at(following), run.seed, self._speed)
+        return PanelValues(flat(run.parameters_at(following)), run.tracker_at(following), run.seed, self._speed)
 
     def _request_values(self, values: dict[str, Value]) -> None:
         with self._news:

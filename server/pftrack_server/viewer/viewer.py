@@ -19,7 +19,7 @@ from pftrack.model.layer import LayerRole
 from pftrack.model.parameters import Value
 from pftrack_server.log import RateLimitedLogger
 from pftrack_server.pictures import SceneDrawing
-from pftrack_server.schemas.panel import InForce, PanelDescription
+from pftrack_server.schemas.panel import PanelDescription, PanelValues
 from pftrack_server.viewer import viser_adapter, worlds
 from pftrack_server.viewer.camera import PRESETS, Cameras
 from pftrack_server.viewer.pacing import FASTEST_S, Pacer
@@ -62,7 +62,7 @@ class Viewer:
     def __init__(
         self,
         description: PanelDescription,
-        in_force: InForce,
+        in_force: PanelValues,
         *,
         on_change: Callable[[dict[str, Value]], None],
         on_transport: Callable[[dict[str, Any]], None],
@@ -107,7 +107,7 @@ class Viewer:
             self._newest = (drawing, frame)
         self._wake()
 
-    def tell(self, in_force: InForce) -> None:
+    def tell(self, in_force: PanelValues) -> None:
         """Show what is in force now; nothing is asked for it."""
         self._panel.show(in_force)
 

@@ -25,7 +25,7 @@ class Checkpoints:
         self._unkept_s: dict[str, float] = {}
         self._write_s = 0.0
 
-    def computed(self, seconds: float) -> None:
+    def on_frame(self, seconds: float) -> None:
         """Take note of how long a frame of the active branch took, and write a checkpoint if it is due."""
         name = self._tree.active
         unkept = self._unkept_s.get(name, 0.0) + seconds

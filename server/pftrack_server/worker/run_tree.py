@@ -171,13 +171,13 @@ class RunTree:
         self.run.seek(self.run.position + 1)
         return None
 
-    def bound_for(self, goal: Goal) -> Goal:
+    def reachable_goal(self, goal: Goal) -> Goal:
         """Return a goal as far as the run goes."""
         computed = min(goal.computed, self.run.frames - 1)
         position = min(goal.position, max(computed, self.run.computed))
         return Goal(max(computed, position), position)
 
-    def way(self, goal: Goal) -> Iterator[dict[str, Any] | None]:
+    def seek_steps(self, goal: Goal) -> Iterator[dict[str, Any] | None]:
         """Go to a goal; after each step on the way yield the diagnostics of its frame, if that had to be computed."""
         if goal.computed > self.run.computed:
             for _ in self.run.seeking(self.run.computed):
@@ -217,7 +217,7 @@ class RunTree:
 
     def drawing(self) -> Drawing:
         """Return what is to be seen of the frame that is shown, without what no viewer can show."""
-        step = self._as_drawn()
+        step = self._step_to_draw()
         past = self.run.diagnostics[: step.frame.index + 1]
         drawing = without_faults(self.experiment.draw(step, past, self.other))
         drawn = dict.fromkeys(drawn_keys(drawing, self.experiment.layers))
@@ -234,7 +234,7 @@ class RunTree:
         """Return whether a change of these shows in the frame that is shown, and not from the next one on."""
         return any(item.name in values for item in with_role(type(self._setup.parameters), "drawing"))
 
-    def _as_drawn(self) -> Step:
+    def _step_to_draw(self) -> Step:
         """Return the step that is shown, with what is only drawn as it is in force from the next frame on."""
         step, following = self.run.current, self.run.parameters_at(self.run.position + 1)
         shown = {item.name: getattr(following, item.name) for item in with_role(type(following), "drawing")}
@@ -346,7 +346,7 @@ class RunTree:
             changes.setdefault(change.frame, {}).update(change.values)
         parameters, name = self._setup.parameters, recipe.tracker or self.experiment.default_tracker
         for frame in sorted(changes):
-            parameters, name = _limited(parameters, name, changes[frame], self._max_particles)
+            parameters, name = _limit_values(parameters, name, changes[frame], self._max_particles)
         return Run.from_recipe(recipe, self.experiment, self._setup)
 
     def _wire(self, config: WorkerConfig) -> Setup:
@@ -358,10 +358,10 @@ class RunTree:
         limits = dataclasses.replace(DEFAULT_LIMITS, frames=config.max_frames, pixels=config.max_pixels)
         index = FrameIndex.from_json(config.index) if config.index else None
 
-        def opened(footage: Footage) -> FrameSequence:
+        def open_sequence_of(footage: Footage) -> FrameSequence:
             return open_sequence(video, limits, index=index, square=footage.square)
 
-        setup = record.wire(self.experiment, footage, opened)
+        setup = record.wire(self.experiment, footage, open_sequence_of)
         if setup.footage is None or not footage.name:
             return setup
         # A saved run speaks of the recording by the name that people know.
@@ -370,10 +370,12 @@ class RunTree:
     def _limit_particles(self, values: Mapping[str, object], frame: int) -> None:
         """Refuse a change of what is in force in a frame of the active branch, if it makes too many particles."""
         run = self.run
-        _limited(run.parameters_at(frame), run.tracker_at(frame), values, self._max_particles)
+        _limit_values(run.parameters_at(frame), run.tracker_at(frame), values, self._max_particles)
 
 
-def _limited(parameters: Parameters, tracker: str, values: Mapping[str, object], most: int) -> tuple[Parameters, str]:
+def _limit_values(
+    parameters: Parameters, tracker: str, values: Mapping[str, object], most: int
+) -> tuple[Parameters, str]:
     """Return parameters and tracker after a change; refuse those with more particles than are allowed."""
     tracker = str(values.get("tracker", tracker))
     changed = revise(parameters, {name: value for name, value in values.items() if name != "tracker"})

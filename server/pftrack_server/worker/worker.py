@@ -77,34 +77,34 @@ def main(end: socket.socket, config: WorkerConfig) -> None:
     confine(memory_bytes=config.memory_bytes, cpu_seconds=config.cpu_seconds, open_files=OPEN_FILES)
     pipe = BlockingEnd(end)
     try:
-        worker = _made(pipe, config)
+        worker = _make_worker(pipe, config)
         if worker is not None:
             worker.serve()
     except (EOFError, BrokenPipeError, ConnectionResetError):
         return
     except MemoryError:
         mebibytes = config.memory_bytes >> 20
-        _farewell(pipe, Failed(f"The run needed more than the {mebibytes} MiB of memory that a session may use."))
+        _report_failure(pipe, Failed(f"The run needed more than the {mebibytes} MiB of memory that a session may use."))
         sys.exit(1)
     except Exception as error:  # noqa: BLE001 - whatever it was, it is reported once and ends this session alone
         traceback.print_exc()
-        _farewell(pipe, Failed(f"The computation failed ({type(error).__name__}); the server's log says where."))
+        _report_failure(pipe, Failed(f"The computation failed ({type(error).__name__}); the server's log says where."))
         sys.exit(1)
 
 
-def _made(pipe: BlockingEnd, config: WorkerConfig) -> "Worker | None":
+def _make_worker(pipe: BlockingEnd, config: WorkerConfig) -> "Worker | None":
     """Return the worker, or tell what of the config was refused."""
     try:
         return Worker(pipe, config)
     except (ParameterError, SourceError, RecordError) as error:
-        _farewell(pipe, Failed(str(error), error))
+        _report_failure(pipe, Failed(str(error), error))
     except LookupError as error:
         # A session of an older version, whose experiment is no more.
-        _farewell(pipe, Failed(str(error.args[0])))
+        _report_failure(pipe, Failed(str(error.args[0])))
     return None
 
 
-def _farewell(pipe: BlockingEnd, failed: Failed) -> None:
+def _report_failure(pipe: BlockingEnd, failed: Failed) -> None:
     try:
         pipe.send(failed)
     except OSError:
@@ -112,7 +112,7 @@ def _farewell(pipe: BlockingEnd, failed: Failed) -> None:
 
 
 @dataclass
-class Way:
+class Seek:
     """The way to a goal, a step at a time, and the request that waits for the end of it."""
 
     goal: Goal
@@ -126,7 +126,7 @@ class Worker:
     def __init__(self, pipe: BlockingEnd, config: WorkerConfig) -> None:
         self._pipe = pipe
         self._told = time.monotonic()
-        self._tree = RunTree(config, self._live_on)
+        self._tree = RunTree(config, self._keep_alive)
         self._checkpoints = Checkpoints(self._tree)
         self._playing = False
         self._speed = config.run.speed
@@ -141,9 +141,9 @@ class Worker:
         self._drawing: Drawing | None = None
         self._pictures = PictureEncoder()
         self._encoder = DrawingEncoder(self._pictures)
-        self._way: Way | None = None
+        self._way: Seek | None = None
         self._reported = config.run
-        self._go(config.run.bound, OPENING)
+        self._start_seek(config.run.bound, OPENING)
 
     def serve(self) -> None:
         """Say that the run stands, then listen and compute until the web process hangs up."""
@@ -154,7 +154,7 @@ class Worker:
         if self._way is None:
             self._pipe.send(Reply(OPENING))
         while True:
-            message = self._pipe.receive(self._patience())
+            message = self._pipe.receive(self._time_to_wait_s())
             if isinstance(message, Credit):
                 self._credits.add(message.form)
             elif isinstance(message, Request):
@@ -164,7 +164,7 @@ class Worker:
 
     # ------------------------------------------------------------ time
 
-    def _patience(self) -> float:
+    def _time_to_wait_s(self) -> float:
         """Return how long nothing has to be done, s."""
         if self._way is not None or (self._playing and self._speed == 0):
             return 0.0
@@ -199,37 +199,37 @@ class Worker:
     def _forward(self) -> None:
         begun = time.monotonic()
         row = self._tree.forward()
-        self._went(row, begun)
+        self._note_step(row, begun)
 
-    def _went(self, row: dict[str, Any] | None, begun: float) -> None:
+    def _note_step(self, row: dict[str, Any] | None, begun: float) -> None:
         """Take note of a step and of how long its frame took, if it had to be computed."""
         if row is not None:
             self._rows.append(row)
-            self._checkpoints.computed(time.monotonic() - begun)
-        self._changed()
+            self._checkpoints.on_frame(time.monotonic() - begun)
+        self._mark_changed()
 
-    def _go(self, goal: Goal, number: int, *, at_once_s: float = AT_ONCE_S) -> None:
+    def _start_seek(self, goal: Goal, number: int, *, at_once_s: float = AT_ONCE_S) -> None:
         """Go to a goal: at once if that takes but a moment, else step by step from now on."""
-        goal = self._tree.bound_for(goal)
-        way = self._way = Way(goal, number, self._tree.way(goal))
+        goal = self._tree.reachable_goal(goal)
+        way = self._way = Seek(goal, number, self._tree.seek_steps(goal))
         end = time.monotonic() + at_once_s
         while time.monotonic() < end and self._step(way):
             pass
 
-    def _step(self, way: Way) -> bool:
+    def _step(self, way: Seek) -> bool:
         """Go a step; return whether there was one left."""
         begun = time.monotonic()
         try:
-            self._went(next(way.steps), begun)
+            self._note_step(next(way.steps), begun)
         except StopIteration:
             self._way = None
             return False
         return True
 
-    def _changed(self) -> None:
+    def _mark_changed(self) -> None:
         self._news, self._undrawn, self._drawing = True, set(FORMS), None
 
-    def _live_on(self) -> None:
+    def _keep_alive(self) -> None:
         """Tell in the middle of something long that this process is alive."""
         if time.monotonic() - self._told > HEARTBEAT_S:
             self._heartbeat()
@@ -297,7 +297,7 @@ class Worker:
             waiting, self._way = self._way.number, None
             self._reply(waiting)
         try:
-            result = self._obey(request.command, request.number)
+            result = self._execute(request.command, request.number)
         except REFUSALS as error:
             if self._news or self._rows:
                 self._report(draw=not self._playing)
@@ -306,7 +306,7 @@ class Worker:
         if self._way is None or looks:
             self._reply(request.number, result)
 
-    def _obey(self, command: Command, number: int) -> object:  # noqa: C901, PLR0912 - one case a command
+    def _execute(self, command: Command, number: int) -> object:  # noqa: C901, PLR0912 - one case a command
         match command:
             case Transport(action="play"):
                 self._play()
@@ -324,7 +324,7 @@ class Worker:
                 self._due = min(self._due, time.monotonic() + self._period)
             case Restart(seed=seed):
                 self._tree.restart(seed)
-                self._restarted()
+                self._report_restart()
             case Change(values=values, branch=branch):
                 return self._change(values, branch)
             case Branch(branch=branch, frame=frame, values=values):
@@ -339,7 +339,7 @@ class Worker:
             case Export(name=name, path=path, plot=plot):
                 self._tree.export(name, Path(path), plot)
                 return None
-        self._changed()
+        self._mark_changed()
         return None
 
     def _play(self) -> None:
@@ -355,7 +355,7 @@ class Worker:
             raise ParameterError("frame", frame, f"a frame of the run, 0 to {last}")
         self._playing = False
         known = self._tree.run.computed
-        self._go(Goal(max(frame, known), frame), number, at_once_s=AT_ONCE_S if frame <= known else 0.0)
+        self._start_seek(Goal(max(frame, known), frame), number, at_once_s=AT_ONCE_S if frame <= known else 0.0)
 
     def _change(self, values: dict[str, object], branch: str) -> object:
         """Change parameters; the answer is the frame from which they count."""
@@ -363,10 +363,10 @@ class Worker:
         before = self._tree.restarts
         self._tree.change(values, branch)
         if self._tree.restarts != before:
-            self._restarted()
+            self._report_restart()
             return 0
         if self._tree.redraws(values):
-            self._changed()
+            self._mark_changed()
         return self._tree.run.position + 1
 
     def _activate(self, command: Activate, number: int) -> None:
@@ -376,13 +376,13 @@ class Worker:
         if again:
             # The web process may never have had them: it forgets all diagnostics when the server ends.
             self._rows = self._tree.rows(0)
-            self._go(command.run.bound, number)
+            self._start_seek(command.run.bound, number)
 
-    def _restarted(self) -> None:
+    def _report_restart(self) -> None:
         """Report the rows of a run that has just been restarted."""
         self._rows = self._tree.rows(0)
         self._due = time.monotonic()
-        self._changed()
+        self._mark_changed()
 
     def _flush(self) -> None:
         """Tell the active branch's rows before another one becomes active."""

@@ -71,7 +71,7 @@ def test_what_could_not_be_started_is_not_kept(start_server: Any, monkeypatch: p
         del self, patience_s
         raise WorkerLostError("The worker ended.")
 
-    monkeypatch.setattr(Session, "opened", lost)
+    monkeypatch.setattr(Session, "wait_until_open", lost)
     with start_server() as (server, client):
         error_of(client.post("/api/v1/sessions", json=session_request({"experiment": "ball"})), 503)
         assert client.get("/api/v1/sessions").json() == []

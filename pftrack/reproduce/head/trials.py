@@ -26,7 +26,7 @@ from pftrack.trackers.head.parameters import HeadTrackerParameters
 from pftrack.trackers.head.templates import EYE_DISTANCE_PX
 from pftrack.trackers.pose.methods import Method
 
-__all__ = ["Course", "Drive", "Model", "Trial", "distance_mm", "drive"]
+__all__ = ["Model", "Trial", "TrialResult", "VideoTrials", "distance_mm", "run_trials"]
 
 Model: TypeAlias = Literal["mean", "individual", "growing"]
 """Which face is assumed: the mean of other people, the driver's own, or one that grows from the mean to that."""
@@ -52,7 +52,7 @@ class Trial:
 
 
 @dataclass(frozen=True, slots=True)
-class Drive:
+class VideoTrials:
     """A video and all that is run on it.
 
     Attributes:
@@ -67,7 +67,7 @@ class Drive:
 
 
 @dataclass(frozen=True, slots=True)
-class Course:
+class TrialResult:
     """What was measured in a trial.
 
     Attributes:
@@ -90,7 +90,7 @@ class Course:
         return float(self.errors_deg.mean())
 
 
-def drive(work: Drive) -> list[Course]:
+def run_trials(work: VideoTrials) -> list[TrialResult]:
     """Show the video once, to all trials at the same time, and measure."""
     scene = revise(HeadSceneParameters(), {"person": work.driver, "speed": SCRIPT_FRAMES / work.frames})
     source, history = HeadSource(VIDEO_SEED, scene), History(((0, scene),))
@@ -144,10 +144,10 @@ class _Run:
         apart = self._state.feature_means - _features_px(frame)
         self._distances_px.append(float(np.hypot(*apart.T).mean()))
 
-    def course(self, turned: NDArray[np.bool_]) -> Course:
+    def course(self, turned: NDArray[np.bool_]) -> TrialResult:
         """Return what was measured."""
         errors = np.rad2deg(np.mean(self._errors, axis=0))
-        return Course(self._trial, errors, float(np.mean(self._distances_px)), np.array(self._ratios), turned)
+        return TrialResult(self._trial, errors, float(np.mean(self._distances_px)), np.array(self._ratios), turned)
 
 
 def _angles(frame: Frame) -> NDArray[np.float64]:

@@ -23,7 +23,7 @@ from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.prism import FRAMES, REAR, VERTICES_MM, PrismParameters, Sight, sight
 from pftrack.trackers.pose import layered
 
-__all__ = ["Course", "Method", "Reading", "Trial", "course"]
+__all__ = ["Method", "Reading", "Trial", "TrialResult", "run_trial"]
 
 Method: TypeAlias = Literal["pf-asd", "alpha-1", "alpha-0", "rb-pf"]
 Reading: TypeAlias = Literal["chosen", "kernel", "sharp", "underflow"]
@@ -56,7 +56,7 @@ class Trial:
 
 
 @dataclass(frozen=True, slots=True)
-class Course:
+class TrialResult:
     """What was measured; NaN where the method has no such thing.
 
     Attributes:
@@ -98,7 +98,7 @@ class Row:
     effective_sample_size: float = float("nan")
 
 
-def course(trial: Trial) -> Course:
+def run_trial(trial: Trial) -> TrialResult:
     """Run a trial and measure."""
     sights = _sights(trial.seed, trial.scene)
     rows = _joint(trial, sights) if trial.method == "rb-pf" else _layer(trial, sights)
@@ -110,7 +110,7 @@ def course(trial: Trial) -> Course:
     visible = np.array([now.visible for now in seen])
     ratios = np.array([row.ratios for row in rows])
     rear = np.isin(np.arange(len(VERTICES_MM)), REAR)
-    return Course(
+    return TrialResult(
         errors_deg=np.rad2deg(np.abs(errors).mean(axis=0)),
         translation_mm=np.abs(away).mean(axis=0),
         visible_px=float(distances[visible].mean()),

@@ -8,7 +8,7 @@ from pftrack.experiments import find
 from pftrack.model.parameters import Value
 from pftrack.runs.run import Change, Run
 
-__all__ = ["Case", "Condition", "Outcome", "followed", "mean"]
+__all__ = ["Case", "Condition", "Outcome", "follow", "mean"]
 
 
 class Condition(NamedTuple):
@@ -48,7 +48,7 @@ class Outcome(NamedTuple):
     frame_ms: float
 
 
-def followed(case: Case) -> Outcome:
+def follow(case: Case) -> Outcome:
     """Follow the hand of a case to the end of its motion."""
     hand = find("hand")
     values = {"motion": case.motion, **dict(case.condition.values)}

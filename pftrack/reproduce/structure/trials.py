@@ -18,7 +18,7 @@ from pftrack.structure.first_window import from_window
 from pftrack.structure.online_variational import Forgetting
 from pftrack.structure.tracks import Tracks, check_view
 
-__all__ = ["Course", "Grown", "Online", "Trial", "course", "grow", "online"]
+__all__ = ["GrowthResult", "OnlineResult", "Trial", "TrialResult", "grow", "online", "run_trial"]
 
 Body: TypeAlias = Literal["prism", 99, 101, 102]
 """The prism, or the face of a driver."""
@@ -46,7 +46,7 @@ class Trial:
 
 
 @dataclass(frozen=True, slots=True)
-class Course:
+class TrialResult:
     """Errors by Bando 2007, eq. 4.19, after affine alignment.
 
     Attributes:
@@ -65,7 +65,7 @@ class Course:
 
 
 @dataclass(frozen=True, slots=True)
-class Online:
+class OnlineResult:
     """Errors of the online method.
 
     Attributes:
@@ -82,7 +82,7 @@ class Online:
 
 
 @dataclass(frozen=True, slots=True)
-class Grown:
+class GrowthResult:
     """What a model that grows from the mean face does.
 
     Attributes:
@@ -106,7 +106,7 @@ def tracks_of(trial: Trial) -> SimulatedTracks:
     return head_tracks(trial.body, trial.seed)
 
 
-def course(trial: Trial) -> Course:
+def run_trial(trial: Trial) -> TrialResult:
     """Reconstruct by all frames at once, and by the recursion."""
     body = tracks_of(trial)
     truth = body.shape_mm
@@ -117,7 +117,7 @@ def course(trial: Trial) -> Course:
     for index in range(WINDOW, len(positions)):
         state = recursive.step(state, positions[index], variances[index])
         errors.append(shape_error(state.shape, truth))
-    return Course(
+    return TrialResult(
         shape_error(equal, truth),
         shape_error(weighed.shape, truth),
         {"svd": align(equal, truth), "batch": align(weighed.shape, truth), "true": truth},
@@ -126,7 +126,7 @@ def course(trial: Trial) -> Course:
     )
 
 
-def online(trial: Trial, memory: float, forgetting: Forgetting) -> Online:
+def online(trial: Trial, memory: float, forgetting: Forgetting) -> OnlineResult:
     """Reconstruct by Bando's online method."""
     body = tracks_of(trial)
     settings = online_variational.Settings(window=WINDOW, memory=memory, forgetting=forgetting)
@@ -134,7 +134,7 @@ def online(trial: Trial, memory: float, forgetting: Forgetting) -> Online:
     published = states[-1].published
     if published is None:
         raise RuntimeError("a full window publishes a shape")
-    return Online(
+    return OnlineResult(
         np.array([shape_error(state.shape, body.shape_mm) for state in states]),
         shape_error(published, body.shape_mm),
         residuals(published, body.shape_mm),
@@ -142,7 +142,7 @@ def online(trial: Trial, memory: float, forgetting: Forgetting) -> Online:
     )
 
 
-def grow(trial: Trial) -> Grown:
+def grow(trial: Trial) -> GrowthResult:
     """Let a model grow from the mean face, and find each frame's pose by what was published before it."""
     body, mean = tracks_of(trial), mean_model().points_mm
     covariance = np.tile(PRIOR_SD_MM**2 * np.eye(3), (len(mean), 1, 1))
@@ -162,7 +162,7 @@ def grow(trial: Trial) -> Grown:
         errors.append([np.abs(wrap(one - theta)).mean() for one in found])
         state = growing.step(state, positions, variances)
         weights.append(state.weight)
-    return Grown(
+    return GrowthResult(
         _distance(mean, body.shape_mm),
         _distance(state.own.shape, body.shape_mm),
         np.rad2deg(np.mean(errors, axis=0)),

@@ -14,7 +14,7 @@ from pftrack.runs.run import Change, Run
 from pftrack.sources.linkage.truth import LinkageTarget
 from pftrack.trackers.linkage.state import LinkageState
 
-__all__ = ["Condition", "Course", "course", "swung"]
+__all__ = ["Condition", "RunResult", "run_condition", "run_swing"]
 
 BOUND_SDS = 3.0
 """Noise beyond it is drawn again, as in the simulated scene."""
@@ -28,7 +28,7 @@ class Condition(NamedTuple):
     seed: int
 
 
-class Course(NamedTuple):
+class RunResult(NamedTuple):
     """What a run comes to.
 
     Attributes:
@@ -56,19 +56,19 @@ class Course(NamedTuple):
     contained: NDArray[np.float64]
 
 
-def course(condition: Condition) -> Course:
+def run_condition(condition: Condition) -> RunResult:
     """Run the experiment."""
     experiment = find("linkage")
     timeline = (Change(0, dict(condition.values)),)
     run = Run(experiment, experiment.simulate(), tracker=condition.tracker, seed=condition.seed, timeline=timeline)
     steps = list(run)
     targets = [step.frame.target for step in steps if isinstance(step.frame.target, LinkageTarget)]
-    return _course([step.state for step in steps], targets)
+    return _result([step.state for step in steps], targets)
 
 
-def swung(
+def run_swing(
     condition: Condition, theta: NDArray[np.float64], r: NDArray[np.float64], start: NDArray[np.float64]
-) -> Course:
+) -> RunResult:
     """Run a tracker on a motion that the scene has not.
 
     Args:
@@ -90,14 +90,14 @@ def swung(
         rng = Stream(condition.seed, index, Purpose.TRACK)
         state = tracker.step(states[-1], frame, parameters, rng) if states else None
         states.append(state or tracker.start(beginning, frame, parameters, rng))
-    return _course(states, targets)
+    return _result(states, targets)
 
 
-def _course(states: Sequence[LinkageState], targets: Sequence[LinkageTarget]) -> Course:
+def _result(states: Sequence[LinkageState], targets: Sequence[LinkageTarget]) -> RunResult:
     errors = find("linkage").error
     believed = np.array([state.estimate for state in states])
     true = np.array([_position(target) for target in targets])
-    return Course(
+    return RunResult(
         np.deg2rad(errors(believed, true)),
         np.array([state.mean[-3:] for state in states]),
         np.array([state.spread[-3:] for state in states]),
@@ -107,11 +107,11 @@ def _course(states: Sequence[LinkageState], targets: Sequence[LinkageTarget]) ->
         np.array([len(state.belief) for state in states]),
         np.array([state.events.refuted for state in states]),
         np.array([state.events.splits for state in states]),
-        np.array([_contained(state, target) for state, target in zip(states, targets, strict=True)]),
+        np.array([_contains_truth(state, target) for state, target in zip(states, targets, strict=True)]),
     )
 
 
-def _contained(state: LinkageState, target: LinkageTarget) -> float:
+def _contains_truth(state: LinkageState, target: LinkageTarget) -> float:
     measure = find("linkage").measure
     held = measure(Frame(0, 0.0, target=target), state).get("contained") if measure else None
     return held if isinstance(held, float) else np.nan

@@ -25,14 +25,14 @@ __all__ = [
     "FISHES",
     "Clip",
     "Condition",
-    "Lesson",
     "Outcome",
     "Successes",
-    "followed",
-    "lesson",
-    "lessons",
+    "TrainingClip",
+    "follow",
+    "learn_from_truth",
     "successes",
-    "taught_by_truth",
+    "track_training_clip",
+    "track_training_clips",
 ]
 
 FISHES = 2
@@ -58,7 +58,7 @@ class Condition(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Lesson:
+class TrainingClip:
     """What comes of a clip that is learned from: tracks and truths (fish, FRAMES, 4), and which fish were tracked."""
 
     tracks: NDArray[np.float64]
@@ -73,7 +73,7 @@ class Outcome(NamedTuple):
     frame_ms: float
 
 
-def lesson(shown: Clip) -> Lesson:
+def track_training_clip(shown: Clip) -> TrainingClip:
     """Follow both fish of a clip with the offline filter."""
     parameters, edges, targets = _prepare(shown)
     offline = revise(parameters, OFFLINE)
@@ -86,21 +86,21 @@ def lesson(shown: Clip) -> Lesson:
                 state = step_frame(MOTIONS["ordinary"], state, edges[frame], offline, shown.number, frame)
             tracks[fish, frame], truths[fish, frame] = state.pose, target.pose
             tracked[fish] &= target.holds(state.estimate)
-    return Lesson(tracks, truths, tracked)
+    return TrainingClip(tracks, truths, tracked)
 
 
-def lessons(pool: Pool, first: int, tank: TankName = "goldfish") -> list[Lesson]:
+def track_training_clips(pool: Pool, first: int, tank: TankName = "goldfish") -> list[TrainingClip]:
     """Return what comes of the ten clips that are learned from, the first of which has this number."""
-    return pool.map(lesson, [Clip(first + i, i < LIVELY_LESSONS, tank) for i in range(LESSONS)])
+    return pool.map(track_training_clip, [Clip(first + i, i < LIVELY_LESSONS, tank) for i in range(LESSONS)])
 
 
-def taught_by_truth(first: int) -> Learned:
+def learn_from_truth(first: int) -> Learned:
     """Return what the true motion in these clips teaches, without the noise of estimates."""
     clips = [clip(first + i, FISHES, i < LIVELY_LESSONS, "goldfish") for i in range(LESSONS)]
     return learn([poses[:, fish] for poses in clips for fish in range(FISHES)], FISH, "fish")
 
 
-def followed(work: tuple[Clip, tuple[Condition, ...], int]) -> list[Outcome]:
+def follow(work: tuple[Clip, tuple[Condition, ...], int]) -> list[Outcome]:
     """Follow both fish of a clip under several conditions, a number of runs each."""
     shown, conditions, runs = work
     parameters, edges, targets = _prepare(shown)
@@ -135,7 +135,7 @@ def successes(
 ) -> dict[Condition, Successes]:
     """Return the successes of each condition on the twelve clips, the first of which has this number."""
     clips = [Clip(first + i, i < LIVELY_TESTS, tank) for i in range(TESTS)]
-    by_clip = pool.map(followed, [(shown, tuple(conditions), runs) for shown in clips])
+    by_clip = pool.map(follow, [(shown, tuple(conditions), runs) for shown in clips])
     found = {}
     for place, condition in enumerate(conditions):
         table = np.array([outcomes[place].successes for outcomes in by_clip])
