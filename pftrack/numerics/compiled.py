@@ -39,7 +39,10 @@ def compiled(function: Callable[Arguments, Result]) -> Callable[Arguments, Resul
     dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
     # There is no public way to say what a function depends on; a cache of another make is as strict as Numba's own.
     with suppress(AttributeError):
-        dispatcher._cache._cache_file._source_stamp = mark_of(function)  # type: ignore[attr-defined] # noqa: SLF001
+        kept, mark = dispatcher._cache._cache_file, mark_of(function)  # type: ignore[attr-defined] # noqa: SLF001
+        kept._source_stamp = mark  # noqa: SLF001
+        # The version is compared first: an index of other code may name types that exist no more, and cannot be read.
+        kept._version = f"{numba.__version__} {mark.hex()}"  # noqa: SLF001
     FUNCTIONS.append(dispatcher)
     return cast("Callable[Arguments, Result]", dispatcher)
 

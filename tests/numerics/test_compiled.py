@@ -43,6 +43,24 @@ def test_a_change_in_what_is_called_compiles_the_caller_again(tmp_path: Path, ca
     assert [call(), call()] == ["6 1", "6 0"]
 
 
+TYPED = (
+    HEAD
+    + "from typing import NamedTuple\nclass {0}(NamedTuple):\n    x: int\n@compiled\ndef outer(x):\n    return x.x\n"
+)
+TYPED_CALL = "import typed; print(typed.outer(typed.{}(3)))"
+
+
+def test_a_type_that_was_renamed_compiles_anew(tmp_path: Path) -> None:
+    """What was kept of functions of a type that exists no more is not read, but compiled again."""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(Path(__file__).parents[2])])}
+    environment.pop("NUMBA_CACHE_DIR", None)
+    for name in ("Before", "After"):
+        (tmp_path / "typed.py").write_text(TYPED.format(name))
+        command = [sys.executable, "-c", TYPED_CALL.format(name)]
+        done = subprocess.run(command, check=True, capture_output=True, text=True, env=environment)
+        assert done.stdout.strip() == "3"
+
+
 def module(path: Path) -> ModuleType:
     spec = importlib.util.spec_from_file_location(path.stem, path)
     assert spec is not None
