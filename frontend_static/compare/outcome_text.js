@@ -64,7 +64,7 @@ function pairedLine(paired, names) {
  * @param {PairedPublic} paired
  * @returns {Cell}
  */
-export function gained(paired) {
+function gained(paired) {
   const { mean, low, high, name, unit } = paired;
   const figure = figureOf(paired);
   const text = mean === null ? NONE : `${mean > 0 ? "+" : ""}${figure(mean)}`;

@@ -14,7 +14,7 @@ const SETTLED_MS = 400;
  *
  * @param {import("./store.js").Store} store
  */
-export function frameInWords({ session, history }) {
+function frameInWords({ session, history }) {
   if (session === null) return "";
   const row = history.at(session.position);
   const lines = session.readings
