@@ -25,7 +25,7 @@ from pftrack.geometry.polygons import convex_hull  # noqa: E402
 from pftrack.runs.run import Change, Run  # noqa: E402
 from pftrack.trackers.hand.candidates import palm_candidates  # noqa: E402
 from pftrack.trackers.hand.likelihood import x_p  # noqa: E402
-from pftrack.trackers.hand.seen import contour_of, tables_of  # noqa: E402
+from pftrack.trackers.hand.picture_tables import contour_of, tables_of  # noqa: E402
 from pftrack.trackers.hand.settings import Task, settings  # noqa: E402
 
 MOTIONS = "wrist", "bend", "occlusion"

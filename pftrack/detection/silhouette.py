@@ -17,8 +17,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.identity import PictureKey
 from pftrack.model.parameters import Parameters, parameter
+from pftrack.picture_key import PictureKey
 
 __all__ = [
     "Finding",

@@ -6,9 +6,9 @@ off it was, and checks itself against what is exact.
 """
 
 from pftrack.lessons.figure import Figure
-from pftrack.lessons.judging import Verdict, judge
 from pftrack.lessons.lesson import Check, Demonstration, Lesson, Number, Outcome, Question, Scenario, Shown
 from pftrack.lessons.registry import LESSONS, find
+from pftrack.lessons.verdict import Verdict, judge
 
 __all__ = [
     "LESSONS",

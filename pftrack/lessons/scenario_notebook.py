@@ -3,6 +3,7 @@
 from pftrack.experiments import find
 from pftrack.exports.notebook import Cell, code
 from pftrack.exports.run_notebook import run_cells
+from pftrack.lessons.answers import question_recipe as asked_run
 from pftrack.lessons.cells import (
     CHECKED,
     check_cell,
@@ -13,11 +14,10 @@ from pftrack.lessons.cells import (
     title_cell,
 )
 from pftrack.lessons.lesson import Lesson, Scenario
-from pftrack.lessons.running import question_recipe as asked_run
 
 __all__ = ["scenario_cells"]
 
-IMPORTS = "from pftrack.lessons.running import answer_of, numbers_of_run"
+IMPORTS = "from pftrack.lessons.answers import answer_of, numbers_of_run"
 
 ANSWERED = "print(lesson.question.answer(numbers_of_run(run)).exact)"
 

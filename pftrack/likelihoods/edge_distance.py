@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.geometry.fish_shape import BODY_POINTS, TAIL_POINTS, FishShape
-from pftrack.identity import PictureKey
 from pftrack.numerics.compiled import compiled, read_only
 from pftrack.numerics.trigonometry import sines_cosines
+from pftrack.picture_key import PictureKey
 
 __all__ = [
     "CAP_PX",

@@ -32,7 +32,7 @@ from pftrack.model.tracker import TrackState
 from pftrack.numerics.random import LARGEST_KEY, LARGEST_SEED, Purpose, Stream
 from pftrack.runs.checkpoint import Checkpoint
 from pftrack.runs.keyframes import Keyframes
-from pftrack.runs.measuring import measurements
+from pftrack.runs.measurements import measurements
 from pftrack.runs.scoring import allowed_loss, estimates_hash, evaluated_run, judge
 from pftrack.runs.summary import Summary
 

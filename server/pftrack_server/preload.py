@@ -15,7 +15,7 @@ import pftrack.sources.images
 import pftrack.sources.tracks.sequence
 import pftrack.sources.video
 import pftrack_server.lessons.functions
-import pftrack_server.tasks.comparing
+import pftrack_server.tasks.comparisons
 import pftrack_server.tasks.exports
 import pftrack_server.tasks.functions
 import pftrack_server.worker.worker

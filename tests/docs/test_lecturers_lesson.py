@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from pftrack.lessons.answers import numbers_of
 from pftrack.lessons.lecturers import read_lessons
 from pftrack.lessons.lecturers.expression import FUNCTIONS
 from pftrack.lessons.lecturers.head import Head
-from pftrack.lessons.running import numbers_of
 
 PAGE = (Path(__file__).parents[2] / "docs" / "lessons.md").read_text(encoding="utf-8")
 PART = PAGE[PAGE.index("## A lecturer's lesson") :]

@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from pftrack.lessons.answers import answer_of, question_recipe
 from pftrack.lessons.course.colour import LESSON
-from pftrack.lessons.judging import judge
 from pftrack.lessons.lesson import Scenario
-from pftrack.lessons.running import answer_of, question_recipe
+from pftrack.lessons.verdict import judge
 from pftrack.runs.record import make
 
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.lessons.course.estimate import LESSON, exact_losses, expected_losses, median, posterior
-from pftrack.lessons.judging import judge
+from pftrack.lessons.verdict import judge
 from tests.lessons.demonstrations import asked_at, shown
 
 

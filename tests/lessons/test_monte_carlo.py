@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pftrack.lessons.course.monte_carlo import LESSON, MEAN, SD, rms, sample, sizes_up_to
-from pftrack.lessons.judging import judge
+from pftrack.lessons.verdict import judge
 from tests.lessons.demonstrations import asked_at
 
 

@@ -8,10 +8,10 @@ import pytest
 
 from pftrack.exports.notebook import code, markdown, notebook
 from pftrack.lessons import LESSONS, Scenario
+from pftrack.lessons.answers import answer_of, question_recipe
 from pftrack.lessons.cells import lesson_cell
 from pftrack.lessons.lecturers import read_lessons
 from pftrack.lessons.notebook import demonstration_notebook, lesson_notebook
-from pftrack.lessons.running import answer_of, question_recipe
 from pftrack.model.parameters import revise
 from pftrack.model.recipe import Recipe
 from pftrack.runs.record import make

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pftrack.lessons.answers import Columns
 from pftrack.lessons.lesson import Answer, Check, Lesson, Mistake, Outcome, Question, Scenario, Use
-from pftrack.lessons.running import Columns
 from pftrack.model.parameters import Value
 from pftrack.model.recipe import Recipe
 from pftrack.model.timeline import Change

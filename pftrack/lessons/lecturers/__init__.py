@@ -4,8 +4,8 @@ A lecturer writes no Python. A file comes from a folder or a package, may come f
 
 - `document`: a file as values with their lines; `head`: what may stand in it;
 - `expression`: the answer as a formula over the numbers of a run;
-- `showing`, `asking` and `making`: whether it fits an experiment or a figure, and the lesson that it makes; `findings`:
-  what is wrong, with lines;
+- `bodies`, `questions` and `builder`: whether it fits an experiment or a figure, and the lesson that it makes;
+  `findings`: what is wrong, with lines;
 - `library`: all files of the project, of packages and of folders, in `read_lessons`.
 """
 

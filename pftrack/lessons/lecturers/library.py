@@ -12,8 +12,8 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Final, TypeAlias, cast
 
+from pftrack.lessons.lecturers.builder import lesson_of
 from pftrack.lessons.lecturers.document import DocumentError, document_of, read_document
-from pftrack.lessons.lecturers.making import lesson_of
 from pftrack.lessons.lesson import Lesson
 from pftrack.lessons.registry import LESSONS
 

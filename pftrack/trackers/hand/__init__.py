@@ -8,7 +8,7 @@
 - `ranking`: whole hands compared with the silhouette, and brought nearer to it;
 - `particles`: a frame of the particle filter;
 - `waiting`: what happens while no hand can be followed, and how it is found again;
-- `view`, `seen`: a frame as the search sees it, and what it looks up there;
+- `view`, `picture_tables`: a frame as the search sees it, and what it looks up there;
 - `state`: what is carried from frame to frame; `parameters`: all that can be set, `settings`: the same for compiled
   code; `reports`: what is told of a state.
 """

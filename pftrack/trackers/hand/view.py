@@ -7,7 +7,7 @@ from pftrack.detection.protrusions import HandFeatures
 from pftrack.numerics.trigonometry import sines_cosines
 from pftrack.trackers.hand.likelihood import PictureTables
 from pftrack.trackers.hand.parameters import HandTrackerParameters
-from pftrack.trackers.hand.seen import tables_of
+from pftrack.trackers.hand.picture_tables import tables_of
 from pftrack.trackers.hand.settings import Task, settings
 from pftrack.trackers.hand.state import HandState
 

@@ -23,7 +23,7 @@ from pftrack.trackers.histogram.likelihood import HISTOGRAM, pack
 from pftrack.trackers.histogram.model import first_look, judge, model_of, with_model
 from pftrack.trackers.histogram.parameters import HistogramTrackerParameters
 from pftrack.trackers.histogram.reports import PARTICLE_SERIES, measure_particles
-from pftrack.trackers.histogram.searching import search
+from pftrack.trackers.histogram.search import search
 from pftrack.trackers.histogram.state import DIMENSION, SIZE, HistogramState
 from pftrack.trackers.sampling.common import particles_of, picture_of
 from pftrack.trackers.sampling.loop import Loop, Motion, Rule

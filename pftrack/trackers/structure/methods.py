@@ -23,8 +23,8 @@ from pftrack.structure.online_variational import Forgetting, Online
 from pftrack.structure.recursive import Recursive
 from pftrack.structure.tracks import FEWEST_VIEWS, Tracks
 from pftrack.structure.variational import strengths_of, transform_covariances
+from pftrack.trackers.structure.observed import Observed
 from pftrack.trackers.structure.parameters import StructureTrackerParameters
-from pftrack.trackers.structure.seen import Observed
 
 __all__ = ["Belief", "Found", "Grown", "Plain", "Prior", "Windowed", "grow", "plain", "windowed"]
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from pftrack.sources.tracks.bodies import Shape
 from pftrack.trackers.structure.methods import Belief, Prior
+from pftrack.trackers.structure.observed import Observed
 from pftrack.trackers.structure.placing import Placed
-from pftrack.trackers.structure.seen import Observed
 
 __all__ = ["StructureState"]
 

@@ -18,7 +18,7 @@ from pftrack.numerics.random import Stream
 from pftrack.sources.tracks.target import BodyTarget
 from pftrack.structure.growing import Growing
 from pftrack.structure.tracks import check_view
-from pftrack.trackers.structure import seen as frames
+from pftrack.trackers.structure import observed as frames
 from pftrack.trackers.structure.methods import Belief, Grown, Plain, Prior, Windowed, grow, plain, windowed
 from pftrack.trackers.structure.parameters import StructureTrackerParameters
 from pftrack.trackers.structure.placing import flat, place, place_again

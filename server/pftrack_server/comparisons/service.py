@@ -17,7 +17,7 @@ from pftrack_server.schemas.comparisons import (
     SettingPublic,
 )
 from pftrack_server.settings import Settings
-from pftrack_server.tasks.comparing import compare_runs, outline_comparison
+from pftrack_server.tasks.comparisons import compare_runs, outline_comparison
 from pftrack_server.tasks.jobs import Job, Jobs, failure_of
 from pftrack_server.worker.protocol import WorkerConfig
 

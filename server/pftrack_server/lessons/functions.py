@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from pftrack.lessons import Demonstration, Lesson, Number, Verdict, judge
-from pftrack.lessons.judging import read_answer
+from pftrack.lessons.answers import numbers_of_run
 from pftrack.lessons.lesson import Check, Given
-from pftrack.lessons.running import numbers_of_run
+from pftrack.lessons.verdict import read_answer
 from pftrack.model.parameters import Value, flat, nearest, revise
 from pftrack.model.recipe import Recipe
 from pftrack.runs.record import make

@@ -8,12 +8,12 @@ from typing import Any
 
 from pftrack.experiments import find as find_experiment
 from pftrack.lessons import Lesson, Verdict
-from pftrack.lessons.judging import read_answer
+from pftrack.lessons.answers import question_recipe
 from pftrack.lessons.lecturers import Library, read_lessons
 from pftrack.lessons.lecturers.expression import ExpressionError
 from pftrack.lessons.lesson import Demonstration, Given, Scenario
 from pftrack.lessons.notebook import lesson_notebook
-from pftrack.lessons.running import question_recipe
+from pftrack.lessons.verdict import read_answer
 from pftrack.model.parameters import ParameterError
 from pftrack.process import MEBIBYTE, Budget, CallError, Ending, Pool, WorkerLostError
 from pftrack_server.errors import NotFoundError, RefusedError, UnavailableError

@@ -2,9 +2,9 @@
 
 from pftrack.experiments import find as find_experiment
 from pftrack.lessons import Lesson, Verdict
+from pftrack.lessons.answers import question_recipe
 from pftrack.lessons.lecturers import Library
 from pftrack.lessons.lesson import Demonstration, Question, Scenario
-from pftrack.lessons.running import question_recipe
 from pftrack.model.parameters import declarations, flat, revise
 from pftrack.model.recipe import Recipe
 from pftrack_server.lessons.results import Job

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from pftrack.lessons import LESSONS, find, judge
+from pftrack.lessons.answers import answer_of, question_recipe
 from pftrack.lessons.lecturers import Library, library, read_lessons
 from pftrack.lessons.lecturers.document import LARGEST_BYTES
 from pftrack.lessons.lesson import Demonstration, Scenario
-from pftrack.lessons.running import answer_of, question_recipe
 from pftrack.model.parameters import declarations
 from tests.lessons.demonstrations import DEMONSTRATIONS
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from pftrack.lessons import Lesson
+from pftrack.lessons.answers import Columns, answer_of, numbers_of, question_recipe
 from pftrack.lessons.lecturers import read_lessons
 from pftrack.lessons.lesson import Scenario
-from pftrack.lessons.running import Columns, answer_of, numbers_of, question_recipe
 from pftrack.model.timeline import Change
 
 LIBRARY = read_lessons()

@@ -6,7 +6,7 @@ import pytest
 from pftrack.geometry.hand_model import HIGH, LOW, MODEL, joints, open_pose, silhouette
 from pftrack.trackers.hand.parameters import HandTrackerParameters
 from pftrack.trackers.hand.particles import ANYWHERE, Cloud, _gains, sample
-from pftrack.trackers.hand.seen import tables_of
+from pftrack.trackers.hand.picture_tables import tables_of
 from pftrack.trackers.hand.settings import Task, settings
 
 SCALE, SIDE, COUNT = 52.0, 200, 40

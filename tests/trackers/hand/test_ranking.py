@@ -8,8 +8,8 @@ from pftrack.geometry.polygons import convex_hull, fill, row_sums
 from pftrack.trackers.hand.assignment import HIDDEN
 from pftrack.trackers.hand.likelihood import PictureTables, finger_fit, x_p
 from pftrack.trackers.hand.parameters import HandTrackerParameters
+from pftrack.trackers.hand.picture_tables import contour_of, tables_of
 from pftrack.trackers.hand.ranking import differences, improve, log_score
-from pftrack.trackers.hand.seen import contour_of, tables_of
 from pftrack.trackers.hand.settings import Task, settings
 
 SCALE, SIDE = 52.0, 200

@@ -9,9 +9,9 @@ from pftrack.trackers.hand.assignment import HIDDEN
 from pftrack.trackers.hand.beams import NO_PALM_COST, alike, follow, predictions
 from pftrack.trackers.hand.likelihood import PictureTables
 from pftrack.trackers.hand.parameters import HandTrackerParameters
+from pftrack.trackers.hand.picture_tables import tables_of
 from pftrack.trackers.hand.ranking import differences, log_score
 from pftrack.trackers.hand.search import search
-from pftrack.trackers.hand.seen import tables_of
 from pftrack.trackers.hand.settings import Task, settings
 
 SCALE, SIDE = 52.0, 200

@@ -4,11 +4,11 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
+from pftrack.lessons.answers import figure_numbers
 from pftrack.lessons.lecturers.expression import Expression, ExpressionError, NoValueError, unknown
 from pftrack.lessons.lecturers.findings import Findings
 from pftrack.lessons.lecturers.head import Head, near
 from pftrack.lessons.lesson import Answer, Demonstration, Mistake, Question, Scenario
-from pftrack.lessons.running import figure_numbers
 from pftrack.model.parameters import Parameters
 
 __all__ = ["check_expression", "check_question", "question_of"]

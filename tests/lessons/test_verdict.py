@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from pftrack.lessons.judging import judge
 from pftrack.lessons.lesson import Answer, Mistake, Question
+from pftrack.lessons.verdict import judge
 from pftrack.model.parameters import ParameterError
 
 HALVED = Question(

@@ -6,12 +6,12 @@ from typing import Any, Final
 
 from pftrack.experiment import Experiment
 from pftrack.experiments import find as find_experiment
+from pftrack.lessons.answers import all_columns, figure_numbers
 from pftrack.lessons.lecturers.document import Place
 from pftrack.lessons.lecturers.findings import Findings
 from pftrack.lessons.lecturers.head import Head, near
 from pftrack.lessons.lesson import Demonstration, Lesson, Scenario
 from pftrack.lessons.registry import find as find_lesson
-from pftrack.lessons.running import all_columns, figure_numbers
 from pftrack.model.parameters import Parameters, declarations, revise
 from pftrack.model.recipe import Recipe
 from pftrack.model.timeline import Change, Timeline

@@ -5,15 +5,15 @@ import re
 from dataclasses import replace
 from typing import Final
 
-from pftrack.lessons.judging import judge
-from pftrack.lessons.lecturers.asking import check_expression, check_question, question_of
+from pftrack.lessons.answers import answer_of
+from pftrack.lessons.lecturers.bodies import body_of
 from pftrack.lessons.lecturers.document import Document, DocumentError
 from pftrack.lessons.lecturers.expression import ExpressionError, parse
 from pftrack.lessons.lecturers.findings import Findings
 from pftrack.lessons.lecturers.head import Head, ask
-from pftrack.lessons.lecturers.showing import body_of
+from pftrack.lessons.lecturers.questions import check_expression, check_question, question_of
 from pftrack.lessons.lesson import Answer, Check, Lesson, Outcome
-from pftrack.lessons.running import answer_of
+from pftrack.lessons.verdict import judge
 from pftrack.model.parameters import ParameterError
 from pftrack.runs.record import RecordError
 
