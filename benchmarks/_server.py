@@ -7,6 +7,7 @@ import struct
 import subprocess
 import sys
 import time
+import urllib.parse
 import urllib.request
 from collections.abc import Iterator
 from typing import Any
@@ -71,11 +72,12 @@ class Server:
         if "http://" not in line:
             raise SystemExit("the server did not start")
         self.url = line[line.index("http://") :].strip().rstrip("/")
+        self._origin = urllib.parse.urljoin(self.url, "/").rstrip("/")
 
     def ask(self, method: str, path: str, body: object = None) -> Any:
         """Make a request and return its JSON."""
         data = None if body is None else json.dumps(body).encode()
-        headers = {"Content-Type": "application/json", "Origin": self.url}
+        headers = {"Content-Type": "application/json", "Origin": self._origin}
         request = urllib.request.Request(f"{self.url}{path}", data, headers, method=method)  # noqa: S310 - our own server
         with urllib.request.urlopen(request, timeout=60) as answer:  # noqa: S310
             content = answer.read()

@@ -47,7 +47,7 @@ WITNESS = """(() => {
     addEventListener('click', (event) => {
         sessionStorage.setItem('clicked', performance.timeOrigin + event.timeStamp);
     }, true);
-    if (top !== window || !location.pathname.startsWith('/session/')) return;
+    if (top !== window || !location.pathname.includes('/session/')) return;
     const drawn = (scene) => {
         let found = false;
         scene?.__viserMutable?.nodeRefFromName['/picture']?.traverse((item) => {

@@ -53,7 +53,7 @@ def fill(server: Server) -> Callable[..., list[dict[str, Any]]]:
 
 @pytest.fixture(scope="session")
 def beside_others(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """A server that differs in whatever can: it asks for a token, and packages are installed beside it.
+    """A server that differs in whatever can: it lies at the root, asks for a token, and has packages beside it.
 
     They are the example's, one with rare series, and one that is broken.
     """
@@ -62,7 +62,7 @@ def beside_others(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     install(place, "the-example", "", "turning = pftrack_turning.experiment:EXPERIMENT")
     install(place, "bank", (Path(__file__).parent / "bank.py").read_text(), "bank = bank:EXPERIMENT")
     install(place, "a-broken-one", "raise RuntimeError('in vain')", "broken = a_broken_one:EXPERIMENT")
-    server = Server(tmp_path_factory.mktemp("served"), installed=place, token=TOKEN)
+    server = Server(tmp_path_factory.mktemp("served"), installed=place, token=TOKEN, PFTRACK_BASE_PATH="/")
     # Whoever asks before that for more than 10 s is told to come again, which a page writes to its console.
     until(lambda: server.get("compilation")["finished"], "the packages' experiments are ready", START_S)
     yield server
