@@ -92,7 +92,7 @@ def test_a_class_that_waits_holds_nobody_up(
 ) -> None:
     """While many wait for one experiment, what is ready is shown and started, and then they get theirs."""
     monkeypatch.setattr(pftrack_server.compilation, "PATIENCE_S", 60.0)
-    address = "/api/v1/experiments/{}/thumbnail.png"
+    address = "api/v1/experiments/{}/thumbnail.png"
     with ThreadPoolExecutor(50) as pool:
         # Without certificates, of which none is needed here: to read them takes 20 ms each time.
         ask = partial(httpx.get, f"{client.base_url}{address.format('sine')}", timeout=60, verify=False)

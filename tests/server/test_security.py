@@ -309,7 +309,7 @@ class TestErrors:
             answer = client.get("/api/v1/sessions/x")
             assert answer.headers["x-content-type-options"] == "nosniff"
             error = error_of(answer, 500)
-            assert "mistake" in error["message"]
+            assert "failed unexpectedly" in error["message"]
 
     def test_a_body_too_large(self, client: httpx.Client) -> None:
         """A body that is too large is refused, announced or not."""
