@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from pftrack.experiment import Experiment
 from pftrack.experiments import NAME, find
+from pftrack.model.layer import legend
 from pftrack.model.parameters import Declaration, ParameterError, Parameters, declarations, revise, with_role
 from pftrack.model.plot import Plot
 from pftrack.model.series import SeriesShape
@@ -46,6 +47,7 @@ def checks(experiment: Experiment) -> Iterator[Check]:
             ("its presets run", _presets_run),
             ("its example sweep is a plan", _example_sweep_is_a_plan),
             ("its plots and readings are complete", _declares_plots),
+            ("its layers are named once, and one explains the estimate", _declares_layers),
             ("its measures are declared whole", _declares_measures),
         ],
     )
@@ -207,6 +209,21 @@ def _declares_plots(experiment: Experiment) -> None:
             f"the plot {plot.id} must be shown by a parameter of the role 'drawing' ({', '.join(drawing)}), "
             f"got {plot.shown!r}",
         )
+
+
+def _declares_layers(experiment: Experiment) -> None:
+    layers = experiment.layers
+    _demand_unique((layer.name for layer in layers), "layers")
+    _demand_unique((layer.title for layer in layers), "titles of layers")
+    explained = {key.colour for key in legend(layers)}
+    demand("estimate" in explained, "whoever looks must be told which one is the estimate: a layer's legend has no key")
+    shown = [layer.name for layer in layers if layer.role == "through time" and layer.shown]
+    demand(not shown, f"who looks from the front sees nothing of {', '.join(shown)}: it must be off at first")
+    roles = {layer.role for layer in layers}
+    demand(
+        ("through time" in roles) == ("flat only" in roles),
+        "a layer through time takes the place of one that is flat only: there must be both or none",
+    )
 
 
 def _demand_parts(plot: Plot) -> None:

@@ -14,9 +14,9 @@ def test_a_second_run_is_drawn_in_its_colour(experiment: Experiment) -> None:
     """Where there is another run to compare with, its belief is drawn on a layer of its own; else there is none."""
     first, *_, last = experiment.trackers
     one, two = (
-        Run(experiment, experiment.simulate(), tracker=tracker, seed=1, frames=20).finish() for tracker in (first, last)
+        Run(experiment, experiment.simulate(), tracker=tracker, seed=1, frames=4).finish() for tracker in (first, last)
     )
-    past = [one.diagnostics] * 20
+    past = [one.diagnostics] * 4
     assert "second run" in experiment.shown_layers
     assert all(item.layer != "second run" for item in experiment.draw(one, past).primitives.values())
     drawing = experiment.draw(one, past, two.diagnostics)

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.experiments import EXPERIMENTS, find
 from pftrack.model.drawing import (
     COLOURS,
     Drawing,
@@ -21,7 +20,6 @@ from pftrack.model.drawing import (
 )
 from pftrack.model.faults import faults, without_faults
 from pftrack.model.world import World
-from pftrack.runs.run import Run
 
 PICTURE = Picture(np.zeros((6, 8, 3), np.uint8))
 CLOUD = Points(np.zeros((5, 3), np.float32), np.zeros((5, 3), np.uint8), 2.0)
@@ -120,12 +118,3 @@ def test_a_world_is_looked_through_as_well() -> None:
 def test_what_can_be_shown_is_no_fault(item: Any) -> None:
     """NumPy's numbers are numbers, a place that is none is a gap, and an empty array is nothing to see."""
     assert faults(drawn(item)) == {}
-
-
-@pytest.mark.parametrize("experiment_id", EXPERIMENTS)
-def test_our_own_drawings_have_none(experiment_id: str) -> None:
-    """Every experiment of the project draws what can be shown."""
-    experiment = find(experiment_id)
-    run = Run(experiment, experiment.simulate(), seed=5)
-    run.seek(2)
-    assert faults(experiment.draw(run.current, run.diagnostics)) == {}

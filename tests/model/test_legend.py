@@ -1,14 +1,11 @@
 """The legend names what is drawn, and nothing else."""
 
 import numpy as np
-import pytest
 
-from pftrack.experiments import EXPERIMENTS, Experiment
 from pftrack.model.drawing import Drawing, Points, Polyline
 from pftrack.model.layer import Key, Layer
 from pftrack.model.legend import drawn_keys
 from pftrack.model.palette import COLOURS
-from pftrack.runs.run import Run
 
 PREDICTED, OBSERVED = Key("prediction", "predicted"), Key("observation", "observed")
 LAYERS = (Layer("particles", legend=(PREDICTED, OBSERVED)), Layer("trail", legend=(Key("estimate", "estimate"),)))
@@ -33,14 +30,3 @@ def test_shades_need_all_keys_of_their_layer() -> None:
     assert drawn_keys(Drawing(8, 8, {"trail": line}), LAYERS) == (("trail", Key("estimate", "estimate")),)
     none = Polyline(np.zeros((0, 3), dtype=np.float32), COLOURS["estimate"], 1.0, "trail")
     assert drawn_keys(Drawing(8, 8, {"trail": none}), LAYERS) == ()
-
-
-@pytest.mark.parametrize("experiment", EXPERIMENTS.values(), ids=lambda experiment: experiment.id)
-def test_a_run_by_itself_has_no_key_of_a_second(experiment: Experiment) -> None:
-    """Estimate and truth are explained; particles only where the tracker has any, and no second run."""
-    run = Run(experiment, experiment.simulate(), tracker=experiment.default_tracker)
-    run.seek(3)
-    drawing = experiment.draw(run.current, run.diagnostics)
-    layers = {layer for layer, _ in drawn_keys(drawing, experiment.layers)}
-    assert "truth" in layers
-    assert "second run" not in layers

@@ -11,13 +11,15 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.runs import checkpoint
 from pftrack.runs.run import Change, Run
 
-FRAMES, FAR, BACK = 24, 17, 5
+FRAMES, FAR = 24, 17
 EVERY = [(name, tracker) for name, experiment in EXPERIMENTS.items() for tracker in experiment.trackers]
 
 
-def begun(name: str = "ball", tracker: str | None = None, *timeline: Change, seed: int = 3) -> Run:
+def begun(
+    name: str = "ball", tracker: str | None = None, *timeline: Change, seed: int = 3, frames: int = FRAMES
+) -> Run:
     experiment = EXPERIMENTS[name]
-    return Run(experiment, experiment.simulate(), tracker=tracker, seed=seed, frames=FRAMES, timeline=timeline)
+    return Run(experiment, experiment.simulate(), tracker=tracker, seed=seed, frames=frames, timeline=timeline)
 
 
 @pytest.fixture
@@ -33,15 +35,15 @@ def kept(tmp_path: Path) -> Path:
 @pytest.mark.parametrize(("name", "tracker"), EVERY)
 def test_a_run_goes_on_to_the_same_numbers(name: str, tracker: str, tmp_path: Path) -> None:
     """A run that takes over a checkpoint stands where the other stood, and ends with its numbers, to the bit."""
-    run, path = begun(name, tracker), tmp_path / "run.states"
-    run.seek(FAR)
+    run, path = begun(name, tracker, frames=8), tmp_path / "run.states"
+    run.seek(5)
     checkpoint.write(run.checkpoint(), path)
-    again = begun(name, tracker)
+    again = begun(name, tracker, frames=8)
     found = checkpoint.read(path, "pftrack")
     assert found is not None
     assert again.recall(found)
     assert repr(again.diagnostics) == repr(run.diagnostics)  # as text, in which "not a number" equals itself
-    again.seek(BACK)
+    again.seek(2)
     again.finish()
     run.finish()
     assert again.estimates_sha256 == run.estimates_sha256

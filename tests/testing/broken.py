@@ -235,6 +235,10 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
         "the example sweep does not fit the experiment: sample_count",
     ),
     "its plots and readings are complete": (plots_of_one_name, "plots must have names of their own, got twice error"),
+    "its layers are named once, and one explains the estimate": (
+        lambda: replace(SOUND, layers=(*SOUND.layers, SOUND.layers[0])),
+        "layers must have names of their own, got twice",
+    ),
     "its measures are declared whole": (
         lambda: replace(SOUND, measures=(replace(PICTURE_MEASURES[0], description="inside"),)),
         "the description of the measure inside_share must be a sentence that ends in '.', got 'inside'",

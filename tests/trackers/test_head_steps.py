@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -252,8 +253,7 @@ def test_a_step_leaves_its_state_alone(method: Method) -> None:
     assert np.array_equal(one.estimate, other.estimate)
 
 
-@pytest.mark.parametrize("before", METHODS)
-@pytest.mark.parametrize("after", METHODS)
+@pytest.mark.parametrize(("before", "after"), list(pairwise([*METHODS, next(iter(METHODS))])))
 def test_a_method_takes_over_templates_and_doubt(before: Method, after: Method) -> None:
     """Whichever was at work, the next one has its memory, and follows the face from where it is."""
     given = parameters(joint_sample_count=2000)
