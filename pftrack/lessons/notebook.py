@@ -69,7 +69,7 @@ from pftrack.model.parameters import revise
 
 ASKED = """
 asked_at = revise(lesson.body.parameters, lesson.question.at or {})
-Image(encode(lesson.body.show(asked_at, lesson.body.seed).figure.veiled(), ".png"), width=900)
+Image(encode(lesson.body.show(asked_at, lesson.body.seed).figure.without_answer(), ".png"), width=900)
 """.strip()
 
 SHOWN = """

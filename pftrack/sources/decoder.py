@@ -74,7 +74,7 @@ class Decoder:
             max_pixels: The most that a picture may have.
 
         Raises:
-            SourceError: It is broken, holds no pictures, or they are coded in a way that is not read here.
+            SourceError: It is broken, holds no pictures, or has an unsupported codec.
         """
         self.damaged = 0
         self.skip_before: int | None = None

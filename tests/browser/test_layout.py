@@ -50,14 +50,14 @@ def one_row_of_sparklines(shown: SessionPage) -> None:
 
 
 def on_a_phone(shown: SessionPage) -> None:
-    """The page says that it wants more room; scene and transport are there, and the title has a line of its own.
+    """The page says that it needs more room; scene and transport are there, and the title has a line of its own.
 
     Nothing of the line above is cut off or crowded: the tools beside the name, what runs below them. The number of the
     frame is whole and in no other's place.
     """
     page = shown.page
     page.set_viewport_size({"width": 400, "height": 800})
-    page.locator("text=wants more room").wait_for()
+    page.locator("text=needs more room").wait_for()
     shown.until(lambda: box(page, ".scene")["height"] >= 200, "the scene keeps its place")
     assert page.locator(".play").is_visible()
     assert page.evaluate(OVERFLOW) <= 0

@@ -188,7 +188,7 @@ def test_keys_go_to_the_session_that_has_the_focus(several: Several, server: Ser
     page.click("#b .counter")
     page.keyboard.press("ArrowRight")
     several.until(lambda: several.position("b") == 1, "the second one moves")
-    page.click("#a [aria-label^='One frame on']")
+    page.click("#a [aria-label^='One frame forward']")
     several.until(lambda: several.position("a") == 1, "the first one moves")
     page.keyboard.press("ArrowRight")
     several.until(lambda: several.position("a") == 2, "it has the keys now")

@@ -156,7 +156,7 @@ def test_the_ghost_of_the_truth_is_where_the_face_is() -> None:
     assert target is not None
     assert target.landmarks is not None
     nose = links(drawing, "true look")[0, 0]
-    seen = state.seen(state.solid.points_mm, target.position)
+    seen = state.project(state.solid.points_mm, target.position)
     expected = seen[0] + (target.landmarks.points_px - seen).mean(axis=0)
     assert nose[:2] == pytest.approx(expected, abs=1e-2)
     assert {drawing.primitives[name].layer for name in ("true lines", "true lines rim", "true look")} == {"truth"}
@@ -201,7 +201,7 @@ def test_names_do_not_cover_each_other(name: str) -> None:
     left, right = np.unique(places[:, 0])
     for x in (left, right):
         assert np.diff(np.sort(places[places[:, 0] == x, 1])).min() == pytest.approx(drawing.height / 18, abs=1e-3)
-    solid = state.seen(state.solid.points_mm)
+    solid = state.project(state.solid.points_mm)
     assert left < solid[:, 0].min() < solid[:, 0].max() < right
     assert links(drawing, "name lines")[:, 1, :2] == pytest.approx(state.feature_means, abs=1e-3)
 

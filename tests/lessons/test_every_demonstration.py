@@ -26,9 +26,9 @@ def assert_believable(numbers: tuple[Number, ...], where: object) -> None:
             assert abs(number.value - number.exact) <= number.tolerance, (number, where)
 
 
-def test_there_are_two_to_four_parameters(lesson: Lesson) -> None:
+def test_there_are_two_to_six_parameters(lesson: Lesson) -> None:
     """A lesson has few things to turn; a switch or two may stand beside its sliders."""
-    assert 2 <= len(declarations(type(demonstration(lesson).parameters))) <= 5
+    assert 2 <= len(declarations(type(demonstration(lesson).parameters))) <= 6
 
 
 def test_the_figure_can_be_drawn(lesson: Lesson) -> None:

@@ -160,7 +160,7 @@ def test_a_cover_is_not_a_video(tmp_path: Path) -> None:
 def test_a_codec_that_is_not_known_well_is_refused(tmp_path: Path, make_film: Film, make_picture: Draw) -> None:
     """Only decoders of well-known codecs are let near the bytes; others are refused with the list of those."""
     path = make_film(tmp_path / "a.avi", [make_picture(0)] * 3, "wmv2", between=0)
-    with pytest.raises(SourceError, match=r"coded in a way that is not read here; expected one of H\.264"):
+    with pytest.raises(SourceError, match=r"unsupported codec; expected one of H\.264"):
         open_sequence(path)
 
 

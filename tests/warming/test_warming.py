@@ -164,7 +164,7 @@ def test_what_is_ready_is_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyP
     memory.remember("three", {0, 4})
     assert memory.ready(["one", "two"]) == {"one"}
     monkeypatch.setattr(
-        memory.machine, "computed_on", lambda: dict.fromkeys(["target", "numba", "llvmlite", "numpy"], "9")
+        memory.machine, "describe_platform", lambda: dict.fromkeys(["target", "numba", "llvmlite", "numpy"], "9")
     )
     assert memory.ready(["one", "two"]) == frozenset()
 
