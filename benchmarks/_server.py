@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import os
 import shutil
 import struct
 import subprocess
@@ -67,7 +68,10 @@ class Server:
 
     def __init__(self, folder: str) -> None:
         command = [sys.executable, "-m", "pftrack", "serve", "--port", "0", "--data-dir", folder]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        at_the_root = os.environ | {"PFTRACK_BASE_PATH": ""}
+        self.process = subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=at_the_root
+        )
         line = self.process.stdout.readline() if self.process.stdout else ""
         if "http://" not in line:
             raise SystemExit("the server did not start")

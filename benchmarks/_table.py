@@ -1,4 +1,4 @@
-"""What the benchmarks share: a plain table, and `--json`."""
+"""What the benchmarks share: a plain table, `--json` and `--smallest`."""
 
 import argparse
 import json
@@ -6,8 +6,9 @@ import os
 import platform
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
 
-__all__ = ["arguments", "machine", "progress", "report", "single_threaded"]
+__all__ = ["Size", "arguments", "machine", "progress", "report", "single_threaded"]
 
 
 def single_threaded() -> None:
@@ -16,13 +17,34 @@ def single_threaded() -> None:
         os.environ.setdefault(name, "1")
 
 
-def arguments(description: str, **options: dict[str, object]) -> argparse.Namespace:
-    """Read the command line: `--json` and the options given."""
+@dataclass(frozen=True, slots=True)
+class Size:
+    """How much is measured: a number that can be given on the command line.
+
+    Attributes:
+        usual: What it is if nothing is said.
+        smallest: What it is with `--smallest`, which shows that everything runs; its figures are worth nothing.
+        help: One line on the number.
+    """
+
+    usual: float
+    smallest: float
+    help: str
+
+
+def arguments(description: str, **sizes: Size) -> argparse.Namespace:
+    """Read the command line: `--json`, `--smallest` and the sizes."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--json", action="store_true", help="print one JSON value")
-    for name, settings in options.items():
-        parser.add_argument("--" + name.replace("_", "-"), **settings)  # type: ignore[arg-type]
-    return parser.parse_args()
+    parser.add_argument("--smallest", action="store_true", help="measure as little as runs at all, to see that it does")
+    for name, size in sizes.items():
+        text = f"{size.help} ({size.usual:g} if not given)"
+        parser.add_argument("--" + name, type=type(size.usual), help=text)
+    given = parser.parse_args()
+    for name, size in sizes.items():
+        if getattr(given, name) is None:
+            setattr(given, name, size.smallest if given.smallest else size.usual)
+    return given
 
 
 def machine() -> dict[str, object]:

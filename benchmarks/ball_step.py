@@ -5,7 +5,7 @@ the simulated picture and the diagnostics included; `drawing` is what the viewer
 h-SPF at N = 800 within 0.06 ms.
 """
 
-from _table import arguments, progress, report, single_threaded
+from _table import Size, arguments, progress, report, single_threaded
 
 single_threaded()
 
@@ -43,7 +43,7 @@ def measure(tracker: str, count: int, frames: int) -> dict[str, object]:
 
 def main() -> None:
     """Measure and report."""
-    given = arguments(__doc__.splitlines()[0], frames={"type": int, "default": 600, "help": "frames a tracker"})
+    given = arguments(__doc__.splitlines()[0], frames=Size(600, 12, "frames a tracker"))
     rows = []
     for tracker in find("ball").trackers:
         progress(tracker)

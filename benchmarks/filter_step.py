@@ -10,7 +10,7 @@ right: `off` is the distance of its estimates from the exact ones of the Kalman 
 deviations. It falls as 1 / sqrt(N) and is much the same for all, since all run the same algorithm.
 """
 
-from _table import arguments, progress, report, single_threaded
+from _table import Size, arguments, progress, report, single_threaded
 
 single_threaded()
 
@@ -268,7 +268,7 @@ def measure(count: int, steps: int) -> Iterator[dict[str, object]]:
 
 def main() -> None:
     """Measure and report."""
-    given = arguments(__doc__.splitlines()[0], steps={"type": int, "default": 400, "help": "steps a library"})
+    given = arguments(__doc__.splitlines()[0], steps=Size(400, 40, "steps a library"))
     rows: list[dict[str, object]] = []
     for count in COUNTS:
         progress(f"N = {count}")

@@ -6,7 +6,7 @@ filters, drawing, moving and estimating included, as the paper counts it: ordina
 500, and how long the edges of a picture take, which is the same for both.
 """
 
-from _table import arguments, progress, report, single_threaded
+from _table import Size, arguments, progress, report, single_threaded
 
 single_threaded()
 
@@ -57,7 +57,7 @@ def by_loop(distances: NDArray[np.uint8], poses: NDArray[np.float64]) -> list[in
 
 def main() -> None:
     """Time everything on frame 1 of a clip."""
-    options = arguments("The fish filters beside NumPy.", repeats={"type": int, "default": 200})
+    options = arguments("The fish filters beside NumPy.", repeats=Size(200, 1, "calls of each"))
     cv2.setNumThreads(1)
     parameters = find("fish").simulate().parameters
     source = FishSource(0, parameters)

@@ -8,7 +8,7 @@ turn comes later. Beside it stands the time since the frame's first arrival anyw
 answer half a second late, or read nothing at all. All of it shares the machine's cores with the server.
 """
 
-from _table import arguments, progress, report, single_threaded
+from _table import Size, arguments, progress, report, single_threaded
 
 single_threaded()
 
@@ -185,9 +185,9 @@ def main() -> None:
     """Measure and report."""
     given = arguments(
         __doc__.splitlines()[0],
-        followers={"type": int, "default": 150, "help": "how many follow"},
-        slow={"type": int, "default": 5, "help": "how many more paint late, and as many read nothing"},
-        seconds={"type": float, "default": 20.0, "help": "for how long"},
+        followers=Size(150, 2, "how many follow"),
+        slow=Size(5, 1, "how many more paint late, and as many read nothing"),
+        seconds=Size(20.0, 0.5, "for how long"),
     )
     with tempfile.TemporaryDirectory() as folder:
         server = Server(folder)

@@ -5,7 +5,7 @@ one writes it first, the palm is filled into a picture and compared with the sil
 the beam with one hand and with four and of the particle filter, features included, as it comes live.
 """
 
-from _table import arguments, progress, report, single_threaded
+from _table import Size, arguments, progress, report, single_threaded
 
 single_threaded()
 
@@ -55,7 +55,12 @@ def by_filling(points: NDArray[np.float64], mask: NDArray[np.uint8], contour: ND
 
 def main() -> None:
     """Time everything on the simulated hand."""
-    options = arguments("The hand trackers beside OpenCV.", repeats={"type": int, "default": 20})
+    options = arguments(
+        "The hand trackers beside OpenCV.",
+        repeats=Size(20, 1, "calls of each"),
+        motions=Size(len(MOTIONS), 1, "how many motions"),
+        frames=Size(30, 5, "of each motion"),
+    )
     cv2.setNumThreads(1)
     hand = find("hand")
     rows: list[dict[str, object]] = []
@@ -63,10 +68,10 @@ def main() -> None:
     for tracker, values in (("beam", {"beam_width": 1}), ("beam", {"beam_width": 4}), ("particles", {})):
         name = f"{tracker} {values.get('beam_width', '')}".strip()
         times = []
-        for motion in MOTIONS:
+        for motion in MOTIONS[: options.motions]:
             progress(f"{name}, {motion}")
             timeline = (Change(0, {"motion": motion, **values}),)
-            run = Run(hand, hand.simulate(), tracker=tracker, seed=SEED, timeline=timeline)
+            run = Run(hand, hand.simulate(), tracker=tracker, seed=SEED, frames=options.frames, timeline=timeline)
             run.finish()
             times += [row.step_ms for row in run.diagnostics[2:]]
         whole[name] = median(times)

@@ -7,7 +7,7 @@ machine that does other work too, the fastest is nearer to what the code needs.
 
 from collections.abc import Callable
 
-from _table import arguments, progress, report, single_threaded
+from _table import Size, arguments, progress, report, single_threaded
 
 single_threaded()
 
@@ -68,7 +68,7 @@ def likelihood(count: int, spread_px: float, repeats: int) -> dict[str, object]:
 
 def main() -> None:
     """Measure and report."""
-    given = arguments(__doc__.splitlines()[0], frames={"type": int, "default": 120, "help": "frames a row"})
+    given = arguments(__doc__.splitlines()[0], frames=Size(120, 6, "frames a row"))
     cv2.setNumThreads(1)
     parameters = HeadSceneParameters()
     image = HeadSource(0, parameters).frame(0, History(((0, parameters),))).image_rgb

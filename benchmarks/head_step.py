@@ -9,7 +9,7 @@ needed 29 ms a frame, with capture, on a Pentium 4 of 2.8 GHz.
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from _table import arguments, progress, report, single_threaded
+from _table import Size, arguments, progress, report, single_threaded
 
 single_threaded()
 
@@ -156,7 +156,7 @@ def measure(name: str, clip: Clip) -> dict[str, object]:
 
 def main() -> None:
     """Measure and report."""
-    given = arguments(__doc__.splitlines()[0], frames={"type": int, "default": 900, "help": "frames, 900 are all"})
+    given = arguments(__doc__.splitlines()[0], frames=Size(900, 3, "frames, 900 are all"))
     cv2.setNumThreads(1)
     clip = render_clip(given.frames)
     rows = [measure(name, clip) for name in METHODS]

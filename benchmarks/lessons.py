@@ -5,7 +5,7 @@ defaults. From the event to the moment when the figure has been painted with wha
 worker, the answer's JSON and the drawing on canvases. Each move waits for the figure of the one before.
 """
 
-from _table import arguments, progress, report, single_threaded
+from _table import Size, arguments, progress, report, single_threaded
 
 single_threaded()
 
@@ -63,14 +63,14 @@ def time_moves(page: Any, server: Server, lesson: str, repeats: int) -> list[flo
     return taken
 
 
-def measure(server: Server, repeats: int) -> Iterator[dict[str, object]]:
+def measure(server: Server, repeats: int, lessons: int) -> Iterator[dict[str, object]]:
     """Yield a row for each lesson, and one for all of them."""
     everything: list[float] = []
     with chromium() as browser:
         if browser is None:
             return
         page = browser.new_page(viewport={"width": 1280, "height": 800})
-        for lesson in lessons_of(server):
+        for lesson in lessons_of(server)[:lessons]:
             progress(lesson)
             taken = time_moves(page, server, lesson, repeats)
             everything += taken
@@ -80,11 +80,15 @@ def measure(server: Server, repeats: int) -> Iterator[dict[str, object]]:
 
 def main() -> None:
     """Measure and report."""
-    given = arguments(__doc__.splitlines()[0], repeats={"type": int, "default": 60, "help": "moves of each slider"})
+    given = arguments(
+        __doc__.splitlines()[0],
+        repeats=Size(60, 2, "moves of each slider"),
+        lessons=Size(100, 1, "how many lessons at most"),
+    )
     with tempfile.TemporaryDirectory() as folder:
         server = Server(folder)
         try:
-            rows = list(measure(server, given.repeats))
+            rows = list(measure(server, given.repeats, given.lessons))
         finally:
             server.close()
     report("Slider to figure", rows, as_json=given.json)

@@ -5,7 +5,7 @@ FilterPy is given the same. The error is the worst direction of a link over the 
 seeds: whoever has no bounds and one hypothesis loses the link in some of them.
 """
 
-from _table import arguments, progress, report, single_threaded
+from _table import Size, arguments, progress, report, single_threaded
 
 single_threaded()
 
@@ -105,7 +105,7 @@ def ours(name: str, run: Run, frames: list[Frame], seed: int) -> Array:
 
 def main() -> None:
     """Measure and report."""
-    given = arguments(__doc__.splitlines()[0], seeds={"type": int, "default": 10, "help": "how many"})
+    given = arguments(__doc__.splitlines()[0], seeds=Size(10, 1, "how many"))
     scenes = [scene(seed) for seed in range(given.seeds)]
     others: dict[str, Callable[[LinkageTarget, Array], Array]] = {
         "NumPy, one EKF": with_numpy,

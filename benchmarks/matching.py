@@ -6,7 +6,7 @@ has no sum of absolute differences, so squared ones are nearest. `calcOpticalFlo
 gradients and knows no window: it is there for the time.
 """
 
-from _table import arguments, report, single_threaded
+from _table import Size, arguments, report, single_threaded
 
 single_threaded()
 
@@ -85,7 +85,7 @@ def rows_of(count: int, repeats: int) -> list[dict[str, object]]:
 
 def main() -> None:
     """Measure and report."""
-    given = arguments(__doc__.splitlines()[0], repeats={"type": int, "default": 50, "help": "frames"})
+    given = arguments(__doc__.splitlines()[0], repeats=Size(50, 1, "frames"))
     cv2.setNumThreads(1)
     rows = [row for count in (60, 200, 400) for row in rows_of(count, given.repeats)]
     title = f"Corners of {TEMPLATE_PX} x {TEMPLATE_PX} px looked for {REACH_PX} px to all sides, 640 x 480"

@@ -7,7 +7,7 @@ knows the true camera, as the pinhole layer does; it has no memory. Bando's own 
 eleven templates and the capture included, took 29 ms on a processor of its time.
 """
 
-from _table import arguments, progress, report, single_threaded
+from _table import Size, arguments, progress, report, single_threaded
 
 single_threaded()
 
@@ -117,7 +117,7 @@ def measure(method: str, sights: list[Sight]) -> dict[str, object]:
 
 def main() -> None:
     """Measure and report."""
-    given = arguments(__doc__.splitlines()[0], frames={"type": int, "default": 625, "help": "frames a method"})
+    given = arguments(__doc__.splitlines()[0], frames=Size(625, 4, "frames a method"))
     sights = [sight(0, index, SCENE) for index in range(given.frames)]
     rows = []
     for method in METHODS:

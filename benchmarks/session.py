@@ -6,7 +6,7 @@ websockets, which draw nothing: each session has a reader of its diagnostics and
 deliver 30 frames a second; the readers use the same cores.
 """
 
-from _table import arguments, progress, report, single_threaded
+from _table import Size, arguments, progress, report, single_threaded
 
 single_threaded()
 
@@ -107,7 +107,7 @@ def time_clicks(server: Server, browser: Any, repeats: int) -> dict[str, list[fl
     for _ in range(repeats + 1):
         page = context.new_page()
         page.goto(server.url)
-        card = page.locator(f"[data-experiment={EXPERIMENT}] h3 a")
+        card = page.locator(f"[data-experiment={EXPERIMENT}] h4 a")
         card.wait_for()
         page.wait_for_timeout(READING_MS)
         card.click(no_wait_after=True)
@@ -194,16 +194,16 @@ def measure_crowd(server: Server, count: int, seconds: float) -> Iterator[dict[s
         server.end(session)
 
 
-def measure_start(server: Server) -> Iterator[dict[str, object]]:
+def measure_start(server: Server, repeats: int) -> Iterator[dict[str, object]]:
     """Measure when a new session is seen."""
     progress("new sessions")
     with chromium() as browser:
-        for where, times in visible(server, browser, 5).items():
+        for where, times in visible(server, browser, repeats).items():
             if times:
                 yield row(f"first session, {where}, s", times[0], None)
                 yield row(f"new session visible, {where}, s", median(times[1:]), max(times[1:]), 0.5)
         if browser is not None:
-            for what, times in time_clicks(server, browser, 5).items():
+            for what, times in time_clicks(server, browser, repeats).items():
                 yield row(f"first click to {what}, s", times[0], None)
                 goal = 0.5 if what == "first picture" else None
                 yield row(f"click to {what}, s", median(times[1:]), max(times[1:]), goal)
@@ -213,13 +213,14 @@ def main() -> None:
     """Measure and report."""
     given = arguments(
         __doc__.splitlines()[0],
-        sessions={"type": int, "default": 16, "help": "how many run at once"},
-        seconds={"type": float, "default": 15.0, "help": "for how long"},
+        repeats=Size(5, 1, "sessions that are looked at one after the other"),
+        sessions=Size(16, 1, "how many run at once"),
+        seconds=Size(15.0, 0.5, "for how long"),
     )
     with tempfile.TemporaryDirectory() as folder:
         server = Server(folder)
         try:
-            rows = [*measure_start(server), *measure_crowd(server, given.sessions, given.seconds)]
+            rows = [*measure_start(server, given.repeats), *measure_crowd(server, given.sessions, given.seconds)]
         finally:
             server.close()
     report("Sessions, measured from outside", rows, as_json=given.json)

@@ -8,7 +8,7 @@ pictures that come back: what the server, the worker and the wire take. Half a f
 next frame in all.
 """
 
-from _table import arguments, progress, report, single_threaded
+from _table import Size, arguments, progress, report, single_threaded
 
 single_threaded()
 
@@ -241,7 +241,7 @@ def measure(server: Server, repeats: int) -> Iterator[dict[str, object]]:
 
 def main() -> None:
     """Measure and report."""
-    given = arguments(__doc__.splitlines()[0], repeats={"type": int, "default": 60, "help": "moves of the slider"})
+    given = arguments(__doc__.splitlines()[0], repeats=Size(60, 2, "moves of the slider"))
     with tempfile.TemporaryDirectory() as folder:
         server = Server(folder)
         try:

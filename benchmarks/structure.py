@@ -6,7 +6,7 @@ values on tracks whose hidden points are filled in, again and again, by their ra
 least squares over all shapes and pinholes, begun at the shape of the first window: the ceiling of accuracy.
 """
 
-from _table import arguments, progress, report, single_threaded
+from _table import Size, arguments, progress, report, single_threaded
 
 single_threaded()
 
@@ -149,10 +149,17 @@ def grow(frames: int) -> dict[str, object]:
 
 def main() -> None:
     """Measure and report."""
-    given = arguments(__doc__.splitlines()[0], repeats={"type": int, "default": 15, "help": "calls a batch method"})
-    rows_of(WINDOW + 2, 1)
-    rows = [row for frames in (120, 240, 360) for row in rows_of(frames, given.repeats)]
-    report("The shape of the prism, fourteen points", [*rows, grow(240)], as_json=given.json)
+    given = arguments(
+        __doc__.splitlines()[0],
+        repeats=Size(15, 1, "calls a batch method"),
+        frames=Size(120, WINDOW + 2, "frames of the shortest tracks"),
+        lengths=Size(3, 1, "how many lengths, the shortest ones times 1, 2, ..."),
+    )
+    if not given.smallest:
+        rows_of(WINDOW + 2, 1)  # the first one compiles
+    lengths = [given.frames * times for times in range(1, given.lengths + 1)]
+    rows = [row for frames in lengths for row in rows_of(frames, given.repeats)]
+    report("The shape of the prism, fourteen points", [*rows, grow(2 * given.frames)], as_json=given.json)
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ The runs are those of Bando 2007, ch. 3: sixty frames of the ball behind its pil
 stand the same run stepped live, and Condensation as a user would write it: in NumPy, and with `particles`.
 """
 
-from _table import arguments, progress, report, single_threaded
+from _table import Size, arguments, progress, report, single_threaded
 
 single_threaded()
 
@@ -171,8 +171,8 @@ def stages(repeats: int) -> list[dict[str, object]]:
     return [_row(f"a step: {name}", taken / 1e6, None, taken / whole) for name, taken in microseconds.items()]
 
 
-def workers() -> list[dict[str, object]]:
-    """Return how long a sweep of 4,800 runs takes with one worker and with two."""
+def workers(trials: int) -> list[dict[str, object]]:
+    """Return how long a sweep takes with one worker and with two."""
     plan = Plan(
         "ball",
         (
@@ -181,7 +181,7 @@ def workers() -> list[dict[str, object]]:
             Axis("layout", tuple(range(10))),
         ),
         ("h-spf", "s-spf", "pc-pf"),
-        trials=10,
+        trials=trials,
         frames=FRAMES,
     )
     seconds = {}
@@ -204,8 +204,12 @@ def _row(what: str, seconds: float, rate: float | None, ratio: float) -> dict[st
 
 def main() -> None:
     """Measure and report."""
-    given = arguments(__doc__.splitlines()[0], repeats={"type": int, "default": 20, "help": "times each is repeated"})
-    rows = [*runs(given.repeats), *stages(given.repeats), *workers()]
+    given = arguments(
+        __doc__.splitlines()[0],
+        repeats=Size(20, 1, "times each is repeated"),
+        trials=Size(10, 1, "of each condition and tracker of the sweep"),
+    )
+    rows = [*runs(given.repeats), *stages(given.repeats), *workers(given.trials)]
     report("A sweep of the ball, 60 frames, 800 particles", rows, as_json=given.json)
 
 

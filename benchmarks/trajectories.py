@@ -6,7 +6,7 @@ histograms; NumPy, written as a user would, does all tracks in one array and smo
 FilterPy take one track after the other and only filter. E is Ichimura and Ikoma's error, the median over the tracks.
 """
 
-from _table import arguments, progress, report, single_threaded
+from _table import Size, arguments, progress, report, single_threaded
 
 single_threaded()
 
@@ -108,8 +108,8 @@ def main() -> None:
     """Measure and report."""
     given = arguments(
         __doc__.splitlines()[0],
-        tracks={"type": int, "default": 200, "help": "how many"},
-        frames={"type": int, "default": 40, "help": "of each"},
+        tracks=Size(200, 3, "how many"),
+        frames=Size(40, 8, "of each"),
     )
     values = {"track_count": given.tracks, "reference_track": False}
     tracks, truth = (one[: given.frames] for one in simulate(0, TracksSceneParameters.model_validate(values)))

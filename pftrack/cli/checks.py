@@ -59,6 +59,9 @@ def bench(
     names: Annotated[
         list[str] | None, typer.Argument(metavar="[NAME]...", help="Which benchmarks; all if none.")
     ] = None,
+    smallest: Annotated[
+        bool, typer.Option("--smallest", help="Only see whether they run; the figures are worth nothing.")
+    ] = False,
     json: Json = False,
 ) -> None:
     """Measure speed, beside other libraries where they are installed."""
@@ -71,7 +74,8 @@ def bench(
     for name in names or ():
         if name not in scripts:
             raise wrong_use(f"a benchmark must be one of {', '.join(scripts)}, got {name!r}")
-    results = {name: _measure(scripts[name], json=json) for name in names or scripts}
+    options = [*(["--smallest"] if smallest else []), *(["--json"] if json else [])]
+    results = {name: _measure(scripts[name], *options) for name in names or scripts}
     if json:
         emit(results)
 
@@ -98,10 +102,11 @@ def doctor(
         raise typer.Exit(FAILED)
 
 
-def _measure(script: Path, *, json: bool) -> object:
+def _measure(script: Path, *options: str) -> object:
     from pftrack.process import run
 
-    status, told = run(str(script), "--json", output="read") if json else run(str(script))
+    json = "--json" in options
+    status, told = run(str(script), *options, output="read" if json else "shown")
     if status:
         raise CommandError(f"the benchmark {script.stem} failed with exit status {status}")
     return json_format.loads(told) if json else None

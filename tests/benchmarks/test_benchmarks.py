@@ -1,0 +1,77 @@
+"""Every benchmark runs: its smallest form gives a table of figures, whose values are measured on an idle machine."""
+
+import json
+import math
+import os
+import runpy
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import pytest
+
+from tests.installing import ROOT
+
+FOLDER = ROOT / "benchmarks"
+SCRIPTS = sorted(path.stem for path in FOLDER.glob("[a-z]*.py"))
+OF_SERVERS = ["follow", "lessons", "session", "slider"]
+"""They start a server, and most of them a browser."""
+
+LONG = ["slider"]
+"""Its scene is drawn in software for half a minute of processor time."""
+
+ALIKE = "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"
+
+
+@pytest.fixture
+def _as_alone(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """What a script changes for all of its process is as before in the end."""
+    for name in ALIKE:
+        monkeypatch.setenv(name, os.environ.get(name, "1"))
+    monkeypatch.syspath_prepend(FOLDER)
+    threads = cv2.getNumThreads()
+    yield
+    cv2.setNumThreads(threads)
+
+
+def check(result: dict[str, object]) -> None:
+    """A benchmark's figures are numbers; a competitor that is not installed has none."""
+    rows = result["rows"]
+    assert isinstance(rows, list)
+    assert rows
+    assert all(row.keys() == rows[0].keys() for row in rows)
+    figures = [figure for row in rows for figure in row.values() if isinstance(figure, float)]
+    assert figures
+    assert all(map(math.isfinite, figures))
+
+
+@pytest.mark.usefixtures("_as_alone")
+@pytest.mark.parametrize("name", [name for name in SCRIPTS if name not in OF_SERVERS])
+def test_benchmark_of_the_library(
+    name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Run in this process, which has loaded everything, its smallest form prints one table."""
+    monkeypatch.setattr(sys, "argv", [name, "--smallest", "--json"])
+    runpy.run_path(str(FOLDER / f"{name}.py"), run_name="__main__")
+    check(json.loads(capsys.readouterr().out))
+
+
+@pytest.mark.timeout(240)
+@pytest.mark.parametrize(
+    "names",
+    [
+        pytest.param([name for name in OF_SERVERS if name not in LONG], id="short"),
+        pytest.param(LONG, id="long", marks=pytest.mark.slow),
+    ],
+)
+def test_benchmarks_of_a_server(names: list[str], compiled: None) -> None:
+    """Their smallest forms find on the pages what they look for."""
+    command = [sys.executable, str(Path(__file__).parent / "together.py"), *names]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    results = json.loads(done.stdout)
+    assert list(results) == names
+    for result in results.values():
+        check(result)
