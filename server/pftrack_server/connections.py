@@ -9,12 +9,15 @@ their own in `pftrack_server.middleware.body_limit`.
 import asyncio
 import resource
 import time
+from http import HTTPStatus
 from typing import Any
 
 import uvicorn
 from starlette.types import ASGIApp
-from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
+from uvicorn.protocols.http.httptools_impl import STATUS_LINE, HttpToolsProtocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+
+from pftrack_server.errors import response, shape
 
 __all__ = ["Connection", "WebSocketConnection", "configuration", "most_connections"]
 
@@ -26,6 +29,7 @@ TAKING_S = 120.0
 FILES_SHARE = 0.5
 """Share of the process's files that browsers may have; the others belong to workers, uploads and the database."""
 LARGEST_MESSAGE = 64 * 1024
+CLOSING = {"connection": "close"}
 
 
 class _SilenceWatch(asyncio.Protocol):
@@ -101,6 +105,14 @@ class Connection(_SilenceWatch, HttpToolsProtocol):
             self._head_bytes += len(data)
             if self._head_bytes > LARGEST_HEAD:
                 self.transport.abort()
+
+    def send_400_response(self, msg: str) -> None:
+        """Refuse what is not HTTP, or no address, in the shape of every error."""
+        del msg  # plain text
+        answer = response(HTTPStatus.BAD_REQUEST, shape("What was sent is no valid HTTP request"), CLOSING)
+        lines = [STATUS_LINE[answer.status_code], *(b"%b: %b\r\n" % header for header in answer.raw_headers), b"\r\n"]
+        self.transport.write(b"".join(lines) + bytes(answer.body))
+        self.transport.close()
 
     def on_message_begin(self) -> None:
         """Give the rest of the head its time."""

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import http.client
 import json
 import socket
 import time
@@ -53,6 +54,18 @@ def test_a_connection_without_a_request_ends(start_server: Any, monkeypatch: pyt
                     raw.recv(4000)
                 raw.sendall(said)
                 assert is_closed(raw)
+
+
+@pytest.mark.parametrize("said", [b"GET /\x00 HTTP/1.1\r\n\r\n", b"GET / HTTP/1.1\r\nHost: a\r\nno colon\r\n\r\n"])
+def test_what_is_not_http_is_refused_as_everything_is(server: Server, said: bytes) -> None:
+    """The parser's own refusal has the one error shape, and ends the connection."""
+    with socket.create_connection(("127.0.0.1", server.port), timeout=30) as raw:
+        raw.sendall(said)
+        answer = http.client.HTTPResponse(raw)
+        answer.begin()
+        assert (answer.status, answer.headers["content-type"]) == (400, "application/json")
+        assert json.loads(answer.read()) == {"error": {"message": "What was sent is no valid HTTP request"}}
+        assert is_closed(raw)
 
 
 @pytest.mark.parametrize("said", [b"half a body", b"\r\n"])
