@@ -237,10 +237,15 @@ class Run:
             on_step: Called after each step that has to be repeated to get there.
 
         Raises:
-            ParameterError: The frame has not been computed, or a value is unknown or out of bounds.
+            ParameterError: The frame has not been computed, is the last and there are changes, or a value is unknown or
+                out of bounds.
         """
         if not 0 <= frame <= self.computed:
             raise ParameterError("frame", frame, f"a whole number between 0 and {self.computed}")
+        if values and frame + 1 >= self.frames:
+            raise ParameterError(
+                "frame", frame, f"0 to {self.frames - 2}, since a change counts from the next frame on"
+            )
         changes = (Change(frame + 1, dict(values)),) if values else ()
         twin = Run(
             self.experiment,

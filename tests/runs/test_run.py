@@ -129,6 +129,16 @@ def test_branch_without_changes_is_the_trunk_again() -> None:
     assert branch.estimates_sha256 == finished().estimates_sha256
 
 
+def test_a_branch_from_the_last_frame_has_nothing_to_change() -> None:
+    """A change there would count from a frame that the run does not have, and no recipe may hold it."""
+    run = finished(frames=5)
+    with pytest.raises(
+        ParameterError, match=r"frame must be 0 to 3, since a change counts from the next frame on, got 4"
+    ):
+        run.branch(4, {"sample_count": 100})
+    assert run.branch(4).position == 4
+
+
 def test_the_past_is_the_past() -> None:
     """A change at a frame that has been computed is refused and says to branch; nothing has changed."""
     run = finished()

@@ -1,0 +1,318 @@
+"""A session in any order: whatever is done to it, it is what a small model says, and its numbers are the library's."""
+
+import os
+import signal
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, settings
+from hypothesis import strategies as st
+from hypothesis.stateful import (
+    Bundle,
+    RuleBasedStateMachine,
+    initialize,
+    invariant,
+    precondition,
+    rule,
+    run_state_machine_as_test,
+)
+
+from pftrack.experiments import find
+from pftrack.runs.scoring import estimates_hash
+from pftrack_server.settings import Settings
+from tests.server.asking import columns, get
+from tests.server.host import Server, begin, error_of, running, steer
+from tests.server.session_model import EXPERIMENT, FIXED, FRAMES, BranchModel, SavedRun, SessionModel
+from tests.waiting import wait_for
+
+MOST_BRANCHES = 6
+LAST = FRAMES - 1
+
+frames = st.integers(0, LAST) | st.just(LAST)
+seeds = st.integers(0, 3)
+trackers = st.sampled_from(["h-spf", "condensation", "apf", "pc-pf", "kalman"])
+live = st.fixed_dictionaries(
+    {},
+    optional={
+        "sample_count": st.integers(20, 60),
+        "process_noise_px": st.sampled_from([1.0, 3.0, 8.0]),
+        "occlusion_width_px": st.sampled_from([0, 40, 90]),
+        "frame_rate_hz": st.sampled_from([15.0, 30.0]),
+        "tracker": trackers,
+    },
+)
+some = live.filter(bool)
+refused = st.sampled_from(
+    [{"sample_count": 0}, {"sample_count": 10**9}, {"tracker": "none"}, {"nothing": 1}, {"gamma_px": "wide"}]
+)
+
+
+class SessionMachine(RuleBasedStateMachine):
+    """One session of a real server, and what a client may do to it or a kernel to its worker."""
+
+    saved = Bundle("saved")
+
+    def __init__(self, server: Server) -> None:
+        super().__init__()
+        self.server = server
+        self.client = httpx.Client(base_url=server.url, timeout=60, verify=False)  # noqa: S501 - a local server
+        self.model: SessionModel
+
+    def teardown(self) -> None:
+        for session in self.client.get("/api/v1/sessions").json():
+            self.client.delete(f"/api/v1/sessions/{session['id']}")
+        self.client.close()
+
+    # ------------------------------------------------------------ what is done
+
+    @initialize(
+        seed=seeds, tracker=trackers, values=live, later=st.dictionaries(st.integers(1, LAST), some, max_size=2)
+    )
+    def start(self, seed: int, tracker: str, values: dict[str, Any], later: dict[int, dict[str, Any]]) -> None:
+        """Start it, with a timeline of changes to come."""
+        first = {name: value for name, value in values.items() if name != "tracker"} | {"sample_count": 40}
+        timeline = [{"frame": frame, "values": change} for frame, change in sorted(later.items())]
+        wish = {"tracker": tracker, "seed": seed, "frames": FRAMES, "parameters": first, "timeline": timeline}
+        told = begin(self.client, **wish)
+        self.model = SessionModel(
+            told["id"], {told["branch"]: BranchModel(seed, tracker, {0: first, **later})}, told["branch"]
+        )
+
+    @rule(frame=frames)
+    def seek(self, frame: int) -> None:
+        """Seek; what is missing on the way is computed."""
+        self.steer("seek", frame=frame)
+        self.model.branch = self.model.branch.go(frame)
+
+    @rule(forward=st.booleans())
+    def step(self, forward: bool) -> None:
+        """Step by a frame; both ends hold."""
+        self.steer("step" if forward else "back")
+        following = self.model.branch.position + (1 if forward else -1)
+        self.model.branch = self.model.branch.go(min(max(following, 0), LAST))
+
+    @rule()
+    def play(self) -> None:
+        """Play to the end; from there it begins at frame 0 again."""
+        self.steer("speed", speed=0)
+        self.steer("play")
+        wait_for(lambda: self.told()["state"] == "ended", what="it has played to the end")
+        self.model.branch = self.model.branch.go(LAST)
+
+    @rule(speed=st.sampled_from([1.0, 10.0]))
+    def play_and_pause(self, speed: float) -> None:
+        """Play and pause; it stands somewhere on the way, of which the server alone knows."""
+        self.steer("speed", speed=speed)
+        self.steer("play")
+        self.take_position(self.steer("pause"))
+
+    @rule(values=some)
+    def change(self, values: dict[str, Any]) -> None:
+        """Change parameters from the next frame on; in the past this makes a branch."""
+        before = self.model.branch
+        answer = self.client.patch(f"{self.place}/parameters", json=values)
+        if before.position < before.computed:
+            if len(self.model.branches) == MOST_BRANCHES:
+                error_of(answer, 409)
+                return
+            self.add(answer.json()["branch"], before.leave(before.position, values))
+        elif before.position == LAST:
+            error_of(answer, 409)
+            return
+        else:
+            self.model.branch = before.change(before.position + 1, values)
+        self.check_changed(answer, before.position + 1)
+
+    @rule(values=some)
+    def change_while_it_plays(self, values: dict[str, Any]) -> None:
+        """A change while it plays counts from the frame that the answer names, or comes too late."""
+        if self.model.branch.computed == LAST:
+            return
+        self.seek(self.model.branch.computed)
+        before = self.model.branch
+        self.steer("speed", speed=1.0)
+        self.steer("play")
+        answer = self.client.patch(f"{self.place}/parameters", json=values)
+        paused = self.steer("pause")
+        if answer.status_code == 409:
+            assert paused["position"] == LAST
+        else:
+            changed = answer.json()
+            assert before.position < changed["frame"] <= LAST
+            self.model.branch = before.change(changed["frame"], values)
+        self.take_position(paused)
+
+    @rule(value=st.sampled_from([0.0, 1.0, 4.0]), tracker=st.none() | trackers)
+    def change_what_is_fixed(self, value: float, tracker: str | None) -> None:
+        """A parameter that cannot change in the middle of a run restarts it."""
+        before = self.model.branch
+        values = {FIXED: value, **({"tracker": tracker} if tracker else {})}
+        answer = self.client.patch(f"{self.place}/parameters", json=values)
+        if before.position < before.computed and len(self.model.branches) == MOST_BRANCHES:
+            error_of(answer, 409)
+            return
+        self.model.branch = before.restart(before.seed, values)
+        self.check_changed(answer, 0)
+
+    @rule(values=refused)
+    def change_to_what_is_refused(self, values: dict[str, Any]) -> None:
+        """A refused value changes nothing."""
+        answer = self.client.patch(f"{self.place}/parameters", json=values)
+        assert answer.status_code in {409, 422}, answer.text
+        error_of(answer, answer.status_code)
+
+    @rule(frame=frames, values=live)
+    def leave(self, frame: int, values: dict[str, Any]) -> None:
+        """Leave the active branch at a frame that is computed."""
+        parameters = {name: value for name, value in values.items() if name != "tracker"}
+        body = {"frame": frame, "tracker": values.get("tracker"), "parameters": parameters, "title": "another"}
+        answer = self.client.post(f"{self.place}/branch", json=body)
+        before = self.model.branch
+        if len(self.model.branches) == MOST_BRANCHES:
+            error_of(answer, 409)
+        elif frame > before.computed or (frame == LAST and values):
+            error_of(answer, 422)
+        else:
+            assert answer.status_code == 201, answer.text
+            self.add(answer.json()["branch"], before.leave(frame, values))
+
+    @precondition(lambda self: len(self.model.branches) > 1)
+    @rule(data=st.data())
+    def activate(self, data: st.DataObject) -> None:
+        """Show another branch, where it was."""
+        name = data.draw(st.sampled_from(sorted(self.model.branches)))
+        answer = self.client.post(f"{self.place}/branch/{name}/activate")
+        assert answer.status_code == 200, answer.text
+        self.model.active = name
+
+    @rule(seed=st.none() | seeds)
+    def restart(self, seed: int | None) -> None:
+        """Restart with what is in force; another seed is for a session of one branch."""
+        before = self.model.branch
+        answer = self.client.post(f"{self.place}/transport", json={"action": "restart", "seed": seed})
+        if seed not in {None, before.seed} and len(self.model.branches) > 1:
+            error_of(answer, 409)
+            return
+        assert answer.status_code == 200, answer.text
+        self.model.branch = before.restart(before.seed if seed is None else seed, {})
+
+    @rule(target=saved)
+    def save(self) -> Any:
+        """Save the active branch; the summary's hash is the library's."""
+        answer = self.client.post("/api/v1/runs", json={"session": self.model.id})
+        assert answer.status_code == 201, answer.text
+        run = answer.json()
+        branch = self.model.branch
+        assert run["summary"]["estimates_sha256"] == branch.estimates_sha256
+        return SavedRun(run["id"], branch)
+
+    @rule(run=saved)
+    def reopen(self, run: SavedRun) -> None:
+        """Go on with a saved run in the place of this session."""
+        answer = self.client.post(f"/api/v1/runs/{run.id}/open")
+        assert answer.status_code == 201, answer.text
+        told = answer.json()
+        assert told["remark"] is None
+        self.client.delete(self.place)
+        branch = replace(run.branch, position=told["position"])
+        self.model = SessionModel(told["id"], {told["branch"]: branch}, told["branch"])
+
+    @rule(plays=st.booleans(), how=st.sampled_from([signal.SIGKILL, signal.SIGSEGV]))
+    def kill(self, plays: bool, how: signal.Signals) -> None:
+        """Kill the worker, also while it plays: the session says so, takes no command, and resumes where it was."""
+        if plays:
+            self.steer("speed", speed=1.0)
+            self.steer("play")
+        os.kill(self.server.pid_of(self.model.id), how)
+        wait_for(lambda: self.told()["state"] == "crashed", what="the session knows")
+        error_of(self.client.post(f"{self.place}/transport", json={"action": "step"}), 409)
+        answer = self.client.post(f"{self.place}/resume")
+        assert answer.status_code == 200, answer.text
+        resumed = wait_for(lambda: (told := self.told())["goal"] is None and told, what="it is where it was")
+        assert resumed["state"] in {"ready", "ended"}
+        if plays:
+            self.take_position(resumed)
+
+    # ------------------------------------------------------------ what always holds
+
+    @invariant()
+    def is_what_the_model_says(self) -> None:
+        """Branches, position, values in force and estimates are those of the model."""
+        told, branch = self.told(), self.model.branch
+        assert told["state"] == ("ended" if branch.position == LAST else "ready")
+        assert not told["playing"]
+        assert (told["branch"], {each["id"] for each in told["branches"]}) == (
+            self.model.active,
+            set(self.model.branches),
+        )
+        assert (told["position"], told["computed"], told["frames"]) == (branch.position, branch.computed, FRAMES)
+        assert (told["parameters"], told["tracker"]) == branch.at(branch.position + 1)
+        estimates = np.array(columns(self.client, self.model.id)["estimate"])
+        assert len(estimates) == branch.computed + 1
+        assert estimates_hash(estimates) == branch.estimates_sha256
+
+    # ------------------------------------------------------------ how
+
+    @property
+    def place(self) -> str:
+        return f"/api/v1/sessions/{self.model.id}"
+
+    def told(self) -> dict[str, Any]:
+        return get(self.client, self.model.id)
+
+    def steer(self, action: str, **more: Any) -> dict[str, Any]:
+        return steer(self.client, self.model.id, action, **more)
+
+    def add(self, name: str, branch: BranchModel) -> None:
+        assert name not in self.model.branches
+        self.model.branches[name] = branch
+        self.model.active = name
+
+    def take_position(self, told: dict[str, Any]) -> None:
+        """Take over where it stands after it has played."""
+        before = self.model.branch
+        begun = 0 if before.position == LAST else before.position
+        assert begun <= told["position"] <= LAST
+        assert told["computed"] == max(before.computed, told["position"])
+        self.model.branch = before.go(told["position"])
+
+    def check_changed(self, answer: httpx.Response, frame: int) -> None:
+        """The answer to a change says what is in force, and from which frame on."""
+        assert answer.status_code == 200, answer.text
+        changed, branch = answer.json(), self.model.branch
+        assert (changed["branch"], changed["frame"]) == (self.model.active, frame)
+        assert (changed["parameters"], changed["tracker"]) == branch.at(branch.position + 1)
+
+
+@pytest.fixture(scope="module")
+def own(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """A server in which a session has few branches."""
+    assert {"h-spf", "condensation", "apf", "pc-pf", "kalman"} <= find(EXPERIMENT).trackers.keys()
+    with running(Settings(data_dir=tmp_path_factory.mktemp("machine"), max_branches=MOST_BRANCHES)) as server:
+        yield server
+
+
+QUICK = settings(
+    max_examples=8,
+    stateful_step_count=15,
+    derandomize=True,
+    database=None,
+    deadline=None,
+    suppress_health_check=list(HealthCheck),
+)
+
+
+def test_a_few_orders(own: Server) -> None:
+    """The same few in every run of the tests."""
+    run_state_machine_as_test(lambda: SessionMachine(own), settings=QUICK)
+
+
+@pytest.mark.slow
+def test_many_orders(own: Server) -> None:
+    """Others each time; what fails is printed as a program that repeats it."""
+    many = settings(QUICK, max_examples=200, stateful_step_count=40, derandomize=False, print_blob=True)
+    run_state_machine_as_test(lambda: SessionMachine(own), settings=many)
