@@ -21,6 +21,9 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 BASE = os.environ.setdefault("PFTRACK_BASE_PATH", "/@/space%20word").rstrip("/")
 """Where the tests' servers are, but for those that say otherwise: a path as awkward as one may be, or what is set."""
 
+SLOW_S = 1800
+"""Time for one of the tests that `make test` leaves out."""
+
 # The shell is the same engine without a desktop's windows, which cost a second of processor time for each page.
 CHROMIUM = next(
     (path for path in map(Path, ("/usr/bin/chromium-headless-shell", "/usr/bin/chromium")) if path.exists()),
@@ -77,6 +80,14 @@ def pytest_collection() -> Generator[None, object, object]:
         gc.collect()
         gc.freeze()
         gc.enable()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Give slow tests time on a slow machine too: compiling everything anew takes minutes of processor time."""
+    for item in items:
+        if item.get_closest_marker("slow"):
+            item.add_marker(pytest.mark.timeout(SLOW_S), append=False)
 
 
 @pytest.fixture(scope="session")

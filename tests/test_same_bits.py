@@ -76,7 +76,6 @@ def test_no_library_decides_alone(settings: Mapping[str, str]) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(900)
 @pytest.mark.parametrize("target", ["x86-64-v3", "znver3", "nehalem"])
 def test_the_compiler_has_no_freedom(target: str, tmp_path: Path) -> None:
     """Code that is compiled for another processor computes the same: no operation is reordered or fused."""

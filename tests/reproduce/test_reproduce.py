@@ -42,7 +42,6 @@ def test_another_holds_on_few_trials(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(600)
 @pytest.mark.parametrize("name", [name for name in RESULTS if name != CHEAP])
 def test_quick_results_hold(name: str) -> None:
     """No finding of the study, run with fewer trials, is outside its tolerance."""
