@@ -112,7 +112,7 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.runs.run import Change, Run
 def compiled():
     return sorted(str(file) for file in Path({folder!r}).rglob("*.nbc"))
-doctor._compiled(everything=True)
+doctor._compilation(everything=True)
 before = compiled()
 assert len(before) > 50, before
 for experiment in EXPERIMENTS.values():
