@@ -16,7 +16,7 @@ import { linkTo } from "../shared/share_link.js";
  *
  * @param {SessionPublic} session
  */
-function bodyOf(session) {
+export function bodyOf(session) {
   const { recipe, upload, position } = session;
   return { recipe, upload, position };
 }

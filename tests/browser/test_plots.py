@@ -129,7 +129,10 @@ def calibration_is_the_share_so_far(shown: SessionPage, server: Server) -> None:
 def a_branch_is_a_second_line_and_alpha_is_of_the_one_that_is_shown(shown: SessionPage) -> None:
     """Both branches have a yaw in a colour of their own; of alpha the active one's is drawn."""
     first = shown.session["branch"]
+    shown.press("ArrowLeft")
+    shown.stands_at(38)
     shown.branch("alpha-1")
+    shown.play_to_the_end()
     second = shown.session["branch"]
     shown.until(lambda: shown.lines.get(f"yaw {second}") and shown.lines.get(f"yaw {first}"), "there are two lines")
     colours = {branch["id"]: branch["colour"] for branch in shown.session["branches"]}

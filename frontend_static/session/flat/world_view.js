@@ -173,7 +173,7 @@ export class WorldView {
  * @param {(layer: string) => boolean} isShown
  * @param {number} [density] Pixels of the canvas per px of the drawing.
  */
-function paintWorld(context, { world, primitives }, azimuth, elevation, isShown, density = devicePixelRatio) {
+export function paintWorld(context, { world, primitives }, azimuth, elevation, isShown, density = devicePixelRatio) {
   const { width, height } = context.canvas;
   const side = width / density;
   const view = projection(world, azimuth, elevation, side);
