@@ -43,9 +43,13 @@ def series(server: Server, session: str, name: str, branch: str | None = None) -
 
 
 def alpha_on_the_page(shown: SessionPage) -> NDArray[np.float64]:
-    """Return alpha (frames, features) as it is drawn: the row of a feature is 1 high, and counted from the top."""
-    drawn = [shown.trace(f"alpha x{place}") for place in range(1, 9)]
-    rows = np.array([row["y"] for row in drawn if row is not None], dtype=np.float64)
+    """Return alpha (frames, features) as it is drawn: the row of a feature is 1 high, and counted from the top.
+
+    A page that plays is looked at row by row; the frames are those that all rows hold.
+    """
+    drawn = [row["y"] for place in range(1, 9) if (row := shown.trace(f"alpha x{place}")) is not None]
+    frames = min(map(len, drawn), default=0)
+    rows = np.array([row[:frames] for row in drawn], dtype=np.float64)
     return ((np.arange(len(rows))[:, None] + 1 - 0.12 - rows) / 0.76).T
 
 
