@@ -130,7 +130,7 @@ def test_one_that_was_killed_in_its_sleep_is_replaced(server: ForkServer) -> Non
 def test_tasks_tell_what_came_of_them(server: ForkServer) -> None:
     """A task has a process of its own; its answer is JSON, and an ending says how it ended without one."""
 
-    def come(function: Callable[..., Any], *arguments: object, silence_s: float = 0.5, **more: Any) -> object:
+    def come(function: Callable[..., Any], *arguments: object, silence_s: float = 60.0, **more: Any) -> object:
         budget = Budget(silence_s=silence_s)
         return asyncio.run(run_task(server, function, *arguments, budget=budget, refusals=(LookupError,), **more))
 
@@ -140,7 +140,7 @@ def test_tasks_tell_what_came_of_them(server: ForkServer) -> None:
     assert set(map(tuple, told)) <= {(done, steps) for done in range(1, steps + 1)}
     assert told
     assert come(refuse) == Refusal("'of this name'")
-    assert come(time.sleep, 60) is Ending.OUT_OF_TIME
+    assert come(time.sleep, 60, silence_s=0.5) is Ending.OUT_OF_TIME
     assert come(time.sleep, 60, stopped=lambda: True) is Ending.KILLED
     assert come(os.abort) is Ending.CRASHED
     fault = come(object)
