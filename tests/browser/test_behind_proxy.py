@@ -118,7 +118,7 @@ def test_who_is_no_named_proxy_is_not_believed(behind: Behind) -> None:
     """A server that was not told to trust it serves below its own base path, without what the proxy says."""
     with httpx.Client(verify=False, timeout=60) as client:  # noqa: S501
         trusted = client.get(behind.taken_off, headers={"authorization": "Bearer nothing"}, follow_redirects=False)
-        assert trusted.headers["location"] == f"{TAKEN_OFF}{BASE}/"
+        assert urlsplit(trusted.headers["location"]).path == f"{TAKEN_OFF}{BASE}/"
         page = client.get(f"{behind.distrusted}/").text
         assert f'<base href="{BASE}/">' in page
 
