@@ -38,6 +38,8 @@ FLAGS = [
     "--disable-component-update",
     "--disable-sync",
     "--enable-unsafe-swiftshader",
+    # That of a test's own nginx. Told page by page, the browser asks again for each connection, and gives up at times.
+    "--ignore-certificate-errors",
     "--renderer-process-limit=1",  # a page of a site that is open already needs no new process
 ]
 

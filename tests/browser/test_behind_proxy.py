@@ -62,7 +62,7 @@ def outside(request: pytest.FixtureRequest, behind: Behind) -> str:
 @pytest.fixture
 def secure(chromium: Any, outside: str) -> Iterator[Any]:
     """A page of a browser outside, which has opened the link with the token."""
-    context = chromium.new_context(base_url=f"{outside}/", ignore_https_errors=True, color_scheme="light")
+    context = chromium.new_context(base_url=f"{outside}/", color_scheme="light")
     for script in (FRUGAL, CHOSEN.format("flat")):
         context.add_init_script(script)
     page = context.new_page()
@@ -106,7 +106,7 @@ def test_a_session_plays_and_a_class_follows(behind: Behind, outside: str, secur
     picture = cv2.imdecode(np.frombuffer(code.screenshot(), np.uint8), cv2.IMREAD_GRAYSCALE)
     assert cv2.QRCodeDetector().detectAndDecode(picture)[0] == link
 
-    follower = page.context.browser.new_page(ignore_https_errors=True)
+    follower = page.context.browser.new_page()
     follower.goto(link)
     follower.locator(".flat-canvas[data-frame]").wait_for()
     (seat,) = follower.context.cookies()
