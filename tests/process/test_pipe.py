@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from pftrack.process import AsyncEnd, BlockingEnd, pair
+from tests.apart import run
 
 
 def test_there_and_back() -> None:
@@ -40,7 +41,7 @@ def test_there_and_back() -> None:
             worker.receive(5)
         theirs.close()
 
-    asyncio.run(talk())
+    run(talk())
 
 
 def test_half_a_message() -> None:
@@ -57,7 +58,7 @@ def test_half_a_message() -> None:
         await asyncio.sleep(0)
         theirs.close()
 
-    asyncio.run(talk())
+    run(talk())
 
 
 def test_an_absurd_length() -> None:
@@ -71,4 +72,4 @@ def test_an_absurd_length() -> None:
         await asyncio.wait_for(lost.wait(), 60)
         theirs.close()
 
-    asyncio.run(talk())
+    run(talk())

@@ -28,6 +28,7 @@ from pftrack.process import (
     run_task,
 )
 from pftrack.process.calls import TELL_S
+from tests.apart import run
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +67,7 @@ def test_a_worker_lives_on(server: ForkServer) -> None:
         await pool.close()
         return pids
 
-    first, second = asyncio.run(work())
+    first, second = run(work())
     assert first == second != os.getpid()
 
 
@@ -83,7 +84,7 @@ def test_nobody_waits_for_a_slow_one(server: ForkServer) -> None:
         assert await pool.call(os.getpid) == sleeper
         await pool.close()
 
-    asyncio.run(work())
+    run(work())
 
 
 @pytest.mark.parametrize(
@@ -111,7 +112,7 @@ def test_what_goes_wrong_is_told(
         assert await pool.call(len, "four") == 4
         await pool.close()
 
-    asyncio.run(work())
+    run(work())
 
 
 def test_one_that_was_killed_in_its_sleep_is_replaced(server: ForkServer) -> None:
@@ -124,7 +125,7 @@ def test_one_that_was_killed_in_its_sleep_is_replaced(server: ForkServer) -> Non
         assert await pool.call(len, "four") == 4
         await pool.close()
 
-    asyncio.run(work())
+    run(work())
 
 
 def test_tasks_tell_what_came_of_them(server: ForkServer) -> None:
@@ -132,7 +133,7 @@ def test_tasks_tell_what_came_of_them(server: ForkServer) -> None:
 
     def come(function: Callable[..., Any], *arguments: object, silence_s: float = 60.0, **more: Any) -> object:
         budget = Budget(silence_s=silence_s)
-        return asyncio.run(run_task(server, function, *arguments, budget=budget, refusals=(LookupError,), **more))
+        return run(run_task(server, function, *arguments, budget=budget, refusals=(LookupError,), **more))
 
     told: list[Any] = []
     steps = 13  # take longer than it may be silent

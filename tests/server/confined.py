@@ -11,7 +11,7 @@ from pftrack.process import Reply
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.queue import Queues
 from pftrack_server.uploads.probe import BUDGET
-from tests.server.apart import run
+from tests.apart import run
 
 
 def ask(task: Callable[..., Any], *arguments: object) -> Any:

@@ -14,9 +14,9 @@ from PIL import Image
 from pftrack_server.settings import Settings
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.queue import Queues
+from tests.apart import run
 from tests.browser.host import Server as ServerProcess
 from tests.installing import install
-from tests.server.apart import run
 from tests.server.command import PROGRAM
 from tests.server.confined import children, descriptors
 from tests.server.host import Server, begin, running

@@ -12,8 +12,8 @@ from websockets.sync.client import connect
 from pftrack_server.base_path import address_of, encode_path, read_base_path, route_path
 from pftrack_server.middleware.base_path import BasePath
 from pftrack_server.settings import Settings
+from tests.apart import run
 from tests.conftest import BASE
-from tests.server.apart import run
 from tests.server.host import begin, error_of
 from tests.server.test_stream import hear
 

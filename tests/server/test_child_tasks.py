@@ -20,8 +20,8 @@ from pftrack_server.log import RateLimitedLogger
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.queue import Queues
 from pftrack_server.uploads.probe import BUDGET
+from tests.apart import run
 from tests.server import hostile
-from tests.server.apart import run
 from tests.server.confined import ask, ended
 from tests.server.test_uploads import video
 from tests.waiting import wait_for

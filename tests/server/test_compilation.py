@@ -13,7 +13,7 @@ import pftrack_server.compilation
 from pftrack.warming import Progress
 from pftrack_server.compilation import Compilation
 from pftrack_server.settings import Settings
-from tests.server.apart import run
+from tests.apart import run
 from tests.server.host import running
 from tests.session_requests import session_request
 from tests.waiting import wait_for

@@ -15,9 +15,9 @@ import uvicorn
 
 from pftrack_server import connections
 from pftrack_server.middleware.body_limit import BodyLimit
+from tests.apart import run
 from tests.conftest import BASE
 from tests.server import hostile
-from tests.server.apart import run
 from tests.server.holding import allow, held_worker
 from tests.server.host import Server, error_of
 from tests.waiting import wait_for

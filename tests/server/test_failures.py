@@ -1,6 +1,5 @@
 """The gallery of failures over REST."""
 
-import asyncio
 from pathlib import Path
 
 import httpx
@@ -10,6 +9,7 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.failures import gallery
 from pftrack_server.failures import FailureResults, failure_named
 from pftrack_server.tasks.disk_cache import DiskCache
+from tests.apart import run
 from tests.server.host import Server
 from tests.session_requests import session_request
 
@@ -61,7 +61,7 @@ def test_what_its_runs_come_to_is_computed_here(client: httpx.Client, server: Se
     services = server.app.state.services
     again = FailureResults(services.settings.data_dir / "failures-computed", would_compute)
     again.open()
-    kept = asyncio.run(again.of(failure_named("4"), services.tasks))
+    kept = run(again.of(failure_named("4"), services.tasks))
     assert kept.model_dump(mode="json") == course
 
 

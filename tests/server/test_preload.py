@@ -12,7 +12,7 @@ from pftrack.warming.coverage import cases, run_case
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.queue import Queues
 from pftrack_server.worker.worker import NICENESS
-from tests.server.apart import run
+from tests.apart import run
 from tests.server.host import Server
 
 

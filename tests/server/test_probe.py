@@ -17,8 +17,8 @@ from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.queue import Queues
 from pftrack_server.uploads import probe as module
 from pftrack_server.uploads.probe import BUDGET
+from tests.apart import run
 from tests.server import hostile
-from tests.server.apart import run
 from tests.server.confined import ask
 from tests.server.test_uploads import png, video
 

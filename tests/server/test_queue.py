@@ -15,8 +15,8 @@ from pftrack_server.errors import ClientGoneError
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.functions import do_nothing
 from pftrack_server.tasks.queue import Queue, unless_gone
+from tests.apart import run
 from tests.conftest import BASE
-from tests.server.apart import run
 from tests.server.host import Server
 from tests.server.test_uploads import png, send
 from tests.waiting import wait_for

@@ -14,7 +14,7 @@ from pftrack_server.schemas.description import SessionDescription, TrackerPublic
 from pftrack_server.schemas.panel import PanelDescription, PanelValues
 from pftrack_server.sessions.scene_feed import SceneFeed
 from pftrack_server.viewer import Endpoint
-from tests.server.apart import run
+from tests.apart import run
 
 DESCRIPTION = SessionDescription(
     title="Ball", trackers=[TrackerPublic(id="apf", title="APF")], width=320, height=240, frame_rate_hz=30.0, frames=100

@@ -12,7 +12,7 @@ from websockets.typing import Origin
 
 from pftrack_server.middleware.security import Guard
 from pftrack_server.settings import Settings
-from tests.server.apart import run
+from tests.apart import run
 from tests.server.host import Server, begin, error_of
 from tests.server.test_stream import hear
 from tests.session_requests import session_request

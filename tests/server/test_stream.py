@@ -13,7 +13,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from pftrack_server.schemas.messages import Frame
 from pftrack_server.stream import duplex, listeners
-from tests.server.apart import run
+from tests.apart import run
 from tests.server.host import Server, steer
 from tests.waiting import wait_for
 

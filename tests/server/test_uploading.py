@@ -13,7 +13,7 @@ from starlette.requests import Request
 from pftrack_server.errors import ApiError, RefusedError, TooLargeError
 from pftrack_server.store.disk_budget import DiskBudget
 from pftrack_server.uploads.multipart import Received, receive
-from tests.server.apart import run
+from tests.apart import run
 
 BOUNDARY = b"----a boundary"
 

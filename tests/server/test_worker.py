@@ -13,7 +13,7 @@ from pftrack.process import AsyncEnd, BlockingEnd, pair
 from pftrack_server.worker.protocol import Change, Credit, Event, Progress, Reply, Request, Speed, Transport
 from pftrack_server.worker.run_tree import RunTree
 from pftrack_server.worker.worker import Worker
-from tests.server.apart import run
+from tests.apart import run
 from tests.server.test_run_tree import config
 
 SLOW = 0.1

@@ -16,7 +16,7 @@ from websockets.typing import Subprotocol
 
 from pftrack_server.viewer.bridge import BURST, MAXIMUM_BYTES, MOST_HZ, bridge
 from pftrack_server.viewer.viser_adapter import is_allowed
-from tests.server.apart import run
+from tests.apart import run
 from tests.viewer.host import PROTOCOL, Peer, Session, Site, drawing
 from tests.waiting import wait_for
 

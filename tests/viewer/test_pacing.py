@@ -13,7 +13,7 @@ from pftrack_server.viewer import pacing
 from pftrack_server.viewer.pacing import ECHO_EVERY_S, LATE_S, Pace
 from pftrack_server.viewer.scene import Scene
 from pftrack_server.viewer.viser_adapter.endpoint import Connection
-from tests.server.apart import run
+from tests.apart import run
 from tests.viewer.host import Peer, Session, Site, drawing
 from tests.waiting import wait_for
 

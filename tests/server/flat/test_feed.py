@@ -9,7 +9,7 @@ import pytest
 from pftrack.model.drawing import Drawing, Picture
 from pftrack_server.flat.codec import DrawingEncoder, EncodedDrawing, decode
 from pftrack_server.flat.feed import WINDOW, DrawingFeed, Watcher
-from tests.server.apart import run
+from tests.apart import run
 
 
 class Worker:

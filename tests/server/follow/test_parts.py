@@ -16,7 +16,7 @@ from pftrack_server.follow.forks import UNUSED_S, Forks
 from pftrack_server.follow.places import LECTURER, MOST_SCENES, MOST_SOCKETS, Places
 from pftrack_server.follow.poll import Poll
 from pftrack_server.settings import Settings
-from tests.server.apart import run
+from tests.apart import run
 
 TOKEN = "sixteen characters"
 

@@ -7,7 +7,7 @@ import pytest
 
 from pftrack.sources.sequence import SourceError
 from pftrack_server.sessions.panel_commands import PanelCommands
-from tests.server.apart import run
+from tests.apart import run
 
 
 def test_what_waits_goes_together() -> None:

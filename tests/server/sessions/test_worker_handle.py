@@ -5,7 +5,7 @@ from typing import Any
 
 from pftrack_server.sessions.worker_handle import WorkerHandle
 from pftrack_server.worker.protocol import Event, Heartbeat, Reply, Speed
-from tests.server.apart import run
+from tests.apart import run
 
 
 class Deaf:

@@ -13,7 +13,7 @@ from viser.infra import _infra
 
 from pftrack_server.viewer import viser_adapter
 from pftrack_server.viewer.viser_adapter import Endpoint, endpoint
-from tests.server.apart import run
+from tests.apart import run
 from tests.viewer.host import PROTOCOL
 
 CAMERA = b"\x81\xa4type\xb3ViewerCameraMessage"

@@ -11,7 +11,7 @@ import viser
 from viser.infra import _infra
 
 from pftrack_server.viewer import viser_adapter
-from tests.server.apart import run
+from tests.apart import run
 from tests.viewer.host import PROTOCOL
 from tests.waiting import wait_for
 
