@@ -1,14 +1,20 @@
 """What all tests share: one browser a process, since Playwright cannot be started twice in one."""
 
+import fcntl
 import gc
 import os
 import signal
+import subprocess
+import sys
 from collections.abc import Generator, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import settings
+
+ROOT = Path(__file__).parents[1]
 
 # The first example compiles kernels, and time is measured in benchmarks/, never here.
 settings.register_profile("suite", deadline=None)
@@ -94,12 +100,32 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture(scope="session")
 def compiled() -> None:
-    """Compile once what servers would compile for themselves, each anew."""
-    from pftrack.experiments import EXPERIMENTS
-    from pftrack.warming import Warming, ready
+    """Compile once what servers would compile for themselves, and find out for all of them what loads it.
 
-    failed = Warming(EXPERIMENTS.own.keys() - ready(EXPERIMENTS.own), low_priority=False).wait().failed
-    assert not failed, failed
+    Of several processes one does so while the others wait: after each change of the source, either takes more than a
+    minute of processor time.
+    """
+    from pftrack.experiments import EXPERIMENTS
+    from pftrack.warming import Warming, cache_folder, loading_cases, ready
+
+    with one_at_a_time():
+        failed = Warming(EXPERIMENTS.own.keys() - ready(EXPERIMENTS.own), low_priority=False).wait().failed
+        assert not failed, failed
+        if cache_folder() and any(loading_cases(name) is None for name in EXPERIMENTS.own):
+            paths = os.pathsep.join([str(ROOT), str(ROOT / "server")])
+            command = [sys.executable, "-c", "import pftrack_server.preload"]
+            subprocess.run(command, check=True, env={**os.environ, "PYTHONPATH": paths})
+
+
+@contextmanager
+def one_at_a_time() -> Iterator[None]:
+    """Keep the other processes of a test run out as long as the context lasts."""
+    folder = os.open(ROOT / "tests", os.O_RDONLY)
+    try:
+        fcntl.flock(folder, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(folder)
 
 
 @pytest.fixture(scope="session")

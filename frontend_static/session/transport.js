@@ -53,7 +53,7 @@ export function transport(root, view, extras) {
   });
 
   let shown = "";
-  const draw = coalesce(() => {
+  const draw = () => {
     const { session } = store;
     const { able, steering } = view;
     const still = steering.isAtEnd ? "replay" : "play";
@@ -69,9 +69,9 @@ export function transport(root, view, extras) {
     if (document.activeElement !== speed) choose(speed, steering);
     if (session === null) return;
     setText(counter, counted(session));
-  }, view.signal);
-  store.on(["position", "playing", "speed", "state", "connection", "history"], draw);
-  draw();
+  };
+  store.on(["position", "playing", "speed", "state", "connection", "history"], coalesce(draw, view.signal));
+  draw(); // at once: no button is without a name
 }
 
 /**

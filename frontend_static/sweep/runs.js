@@ -22,8 +22,8 @@ const NEW_TAB = { target: "_blank", rel: "noreferrer" };
 export class RunList {
   #root;
   #store;
-  /** Counts what was asked for: an answer to anything but the newest question is dropped. */
-  #asked = 0;
+  /** Ends what was asked for before: only the newest question is answered. */
+  #outdated = new AbortController();
   #tracker = ALL;
   /** The axes of the map that cells are chosen in. */
   #axes = "";
@@ -53,7 +53,7 @@ export class RunList {
   }
 
   #invite() {
-    this.#asked += 1;
+    this.#outdated.abort();
     const words = "Choose a cell of a map, and its runs are listed here, failures first. A run opens in a new tab, shortly before it lost the target.";
     fill(this.#root, h("h2", {}, "Runs"), h("p", { class: "hint" }, words));
   }
@@ -61,18 +61,18 @@ export class RunList {
   async #load() {
     const { chosen, cells } = this.#store;
     if (chosen === null || cells === null) return;
-    this.#asked += 1;
-    const asked = this.#asked;
-    const isWanted = () => asked === this.#asked;
+    this.#outdated.abort();
+    this.#outdated = new AbortController();
+    const { signal } = this.#outdated;
     const heading = () => this.#heading(cells, chosen);
-    const skeleton = () => isWanted() && fill(this.#root, heading(), h("div", { class: "bone shimmer" }), h("div", { class: "bone short shimmer" }));
-    const stop = later(skeleton, SKELETON_AFTER_MS);
+    const skeleton = () => fill(this.#root, heading(), h("div", { class: "bone shimmer" }), h("div", { class: "bone short shimmer" }));
+    const stop = later(skeleton, SKELETON_AFTER_MS, signal);
     try {
       const found = await this.#ask(chosen, 0);
-      if (isWanted()) fill(this.#root, heading(), this.#list(found, chosen));
+      if (!signal.aborted) fill(this.#root, heading(), this.#list(found, chosen));
     } catch (error) {
       const again = h("button", { type: "button", on: { click: () => this.#load() } }, "Try again");
-      if (isWanted()) fill(this.#root, heading(), h("p", { class: "wrong", role: "alert" }, messageOf(error)), again);
+      if (!signal.aborted) fill(this.#root, heading(), h("p", { class: "wrong", role: "alert" }, messageOf(error)), again);
     } finally {
       stop();
     }

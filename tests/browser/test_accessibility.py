@@ -6,8 +6,7 @@ from typing import Any
 import pytest
 
 from tests.browser.accessible import check, fits
-from tests.browser.host import Server, until
-from tests.browser.test_sweep import SMALL
+from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage, View
 
 Watch = Callable[..., SessionPage]
@@ -29,15 +28,6 @@ def test_a_page_that_needs_nothing(page: Any, path: str, complaints: Any) -> Non
     complaints.expected = ("404",)
     page.goto(path)
     page.locator("main :is(section, form, .notice)").first.wait_for()
-    check(page)
-    fits(page)
-
-
-def test_my_work(page: Any, server: Server) -> None:
-    """A session, a saved run and empty lists."""
-    server.post("runs", {"session": server.start_session()["id"]})
-    page.goto("work")
-    page.locator("[data-run]").first.wait_for()
     check(page)
     fits(page)
 
@@ -65,33 +55,6 @@ def test_a_session_in_the_flat_view(watch: Watch, server: Server) -> None:
     fits(page)
 
 
-@pytest.mark.scene
-def test_the_page_around_the_scene(watch: Watch) -> None:
-    """What is ours of it; the frame has a name, and is no trap: the tab key leads through it and out of it again."""
-    shown = watch()
-    page = shown.page
-    page.locator(".scene-still").wait_for(state="detached")
-    check(page)
-    page.locator("iframe").focus()
-    inside = "document.activeElement.localName === 'iframe'"
-    shown.until(lambda: page.evaluate(inside), "the scene has the focus")
-    for _ in range(60):
-        page.keyboard.press("Tab")
-        if not page.evaluate(inside):
-            return
-    pytest.fail("sixty steps of the tab key stay within the scene")
-
-
-def test_the_form_of_an_upload(gallery: Gallery) -> None:
-    """With a picture on which the target is to be marked."""
-    points = [[frame, point, 60 + frame, 40 + 10 * point] for frame in range(12) for point in range(4)]
-    table = "\n".join(["frame,point,x,y", *(",".join(map(str, row)) for row in points)])
-    gallery.choose("tracks.csv", table.encode(), "text/csv")
-    gallery.page.locator(".target").wait_for()
-    check(gallery.page)
-    fits(gallery.page)
-
-
 def test_the_course_and_a_lesson(page: Any) -> None:
     """All lessons, and one of them with its figure and its question; also presented."""
     page.goto("learn")
@@ -108,14 +71,4 @@ def test_the_course_and_a_lesson(page: Any) -> None:
     View(page).until(lambda: page.evaluate("document.documentElement.scrollHeight <= innerHeight"), "nothing scrolls")
     page.keyboard.press("Escape")
     page.get_by_role("button", name="Present in large type").wait_for()
-    fits(page)
-
-
-def test_a_sweep(page: Any, server: Server) -> None:
-    """Its maps and the runs of a cell."""
-    sweep = server.post("sweeps", {**SMALL, "trials": 1, "frames": 10})
-    until(lambda: server.get(f"sweeps/{sweep['id']}")["state"] == "done", "the sweep is complete")
-    page.goto(sweep["page"])
-    View(page).until(lambda: page.locator(".map .figure-plot[data-left]").count() == 2, "the maps are drawn")
-    check(page)
     fits(page)

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from tests.browser.accessible import check
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage, View
 
@@ -137,8 +138,21 @@ def test_the_panel_folds_to_what_a_preset_is_about_and_keeps_its_folds(watch: Wa
 
 @pytest.mark.scene
 def test_the_panel_of_the_scene_leaves_room_and_keeps_its_folds(watch: Watch, server: Server) -> None:
-    """The 3-D scene's own panel leaves the picture as much, and keeps its folds, also in the flat view after it."""
+    """The 3-D scene's own panel leaves the picture as much, and keeps its folds, also in the flat view after it.
+
+    The page around it can be used by everybody; its frame has a name, and is no trap for the tab key.
+    """
     shown = watch(seed=0, frames=None)
+    shown.page.locator(".scene-still").wait_for(state="detached")
+    check(shown.page)
+    shown.page.locator("iframe").focus()
+    inside = "document.activeElement.localName === 'iframe'"
+    shown.until(lambda: shown.page.evaluate(inside), "the scene has the focus")
+    for _ in range(60):
+        shown.press("Tab")
+        if not shown.page.evaluate(inside):
+            break
+    assert not shown.page.evaluate(inside), "sixty steps of the tab key stay within the scene"
     drawn = "document.querySelector('canvas[data-engine]').getBoundingClientRect().width"
     panel = "document.querySelector('[data-dock-header]').getBoundingClientRect().left"
     for width in (1000, 1280):

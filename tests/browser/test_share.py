@@ -6,6 +6,7 @@ from typing import Any
 import pandas as pd
 import pytest
 
+from tests.browser.accessible import check, fits
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
 from tests.conftest import FRUGAL
@@ -82,6 +83,9 @@ def test_a_saved_run_is_listed_opened_and_deleted(watch: Watch, server: Server, 
     page.goto("work")
     row = page.locator("[data-run]").first
     row.wait_for()
+    check(page)
+    fits(page)
+    page.set_viewport_size({"width": 1280, "height": 800})
     count = page.locator("[data-run]").count()
     row.locator("button[aria-label^=Delete]").click()
     page.click("text=Keep")

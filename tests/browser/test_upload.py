@@ -6,6 +6,7 @@ import av
 import numpy as np
 import pytest
 
+from tests.browser.accessible import check, fits
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
 
@@ -37,6 +38,9 @@ def test_a_clip_becomes_a_session_that_tracks(gallery: Gallery, server: Server, 
     assert "walk.mp4" in page.inner_text(".target header")
     go = page.locator("button:has-text('Track it')")
     assert go.is_disabled()
+    check(page)
+    fits(page)
+    page.set_viewport_size({"width": 1280, "height": 800})
 
     page.reload()
     surface.wait_for()

@@ -5,6 +5,7 @@
 
 import { api, messageOf } from "../../shared/api.js";
 import { fill, h, setText } from "../../shared/dom.js";
+import { later } from "../../shared/timing.js";
 import { descriptionOf, markEditor } from "./mark_editor.js";
 
 /** @import { Mark } from "./mark_json.js" */
@@ -27,8 +28,8 @@ export class FoundTarget {
   /** @type {Listener} */
   #on;
   #frame = 0;
-  /** Counts what was asked for: an answer to anything but the newest question is dropped. */
-  #asked = 0;
+  /** Ends what was asked for before: only the newest question is answered. */
+  #outdated = new AbortController();
   #found;
   #editor;
   #hint;
@@ -65,7 +66,7 @@ export class FoundTarget {
    * @param {number} frame
    */
   show(frame) {
-    this.#asked += 1;
+    this.leave();
     this.#frame = frame;
     const address = api.pictureAddress(this.#upload.id, frame);
     for (const editor of [this.#editor, this.#hintEditor]) editor?.show(address, this.#upload.width, this.#upload.height);
@@ -98,7 +99,7 @@ export class FoundTarget {
   }
 
   leave() {
-    this.#asked += 1;
+    this.#outdated.abort();
   }
 
   /**
@@ -118,8 +119,9 @@ export class FoundTarget {
    * @param {(told: (looked: number, of: number) => boolean) => Promise<SightingPublic|null>} question
    */
   async #ask(question) {
-    const asked = (this.#asked += 1);
-    const wanted = () => asked === this.#asked;
+    this.leave();
+    this.#outdated = new AbortController();
+    const { signal } = this.#outdated;
     const looking = `Looking for a ${this.#experiment.target}`;
     const meter = h("progress", { max: 1, "aria-label": looking });
     const words = h("p", { class: "hint", role: "status" }, looking);
@@ -128,22 +130,20 @@ export class FoundTarget {
       this.#refuse(["The search was stopped."]);
     };
     fill(this.#status);
-    const slow = setTimeout(
-      () => wanted() && fill(this.#status, words, meter, h("button", { type: "button", on: { click: stop } }, "Stop")),
-      SLOW_MS,
-    );
+    const offer = () => fill(this.#status, words, meter, h("button", { type: "button", on: { click: stop } }, "Stop"));
+    const settle = later(offer, SLOW_MS, signal);
     try {
       const answer = await question((looked, of) => {
         meter.value = looked / of;
         setText(words, `${looking}, ${looked} of ${of} frames`);
-        return wanted();
+        return !signal.aborted;
       });
-      return wanted() ? answer : null;
+      return signal.aborted ? null : answer;
     } catch (error) {
-      if (wanted()) this.#refuse([messageOf(error)]);
+      if (!signal.aborted) this.#refuse([messageOf(error)]);
       return null;
     } finally {
-      clearTimeout(slow);
+      settle();
     }
   }
 
@@ -174,7 +174,7 @@ export class FoundTarget {
    * @param {boolean} [nowhere]
    */
   #refuse(remarks, nowhere = false) {
-    const later = !nowhere && this.#frame < this.#upload.frames - 1;
+    const hasLater = !nowhere && this.#frame < this.#upload.frames - 1;
     const way = this.#hint && `Mark the ${this.#experiment.target} by a ${this.#hint.title.toLowerCase()}, or choose another frame.`;
     fill(
       this.#status,
@@ -184,7 +184,7 @@ export class FoundTarget {
         "div",
         { class: "finding-tools" },
         this.#hintTool("…", true),
-        later && this.#tool("Look in later frames", () => this.find()),
+        hasLater && this.#tool("Look in later frames", () => this.find()),
         this.#tool("Try again", () => this.find({ alone: true })),
       ),
     );
@@ -193,7 +193,7 @@ export class FoundTarget {
 
   /** Have a person show where the target is. */
   #askForHint() {
-    this.#asked += 1;
+    this.leave();
     this.#forget();
     this.#hinting(true);
     this.#hintEditor?.offer();
