@@ -4,8 +4,6 @@ import fcntl
 import gc
 import os
 import signal
-import subprocess
-import sys
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -100,21 +98,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture(scope="session")
 def compiled() -> None:
-    """Compile once what servers would compile for themselves, and find out for all of them what loads it.
-
-    Of several processes one does so while the others wait: after each change of the source, either takes more than a
-    minute of processor time.
-    """
+    """Compile once what servers would compile for themselves; of several processes one does while the others wait."""
     from pftrack.experiments import EXPERIMENTS
-    from pftrack.warming import Warming, cache_folder, loading_cases, ready
+    from pftrack.warming import Warming, ready
 
     with one_at_a_time():
         failed = Warming(EXPERIMENTS.own.keys() - ready(EXPERIMENTS.own), low_priority=False).wait().failed
         assert not failed, failed
-        if cache_folder() and any(loading_cases(name) is None for name in EXPERIMENTS.own):
-            paths = os.pathsep.join([str(ROOT), str(ROOT / "server")])
-            command = [sys.executable, "-c", "import pftrack_server.preload"]
-            subprocess.run(command, check=True, env={**os.environ, "PYTHONPATH": paths})
 
 
 @contextmanager

@@ -2,7 +2,8 @@
 
 A fresh interpreter needs most of a second of processor time before it computes; a fork of a warm one shares with its
 siblings what they all have imported. It starts no threads, since a fork copies the locks that they hold, but not them.
-It lives as long as the socket between it and its owner; its children are ended with it.
+What it has not imported, it can load when the first child needs it (`fork`). It lives as long as the socket between it
+and its owner; its children are ended with it.
 """
 
 import asyncio
@@ -30,7 +31,8 @@ from pftrack.process.pipe import BlockingEnd, pair
 __all__ = ["ForkServer", "serve"]
 
 GRACE_S = 5.0
-NEW_CHILD = b"+"
+NEW_CHILD, LOAD = b"+", b"="
+"""What an owner wants: a child that calls something, or that the fork server itself calls it."""
 
 
 class ForkServer:
@@ -51,6 +53,7 @@ class ForkServer:
         self._secrets = secrets
         self._lock = threading.Lock()
         self._socket: socket.socket | None = None
+        self._loaded: set[bytes] = set()
         self._has_forked = False
         self._wait: Callable[[], object] = lambda: None
         self._forking = ThreadPoolExecutor(1, thread_name_prefix="forking")
@@ -76,21 +79,29 @@ class ForkServer:
         with self._lock:
             self._running()
 
-    def fork(self, function: Callable[..., None], *arguments: object) -> Child:
+    def fork(
+        self,
+        function: Callable[..., None],
+        *arguments: object,
+        load: tuple[Callable[..., object], object] | None = None,
+    ) -> Child:
         """Fork a child that calls a function with its end of a pipe and the arguments, and ends when that returns.
 
         Args:
             function: Of a module.
             arguments: What can be pickled.
+            load: A function and its argument, which the fork server calls once before: all children that are forked
+                later share what it loads. It must start no thread; what it raises is of no consequence.
 
         Raises:
             OSError: The system makes no process, or the preload cannot be imported.
         """
         body = pickle.dumps((function, arguments), protocol=5)  # first: what cannot be sent costs no child
+        first = pickle.dumps((load[0], load[1:]), protocol=5) if load else None
         ours, theirs = pair()
         try:
             with theirs:
-                pid, sentinel = self._request_fork(theirs)
+                pid, sentinel = self._request_fork(theirs, first)
         except BaseException:
             ours.close()
             raise
@@ -99,12 +110,19 @@ class ForkServer:
             BlockingEnd(ours, bytes).send(body)
         return child
 
-    async def fork_async(self, function: Callable[..., None], *arguments: object) -> Child:
+    async def fork_async(
+        self,
+        function: Callable[..., None],
+        *arguments: object,
+        load: tuple[Callable[..., object], object] | None = None,
+    ) -> Child:
         """Fork a child as `fork` does, while others go on.
 
         When this is cancelled, the child is made first, and then ended.
         """
-        making = asyncio.get_running_loop().run_in_executor(self._forking, lambda: self.fork(function, *arguments))
+        making = asyncio.get_running_loop().run_in_executor(
+            self._forking, lambda: self.fork(function, *arguments, load=load)
+        )
         try:
             return await asyncio.shield(making)
         except asyncio.CancelledError:
@@ -122,10 +140,12 @@ class ForkServer:
         with self._lock:
             self._let_go()
 
-    def _request_fork(self, theirs: socket.socket) -> tuple[int, int]:
+    def _request_fork(self, theirs: socket.socket, load: bytes | None) -> tuple[int, int]:
         """Have a child forked; return its number, and the descriptor that will tell its exit status."""
         with self._lock:
             for _ in range(2):
+                if load is not None:
+                    self._load(load)
                 sentinel, told = os.pipe()
                 with suppress(OSError):  # it was lost: the sentinel says so
                     socket.send_fds(self._running(), [NEW_CHILD], [theirs.fileno(), told])
@@ -141,6 +161,19 @@ class ForkServer:
                 os.close(sentinel)
                 self._let_go()
         raise OSError(f"no process can be made: the one that makes them could not import {self.preload}")
+
+    def _load(self, call: bytes) -> None:
+        """Have it call something unless it has; where it is lost meanwhile, the next fork finds that out."""
+        if call in self._loaded:
+            return
+        self._loaded.add(call)
+        ours, theirs = pair()
+        with ours, suppress(OSError, EOFError):
+            with theirs:
+                socket.send_fds(self._running(), [LOAD], [theirs.fileno()])
+            pipe = BlockingEnd(ours, bytes)
+            pipe.send(call)
+            pipe.receive()
 
     def _running(self) -> socket.socket:
         if self._socket is None:
@@ -172,6 +205,7 @@ class ForkServer:
             self._socket.close()
             self._wait()
             self._socket, self._has_forked = None, False
+            self._loaded.clear()
             atexit.unregister(self.close)
 
 
@@ -190,9 +224,7 @@ def serve(owner: socket.socket) -> None:
     """
     leave_interrupts_to_parent()
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    # A child's garbage collector would touch every object that is here, and so copy pages that all of them share.
-    gc.collect()
-    gc.freeze()
+    _freeze()
     woken, wakes = os.pipe()
     os.set_blocking(woken, False)
     os.set_blocking(wakes, False)
@@ -206,7 +238,7 @@ def serve(owner: socket.socket) -> None:
         while True:
             for key, _ in selector.select():
                 if key.fileobj is owner:
-                    if not _fork(owner, children, mine):
+                    if not _obey(owner, children, mine):
                         for pid in children:
                             os.kill(pid, signal.SIGKILL)
                         return
@@ -216,14 +248,40 @@ def serve(owner: socket.socket) -> None:
                     _reap(children)
 
 
-def _fork(owner: socket.socket, children: dict[int, int], mine: list[int]) -> bool:
-    """Fork a child if the owner wants one; return whether the owner is there."""
+def _freeze() -> None:
+    """Keep what is here from children's garbage collectors, which would copy the pages that all of them share."""
+    gc.collect()
+    gc.freeze()
+
+
+def _obey(owner: socket.socket, children: dict[int, int], mine: list[int]) -> bool:
+    """Do what the owner wants; return whether the owner is there."""
     try:
-        wish, (end, told), *_ = socket.recv_fds(owner, 1, 2)
-    except (ValueError, OSError):
+        wish, ends, *_ = socket.recv_fds(owner, 1, 2)
+    except OSError:
         return False
-    if not wish:
-        return False
+    if wish == NEW_CHILD:
+        _fork(owner, children, mine, *ends)
+    elif wish == LOAD:
+        _load(*ends)
+    return bool(wish)
+
+
+def _load(end: int) -> None:
+    """Call what the owner wants to be loaded, and tell when that is done."""
+    with socket.socket(fileno=end) as ours, suppress(EOFError, OSError):
+        pipe = BlockingEnd(ours)
+        try:
+            function, arguments = pipe.receive()
+            function(*arguments)
+        except Exception:  # noqa: BLE001 - the child that needs it says what is wrong
+            traceback.print_exc()
+        _freeze()
+        pipe.send(None)
+
+
+def _fork(owner: socket.socket, children: dict[int, int], mine: list[int], end: int, told: int) -> None:
+    """Fork a child that gets one end of a pipe, and whose status is told to a descriptor."""
     try:
         pid = os.fork()
     except OSError as error:
@@ -242,7 +300,6 @@ def _fork(owner: socket.socket, children: dict[int, int], mine: list[int]) -> bo
         children[pid] = told
     else:
         os.close(told)
-    return True
 
 
 def _reap(children: dict[int, int]) -> None:

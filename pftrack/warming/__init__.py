@@ -13,8 +13,8 @@ progress; what has been compiled stays when they are ended.
 - `memory`: which experiments are known to be ready, without calling anything.
 """
 
-from pftrack.warming.memory import cache_folder, loading_cases, ready, remember, source_hash
+from pftrack.warming.memory import cache_folder, ready, remember, source_hash
 from pftrack.warming.progress import Progress
 from pftrack.warming.warming import Warming
 
-__all__ = ["Progress", "Warming", "cache_folder", "loading_cases", "ready", "remember", "source_hash"]
+__all__ = ["Progress", "Warming", "cache_folder", "ready", "remember", "source_hash"]

@@ -3,26 +3,22 @@
 It is named by everything that what is compiled depends on, so that after a change, or an update of a library, nothing
 is remembered; an experiment is then called again, which takes a second if everything is there after all. What other
 packages compile is not looked at: after a change of theirs their own sessions compile it. Each experiment is a file in
-the folder: several processes compile at once, and none may forget what another remembers. It lists the cases that are
-enough to load all of it, once a process has found that out: a process that compiles cannot, since a function is there
-when its caller has been compiled, and is not when its caller has been loaded.
+the folder: several processes compile at once, and none may forget what another remembers.
 """
 
 import hashlib
-import json
 import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
-from pftrack.files import write_whole
 from pftrack.numerics import machine
 
-__all__ = ["cache_folder", "existing", "loading_cases", "ready", "remember", "source_hash", "writable"]
+__all__ = ["cache_folder", "existing", "ready", "remember", "source_hash", "writable"]
 
 KEPT = 8
 """Memories of other versions and checkouts that are left alone."""
@@ -46,29 +42,14 @@ def ready(names: Iterable[str]) -> frozenset[str]:
     return frozenset()
 
 
-def loading_cases(name: str) -> frozenset[int] | None:
-    """Return the numbers of the cases that load all that an experiment calls; None if they are not remembered."""
-    folder = _folder()
-    if folder is None:
-        return None
-    with suppress(OSError, ValueError, TypeError):
-        return frozenset(map(int, json.loads((folder / name).read_text("utf-8"))))
-    return None
-
-
-def remember(name: str, cases: Collection[int] | None = None) -> None:
-    """Remember that an experiment has been compiled; where nothing can be written, nothing is remembered.
-
-    Args:
-        name: The experiment's.
-        cases: The numbers of those that load all that it calls, where they are known.
-    """
+def remember(name: str) -> None:
+    """Remember that an experiment has been compiled; where nothing can be written, nothing is remembered."""
     folder = _folder()
     if folder is None:
         return
     with suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
-        write_whole(folder / name, json.dumps(None if cases is None else sorted(cases)).encode())
+        (folder / name).touch()
         others = sorted(folder.parent.glob("warm-*/"), key=lambda other: other.stat().st_mtime)
         for old in others[:-KEPT]:
             shutil.rmtree(old, ignore_errors=True)

@@ -9,7 +9,7 @@ from numba.core import event
 
 from pftrack.numerics.compiled import FUNCTIONS
 
-__all__ = ["loaded_functions", "name_of", "watch"]
+__all__ = ["name_of", "watch"]
 
 
 class _Watch(event.Listener):
@@ -48,11 +48,6 @@ def watch(begun: Callable[[str], None], ended: Callable[[str, float], None]) -> 
 def name_of(dispatcher: Any) -> str:  # noqa: ANN401 - numba's
     """Return a function's name with its module's."""
     return f"{dispatcher.py_func.__module__}.{dispatcher.py_func.__qualname__}"
-
-
-def loaded_functions() -> frozenset[str]:
-    """Return what this process has compiled or loaded: functions, each with the types that it takes."""
-    return frozenset(f"{name_of(each)}{types}" for each in FUNCTIONS for types in each.signatures)
 
 
 def _ours(event: Any) -> str | None:  # noqa: ANN401 - numba's

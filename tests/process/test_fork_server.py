@@ -103,6 +103,42 @@ def test_one_that_was_killed_is_started_again(server: ForkServer) -> None:
         assert who(another)[1] != parent
 
 
+LOADED: list[str] = []
+
+
+def load(what: str) -> None:
+    if what == "nonsense":
+        raise ValueError(what)
+    LOADED.append(what)
+
+
+def tell_loaded(end: socket.socket) -> None:
+    BlockingEnd(end).send(LOADED)
+
+
+def test_what_it_loads_for_one_child_all_later_ones_share(
+    server: ForkServer, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """It is loaded once, also by one that takes the place of one that was lost; what fails keeps no child back."""
+
+    def loaded(what: str | None) -> object:
+        child = server.fork(tell_loaded, load=(load, what) if what else None)
+        with child.end:
+            return BlockingEnd(child.end).receive()
+
+    assert loaded(None) == []
+    assert loaded("one") == loaded("one") == ["one"]
+    assert loaded("nonsense") == ["one"]
+    assert "ValueError: nonsense" in capfd.readouterr().err
+    assert loaded("two") == loaded(None) == ["one", "two"]
+    child = server.fork(obey)
+    with child.end:
+        _, parent, *_ = who(child)
+        os.kill(parent, signal.SIGKILL)
+        assert child.status(30) is None
+    assert loaded("two") == ["two"]
+
+
 def test_it_ends_with_its_owner(server: ForkServer) -> None:
     """Closing a fork server ends what it has forked, in the middle of whatever it does."""
     child = server.fork(obey)

@@ -161,7 +161,7 @@ def test_what_is_ready_is_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     assert memory.ready(["one", "two"]) == frozenset()
     memory.remember("one")
-    memory.remember("three", {0, 4})
+    memory.remember("three")
     assert memory.ready(["one", "two"]) == {"one"}
     monkeypatch.setattr(
         memory.machine, "describe_platform", lambda: dict.fromkeys(["target", "numba", "llvmlite", "numpy"], "9")
@@ -184,19 +184,6 @@ def test_processes_that_finish_at_once_are_all_remembered(tmp_path: Path, monkey
     with ThreadPoolExecutor(8) as pool:
         list(pool.map(memory.remember, names))
     assert memory.ready(names) == frozenset(names)
-
-
-def test_the_cases_that_load_everything_are_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """They are not known when an experiment has been compiled, and not when they cannot be read."""
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    memory.remember("one")
-    assert memory.loading_cases("one") is memory.loading_cases("another") is None
-    memory.remember("one", {12, 0, 3})
-    assert memory.loading_cases("one") == {0, 3, 12}
-    for damaged in ("", "0", "[[]]", '["zero"]', "[0"):
-        next(tmp_path.glob("warm-*/one")).write_text(damaged)
-        assert memory.loading_cases("one") is None
-        assert memory.ready(["one"]) == {"one"}
 
 
 def test_what_cannot_be_kept_is_not_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

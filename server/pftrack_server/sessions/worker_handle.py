@@ -18,6 +18,7 @@ from pftrack.process import AsyncEnd, Child, Ending, describe, ending
 from pftrack_server.errors import UnavailableError
 from pftrack_server.processes import FORK_SERVER
 from pftrack_server.resource_limits import allowed_cpu_seconds
+from pftrack_server.worker.loading import load_compiled
 from pftrack_server.worker.protocol import (
     OPENING,
     Command,
@@ -83,7 +84,8 @@ class WorkerHandle:
             Exception: Whatever refused the config, as the worker raised it.
             WorkerLostError: It ended first.
         """
-        self._child = await FORK_SERVER.fork_async(main, self._config)
+        load = load_compiled, self._config.run.recipe.experiment
+        self._child = await FORK_SERVER.fork_async(main, self._config, load=load)
         self._end = await AsyncEnd.connect(self._child.end, self._event, self._handle_loss)
         # Until now it could not give any.
         self.heard = time.monotonic()
