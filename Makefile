@@ -1,5 +1,5 @@
 # `make serve` and `make test` work on a bare machine: Python 3.11 or newer and nothing else.
-# Both are idempotent: a stamp in .venv remembers what is installed, until pyproject.toml changes.
+# Both are idempotent: a stamp in .venv remembers what is installed, until pyproject.toml or constraints.txt changes.
 
 VENV   := .venv
 BIN    := $(VENV)/bin
@@ -12,9 +12,17 @@ PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
 # Tests start hundreds of processes: without bytecode each would read all of the source again.
 export PYTHONDONTWRITEBYTECODE :=
 
+# uv takes seconds where pip takes a minute. The argument is what to install, with its extras.
+define install
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check uv 2>/dev/null && \
+		$(BIN)/python -m uv pip install --quiet --python $(BIN)/python -c constraints.txt -e '$(1)' || \
+		{ echo "uv could not be used, so pip installs, which takes a minute"; \
+		$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '$(1)'; }
+endef
+
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help serve test test-all coverage check lint format bench wheel clean
+.PHONY: help serve test test-all coverage lint format bench lock wheel clean
 
 help:  ## Say what can be made
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -49,6 +57,10 @@ format: $(VENV)/.test-stamp  ## Mend what can be mended by itself
 bench: $(VENV)/.bench-stamp  ## Run the benchmarks against other libraries
 	@$(BIN)/pftrack bench
 
+lock: $(VENV)/.test-stamp  ## Choose the newest versions of all that is installed, and write them to constraints.txt
+	@$(BIN)/python -m uv pip compile --quiet --upgrade --universal --python-version 3.11 --all-extras --no-annotate \
+		--no-emit-index-url --custom-compile-command "make lock" --output-file constraints.txt pyproject.toml
+
 wheel: $(VENV)/.test-stamp  ## Build the wheel into dist/
 	$(BIN)/python -m pip wheel --quiet --no-deps --wheel-dir dist .
 
@@ -62,22 +74,20 @@ $(BIN)/python:
 	@$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
 		echo "Python cannot create a virtual environment; on Debian install python3-venv" >&2; exit 1; }
 
-$(VENV)/.serve-stamp: pyproject.toml | $(BIN)/python
+$(VENV)/.serve-stamp: pyproject.toml constraints.txt | $(BIN)/python
 	@echo "Installing pftrack into $(VENV) (only this once)"
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
-	@echo "Compiling the filters (only this once)"
-	@$(BIN)/pftrack doctor --warm >/dev/null || { $(BIN)/pftrack doctor; exit 1; }
+	$(call install,.)
 	@touch $@
 
-$(VENV)/.test-stamp: pyproject.toml .ci/programs | $(BIN)/python
+$(VENV)/.test-stamp: pyproject.toml constraints.txt .ci/programs | $(BIN)/python
 	@echo "Installing pftrack and its test tools into $(VENV) (only this once)"
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	$(call install,.[dev])
 	@echo "Compiling the filters (only this once)"
 	@$(BIN)/pftrack doctor --warm >/dev/null & .ci/programs && wait
 	@touch $@
 
 # `particles` pins numpy below 2 without needing it: it is installed without its pins, and no library is downgraded.
-$(VENV)/.bench-stamp: pyproject.toml | $(BIN)/python
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[bench]'
+$(VENV)/.bench-stamp: pyproject.toml constraints.txt | $(BIN)/python
+	$(call install,.[bench])
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps 'particles>=0.4'
 	@touch $@

@@ -8,6 +8,8 @@ from importlib import metadata
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 import pftrack
 
@@ -36,6 +38,35 @@ def test_every_lint_rule_that_is_off_says_why() -> None:
     rules = [line for line in lines if line.startswith('    "')]
     assert rules
     assert all("#" in line and len(line.split("#")[1].strip()) > 5 for line in rules)
+
+
+def test_every_version_that_is_installed_is_fixed() -> None:
+    """`constraints.txt` names a version of all that pftrack needs, with its extras; `make lock` writes it anew."""
+    lines = [line for line in (ROOT / "constraints.txt").read_text().splitlines() if not line.startswith("#")]
+    fixed: dict[str, list[Requirement]] = {}
+    for line in map(Requirement, lines):
+        fixed.setdefault(canonicalize_name(line.name), []).append(line)
+    extras = metadata.metadata("pftrack").get_all("Provides-Extra") or []
+    waiting = [Requirement(f"pftrack[{','.join(extras)}]")]
+    seen = set()
+    while waiting:
+        wanted = waiting.pop()
+        name = canonicalize_name(wanted.name)
+        if name != "pftrack":
+            here = [line for line in fixed.get(name, []) if line.marker is None or line.marker.evaluate()]
+            assert len(here) == 1, f"{name} has no version in constraints.txt: run `make lock`"
+            (version,) = here[0].specifier
+            assert wanted.specifier.contains(version.version, prereleases=True), f"{wanted}: run `make lock`"
+        seen.add((name, frozenset(wanted.extras)))
+        try:
+            needed = map(Requirement, metadata.requires(name) or [])
+        except metadata.PackageNotFoundError:  # of an extra that is not installed
+            continue
+        for each in needed:
+            key = canonicalize_name(each.name), frozenset(each.extras)
+            asked = [""] if each.marker is None else ["", *wanted.extras]
+            if key not in seen and (each.marker is None or any(each.marker.evaluate({"extra": it}) for it in asked)):
+                waiting.append(each)
 
 
 @pytest.mark.slow
