@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 from pftrack.sweep import Plan, carry_out, estimate, read_result
-from pftrack.sweep.report import write_report
 
 __all__ = ["Pictures", "compute", "measure", "report"]
 
@@ -57,4 +56,6 @@ def report(result: Path, folder: Path, pictures: Pictures) -> None:
         SweepError: There is nothing to report.
         OSError: A file cannot be written.
     """
+    from pftrack.sweep.report import write_report  # noqa: PLC0415 - matplotlib: 26 MB and half a second
+
     write_report(read_result(result), folder, form=pictures)
