@@ -3,7 +3,7 @@
 Two processes that need the same function at the same time both compile it. Cases that follow one another call much the
 same functions, so a process stays with the experiment that it has begun; when that has no more, it helps another from
 its end, where other things are chosen than in the beginning. Only then does it begin one: experiments share functions
-too, and find compiled what those before them called.
+too, and find compiled what those before them called. What somebody waits for comes before all that.
 """
 
 from collections import deque
@@ -22,6 +22,7 @@ class Schedule:
         self._new = deque(names)
         self._waiting: dict[str, deque[int]] = {}
         self._running: dict[str, int] = {}
+        self._preferred = ""
         self._cleared = False
 
     def __bool__(self) -> bool:
@@ -33,6 +34,13 @@ class Schedule:
         if not self._cleared:
             self._waiting[name] = deque(range(1, count))
 
+    def prefer(self, name: str) -> None:
+        """Have the cases of an experiment run before all others that wait."""
+        self._preferred = name
+        if name in self._new:
+            self._new.remove(name)
+            self._new.appendleft(name)
+
     def take(self, before: str | None) -> Case | None:
         """Return what a process is to run next, if anything waits.
 
@@ -40,7 +48,11 @@ class Schedule:
             before: The experiment of what it ran last.
         """
         fullest = max(self._waiting, key=lambda name: len(self._waiting[name]), default=None)
-        if before is not None and self._waiting.get(before):
+        if self._waiting.get(self._preferred):
+            case = (self._preferred, self._waiting[self._preferred].popleft())
+        elif self._new and self._new[0] == self._preferred:
+            case = (self._new.popleft(), 0)
+        elif before is not None and self._waiting.get(before):
             case = (before, self._waiting[before].popleft())
         elif fullest is not None and self._waiting[fullest]:
             case = (fullest, self._waiting[fullest].pop())

@@ -39,7 +39,7 @@ class Warming:
         """Begin.
 
         Args:
-            names: Of the experiments.
+            names: Of the experiments, in the order in which they are needed.
             processes: How many at once; one a processor if not given.
             told: Is called with the progress after every piece of news, by one thread at a time.
             compile_case: Does it, in those processes.
@@ -80,6 +80,11 @@ class Warming:
                 (self._ended or time.monotonic()) - self._begun,
                 self._ready | self._failed.keys() >= self._all,
             )
+
+    def prefer(self, name: str) -> None:
+        """Compile an experiment before the others, since somebody waits for it."""
+        with self._lock:
+            self._schedule.prefer(name)
 
     def wait(self) -> Progress:
         """Wait until all is done, and return what came of it."""

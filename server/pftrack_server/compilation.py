@@ -1,8 +1,8 @@
 """Compiling while the server runs already: what is ready, how far the rest is, and who has to wait.
 
 On the first start after an installation or an update nothing is compiled yet. Processes of low priority see to that
-while pages are served; a session of an experiment that is not ready is refused with a sentence that says how long it
-will take.
+while pages are served, in the order of the start page, but for what somebody opens, which comes next. A session of an
+experiment that is not ready is refused with a sentence that says how long it will take.
 """
 
 import asyncio
@@ -29,25 +29,26 @@ LOG_EVERY_S = 10.0
 class Compilation:
     """What of the experiments is compiled."""
 
-    def __init__(self, names: frozenset[str], known: frozenset[str]) -> None:
+    def __init__(self, names: tuple[str, ...], known: frozenset[str]) -> None:
         """Begin to compile what is missing.
 
         Args:
-            names: All experiments.
+            names: All experiments, in the order in which they are compiled.
             known: Those that are compiled.
         """
         self._known = known
         self._logged = 0.0
         self._seen: frozenset[str] = frozenset()
-        self._progress = Progress(finished=names <= known)
-        self._warming = None if self._progress.finished else Warming(sorted(names - known), told=self._take)
+        missing = [name for name in names if name not in known]
+        self._progress = Progress(finished=not missing)
+        self._warming = Warming(missing, told=self._take) if missing else None
 
     @classmethod
     def open(cls) -> Self:
         """Look at what is compiled; the experiments must be imported."""
-        names = frozenset(EXPERIMENTS)
+        names = tuple(EXPERIMENTS)
         # Where nothing can be kept, the process that makes the workers compiles for all of them.
-        return cls(names, ready(names) if cache_folder() else names)
+        return cls(names, ready(names) if cache_folder() else frozenset(names))
 
     def close(self) -> None:
         """End the processes that compile; what they have compiled stays."""
@@ -64,6 +65,16 @@ class Compilation:
         """The experiments of which sessions can be started; one that does not run says itself what is wrong."""
         progress = self.progress
         return self._known | progress.ready | progress.failed.keys()
+
+    async def open_experiment(self, name: str) -> None:
+        """Wait a moment for an experiment that somebody opens; if it is not ready, it is compiled next.
+
+        Raises:
+            UnavailableError: It takes longer.
+        """
+        if self._warming is not None and name not in self.ready:
+            self._warming.prefer(name)
+        await self.wait_for(name)
 
     async def wait_for(self, name: str) -> None:
         """Wait a moment for an experiment to be ready, in no thread: a class that waits would hold all of them.

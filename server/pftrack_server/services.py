@@ -60,7 +60,7 @@ class Services:
         compilation = await asyncio.to_thread(Compilation.open)
         queues = Queues()
         tasks = ChildTasks(queues)
-        manager = Manager(settings, store, tasks, compilation.wait_for)
+        manager = Manager(settings, store, tasks, compilation.open_experiment)
         await manager.open()
         sweeps = Sweeps(settings, store)
         await sweeps.open()

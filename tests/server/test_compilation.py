@@ -26,6 +26,10 @@ class Pretended:
         self.names, self.told = names, told
         self.progress = Progress(14, 41, seconds={f"f{k}": 1.0 for k in range(14)}, elapsed_s=21.0)
         self.stopped = threading.Event()
+        self.preferred: list[str] = []
+
+    def prefer(self, name: str) -> None:
+        self.preferred.append(name)
 
     def goes_on(self, progress: Progress) -> None:
         self.progress = progress
@@ -80,6 +84,8 @@ def test_a_server_is_there_while_it_compiles(client: httpx.Client, warming: list
     assert sentence in refused.json()["error"]["message"]
     assert client.get("/api/v1/experiments/sine/thumbnail.png").status_code == 503
     assert start(client, "ball").status_code == 201
+    assert warming[0].names[:2] == ["histogram", "fish"]  # in the order of the start page
+    assert warming[0].preferred == ["sine"]  # opened, where of others a picture was shown
     warming[0].goes_on(Progress(40, 41, ready=frozenset({"sine"})))
     assert start(client, "sine").status_code == 201
     warming[0].goes_on(Progress(41, 41, ready=frozenset(warming[0].names), finished=True))
@@ -127,7 +133,7 @@ def test_news_wait_for_nobody_who_looks(monkeypatch: pytest.MonkeyPatch) -> None
         return made[0]
 
     monkeypatch.setattr(pftrack_server.compilation, "Warming", begin)
-    compilation = Compilation(frozenset({"sine"}), frozenset())
+    compilation = Compilation(("sine",), frozenset())
     with ThreadPoolExecutor(2) as pool:
         waiting = pool.submit(lambda: run(compilation.wait_for("sine")))
         assert looks.wait(30)
@@ -141,7 +147,7 @@ def test_news_wait_for_nobody_who_looks(monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_one_that_cannot_be_compiled_says_so_itself(warming: list[Pretended]) -> None:
     """An experiment that fails to run is let through, so that its session tells what is wrong."""
-    compilation = Compilation(frozenset({"ball", "broken"}), frozenset({"ball"}))
+    compilation = Compilation(("ball", "broken"), frozenset({"ball"}))
     assert warming[0].names == ["broken"]
     warming[0].goes_on(Progress(failed={"broken": "ValueError: no"}, finished=True))
     run(compilation.wait_for("broken"))
@@ -149,7 +155,7 @@ def test_one_that_cannot_be_compiled_says_so_itself(warming: list[Pretended]) ->
 
 def test_what_is_compiled_needs_no_process(warming: list[Pretended]) -> None:
     """On every start but the first nothing is started, and everything is ready at once."""
-    compilation = Compilation(frozenset({"ball"}), frozenset({"ball"}))
+    compilation = Compilation(("ball",), frozenset({"ball"}))
     assert warming == []
     assert compilation.progress.finished
     run(compilation.wait_for("ball"))

@@ -111,6 +111,19 @@ def test_a_process_stays_with_its_experiment_and_helps_others_before_it_begins_o
     assert schedule.done("tiny")
 
 
+def test_what_somebody_waits_for_comes_first() -> None:
+    """Before the own cases of a process, and before other experiments, begun or not."""
+    schedule = Schedule(["first", "second", "third"])
+    assert schedule.take(None) == ("first", 0)
+    schedule.on_begin("first", 3)
+    schedule.prefer("third")
+    assert schedule.take("first") == ("third", 0)
+    assert schedule.take("first") == ("first", 1)  # how many cases the third has is not known yet
+    schedule.on_begin("third", 2)
+    assert [schedule.take("first"), schedule.take("first")] == [("third", 1), ("first", 2)]
+    assert schedule.take("first") == ("second", 0)
+
+
 def test_what_is_told_after_the_end_brings_nothing_back() -> None:
     """A process that has been ended may have said how many cases there are, and be read only then."""
     schedule = Schedule(["one", "two"])
