@@ -27,6 +27,7 @@ __all__ = [
     "Server",
     "chromium",
     "echoes",
+    "memory_mib",
     "percentile",
     "row",
     "scene_of",
@@ -66,14 +67,15 @@ SEEN = """() => {
 class Server:
     """A server in a process of its own, and the requests that the benchmarks make."""
 
-    def __init__(self, folder: str) -> None:
-        command = [sys.executable, "-m", "pftrack", "serve", "--port", "0", "--data-dir", folder]
-        at_the_root = os.environ | {"PFTRACK_BASE_PATH": ""}
+    def __init__(self, folder: str, *, command: list[str] | None = None, **options: Any) -> None:
+        """Start one on a folder of data, or by a command and options of `Popen`, and wait for its link."""
+        command = command or [sys.executable, "-m", "pftrack", "serve", "--port", "0", "--data-dir", folder]
+        options = {"env": os.environ | {"PFTRACK_BASE_PATH": ""}, **options}
         self.process = subprocess.Popen(
-            command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=at_the_root
+            command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, **options
         )
-        line = self.process.stdout.readline() if self.process.stdout else ""
-        if "http://" not in line:
+        line = next((line for line in self.process.stdout or () if "http://" in line), None)
+        if line is None:
             raise SystemExit("the server did not start")
         self.url = line[line.index("http://") :].strip().rstrip("/")
         self._origin = urllib.parse.urljoin(self.url, "/").rstrip("/")
@@ -127,6 +129,11 @@ def chromium() -> Iterator[Any]:
         browser = driver.chromium.launch(executable_path=place, args=FLAGS)
         yield browser
         browser.close()
+
+
+def memory_mib(processes: list[psutil.Process]) -> float:
+    """Memory of processes, shared pages counted once."""
+    return sum(process.memory_full_info().pss for process in processes) / 2**20
 
 
 def until(frame: Any, expression: str, seconds: float = 60.0) -> None:

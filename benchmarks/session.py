@@ -19,7 +19,6 @@ from collections.abc import Iterator  # noqa: E402
 from statistics import median  # noqa: E402
 from typing import Any  # noqa: E402
 
-import psutil  # noqa: E402
 from _server import (  # noqa: E402
     CAMERA,
     PROTOCOL,
@@ -27,6 +26,7 @@ from _server import (  # noqa: E402
     Server,
     chromium,
     echoes,
+    memory_mib,
     row,
     scene_of,
     unpack,
@@ -167,11 +167,6 @@ async def crowd(server: Server, sessions: list[str], seconds: float) -> list[tup
         for reader in readers:
             reader.cancel()
     return rates
-
-
-def memory_mib(processes: list[psutil.Process]) -> float:
-    """Memory of processes, shared pages counted once."""
-    return sum(process.memory_full_info().pss for process in processes) / 2**20
 
 
 def measure_crowd(server: Server, count: int, seconds: float) -> Iterator[dict[str, object]]:

@@ -16,7 +16,7 @@ from tests.installing import ROOT
 
 FOLDER = ROOT / "benchmarks"
 SCRIPTS = sorted(path.stem for path in FOLDER.glob("[a-z]*.py"))
-OF_SERVERS = ["follow", "lessons", "session", "slider"]
+OF_SERVERS = ["follow", "lessons", "session", "slider", "start"]
 """They start a server, and most of them a browser."""
 
 LONG = ["slider"]

@@ -1,0 +1,132 @@
+"""The start: how soon there is a page and a session that runs, and what a server needs while nobody is there.
+
+With `--install 1` it is a stranger's: a clone of this checkout, without caches, whose `make serve` installs, serves and
+compiles, beside the installation of the same packages alone. Otherwise it is a later start, of what is installed and
+compiled here.
+"""
+
+from _table import Size, arguments, progress, report, single_threaded
+
+single_threaded()
+
+import os  # noqa: E402
+import shutil  # noqa: E402
+import signal  # noqa: E402
+import subprocess  # noqa: E402
+import sys  # noqa: E402
+import tempfile  # noqa: E402
+import time  # noqa: E402
+from collections.abc import Iterator  # noqa: E402
+from pathlib import Path  # noqa: E402
+from statistics import median  # noqa: E402
+
+from _server import Server, memory_mib, row  # noqa: E402
+
+ROOT = Path(__file__).parents[1]
+PAGE_S, SESSION_S, IDLE_MIB = 3.0, 6.0, 250.0
+INSTALLED_PAGE_S, INSTALLED_BALL_S = 8.0, 25.0
+
+
+def time_start(settling: float) -> dict[str, float]:
+    """Start a server as people do, and tell when there was a page, and a session with a frame, s, and its memory."""
+    with tempfile.TemporaryDirectory() as folder:
+        begun = time.perf_counter()
+        server = Server(folder)
+        try:
+            server.ask("GET", "/")
+            page = time.perf_counter() - begun
+            time.sleep(settling)
+            idle = memory_mib(server.family())
+            begun = time.perf_counter()
+            show(server)
+            return {"page": page, "session": page + time.perf_counter() - begun, "idle": idle}
+        finally:
+            server.close()
+
+
+def show(server: Server) -> None:
+    """Start a session and wait for its picture."""
+    session = server.start(play=False)
+    server.ask("GET", f"/api/v1/sessions/{session}/frame.png")
+
+
+def measure_later_starts(repeats: int, settling: float) -> Iterator[dict[str, object]]:
+    """Measure starts of what has been compiled."""
+    progress("later starts")
+    times = [time_start(settling) for _ in range(repeats + 1)][1:]  # the first one reads files from the disk
+    for what, name, goal in (
+        ("from the command to the first page, s", "page", PAGE_S),
+        ("to the first picture of a session, s", "session", SESSION_S),
+        ("memory of a server without sessions, MiB", "idle", IDLE_MIB),
+    ):
+        values = [each[name] for each in times]
+        yield row(what, median(values), max(values), goal)
+
+
+def measure_first_start() -> Iterator[dict[str, object]]:
+    """Measure a stranger's first start, beside the installation alone."""
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder)
+        fresh = os.environ | {"UV_CACHE_DIR": f"{place}/uv", "PIP_CACHE_DIR": f"{place}/pip", "PFTRACK_BASE_PATH": ""}
+        progress("the installation alone")
+        begun = time.perf_counter()
+        subprocess.run([sys.executable, "-m", "venv", place / "alone"], check=True)
+        python = place / "alone" / "bin" / "python"
+        subprocess.run([python, "-m", "pip", "install", "--quiet", "uv"], check=True, env=fresh)
+        install = [
+            python,
+            "-m",
+            "uv",
+            "pip",
+            "install",
+            "--quiet",
+            "--python",
+            python,
+            "-c",
+            "constraints.txt",
+            "-e",
+            ".",
+        ]
+        subprocess.run(install, check=True, cwd=ROOT, env=fresh)
+        alone = time.perf_counter() - begun
+        for cache in ("uv", "pip"):
+            shutil.rmtree(place / cache, ignore_errors=True)
+        yield row("the installation alone, s", alone, None)
+
+        subprocess.run(["git", "clone", "--quiet", ROOT, place / "clone"], check=True)  # noqa: S607 - whichever git is here
+        progress("make serve")
+        begun = time.perf_counter()
+        command = ["make", "serve", "PORT=0", f"DATA={place / 'data'}"]
+        server = Server("", command=command, cwd=place / "clone", env=fresh)
+        try:
+            server.ask("GET", "/")
+            page = time.perf_counter() - begun
+            yield row("make serve to the first page, s", page, None, alone + INSTALLED_PAGE_S)
+            while "ball" not in server.ask("GET", "/api/v1/compilation")["ready"]:
+                time.sleep(0.1)
+            show(server)
+            yield row("to a ball that is tracked, s", time.perf_counter() - begun, None, alone + INSTALLED_BALL_S)
+            while not server.ask("GET", "/api/v1/compilation")["finished"]:
+                time.sleep(0.5)
+            yield row("to all experiments, s", time.perf_counter() - begun, None)
+        finally:
+            server.close()
+
+
+def main() -> None:
+    """Measure and report."""
+    given = arguments(
+        "How soon a server is there, and what it needs.",
+        repeats=Size(5, 1, "starts"),
+        settling=Size(5.0, 0.1, "how long until a server has done what it does once, s"),
+        install=Size(0, 0, "whether a first start is measured as well, which installs everything anew"),
+    )
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
+    rows = [*measure_later_starts(given.repeats, given.settling)]
+    if given.install:
+        rows += measure_first_start()
+    report("The start of a server", rows, as_json=given.json)
+
+
+if __name__ == "__main__":
+    main()
