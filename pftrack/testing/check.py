@@ -1,9 +1,12 @@
 """What a check is, and the runs that checks are made on."""
 
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
+
+import numpy as np
+from numpy.typing import NDArray
 
 from pftrack.experiment import Experiment, Step
 from pftrack.model.drawing import Drawing
@@ -15,6 +18,7 @@ __all__ = [
     "CheckError",
     "Straight",
     "begin_run",
+    "copied",
     "demand",
     "each_tracker",
     "named_checks",
@@ -87,6 +91,12 @@ def begin_run(
     return Run(experiment, experiment.simulate(), tracker=tracker, seed=seed, frames=FRAMES, timeline=timeline)
 
 
+def copied(step: Step) -> Mapping[str, NDArray[np.generic]]:
+    """Return copies of the arrays of a state, its estimate and sigma among them."""
+    arrays = {name: np.array(array) for name, array in step.state.arrays().items()}
+    return arrays | {"estimate": np.array(step.state.estimate), "sigma": np.array(step.state.sigma)}
+
+
 @dataclass(frozen=True)
 class Straight:
     """A short run that was computed from its first frame to its last: what other ways are compared with.
@@ -96,10 +106,12 @@ class Straight:
     Attributes:
         run: At its last frame.
         steps: All of its steps.
+        begun: What the state of frame 0 held before a further frame was computed.
     """
 
     run: Run
     steps: tuple[Step, ...]
+    begun: Mapping[str, NDArray[np.generic]]
 
     @cached_property
     def drawings(self) -> tuple[Drawing, ...]:
@@ -118,6 +130,7 @@ def straight(experiment: Experiment, tracker: str, *, seed: int = SEED) -> Strai
         if known is experiment and key == (tracker, seed):
             return found
     run = begin_run(experiment, tracker, seed=seed)
-    made = Straight(run, tuple(run))
+    begun = copied(run.current)
+    made = Straight(run, tuple(run), begun)
     _LATEST.append((experiment, (tracker, seed), made))
     return made

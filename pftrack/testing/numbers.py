@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pftrack.experiment import Experiment, Step
+from pftrack.experiment import Experiment
 from pftrack.model.series import check_value, columns
 from pftrack.runs.scoring import evaluated_run
-from pftrack.testing.check import Check, CheckError, begin_run, demand, each_tracker, straight
+from pftrack.testing.check import Check, CheckError, copied, demand, each_tracker, straight
 
 __all__ = ["checks"]
 
@@ -46,19 +46,12 @@ def _estimates_are_finite(experiment: Experiment, tracker: str) -> None:
 
 
 def _states_are_values(experiment: Experiment, tracker: str) -> None:
-    run = begin_run(experiment, tracker)
-    first = run.current
-    before = _copy(first)
-    run.finish()
+    known = straight(experiment, tracker)
+    first = known.steps[0]
     demand(first.state.nbytes > 0, f"a state must say how much memory it takes, got {first.state.nbytes} bytes")
-    for name, array in _copy(first).items():
-        same = np.array_equal(array, before[name], equal_nan=array.dtype.kind == "f")
+    for name, array in copied(first).items():
+        same = np.array_equal(array, known.begun[name], equal_nan=array.dtype.kind == "f")
         demand(same, f"{name} of the state of frame 0 changed while later frames were computed; states must not change")
-
-
-def _copy(step: Step) -> dict[str, np.ndarray]:
-    arrays = {name: np.array(array) for name, array in step.state.arrays().items()}
-    return arrays | {"estimate": np.array(step.state.estimate), "sigma": np.array(step.state.sigma)}
 
 
 def _series_are_declared(experiment: Experiment, tracker: str) -> None:

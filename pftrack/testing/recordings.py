@@ -9,7 +9,7 @@ refused, but only in a sentence.
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from itertools import product
+from itertools import islice, product
 from pathlib import Path
 
 import numpy as np
@@ -28,9 +28,9 @@ from pftrack.runs.record import RecordError, load, save
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.tracks.table import write
-from pftrack.testing.check import FRAMES, SEED, Check, CheckError, begin_run, demand, named_checks
+from pftrack.testing.check import FRAMES, SEED, Check, CheckError, demand, named_checks, straight
 from pftrack.testing.marks import at_first
-from pftrack.testing.repeatability import demand_equal
+from pftrack.testing.repeatability import FEW, demand_equal
 
 __all__ = ["checks"]
 
@@ -50,22 +50,20 @@ def checks(experiment: Experiment) -> Iterator[Check]:
 
 
 @contextmanager
-def _film(experiment: Experiment) -> Iterator[tuple[FrameSequence, list[Target | None]]]:
+def _film(experiment: Experiment, frames: int = FRAMES) -> Iterator[tuple[FrameSequence, list[Target | None]]]:
     """Write the simulated scene to a file, and give its pictures as a decoder has them, and where the target is."""
-    run = begin_run(experiment)
-    targets: list[Target | None] = []
+    course = straight(experiment, experiment.default_tracker)
+    run, steps = course.run, course.steps[:frames]
+    targets = [step.frame.target for step in steps]
     with tempfile.TemporaryDirectory() as folder:
         if set(experiment.footage) & set(PICTURES):
             path = Path(folder, "scene.mp4")
             with FilmWriter(path, run.source.frame_rate_hz) as film:
-                for step in run:
+                for step in steps:
                     film.write(_picture(experiment, run, step))
-                    targets.append(step.frame.target)
         else:
             path = Path(folder, "scene.csv")
-            steps = list(run)
             path.write_text(_tracks(steps), encoding="utf-8")
-            targets += [step.frame.target for step in steps]
         sequence = open_sequence(path)
         try:
             yield sequence, targets
@@ -104,12 +102,12 @@ def _a_film_is_tracked(experiment: Experiment) -> None:
             if setup is not None:
                 _demand_suitability(experiment, setup, sequence, f"a recording with a {kind.name()}")
                 # What one tracker makes of a kind of mark the others make as well, and some are slow.
-                trackers = list(experiment.trackers) if place == 0 else [experiment.default_tracker]
+                trackers = list(experiment.trackers) if place == 0 else []
                 _demand_tracked(experiment, setup, sequence, f"a recording with a {kind.name()}", trackers, start)
         if not experiment.needs_mark(sequence.index.kind):
             setup = _wire(experiment, sequence, None, 0, sure=False)
             if setup is not None:
-                trackers = [experiment.default_tracker] if experiment.marks else list(experiment.trackers)
+                trackers = [] if experiment.marks else list(experiment.trackers)
                 _demand_tracked(experiment, setup, sequence, "a recording without a mark", trackers)
 
 
@@ -157,25 +155,27 @@ def _demand_tracked(
     setup: Setup,
     sequence: FrameSequence,
     what: str,
-    trackers: Sequence[str],
+    others: Sequence[str],
     start: int | None = None,
 ) -> None:
+    """Go on if the default tracker tracks the whole recording, and each of the others its beginning."""
     footage = setup.footage
     if footage is None or footage.sha256 != sequence.sha256:
         raise CheckError(f"the footage of {what} must have the hash of its file, got {footage}")
     if start is not None:
         demand(footage.start == start, f"{what} must begin at picture {start}, got {footage.start}")
     length = sequence.frame_count - footage.start
-    for tracker in trackers:
-        run = Run(experiment, setup, tracker=tracker, seed=SEED)
+    whole = Run(experiment, setup, seed=SEED)
+    for tracker in dict.fromkeys((whole.tracker, *others)):
+        run = whole if tracker == whole.tracker else Run(experiment, setup, tracker=tracker, seed=SEED)
         demand(run.frames == length, f"{what} has {length} pictures to track, and the run has {run.frames} frames")
-        for step in run:
+        for step in run if run is whole else islice(run, LATER):
             where = f"in frame {step.diagnostics.frame} of {what} with the tracker {tracker}"
             finite = np.isfinite(step.diagnostics.estimate).all()
             demand(finite, f"the estimate {where} is {step.diagnostics.estimate}")
             for name, clause in faults(experiment.draw(step, run.diagnostics)).items():
                 raise CheckError(f"{name} {where} cannot be shown: {clause}")
-    _demand_reopened(run, sequence, what)
+    _demand_reopened(whole, sequence, what)
 
 
 def _demand_reopened(run: Run, sequence: FrameSequence, what: str) -> None:
@@ -186,14 +186,14 @@ def _demand_reopened(run: Run, sequence: FrameSequence, what: str) -> None:
             again = load(path, open_sequence=lambda _: sequence)
         except RecordError as error:
             raise CheckError(f"a saved run on {what} must open again: {error}") from None
-    again.finish()
-    demand_equal(run, again, f"a saved run on {what}")
+    again.seek(FEW)
+    demand_equal(run, again, f"a saved run on {what}", FEW + 1)
 
 
 def _no_start_is_refused(experiment: Experiment) -> None:
     if experiment.on_video is None:
         return
-    with _film(experiment) as (sequence, _):
+    with _film(experiment, LATER) as (sequence, _):
         for kind in experiment.marks:
             mark = experiment.mark(at_first(kind, sequence.size))
             for start in (-1, sequence.frame_count):

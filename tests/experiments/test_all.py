@@ -6,11 +6,11 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.testing import Check, experiment_checks
 
 ELSEWHERE = "another process comes to the same numbers"
-"""`tests/test_same_bits.py` shows as much of every tracker; one with pictures and one without remain here."""
+"""`tests/test_same_bits.py` shows as much of every tracker; one experiment remains here."""
 
 
 def marks(name: str, check: Check) -> tuple[pytest.MarkDecorator, ...]:
-    return (pytest.mark.slow,) if check.name == ELSEWHERE and name not in {"ball", "sine"} else ()
+    return (pytest.mark.slow,) if check.name == ELSEWHERE and name != "sine" else ()
 
 
 CHECKS = [

@@ -299,7 +299,7 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     ),
     "what is no start on a film is refused": (
         lambda: replace(BALL, on_video=from_the_start),
-        "a start at picture -1 of 12 must be refused, and was accepted",
+        "a start at picture -1 of 4 must be refused, and was accepted",
     ),
     "a drawing holds what can be shown": (
         lambda: nibbled(width=math.nan),
