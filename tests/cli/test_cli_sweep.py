@@ -201,27 +201,23 @@ def checked(process: subprocess.Popen[str], text: str, out: Path) -> str:
     return str(error["message"])
 
 
-def test_ctrl_c_ends_it_cleanly(tmp_path: Path) -> None:
-    """Exit status 1, one line that tells --resume, no process left; what was computed is there."""
-    out = tmp_path / "stopped.parquet"
-    with interrupted(signal.SIGINT, out, subprocess.PIPE) as process:
-        text, err = process.communicate(timeout=60)
-    assert err == f"pftrack: {checked(process, text, out)}\n"
+def test_a_terminal_shows_how_far_it_is_until_ctrl_c_ends_it_cleanly(tmp_path: Path) -> None:
+    """On a terminal the bar shows runs done and the rate; standard output has the result alone.
 
-
-def test_a_terminal_shows_how_far_it_is_until_it_is_ended(tmp_path: Path) -> None:
-    """On a terminal the bar shows runs done and the rate; standard output has the result alone."""
+    At the end there are exit status 1, a line that tells --resume and no process; what was computed is there.
+    """
     out = tmp_path / "ended.parquet"
     ours, theirs = pty.openpty()
     with ThreadPoolExecutor(1) as reader:
         shown = reader.submit(all_of, ours)  # at once: a terminal that nobody reads is full before long
         try:
-            with interrupted(signal.SIGTERM, out, theirs) as process:
+            with interrupted(signal.SIGINT, out, theirs) as process:
                 text, _ = process.communicate(timeout=60)
         finally:
             os.close(theirs)
     os.close(ours)
-    checked(process, text, out)
+    said = checked(process, text, out)
+    assert shown.result().replace(b"\r\n", b"\n").endswith(f"pftrack: {said}\n".encode())
     assert re.search(rb"/2,?400", shown.result())
     assert b"measuring" in shown.result()
 

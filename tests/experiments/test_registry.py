@@ -92,19 +92,34 @@ def test_commands_work_beside_broken_packages(place: Path) -> None:
     )
 
 
+DOCTORS = """
+import os, sys
+from pftrack.doctor import _experiments
+import pftrack.experiments.sine.experiment, pftrack.warming.coverage
+for place in sys.argv[1:]:
+    if not os.fork():
+        sys.path.append(place)
+        print(*_experiments(everything=False), flush=True)
+        os._exit(0)
+    os.wait()
+"""
+"""What the doctor says beside what is installed in each of some folders, a line for each."""
+
+
 def test_the_doctor_reports_what_is_broken(place: Path, tmp_path: Path) -> None:
     """A broken package is a warning with its sentence; a good one that runs is named when all are good."""
-    program = "from pftrack.doctor import _experiments; print(*_experiments(everything=False))"
-    done = python(place, "-c", program)
-    assert done.stdout.startswith("warning The experiment Up/../and of broken-9"), done.stderr
-    assert "importing it raises ModuleNotFoundError: No module named 'surely_not_installed'" in done.stdout
-    install(tmp_path, "a-good-one", GOOD, "own = a_good_one:EXPERIMENT")
-    assert (
-        python(tmp_path, "-c", program).stdout == f"ok {len(EXPERIMENTS.own)} of pftrack, and own of a-good-one 1.0\n"
-    )
+    places = [place, tmp_path / "good", tmp_path / "failing"]
     failing = GOOD.replace('id="own"', 'id="failing", simulate=lambda: 1 / 0')
-    install(tmp_path, "a-failing-one", failing, "failing = a_failing_one:EXPERIMENT")
-    failed = python(tmp_path, "-c", program).stdout
+    for folder in places[1:]:
+        folder.mkdir()
+        install(folder, "a-good-one", GOOD, "own = a_good_one:EXPERIMENT")
+    install(places[2], "a-failing-one", failing, "failing = a_failing_one:EXPERIMENT")
+    done = python(tmp_path, "-c", DOCTORS, *map(str, places))
+    assert done.returncode == 0, done.stderr
+    broken, good, failed = done.stdout.splitlines()
+    assert broken.startswith("warning The experiment Up/../and of broken-9")
+    assert "importing it raises ModuleNotFoundError: No module named 'surely_not_installed'" in broken
+    assert good == f"ok {len(EXPERIMENTS.own)} of pftrack, and own of a-good-one 1.0"
     assert failed.startswith("warning The experiment failing of a-failing-one 1.0 does not run: ZeroDivisionError")
 
 

@@ -2,7 +2,7 @@ import importlib.util
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
 
@@ -14,33 +14,51 @@ HEAD = "from pftrack.numerics.compiled import compiled\n"
 INNER = HEAD + "@compiled\ndef inner(x):\n    return x + {}\n"
 OUTER = HEAD + "from inner import inner\n@compiled\ndef outer(x):\n    return 2 * inner(x)\n"
 CALL = "import outer; print(outer.outer(1), sum(outer.outer.stats.cache_misses.values()))"
+FORKING = """
+import os, sys
+import pftrack.numerics.compiled
+for line in sys.stdin:
+    if not os.fork():
+        exec(line)
+        sys.stdout.flush()
+        os._exit(0)
+    os.wait()
+"""
 
 
 @pytest.fixture
-def call(tmp_path: Path) -> Callable[[], str]:
-    (tmp_path / "inner.py").write_text(INNER.format(1))
-    (tmp_path / "outer.py").write_text(OUTER)
+def call(tmp_path: Path) -> Iterator[Callable[[str], str]]:
+    """Run a line of Python in a new fork of a process that has imported Numba, and return what it prints."""
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(Path(__file__).parents[2])])}
     environment.pop("NUMBA_CACHE_DIR", None)
+    with subprocess.Popen(
+        [sys.executable, "-c", FORKING], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment
+    ) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        given, said = process.stdin, process.stdout
 
-    def call() -> str:
-        done = subprocess.run([sys.executable, "-c", CALL], check=True, capture_output=True, text=True, env=environment)
-        return done.stdout.strip()
+        def call(line: str) -> str:
+            given.write(f"{line}\n")
+            given.flush()
+            return said.readline().strip()
 
-    return call
+        yield call
 
 
-def test_a_change_in_what_is_called_compiles_the_caller_again(tmp_path: Path, call: Callable[[], str]) -> None:
+def test_a_change_in_what_is_called_compiles_the_caller_again(tmp_path: Path, call: Callable[[str], str]) -> None:
     """A compiled function has those inside that it calls, so it is compiled again when their file changes.
 
     Content counts, so that another checkout of the same files, or a copy of them, keeps what was compiled.
     """
-    assert call() == "4 1"
+    (tmp_path / "inner.py").write_text(INNER.format(1))
+    (tmp_path / "outer.py").write_text(OUTER)
+    assert call(CALL) == "4 1"
     for name in ("inner.py", "outer.py"):
         os.utime(tmp_path / name, (1, 1))
-    assert call() == "4 0"
+    assert call(CALL) == "4 0"
     (tmp_path / "inner.py").write_text(INNER.format(2))
-    assert [call(), call()] == ["6 1", "6 0"]
+    assert [call(CALL), call(CALL)] == ["6 1", "6 0"]
 
 
 TYPED = (
@@ -50,15 +68,11 @@ TYPED = (
 TYPED_CALL = "import typed; print(typed.outer(typed.{}(3)))"
 
 
-def test_a_type_that_was_renamed_compiles_anew(tmp_path: Path) -> None:
+def test_a_type_that_was_renamed_compiles_anew(tmp_path: Path, call: Callable[[str], str]) -> None:
     """What was kept of functions of a type that exists no more is not read, but compiled again."""
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(Path(__file__).parents[2])])}
-    environment.pop("NUMBA_CACHE_DIR", None)
     for name in ("Before", "After"):
         (tmp_path / "typed.py").write_text(TYPED.format(name))
-        command = [sys.executable, "-c", TYPED_CALL.format(name)]
-        done = subprocess.run(command, check=True, capture_output=True, text=True, env=environment)
-        assert done.stdout.strip() == "3"
+        assert call(TYPED_CALL.format(name)) == "3"
 
 
 def module(path: Path) -> ModuleType:

@@ -13,7 +13,7 @@ from pftrack.runs.run import Change, Run
 from tests.server.host import Server, error_of
 from tests.waiting import wait_for
 
-FRAMES = 20
+FRAMES = 12
 
 
 @pytest.fixture(scope="module")
