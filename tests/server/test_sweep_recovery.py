@@ -5,10 +5,12 @@ import io
 import os
 import signal
 import sqlite3
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import httpx
 import psutil
 import pyarrow.parquet as pq
 import pytest
@@ -17,7 +19,7 @@ from pftrack.sweep import read_result
 from pftrack_server.settings import Settings
 from pftrack_server.sweeps import computing, functions
 from pftrack_server.sweeps import sweep as sweep_of_the_server
-from tests.server.host import Server, error_of
+from tests.server.host import Server, error_of, running
 from tests.server.sweeping import (
     RUNS,
     SMALL,
@@ -50,35 +52,54 @@ def sweeps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "data" / "sweeps"
 
 
-def test_a_killed_process(start_server: Any, sweeps: Path) -> None:
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """A server for tests that leave nothing behind."""
+    with running(Settings(data_dir=tmp_path_factory.mktemp("data"), sweep_jobs=1)) as server:
+        yield server
+
+
+@pytest.fixture
+def own(served: Server, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[httpx.Client, Path]]:
+    """A client of that server, and the folder of its sweeps, which stand still and are deleted in the end."""
+    monkeypatch.setattr(functions, "compute", compute_by_permission)
+    folder = Path(served.app.state.services.store.files.sweeps)
+    with httpx.Client(base_url=served.url, timeout=60, verify=False) as client:  # noqa: S501
+        yield client, folder
+        for sweep in client.get("/api/v1/sweeps").json():
+            client.delete(f"/api/v1/sweeps/{sweep['id']}").raise_for_status()
+    (folder / "allowed").unlink(missing_ok=True)
+
+
+def test_a_killed_process(served: Server, own: tuple[httpx.Client, Path]) -> None:
     """A sweep whose process is killed says so, keeps what was computed, and is completed when it is resumed."""
-    with start_server(sweep_jobs=1) as (server, client):
-        sweep = begin_sweep(client)
-        until_some(client, sweep["id"])
-        workers = driver_of(server, sweep["id"]).children(recursive=True)
-        for process in (driver_of(server, sweep["id"]), *workers):
-            assert process.nice() == min(
-                psutil.Process().nice() + computing.NICENESS, 19
-            )  # it gives way to what people watch
-            assert process.rlimit(psutil.RLIMIT_FSIZE)[0] == Settings().max_sweeps_bytes
-        os.kill(driver_of(server, sweep["id"]).pid, signal.SIGKILL)
-        stopped = until_state(client, sweep["id"], "stopped")
-        assert "killed by SIGKILL" in stopped["message"]
-        assert 0 < stopped["done"] < RUNS
-        wait_for(lambda: not any(worker.is_running() for worker in workers))
-        kept = chunks(sweeps / f"{sweep['id']}.parquet.partial")
-        assert kept
-        assert client.post(f"/api/v1/sweeps/{sweep['id']}/resume").json()["state"] == "running"
-        error_of(client.post(f"/api/v1/sweeps/{sweep['id']}/resume"), 409)
-        allow(sweeps)
-        assert until_state(client, sweep["id"], "done")["done"] == RUNS
-        whole = read_result(sweeps / f"{sweep['id']}.parquet").table
-        assert whole["run"].to_pylist() == list(range(RUNS))
-        for data in kept.values():
-            before = pq.read_table(io.BytesIO(data))
-            after = whole.slice(before["run"][0].as_py(), len(before))
-            # What was kept was not computed again: even the time that a step took is the same.
-            assert after["step_ms"].to_pylist() == before["step_ms"].to_pylist()
+    client, sweeps = own
+    sweep = begin_sweep(client)
+    until_some(client, sweep["id"])
+    workers = driver_of(served, sweep["id"]).children(recursive=True)
+    for process in (driver_of(served, sweep["id"]), *workers):
+        assert process.nice() == min(
+            psutil.Process().nice() + computing.NICENESS, 19
+        )  # it gives way to what people watch
+        assert process.rlimit(psutil.RLIMIT_FSIZE)[0] == Settings().max_sweeps_bytes
+    os.kill(driver_of(served, sweep["id"]).pid, signal.SIGKILL)
+    stopped = until_state(client, sweep["id"], "stopped")
+    assert "killed by SIGKILL" in stopped["message"]
+    assert 0 < stopped["done"] < RUNS
+    wait_for(lambda: not any(worker.is_running() for worker in workers))
+    kept = chunks(sweeps / f"{sweep['id']}.parquet.partial")
+    assert kept
+    assert client.post(f"/api/v1/sweeps/{sweep['id']}/resume").json()["state"] == "running"
+    error_of(client.post(f"/api/v1/sweeps/{sweep['id']}/resume"), 409)
+    allow(sweeps)
+    assert until_state(client, sweep["id"], "done")["done"] == RUNS
+    whole = read_result(sweeps / f"{sweep['id']}.parquet").table
+    assert whole["run"].to_pylist() == list(range(RUNS))
+    for data in kept.values():
+        before = pq.read_table(io.BytesIO(data))
+        after = whole.slice(before["run"][0].as_py(), len(before))
+        # What was kept was not computed again: even the time that a step took is the same.
+        assert after["step_ms"].to_pylist() == before["step_ms"].to_pylist()
 
 
 def test_cancel_stop_and_restart(start_server: Any, sweeps: Path) -> None:
@@ -127,7 +148,9 @@ def test_a_full_disk(start_server: Any, tmp_path: Path, monkeypatch: pytest.Monk
         assert until_state(client, sweep["id"], "done")["done"] == RUNS > stopped["done"]
 
 
-def test_a_database_that_takes_nothing(start_server: Any, sweeps: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_database_that_takes_nothing(
+    served: Server, own: tuple[httpx.Client, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A sweep whose progress cannot be stored is followed all the same, and can be cancelled."""
     refused: list[dict[str, Any]] = []
 
@@ -136,29 +159,29 @@ def test_a_database_that_takes_nothing(start_server: Any, sweeps: Path, monkeypa
         raise OSError(errno.ENOSPC, "no room")
 
     monkeypatch.setattr(sweep_of_the_server, "WRITE_EVERY_S", 0.0)
-    with start_server(sweep_jobs=1) as (server, client):
-        sweep = begin_sweep(client)
-        before = until_some(client, sweep["id"])
-        monkeypatch.setattr(server.app.state.services.store, "save_sweep", refuse)
-        allow(sweeps, 4)
-        wait_for(lambda: len(refused) > 1, 60)
-        until_some(client, sweep["id"], before + 1)
-        assert client.post(f"/api/v1/sweeps/{sweep['id']}/cancel").json()["state"] == "stopped"
+    client, sweeps = own
+    sweep = begin_sweep(client)
+    before = until_some(client, sweep["id"])
+    monkeypatch.setattr(served.app.state.services.store, "save_sweep", refuse)
+    allow(sweeps, 4)
+    wait_for(lambda: len(refused) > 1, 60)
+    until_some(client, sweep["id"], before + 1)
+    assert client.post(f"/api/v1/sweeps/{sweep['id']}/cancel").json()["state"] == "stopped"
 
 
-def test_resumed_by_two_at_once(start_server: Any, sweeps: Path) -> None:
+def test_resumed_by_two_at_once(served: Server, own: tuple[httpx.Client, Path]) -> None:
     """Of two that resume a sweep at the same time one does, and one process computes it."""
-    with start_server(sweep_jobs=1) as (server, client):
-        sweep = begin_sweep(client)
-        client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")
-        kept = show(client, sweep["id"])["done"]
-        others = drivers(os.getpid())  # of servers that other tests of this process share
-        with ThreadPoolExecutor(4) as pool:
-            answers = list(pool.map(client.post, [f"/api/v1/sweeps/{sweep['id']}/resume"] * 4))
-        assert sorted(answer.status_code for answer in answers) == [200, 409, 409, 409]
-        allow(sweeps, 2)
-        until_some(client, sweep["id"], kept + 1)
-        assert [one for one in drivers(os.getpid()) if one not in others] == [driver_of(server, sweep["id"])]
+    client, sweeps = own
+    sweep = begin_sweep(client)
+    client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")
+    kept = show(client, sweep["id"])["done"]
+    others = drivers(os.getpid())  # of servers that other tests of this process share
+    with ThreadPoolExecutor(4) as pool:
+        answers = list(pool.map(client.post, [f"/api/v1/sweeps/{sweep['id']}/resume"] * 4))
+    assert sorted(answer.status_code for answer in answers) == [200, 409, 409, 409]
+    allow(sweeps, 2)
+    until_some(client, sweep["id"], kept + 1)
+    assert [one for one in drivers(os.getpid()) if one not in others] == [driver_of(served, sweep["id"])]
 
 
 def test_limits(start_server: Any, sweeps: Path) -> None:
@@ -178,27 +201,24 @@ def test_limits(start_server: Any, sweeps: Path) -> None:
         assert show(client, other["id"])["done"] == RUNS
 
 
-@pytest.mark.parametrize("harm", ["lost", "foreign"])
-def test_files_that_somebody_touched(start_server: Any, sweeps: Path, harm: str) -> None:
-    """A sweep whose files were removed begins anew; one whose files are another's says so and harms nothing."""
-    with start_server(sweep_jobs=1) as (_, client):
-        sweep = begin_sweep(client)
-        until_some(client, sweep["id"])
-        client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")
-        folder = sweeps / f"{sweep['id']}.parquet.partial"
-        if harm == "lost":
-            for path in folder.iterdir():
-                path.unlink()
-            folder.rmdir()
-            client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
-            assert show(client, sweep["id"])["state"] == "running"
-            until_some(client, sweep["id"])
-        else:
-            (folder / "plan.json").write_text('{"format": "something else"}')
-            client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
-            stopped = until_state(client, sweep["id"], "stopped")
-            assert stopped["message"].startswith("A file describes no sweep")
-            assert chunks(folder)
+def test_files_that_somebody_touched(own: tuple[httpx.Client, Path]) -> None:
+    """A sweep whose files are another's says so and harms nothing; one whose files were removed begins anew."""
+    client, sweeps = own
+    sweep = begin_sweep(client)
+    until_some(client, sweep["id"])
+    client.post(f"/api/v1/sweeps/{sweep['id']}/cancel")
+    folder = sweeps / f"{sweep['id']}.parquet.partial"
+    (folder / "plan.json").write_text('{"format": "something else"}')
+    client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
+    stopped = until_state(client, sweep["id"], "stopped")
+    assert stopped["message"].startswith("A file describes no sweep")
+    assert chunks(folder)
+    for path in folder.iterdir():
+        path.unlink()
+    folder.rmdir()
+    client.post(f"/api/v1/sweeps/{sweep['id']}/resume")
+    assert show(client, sweep["id"])["state"] == "running"
+    until_some(client, sweep["id"])
 
 
 def test_a_damaged_result(start_server: Any, tmp_path: Path) -> None:
