@@ -41,7 +41,7 @@ def live(tracker: str, seed: int, values: Mapping[str, Value], frames: int = 60)
     [
         ({}, 60),
         ({"image_noise_sd": 6}, 30),
-        ({"learn_dynamics": True}, 60),
+        ({"learn_dynamics": True}, 30),
         ({"apf_weights": "corrected"}, 30),
         ({"apf_weights": "balanced"}, 30),
         ({"resampling": "residual"}, 30),
@@ -56,7 +56,8 @@ def live(tracker: str, seed: int, values: Mapping[str, Value], frames: int = 60)
 def test_a_batch_comes_to_the_same_numbers_as_live_runs(extra: dict[str, Value], frames: int) -> None:
     """Every figure of every run is that of the live run with the same seed, the estimates to the bit."""
     values = {**CONDITION, **extra}
-    trackers = list(BALL.trackers)
+    # One that takes no frames at once is carried out as a live run is: it is compared once.
+    trackers = [name for name, tracker in BALL.trackers.items() if tracker.fold or not extra]
     rows = batch.outcomes(BALL, BALL.simulate(), values=values, trackers=trackers, seeds=[3, 4], frames=frames)
     for seed, row in zip((3, 4), rows, strict=True):
         for tracker, outcome in zip(trackers, row, strict=True):
