@@ -38,24 +38,20 @@ def process(*arguments: str, **options: Any) -> subprocess.CompletedProcess[str]
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=100, **options)
 
 
-def test_run_in_a_process_of_its_own_prints_exactly_one_json_value() -> None:
-    """Standard output is one JSON object with what was measured, in strict JSON; nothing else is said."""
-    done = process(
-        "run", "ball", "--frames", "20", "--seed", "3", "--tracker", "s-spf", "--set", "sample_count=200", "--json"
-    )
+def test_run_in_a_process_of_its_own_prints_exactly_one_json_value(call: Call) -> None:
+    """Standard output is one JSON object with what was measured, in strict JSON; nothing else is said.
+
+    Two runs, here and there, agree to the bit if and only if their seeds do.
+    """
+    arguments = "run", "ball", "--frames", "20", "--tracker", "s-spf", "--set", "sample_count=200", "--json", "--seed"
+    done = process(*arguments, "3")
     assert (done.returncode, done.stderr) == (0, "")
     result = json.loads(done.stdout, parse_constant=pytest.fail)
     assert result.keys() >= KEYS
     assert (result["experiment"], result["tracker"], result["seed"], result["frames"]) == ("ball", "s-spf", 3, 20)
     assert result["parameters"]["sample_count"] == 200
-
-
-def test_the_same_seed_gives_the_same_estimates_in_another_process(call: Call) -> None:
-    """Two runs agree to the bit if and only if their seeds do."""
-    same = json.loads(call("run", "ball", "--frames", 15, "--seed", 7, "--json")[1])
-    again = json.loads(process("run", "ball", "--frames", "15", "--seed", "7", "--json").stdout)
-    other = json.loads(call("run", "ball", "--frames", 15, "--seed", 8, "--json")[1])
-    assert same["estimates_sha256"] == again["estimates_sha256"] != other["estimates_sha256"]
+    same, other = (json.loads(call(*arguments, seed)[1]) for seed in (3, 4))
+    assert same["estimates_sha256"] == result["estimates_sha256"] != other["estimates_sha256"]
 
 
 def test_without_json_people_get_a_table(call: Call) -> None:

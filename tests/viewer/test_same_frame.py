@@ -26,7 +26,7 @@ BITS = 8
 PITCH, RADIUS = 38, 12
 UPPER, LOWER = 70, 170
 RATE_HZ = 30.0
-SHOTS = 12
+SHOTS = 8
 
 CORNERS = """(() => {
     const { camera, nodeRefFromName } = window.__viserMutable ?? {};
