@@ -28,7 +28,7 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.model.parameters import Value, declarations
 from pftrack.runs.run import Change, Run
 
-FRAMES, SEED = 6, 3
+FRAMES, SEED = 12, 3
 
 
 def cases(experiment: Experiment) -> Iterator[tuple[str, dict[str, Value]]]:
