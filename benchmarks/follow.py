@@ -29,7 +29,6 @@ from _bare import BareSocket, open_socket  # noqa: E402
 from _server import Server, percentile, row  # noqa: E402
 
 RATE_HZ = 30.0
-SETTLING_S = 3.0
 LATE_S = 0.5
 FRAME = re.compile(rb'"frame":(\d+)')
 
@@ -104,7 +103,9 @@ class Class:
     load: dict[str, float]
 
 
-async def follow(server: Server, session: str, link: str, count: int, slow: int, seconds: float) -> Class:
+async def follow(
+    server: Server, session: str, link: str, count: int, slow: int, seconds: float, settling: float
+) -> Class:
     """Let a class follow a session that plays, and measure it."""
     prefix = urlsplit(link).path
     lecturer = await watch(server, "", session, {})
@@ -115,7 +116,7 @@ async def follow(server: Server, session: str, link: str, count: int, slow: int,
     late = [await watch(server, prefix, session, each, LATE_S) for each in seats[count : count + slow]]
     for each in seats[count + slow :]:
         await stall(server, prefix, session, each)
-    await asyncio.sleep(SETTLING_S)
+    await asyncio.sleep(settling)
     read = load_of(server)
     before = [(len(each.arrived), each.carried) for each in (lecturer, *followers, *late)]
     first = max(lecturer.arrived)
@@ -159,13 +160,13 @@ def _cpu_s(processes: list[psutil.Process]) -> float:
     return used
 
 
-def measure(server: Server, count: int, slow: int, seconds: float) -> Iterator[dict[str, object]]:
+def measure(server: Server, count: int, slow: int, seconds: float, settling: float) -> Iterator[dict[str, object]]:
     """Measure one class."""
     name = f"{count} followers" + (f", {2 * slow} slow ones" if slow else "")
     progress(name)
     session = server.start(play=True)
     begun = server.ask("POST", "/api/v1/follows", {"sessions": [session], "most_followers": 1000})
-    one = asyncio.run(follow(server, session, begun["links"][0]["address"], count, slow, seconds))
+    one = asyncio.run(follow(server, session, begun["links"][0]["address"], count, slow, seconds, settling))
     yield row(f"{name}: frames a second of each", median(one.rates), min(one.rates), RATE_HZ)
     yield row(f"{name}: frames a second of the lecturer", one.lecturer, None, RATE_HZ)
     for whom, delays in (("the lecturer", one.delays), ("whoever has it first", one.spreads)):
@@ -187,15 +188,16 @@ def main() -> None:
         __doc__.splitlines()[0],
         followers=Size(150, 2, "how many follow"),
         slow=Size(5, 1, "how many more paint late, and as many read nothing"),
-        seconds=Size(20.0, 0.5, "for how long"),
+        seconds=Size(20.0, 0.3, "for how long"),
+        settling=Size(3.0, 0.3, "how long before they all have come to rest, s"),
     )
     with tempfile.TemporaryDirectory() as folder:
         server = Server(folder)
         try:
             rows = [
-                *measure(server, 1, 0, given.seconds),
-                *measure(server, given.followers, 0, given.seconds),
-                *measure(server, given.followers, given.slow, given.seconds),
+                *measure(server, 1, 0, given.seconds, given.settling),
+                *measure(server, given.followers, 0, given.seconds, given.settling),
+                *measure(server, given.followers, given.slow, given.seconds, given.settling),
             ]
         finally:
             server.close()

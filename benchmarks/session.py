@@ -37,7 +37,6 @@ from websockets.typing import Origin  # noqa: E402
 
 RATE_HZ = 30.0
 EXPERIMENT = "ball"
-READING_MS = 1_500  # how long a person looks at the gallery before choosing
 
 # Notes on the page's own clock when a card was clicked, when a picture of the run could first be seen in the scene's
 # place, when that was viser's scene, when there were plots, and when there was all of it. What lies at the middle of
@@ -98,7 +97,7 @@ def visible(server: Server, browser: Any, repeats: int) -> dict[str, list[float]
     return times
 
 
-def time_clicks(server: Server, browser: Any, repeats: int) -> dict[str, list[float]]:
+def time_clicks(server: Server, browser: Any, repeats: int, reading: float) -> dict[str, list[float]]:
     """Time from the click on an experiment in the gallery to the run's first picture, its plots, its scene, and all."""
     times: dict[str, list[float]] = {"first picture": [], "plots": [], "scene": [], "whole": []}
     context = browser.new_context(viewport={"width": 1280, "height": 800})
@@ -109,7 +108,7 @@ def time_clicks(server: Server, browser: Any, repeats: int) -> dict[str, list[fl
         page.goto(server.url)
         card = page.locator(f"[data-experiment={EXPERIMENT}] h4 a")
         card.wait_for()
-        page.wait_for_timeout(READING_MS)
+        page.wait_for_timeout(1000 * reading)
         card.click(no_wait_after=True)
         page.wait_for_url("**/session/*", wait_until="commit")
         until(page, "() => window.__seen?.whole > 0")
@@ -123,7 +122,7 @@ def time_clicks(server: Server, browser: Any, repeats: int) -> dict[str, list[fl
     return times
 
 
-async def crowd(server: Server, sessions: list[str], seconds: float) -> list[tuple[float, float]]:
+async def crowd(server: Server, sessions: list[str], seconds: float, settling: float) -> list[tuple[float, float]]:
     """Return (frames computed, pictures delivered) a second of each session."""
     web = server.url.replace("http", "ws")
     counts = {session: [0, 0] for session in sessions}
@@ -155,7 +154,7 @@ async def crowd(server: Server, sessions: list[str], seconds: float) -> list[tup
                 asyncio.create_task(diagnostics(session, stream)),
                 asyncio.create_task(pictures(session, scene)),
             ]
-        await asyncio.sleep(2.0)
+        await asyncio.sleep(settling)
         before = {session: tuple(count) for session, count in counts.items()}
         begun = time.perf_counter()
         await asyncio.sleep(seconds)
@@ -169,7 +168,7 @@ async def crowd(server: Server, sessions: list[str], seconds: float) -> list[tup
     return rates
 
 
-def measure_crowd(server: Server, count: int, seconds: float) -> Iterator[dict[str, object]]:
+def measure_crowd(server: Server, count: int, seconds: float, settling: float) -> Iterator[dict[str, object]]:
     """Measure many sessions at once."""
     progress(f"{count} sessions")
     alone = memory_mib(server.family())
@@ -177,7 +176,7 @@ def measure_crowd(server: Server, count: int, seconds: float) -> Iterator[dict[s
     family = server.family()
     for process in family:
         process.cpu_percent()
-    rates = asyncio.run(crowd(server, sessions, seconds))
+    rates = asyncio.run(crowd(server, sessions, seconds, settling))
     busy = sum(process.cpu_percent() for process in family)
     computed, delivered = ([rate[i] for rate in rates] for i in (0, 1))
     yield row(f"{count} sessions, frames computed a second", median(computed), min(computed), RATE_HZ)
@@ -189,33 +188,40 @@ def measure_crowd(server: Server, count: int, seconds: float) -> Iterator[dict[s
         server.end(session)
 
 
-def measure_start(server: Server, repeats: int) -> Iterator[dict[str, object]]:
+def measure_start(server: Server, repeats: int, reading: float) -> Iterator[dict[str, object]]:
     """Measure when a new session is seen."""
     progress("new sessions")
     with chromium() as browser:
         for where, times in visible(server, browser, repeats).items():
             if times:
                 yield row(f"first session, {where}, s", times[0], None)
+            if times[1:]:
                 yield row(f"new session visible, {where}, s", median(times[1:]), max(times[1:]), 0.5)
         if browser is not None:
-            for what, times in time_clicks(server, browser, repeats).items():
+            for what, times in time_clicks(server, browser, repeats, reading).items():
                 yield row(f"first click to {what}, s", times[0], None)
                 goal = 0.5 if what == "first picture" else None
-                yield row(f"click to {what}, s", median(times[1:]), max(times[1:]), goal)
+                if times[1:]:
+                    yield row(f"click to {what}, s", median(times[1:]), max(times[1:]), goal)
 
 
 def main() -> None:
     """Measure and report."""
     given = arguments(
         __doc__.splitlines()[0],
-        repeats=Size(5, 1, "sessions that are looked at one after the other"),
+        repeats=Size(5, 0, "sessions that are looked at one after the other, beside the first one"),
+        reading=Size(1.5, 0.1, "how long a person looks at the gallery before choosing, s"),
         sessions=Size(16, 1, "how many run at once"),
-        seconds=Size(15.0, 0.5, "for how long"),
+        seconds=Size(15.0, 0.3, "for how long"),
+        settling=Size(2.0, 0.3, "how long before they all have come to rest, s"),
     )
     with tempfile.TemporaryDirectory() as folder:
         server = Server(folder)
         try:
-            rows = [*measure_start(server, given.repeats), *measure_crowd(server, given.sessions, given.seconds)]
+            rows = [
+                *measure_start(server, given.repeats, given.reading),
+                *measure_crowd(server, given.sessions, given.seconds, given.settling),
+            ]
         finally:
             server.close()
     report("Sessions, measured from outside", rows, as_json=given.json)

@@ -171,14 +171,14 @@ def stages(repeats: int) -> list[dict[str, object]]:
     return [_row(f"a step: {name}", taken / 1e6, None, taken / whole) for name, taken in microseconds.items()]
 
 
-def workers(trials: int) -> list[dict[str, object]]:
-    """Return how long a sweep takes with one worker and with two."""
+def workers(most: int, trials: int, layouts: int) -> list[dict[str, object]]:
+    """Return how long a sweep takes with one worker and with more, two unless told otherwise."""
     plan = Plan(
         "ball",
         (
             Axis("occlusion_width_px", (5.0, 30.0, 55.0, 80.0)),
             Axis("distracter_radius_px", (1.0, 6.0, 11.0, 16.0)),
-            Axis("layout", tuple(range(10))),
+            Axis("layout", tuple(range(layouts))),
         ),
         ("h-spf", "s-spf", "pc-pf"),
         trials=trials,
@@ -186,7 +186,7 @@ def workers(trials: int) -> list[dict[str, object]]:
     )
     seconds = {}
     with TemporaryDirectory() as folder:
-        for jobs in (1, 2):
+        for jobs in range(1, most + 1):
             progress(f"{jobs} workers")
             begun = perf_counter()
             carry_out(plan, Path(folder) / f"{jobs}.parquet", jobs=jobs)
@@ -208,8 +208,10 @@ def main() -> None:
         __doc__.splitlines()[0],
         repeats=Size(20, 1, "times each is repeated"),
         trials=Size(10, 1, "of each condition and tracker of the sweep"),
+        workers=Size(2, 1, "how many share the sweep at most"),
+        layouts=Size(10, 1, "of the look-alikes in the sweep"),
     )
-    rows = [*runs(given.repeats), *stages(given.repeats), *workers(given.trials)]
+    rows = [*runs(given.repeats), *stages(given.repeats), *workers(given.workers, given.trials, given.layouts)]
     report("A sweep of the ball, 60 frames, 800 particles", rows, as_json=given.json)
 
 

@@ -7,7 +7,6 @@ import runpy
 import subprocess
 import sys
 from collections.abc import Iterator
-from pathlib import Path
 
 import cv2
 import pytest
@@ -68,8 +67,8 @@ def test_benchmark_of_the_library(
 )
 def test_benchmarks_of_a_server(names: list[str], compiled: None) -> None:
     """Their smallest forms find on the pages what they look for."""
-    command = [sys.executable, str(Path(__file__).parent / "together.py"), *names]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    command = [sys.executable, "-m", "tests.benchmarks.together", *names]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     results = json.loads(done.stdout)
     assert list(results) == names

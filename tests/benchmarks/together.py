@@ -6,9 +6,14 @@ import json
 import runpy
 import sys
 import tempfile
-from pathlib import Path
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
+from typing import Any
 
-FOLDER = Path(__file__).parents[2] / "benchmarks"
+from tests.conftest import FRUGAL
+from tests.installing import ROOT
+
+FOLDER = ROOT / "benchmarks"
 
 
 def main(names: list[str]) -> None:
@@ -20,11 +25,33 @@ def main(names: list[str]) -> None:
         server = _server.Server(folder)
         close, server.close = server.close, lambda: None
         _server.Server = lambda _: server
+        _server.chromium = frugal(_server.chromium)
         try:
             results = {name: run(name) for name in names}
         finally:
             close()
     sys.stdout.write(json.dumps(results))
+
+
+def frugal(chromium: Callable[[], AbstractContextManager[Any]]) -> Callable[[], AbstractContextManager[Any]]:
+    """Have the pages of a browser draw as little as those of the tests."""
+
+    @contextlib.contextmanager
+    def opened() -> Iterator[Any]:
+        with chromium() as browser:
+            if browser is not None:
+                new_context = browser.new_context
+
+                def context(**options: Any) -> Any:
+                    made = new_context(**options)
+                    made.add_init_script(FRUGAL)
+                    return made
+
+                browser.new_context = context
+                browser.new_page = lambda **options: context(**options).new_page()
+            yield browser
+
+    return opened
 
 
 def run(name: str) -> object:
