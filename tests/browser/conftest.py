@@ -17,6 +17,13 @@ PLACES = 8
 """Sessions that a server has room for: more than any test needs, and few enough to be taken where one is about that."""
 EXAMPLE = ROOT / "examples" / "own_experiment"
 TOKEN = "salt & pepper, 100 %"
+LIMITS = {
+    "PFTRACK_MAX_SESSIONS": "12",
+    "PFTRACK_MAX_PARTICLES": "2000",
+    "PFTRACK_MAX_SWEEP_RUNS": "100",
+    "PFTRACK_SWEEP_JOBS": "1",
+}
+"""Of a server on which nothing takes long."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -36,7 +43,7 @@ def _compiled(compiled: None) -> None:
 
 @pytest.fixture(scope="session")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    server = Server(tmp_path_factory.mktemp("served"), PFTRACK_MAX_SESSIONS=str(PLACES))
+    server = Server(tmp_path_factory.mktemp("served"), PFTRACK_MAX_SESSIONS=str(PLACES), PFTRACK_SWEEP_JOBS="1")
     yield server
     server.stop()
 
@@ -53,7 +60,7 @@ def fill(server: Server) -> Callable[..., list[dict[str, Any]]]:
 
 @pytest.fixture(scope="session")
 def beside_others(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """A server that differs in whatever can: it lies at the root, asks for a token, and has packages beside it.
+    """A server that differs in whatever can: at the root, with a token, limits, a trusted proxy, and packages beside it.
 
     They are the example's, one with rare series, and one that is broken.
     """
@@ -62,7 +69,8 @@ def beside_others(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     install(place, "the-example", "", "turning = pftrack_turning.experiment:EXPERIMENT")
     install(place, "bank", (Path(__file__).parent / "bank.py").read_text(), "bank = bank:EXPERIMENT")
     install(place, "a-broken-one", "raise RuntimeError('in vain')", "broken = a_broken_one:EXPERIMENT")
-    server = Server(tmp_path_factory.mktemp("served"), installed=place, token=TOKEN, PFTRACK_BASE_PATH="/")
+    different = {**LIMITS, "PFTRACK_BASE_PATH": "/", "PFTRACK_TRUSTED_PROXIES": "127.0.0.1"}
+    server = Server(tmp_path_factory.mktemp("served"), installed=place, token=TOKEN, **different)
     # Whoever asks before that for more than 10 s is told to come again, which a page writes to its console.
     until(lambda: server.get("compilation")["finished"], "the packages' experiments are ready", START_S)
     yield server

@@ -22,47 +22,66 @@ TAKEN_OFF = "/taken%20off"
 
 
 class Behind(NamedTuple):
-    """A server, and where browsers find it through nginx.
+    """Where browsers find servers through nginx.
 
     Attributes:
-        server: It trusts nginx.
-        kept: Below its own base path, which nginx leaves in the path.
-        taken_off: Below a prefix that nginx takes off, and tells it.
+        at_root: One that trusts nginx, at the root, of which nginx takes nothing off.
+        taken_off: The same one below a prefix that nginx takes off, and tells it.
         distrusted: The same in front of a server that was not told to trust nginx.
     """
 
-    server: Server
-    kept: str
+    at_root: str
     taken_off: str
     distrusted: str
 
 
+class Outside(NamedTuple):
+    """A server, and where a browser finds it."""
+
+    server: Server
+    address: str
+
+
 @pytest.fixture(scope="module")
-def behind(tmp_path_factory: pytest.TempPathFactory, server: Server) -> Iterator[Behind]:
-    own = Server(tmp_path_factory.mktemp("served"), token=TOKEN, PFTRACK_TRUSTED_PROXIES="127.0.0.1")
-    trusting, other = (urlsplit(each.url).port or 0 for each in (own, server))
+def behind(tmp_path_factory: pytest.TempPathFactory, server: Server, beside_others: Server) -> Iterator[Behind]:
+    trusting, other = (urlsplit(each.url).port or 0 for each in (beside_others, server))
     ports = [free_port() for _ in range(3)]
     sites = {
-        ports[0]: site(ports[0], trusting, BASE),
+        ports[0]: site(ports[0], trusting, ""),
         ports[1]: site(ports[1], trusting, TAKEN_OFF, takes_off=True),
         ports[2]: site(ports[2], other, TAKEN_OFF, takes_off=True),
     }
-    places = (BASE, TAKEN_OFF + BASE, TAKEN_OFF + BASE)
+    places = ("", TAKEN_OFF, TAKEN_OFF + BASE)
     with nginx(Path(tmp_path_factory.mktemp("nginx")), sites):
-        yield Behind(own, *(f"https://localhost:{port}{place}" for port, place in zip(ports, places, strict=True)))
+        yield Behind(*(f"https://localhost:{port}{place}" for port, place in zip(ports, places, strict=True)))
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Outside]:
+    """A server below its own base path, which nginx leaves in the path."""
+    own = Server(tmp_path_factory.mktemp("served"), token=TOKEN, PFTRACK_TRUSTED_PROXIES="127.0.0.1")
+    port = free_port()
+    with nginx(Path(tmp_path_factory.mktemp("nginx")), {port: site(port, urlsplit(own.url).port or 0, BASE)}):
+        yield Outside(own, f"https://localhost:{port}{BASE}")
     own.stop()
 
 
-@pytest.fixture(params=["kept", "taken_off"])
-def outside(request: pytest.FixtureRequest, behind: Behind) -> str:
-    """Where a browser finds the server, by each way in which a proxy may be set up."""
-    return str(getattr(behind, request.param))
+# Addresses below a base path are those of a prefix that was taken off; tests/server/test_base_path.py looks at both.
+@pytest.fixture(params=["taken_off", pytest.param("kept", marks=pytest.mark.slow)])
+def outside(request: pytest.FixtureRequest) -> Iterator[Outside]:
+    """A server and where a browser finds it, by each way in which a proxy may be set up."""
+    if request.param == "kept":
+        found: Outside = request.getfixturevalue("kept")
+    else:
+        found = Outside(request.getfixturevalue("beside_others"), request.getfixturevalue("behind").taken_off)
+    yield found
+    found.server.end_sessions()
 
 
 @pytest.fixture
-def secure(chromium: Any, outside: str) -> Iterator[Any]:
+def secure(chromium: Any, outside: Outside) -> Iterator[Any]:
     """A page of a browser outside, which has opened the link with the token."""
-    context = chromium.new_context(base_url=f"{outside}/", color_scheme="light")
+    context = chromium.new_context(base_url=f"{outside.address}/", color_scheme="light")
     for script in (FRUGAL, CHOSEN.format("flat")):
         context.add_init_script(script)
     page = context.new_page()
@@ -76,21 +95,22 @@ def secure(chromium: Any, outside: str) -> Iterator[Any]:
     assert errors == []
 
 
-def test_a_session_plays_and_a_class_follows(behind: Behind, outside: str, secure: Any) -> None:
+def test_a_session_plays_and_a_class_follows(outside: Outside, secure: Any) -> None:
     """Page, streams, scene, cookies, links and QR code are at the address that the proxy gives to the outside."""
     page, sockets = secure, []
-    assert page.url == f"{outside}/"
+    server, address = outside
+    assert page.url == f"{address}/"
     (cookie,) = page.context.cookies()
     assert (cookie["secure"], cookie["httpOnly"]) == (True, True)
-    assert cookie["path"] == f"{urlsplit(outside).path}/"
-    session = behind.server.start_session(frames=40)
+    assert cookie["path"] == f"{urlsplit(address).path}/"
+    session = server.start_session(frames=40)
     page.on("websocket", lambda socket: sockets.append(socket.url))
     page.goto(f"{session['page']}?view=scene")
-    shown = SessionPage(page, behind.server)
+    shown = SessionPage(page, server)
     shown.until(lambda: shown.in_scene(PARTICLES, 0) > 0, "the scene has particles")
     page.locator(".play:enabled").click()
     shown.until(lambda: (shown.position or 0) > 3, "the page plays")
-    place = outside.replace("https", "wss")
+    place = address.replace("https", "wss")
     assert {url.partition("?")[0] for url in sockets} >= {
         f"{place}/api/v1/sessions/{session['id']}/stream",
         f"{place}/viz/{session['id']}",
@@ -100,7 +120,7 @@ def test_a_session_plays_and_a_class_follows(behind: Behind, outside: str, secur
     page.locator(".follow-chip:enabled").click()
     page.get_by_role("button", name="Begin").click()
     link = f"https://{page.locator('[data-role=class-link]').inner_text()}"
-    assert link.startswith(f"{outside}/f/")
+    assert link.startswith(f"{address}/f/")
     code = page.locator(".class-qr img")
     shown.until(lambda: code.evaluate("it => it.naturalWidth") > 0, "the code is drawn")
     picture = cv2.imdecode(np.frombuffer(code.screenshot(), np.uint8), cv2.IMREAD_GRAYSCALE)
@@ -118,7 +138,7 @@ def test_who_is_no_named_proxy_is_not_believed(behind: Behind) -> None:
     """A server that was not told to trust it serves below its own base path, without what the proxy says."""
     with httpx.Client(verify=False, timeout=60) as client:  # noqa: S501
         trusted = client.get(behind.taken_off, headers={"authorization": "Bearer nothing"}, follow_redirects=False)
-        assert urlsplit(trusted.headers["location"]).path == f"{TAKEN_OFF}{BASE}/"
+        assert urlsplit(trusted.headers["location"]).path == f"{TAKEN_OFF}/"
         page = client.get(f"{behind.distrusted}/").text
         assert f'<base href="{BASE}/">' in page
 
@@ -127,6 +147,6 @@ def test_a_browser_cannot_name_a_prefix(behind: Behind) -> None:
     """Nginx empties the headers that it does not set, so that only what it says itself comes through."""
     headers = {"x-forwarded-prefix": "/made/up", "x-forwarded-host": "evil.example", "x-forwarded-proto": "http"}
     with httpx.Client(verify=False, timeout=60) as client:  # noqa: S501
-        page = client.get(f"{behind.kept}/", params={"token": TOKEN}, headers=headers)
-    assert page.headers["location"] == f"{BASE}/"
+        page = client.get(f"{behind.at_root}/", params={"token": TOKEN}, headers=headers)
+    assert page.headers["location"] == "/"
     assert "secure" in page.headers["set-cookie"].lower()

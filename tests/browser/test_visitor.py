@@ -1,6 +1,5 @@
 """Whatever is pressed on the pages, nothing breaks: no error in the console, no answer of the server's own fault."""
 
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -10,12 +9,6 @@ from tests.browser.host import Server
 from tests.browser.visitor import Visitor
 
 PLACES = ["./", "learn", "failures", "work", "references", "sweep/new"]
-LIMITS = {
-    "PFTRACK_MAX_SESSIONS": "12",
-    "PFTRACK_MAX_PARTICLES": "2000",
-    "PFTRACK_MAX_SWEEP_RUNS": "100",
-    "PFTRACK_SWEEP_JOBS": "1",
-}
 ROOM = 6
 """Sessions that the visitor may have begun before somebody clears them away."""
 
@@ -25,12 +18,10 @@ TO_BE_EXPECTED = ("status of 4",)
 
 
 @pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """A server of the visitor's own, on which nothing takes long; it has a saved run and a small sweep."""
-    server = Server(tmp_path_factory.mktemp("visited"), **LIMITS)
-    server.post("runs", {"session": server.start_session(frames=20)["id"]})
-    yield server
-    server.stop()
+def server(beside_others: Server) -> Server:
+    """A server on which nothing takes long; it has a saved run."""
+    beside_others.post("runs", {"session": beside_others.start_session(frames=20)["id"]})
+    return beside_others
 
 
 def visit(page: Any, server: Server, complaints: Complaints, seed: int, seconds: float) -> Visitor:
@@ -76,7 +67,7 @@ def test_what_is_wrong_is_told_with_what_was_pressed(bare: Any, complaints: Comp
 
 def test_a_short_visit(page: Any, server: Server, complaints: Complaints) -> None:
     """A few seconds, the same visitor in every run of the tests."""
-    visit(page, server, complaints, 1, 8.0)
+    visit(page, server, complaints, 1, 4.0)
 
 
 @pytest.mark.slow
