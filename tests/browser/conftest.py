@@ -60,7 +60,7 @@ def fill(server: Server) -> Callable[..., list[dict[str, Any]]]:
 
 @pytest.fixture(scope="session")
 def beside_others(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """A server that differs in whatever can: at the root, with a token, limits, a trusted proxy, and packages beside it.
+    """A server that differs in whatever can: root, token, limits, a proxy that it trusts, and packages beside it.
 
     They are the example's, one with rare series, and one that is broken.
     """

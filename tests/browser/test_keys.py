@@ -8,9 +8,18 @@ from tests.browser.views import SessionPage
 Watch = Callable[..., SessionPage]
 
 
-def test_keys_move_through_the_run(watch: Watch, server: Server) -> None:
-    """Arrows go one frame or ten, home and end to either side, space plays and pauses, brackets change the speed."""
+def test_the_keyboard_in_one_visit(watch: Watch, server: Server) -> None:
+    """What keys do on the page of one session; the number of a preset comes last, since it opens another one."""
     shown = watch()
+    help_lists_the_keys_and_takes_the_others(shown)
+    keys_move_through_the_run(shown, server)
+    the_scrubber_goes_back_and_stays(shown, server)
+    enter_in_the_branch_dialog_branches(shown)
+    a_number_starts_that_preset(shown)
+
+
+def keys_move_through_the_run(shown: SessionPage, server: Server) -> None:
+    """Arrows go one frame or ten, home and end to either side, space plays and pauses, brackets change the speed."""
     server.seek(shown.id, 30)
     shown.stands_at(30)
     for key, frame in (
@@ -34,9 +43,8 @@ def test_keys_move_through_the_run(watch: Watch, server: Server) -> None:
     shown.until(lambda: not shown.session["playing"], "it pauses")
 
 
-def test_help_lists_the_keys_and_takes_the_others(watch: Watch) -> None:
+def help_lists_the_keys_and_takes_the_others(shown: SessionPage) -> None:
     """The question mark opens the list; while it is open, keys do nothing else; Escape closes it."""
-    shown = watch()
     sent: list[str] = []
     shown.page.on("request", lambda request: sent.append(request.url))
     shown.press("?")
@@ -51,22 +59,18 @@ def test_help_lists_the_keys_and_takes_the_others(watch: Watch) -> None:
     assert len([url for url in sent if url.endswith("/transport")]) == 1
 
 
-def test_enter_in_the_branch_dialog_branches(watch: Watch, server: Server) -> None:
-    """N and Enter branch: the list of trackers, which has the focus, lets the key through to the form."""
-    shown = watch()
-    server.seek(shown.id, 5)
-    shown.stands_at(5)
+def enter_in_the_branch_dialog_branches(shown: SessionPage) -> None:
+    """N and Enter branch where the run stands: the list of trackers has the focus, and lets the key through."""
     shown.press("n")
     shown.page.locator("#branch-tracker:focus").wait_for()
     shown.press("Enter")
     shown.until(lambda: len(shown.session["branches"]) == 2, "there is a second branch")
     shown.page.locator("dialog").wait_for(state="detached")
-    assert shown.session["branches"][1]["frame"] == 5
+    assert shown.session["branches"][1]["frame"] == 33
 
 
-def test_the_scrubber_goes_back_and_stays(watch: Watch, server: Server) -> None:
+def the_scrubber_goes_back_and_stays(shown: SessionPage, server: Server) -> None:
     """Dragging shows the past; letting go pauses there."""
-    shown = watch()
     server.seek(shown.id, 89)
     shown.stands_at(89)
     area = shown.page.locator(".scrubber").bounding_box()
@@ -85,9 +89,8 @@ def test_the_scrubber_goes_back_and_stays(watch: Watch, server: Server) -> None:
     shown.until(lambda: now() == "33", "the scrubber stands there")
 
 
-def test_a_number_starts_that_preset(watch: Watch) -> None:
+def a_number_starts_that_preset(shown: SessionPage) -> None:
     """1 starts the first preset as a session of its own and plays it."""
-    shown = watch()
     before = shown.id
     shown.press("1")
     shown.until(lambda: shown.id not in {before, "new"}, "another session is open")

@@ -22,11 +22,12 @@ def grade(page: Any) -> str:
     return str(page.get_attribute(".suits-words", "data-grade"))
 
 
-@pytest.mark.parametrize("width", [1280, 390])
-def test_a_box_is_judged_as_soon_as_it_is_drawn(gallery: Gallery, clip: bytes, width: int) -> None:
-    """The disc separates well, with a map of the likelihood; the ground not at all, and what would help is said."""
+def test_a_box_is_judged_as_soon_as_it_is_drawn(gallery: Gallery, clip: bytes) -> None:
+    """The disc separates well, with a map of the likelihood; the ground not at all, and what would help is said.
+
+    A box with the disc in its corner, and ground for the most part, is replaced by the one that is proposed.
+    """
     page = gallery.page
-    page.set_viewport_size({"width": width, "height": 800})
     gallery.choose(f"w{'a' * 90}lk.mp4", clip, "video/mp4")  # a name as phones give, without a place to break it
     page.locator(".mark-surface").wait_for()
     page.locator(".suits-words", has_text="Mark the target to see").wait_for()
@@ -39,26 +40,28 @@ def test_a_box_is_judged_as_soon_as_it_is_drawn(gallery: Gallery, clip: bytes, w
     gallery.until(
         lambda: page.evaluate("document.querySelector('.suits-picture').naturalWidth") == 160, "its map is there"
     )
-    shown = page.locator(".suits-picture").bounding_box()
-    assert shown["width"] / shown["height"] == pytest.approx(160 / 120, rel=0.02)
+    the_map_keeps_its_proportions(gallery, 1280)
 
-    draw(page, 100, 20, 30, 30)
-    gallery.until(lambda: grade(page) == "not at all", "the ground does not")
-    assert "separates not at all" in page.inner_text(".suits-remark").lower()
-    assert "No smaller box separates better" in page.inner_text(".suits-words")
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
-    assert page.locator("button:has-text('Track it')").is_enabled()
-
-
-def test_a_better_box_is_taken_with_one_click(gallery: Gallery, clip: bytes) -> None:
-    """A box with the disc in its corner, and ground for the most part, is replaced by the one that is proposed."""
-    page = gallery.page
-    gallery.choose("walk.mp4", clip, "video/mp4")
-    page.locator(".mark-surface").wait_for()
-    gallery.until(lambda: page.evaluate("document.querySelector('.mark-surface img').complete"), "the picture is there")
     draw(page, 29, 49, 44, 44)
     better = page.locator("[data-role=better]")
     better.wait_for()
     better.click()
     gallery.until(lambda: page.inner_text(".picture-words").startswith("22 × 22 px"), "the smaller box is drawn")
     gallery.until(lambda: grade(page) in {"well", "poorly"}, "it separates better")
+    the_map_keeps_its_proportions(gallery, 390)
+
+    draw(page, 100, 20, 30, 30)
+    gallery.until(lambda: grade(page) == "not at all", "the ground does not")
+    assert "separates not at all" in page.inner_text(".suits-remark").lower()
+    assert "No smaller box separates better" in page.inner_text(".suits-words")
+    gallery.until(lambda: page.evaluate("document.documentElement.scrollWidth") <= 390, "nothing sticks out")
+    assert page.locator("button:has-text('Track it')").is_enabled()
+
+
+def the_map_keeps_its_proportions(gallery: Gallery, width: int) -> None:
+    """In a window of a width, of which nothing sticks out."""
+    gallery.page.set_viewport_size({"width": width, "height": 800})
+    gallery.until(lambda: gallery.page.evaluate("innerWidth") == width, "the window has its width")
+    gallery.until(lambda: gallery.page.evaluate("document.documentElement.scrollWidth") <= width, "nothing sticks out")
+    shown = gallery.page.locator(".suits-picture").bounding_box()
+    assert shown["width"] / shown["height"] == pytest.approx(160 / 120, rel=0.02)

@@ -65,7 +65,15 @@ def view(unchosen: Any, server: Server) -> WorldPage:
     return page
 
 
-def test_a_world_is_seen_from_its_viewpoints(view: WorldPage) -> None:
+def test_a_world_is_looked_at(view: WorldPage, server: Server) -> None:
+    """All that can be done with it, in one visit."""
+    it_is_seen_from_its_viewpoints(view)
+    it_is_turned_by_hand(view, server)
+    it_goes_on_with_the_run(view, server)
+    it_makes_room(view)
+
+
+def it_is_seen_from_its_viewpoints(view: WorldPage) -> None:
     """It begins at the first of them; a button shows another side, and says that it is the one."""
     assert view.page.inner_text(".world summary") == "Head model, mm"
     assert view.side == (-35, 15)
@@ -77,7 +85,7 @@ def test_a_world_is_seen_from_its_viewpoints(view: WorldPage) -> None:
     assert view.canvas.get_attribute("aria-label").startswith("Head model, in mm, seen from -35 degrees")
 
 
-def test_a_world_is_turned_by_hand(view: WorldPage, server: Server) -> None:
+def it_is_turned_by_hand(view: WorldPage, server: Server) -> None:
     """Dragged to the right it shows its left; arrow keys turn it while it has the focus, and move the run elsewhere."""
     server.seek(view.id, 9)
     view.stands_at(9)
@@ -108,7 +116,7 @@ def test_a_world_is_turned_by_hand(view: WorldPage, server: Server) -> None:
     assert view.side == (-45, 90)
 
 
-def test_a_world_goes_on_with_the_run(view: WorldPage, server: Server) -> None:
+def it_goes_on_with_the_run(view: WorldPage, server: Server) -> None:
     """It is painted with the picture, and layers hold in it, too."""
     view.changes(lambda: server.seek(view.id, 30))
     picture = view.page.locator(".flat-canvas")
@@ -118,7 +126,7 @@ def test_a_world_goes_on_with_the_run(view: WorldPage, server: Server) -> None:
     view.changes(view.page.get_by_label("Axes", exact=True).check)
 
 
-def test_a_world_makes_room(view: WorldPage) -> None:
+def it_makes_room(view: WorldPage) -> None:
     """It can be enlarged and folded away; in a narrow place it hides nothing of the picture, and nothing sticks out."""
     small = view.canvas.bounding_box()["width"]
     view.page.get_by_label("Larger").click()
