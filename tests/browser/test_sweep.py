@@ -130,12 +130,25 @@ def test_from_the_form_to_the_frame_of_the_loss(page: Any, server: Server) -> No
     assert server.column(opened.id, "lost") == [False] * row["first_lost_frame"] + [True]
 
 
-def test_the_other_methods_are_one_click_away(sweep: SweepPage, page: Any, server: Server) -> None:
+def test_a_complete_sweep_is_looked_at(sweep: SweepPage, page: Any, server: Server) -> None:
+    """All that its page shows, in one visit; whatever changes the address comes after what does not."""
+    it_is_read_by_keyboard(sweep, page)
+    the_other_methods_are_one_click_away(sweep, page, server)
+    it_fits_and_can_be_used_by_everybody(sweep, page)
+    a_measure_is_chosen(sweep, page, server)
+    two_methods_are_compared_by_a_measure(sweep, page)
+    page.select_option("select[aria-label='Compared by']", "success")
+    there_are_several_ways_to_see_it(sweep, page)
+    my_work_lists_it(sweep, page)
+
+
+def the_other_methods_are_one_click_away(sweep: SweepPage, page: Any, server: Server) -> None:
     """Beside a run there is a link for each other method, to the same seed."""
-    sweep.click_cell("pc-pf", FAILING)
+    sweep.click_cell("pc-pf", {"i": 2, "j": 1})
+    sweep.until(lambda: "Occluder width 105 px" in page.inner_text(".runs-head"), "it is another cell")
     sweep.runs().first.wait_for()
     run = int(sweep.runs().first.get_attribute("data-run"))
-    row = next(row for row in server.get(f"sweeps/{sweep.id}/rows?i=1&j=1")["rows"] if row["run"] == run)
+    row = next(row for row in server.get(f"sweeps/{sweep.id}/rows?i=2&j=1")["rows"] if row["run"] == run)
     with page.context.expect_page() as opening:
         sweep.runs().first.locator(".chip-link", has_text="h-SPF").click()
     opening.value.wait_for_url("**/session/*", wait_until="commit")
@@ -143,7 +156,7 @@ def test_the_other_methods_are_one_click_away(sweep: SweepPage, page: Any, serve
     assert (session["tracker"], session["recipe"]["seed"]) == ("h-spf", row["seed"])
 
 
-def test_by_keyboard(sweep: SweepPage, page: Any) -> None:
+def it_is_read_by_keyboard(sweep: SweepPage, page: Any) -> None:
     """Arrow keys move from cell to cell and tell what is there, Enter lists its runs, Escape hides what was told."""
     plot = page.locator("[data-map='h-spf'] [role=application]")
     label = plot.get_attribute("aria-label")
@@ -168,7 +181,7 @@ def test_by_keyboard(sweep: SweepPage, page: Any) -> None:
     tip.wait_for(state="hidden")
 
 
-def test_the_ways_to_see_it(sweep: SweepPage, page: Any) -> None:
+def there_are_several_ways_to_see_it(sweep: SweepPage, page: Any) -> None:
     """The switch shows error, difference and significance; axes can be swapped; the address remembers all of it."""
     pressed = page.locator(".segments [aria-pressed=true]")
     for words in OPTIONS:
@@ -195,7 +208,7 @@ def test_the_ways_to_see_it(sweep: SweepPage, page: Any) -> None:
     sweep.until(page.locator("label", has_text="Holm").locator("input").is_checked, "and Holm is checked")
 
 
-def test_a_measure_is_chosen(sweep: SweepPage, page: Any, server: Server) -> None:
+def a_measure_is_chosen(sweep: SweepPage, page: Any, server: Server) -> None:
     """The maps show the means of the measure that is chosen, say which it is, and a link to it shows the same."""
     sweep.until(lambda: BARE not in sweep.colours("h-spf"), "all cells are there")
     successes = sweep.colours("h-spf")
@@ -215,7 +228,7 @@ def test_a_measure_is_chosen(sweep: SweepPage, page: Any, server: Server) -> Non
     sweep.until(lambda: sweep.colours("h-spf") != shown, "another measure is another map")
 
 
-def test_two_methods_are_compared_by_a_measure(sweep: SweepPage, page: Any) -> None:
+def two_methods_are_compared_by_a_measure(sweep: SweepPage, page: Any) -> None:
     """Difference and significance are of any measure that the sweep has, beside the maps of that measure."""
     page.click(".segments button:has-text('Difference')")
     page.select_option("select[aria-label='Compared by']", "median_error_px")
@@ -272,7 +285,7 @@ def test_cancel_resume_delete(page: Any, server: Server, complaints: Complaints)
     assert begun["id"] not in [item["id"] for item in server.get("sweeps")]
 
 
-def test_it_fits_and_can_be_used_by_everybody(sweep: SweepPage, page: Any) -> None:
+def it_fits_and_can_be_used_by_everybody(sweep: SweepPage, page: Any) -> None:
     """On a wide screen, a narrow one and a phone nothing hangs out at the side; axe finds nothing, light and dark."""
     page.locator(".segments button", has_text="Significance").click()
     sweep.until(lambda: page.locator(".map").count() == 3, "two methods and their comparison are shown")
@@ -280,6 +293,7 @@ def test_it_fits_and_can_be_used_by_everybody(sweep: SweepPage, page: Any) -> No
         page.set_viewport_size({"width": width, "height": 800})
         sweep.until(lambda: page.evaluate("document.documentElement.scrollWidth <= innerWidth"), "the page fits")
     sweep.click_cell("h-spf", FAILING)
+    sweep.until(lambda: "Occluder width 55 px" in page.inner_text(".runs-head"), "it is another cell")
     sweep.runs().first.wait_for()
     for width in (420, 800, 1280):
         page.set_viewport_size({"width": width, "height": 800})
@@ -296,7 +310,7 @@ def test_no_such_sweep(page: Any, complaints: Complaints) -> None:
     page.wait_for_url("**/", wait_until="commit")
 
 
-def test_my_work_lists_it(sweep: SweepPage, page: Any) -> None:
+def my_work_lists_it(sweep: SweepPage, page: Any) -> None:
     """My work lists recent sweeps with their outcome, and the card of an experiment leads to its form."""
     row = page.locator(f"[data-sweep='{sweep.id}']")
     page.goto("work?show=sweeps")
