@@ -47,8 +47,10 @@ export function presentationButton({ hears = true } = {}) {
 export async function present(wanted = !isOn()) {
   turn(wanted);
   try {
-    if (wanted && document.fullscreenElement === null) await root.requestFullscreen();
-    else if (!wanted && document.fullscreenElement !== null) await document.exitFullscreen();
+    if (wanted && document.fullscreenElement === null) {
+      await root.requestFullscreen();
+      if (!isOn()) await document.exitFullscreen(); // left before the browser was there
+    } else if (!wanted && document.fullscreenElement !== null) await document.exitFullscreen();
   } catch {
     // Not allowed here, as within a frame: large type in the window does as well.
   }

@@ -145,6 +145,19 @@ def test_presented_the_picture_is_the_hero(watch: Watch) -> None:
     page.evaluate("document.fullscreenElement && document.exitFullscreen()")
     shown.press("Escape")
     shown.until(lambda: page.evaluate(size) == before[0], "all is as before")
+    left_at_once_it_leaves_the_whole_screen(shown)
+
+
+def left_at_once_it_leaves_the_whole_screen(shown: SessionPage) -> None:
+    """Whoever presses F twice need not wait for the browser in between."""
+    shown.page.evaluate("""() => {
+        window.changes = 0;
+        document.addEventListener('fullscreenchange', () => (window.changes += 1));
+    }""")
+    shown.press("f")
+    shown.press("f")
+    shown.until(lambda: shown.page.evaluate("changes") == 2, "the whole screen was taken and given back")
+    assert shown.page.evaluate("document.fullscreenElement === null")
 
 
 def test_the_frame_is_told_in_words_when_the_run_stands(watch: Watch, server: Server) -> None:
