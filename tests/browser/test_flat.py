@@ -117,8 +117,14 @@ def look(unchosen: Any, server: Server) -> Look:
 
 
 def test_where_webgl_runs_in_software_the_view_is_flat(look: Look, server: Server) -> None:
-    """The canvas shows each frame that the run comes to, and says in words what it shows; no scene is loaded."""
-    view = look()
+    """The canvas shows each frame that the run comes to, and says in words what it shows; no scene is loaded.
+
+    It keeps its proportions in any window, and its layers are switched on and off.
+    """
+    view = look(tracker="apf")
+    layers_are_switched_on_and_off(view, server)
+    the_canvas_keeps_its_proportions_in_any_window(view)
+    view.page.set_viewport_size({"width": 1280, "height": 800})
     canvas = view.page.locator(".flat-canvas")
     assert view.page.locator("iframe").count() == 0
     server.seek(view.id, 12)
@@ -133,12 +139,11 @@ def test_where_webgl_runs_in_software_the_view_is_flat(look: Look, server: Serve
     view.until(lambda: (view.painted or 0) > 30, "the run plays on the canvas")
 
 
-def test_the_canvas_keeps_the_proportions_in_any_window(look: Look) -> None:
+def the_canvas_keeps_its_proportions_in_any_window(view: FlatPage) -> None:
     """It is as large as its place allows, in pixels of the display, and stays sharp when the window changes.
 
     On a phone it has the width for itself; a button opens the parameters over it and closes them.
     """
-    view = look()
     for width, height in ((1280, 800), (800, 700), (390, 800)):
         view.page.set_viewport_size({"width": width, "height": height})
         view.until(lambda: 0.99 < view.page.evaluate(FILLED) <= 1, "the canvas fills its place")
@@ -232,9 +237,8 @@ def tracker_and_seed_can_be_chosen(view: FlatPage) -> None:
     view.until(lambda: "seed 77" in view.page.inner_text("h1"), "the page says so")
 
 
-def test_layers_are_switched_on_and_off(look: Look, server: Server) -> None:
+def layers_are_switched_on_and_off(view: FlatPage, server: Server) -> None:
     """A layer that is switched off is gone at once, also while the run stands still."""
-    view = look(tracker="apf")
     server.seek(view.id, 5)
     view.paints(5)
     before = view.page.evaluate(SKY)
@@ -283,7 +287,8 @@ def test_the_choice_of_a_view_is_remembered(look: Look) -> None:
     view.until(lambda: view.in_scene(PARTICLES, 0) > 0, "the scene is drawn")
     assert view.page.locator(".flat-canvas").count() == 0
     view.page.reload()
-    view.until(lambda: view.in_scene(PARTICLES, 0) > 0, "the scene is drawn again")
+    view.page.locator(".scene iframe").wait_for(state="attached")
+    assert switch.get_by_text("3-D").get_attribute("aria-pressed") == "true"
     view.page.goto(f"{view.page.url}?view=flat")
     view.ready()
     assert view.page.locator("iframe").count() == 0
@@ -310,7 +315,7 @@ def test_with_a_graphics_card_there_is_the_scene(unchosen: Any, server: Server) 
     """Where WebGL is fast the page shows the scene unless somebody has chosen otherwise."""
     unchosen.add_init_script(FAST_WEBGL)
     unchosen.goto(server.start_session()["page"])
-    SessionPage(unchosen, server).ready()
+    unchosen.locator(".scene iframe").wait_for(state="attached")
     assert unchosen.get_by_role("group", name="View").get_by_text("3-D").get_attribute("aria-pressed") == "true"
 
 

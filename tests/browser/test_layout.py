@@ -79,9 +79,17 @@ def on_a_phone(shown: SessionPage) -> None:
     assert page.evaluate(OVERFLOW) <= 0
 
 
-def test_the_picture_has_six_tenths_of_the_width(watch: Watch) -> None:
-    """Beside a panel and plots, which stay within the page, the picture's place is the widest by far."""
+def test_a_preset_leaves_room_and_says_what_it_is_about(watch: Watch, server: Server) -> None:
+    """Words, picture and panel of a preset in one visit; another run than a preset's has no words."""
     shown = watch(seed=0, frames=None)
+    the_picture_has_six_tenths_of_the_width(shown)
+    it_says_what_to_look_at(shown)
+    the_panel_folds_to_what_it_is_about_and_keeps_its_folds(shown, server)
+    assert not watch(seed=5).page.locator(".look-at").is_visible()
+
+
+def the_picture_has_six_tenths_of_the_width(shown: SessionPage) -> None:
+    """Beside a panel and plots, which stay within the page, the picture's place is the widest by far."""
     page = shown.page
     for width in (1280, 1000):
         page.set_viewport_size({"width": width, "height": 800})
@@ -105,12 +113,11 @@ def change_in_the_past(shown: SessionPage, server: Server, value: int) -> None:
     shown.until(lambda: len(shown.session["branches"]) == branches + 1, "there is a branch more")
 
 
-def test_the_panel_folds_to_what_a_preset_is_about_and_keeps_its_folds(watch: Watch, server: Server) -> None:
+def the_panel_folds_to_what_it_is_about_and_keeps_its_folds(shown: SessionPage, server: Server) -> None:
     """At first there are the preset's few controls; one fold holds the others by group.
 
     What was unfolded stays so, when the run branches and when the page is opened again.
     """
-    shown = watch(seed=0, frames=None)
     panel = shown.page.locator(".controls")
     panel.get_by_label("Occluder width (px)", exact=True).first.wait_for()
     labels = {each["name"]: each["label"] for each in shown.session["controls"]}
@@ -163,16 +170,12 @@ def test_the_panel_of_the_scene_leaves_room_and_keeps_its_folds(watch: Watch, se
     change_in_the_past(shown, server, 9)
     shown.until(lambda: radius.input_value() == "9", "the panel shows the new value")
     assert radius.is_visible()
-    shown.page.reload()
-    shown.ready()
-    shown.scene.locator("label:text-is('Ball radius (px)')").wait_for()
     shown.page.get_by_role("button", name="Flat").click()
     shown.page.locator(".controls").get_by_label("Ball radius (px)", exact=True).first.wait_for()
 
 
-def test_a_preset_says_what_to_look_at(watch: Watch) -> None:
-    """The sentence lies over the scene until it is put away; another run than a preset's says nothing."""
-    shown = watch(seed=0, frames=None)
+def it_says_what_to_look_at(shown: SessionPage) -> None:
+    """The sentence lies over the scene until it is put away."""
     words = shown.page.locator(".look-at")
     words.wait_for()
     assert "when the pillar hides the ball" in words.inner_text()
@@ -186,7 +189,7 @@ def test_a_preset_says_what_to_look_at(watch: Watch) -> None:
     words.wait_for()
     words.get_by_role("button").click()
     words.wait_for(state="hidden")
-    assert not watch(seed=5).page.locator(".look-at").is_visible()
+    shown.page.set_viewport_size({"width": 1280, "height": 800})
 
 
 def test_the_scrubber_has_rows_for_what_a_method_has(watch: Watch) -> None:

@@ -13,6 +13,8 @@ from tests.browser.views import PARTICLES, Gallery, SessionPage, View
 Watch = Callable[..., SessionPage]
 
 
+# Beside the flat view, in which test_flat.py kills a worker.
+@pytest.mark.slow
 @pytest.mark.scene
 def test_a_killed_worker_is_reported_and_restarts_where_it_was(
     watch: Watch, server: Server, complaints: Complaints
@@ -39,11 +41,20 @@ def test_a_killed_worker_is_reported_and_restarts_where_it_was(
 
 
 def test_a_session_that_is_gone_is_said_to_be(page: Any, complaints: Complaints) -> None:
-    """A link to a session that does not exist leads back to the gallery."""
+    """A link to a session that does not exist leads back to the gallery.
+
+    Until then the transport and the tools are switched off, and no empty plots are drawn.
+    """
     complaints.expected = ("the server responded with a status of 404",)
     page.goto("session/0123456789abcdef")
     page.locator(".notice").wait_for()
     assert "There is no such session" in page.inner_text(".notice")
+    enabled = page.locator(".transport .group button:enabled")
+    View(page).until(lambda: enabled.count() == 0, "the transport is switched off")
+    assert page.locator(".top button:enabled", has_text="Save").count() == 0
+    assert page.locator(".play").inner_text() == "Play"
+    page.wait_for_timeout(1_500)
+    assert page.locator(".plot > *").count() == 0
     page.click("text=Back to the experiments")
     Gallery(page).card("ball").wait_for()
 
@@ -55,7 +66,7 @@ def test_a_broken_link_says_what_it_must_hold(page: Any) -> None:
     assert "must hold an experiment" in page.inner_text(".notice")
 
 
-# The scene comes back after a killed worker (above) and a lost connection (tests/viewer/test_browser.py) as well.
+# The scene comes back after a lost connection in tests/viewer/test_browser.py as well.
 @pytest.mark.parametrize("view", ["flat", pytest.param("scene", marks=pytest.mark.slow)])
 def test_a_restarted_server_is_found_again(view: str, server: Server, unchosen: Any, complaints: Complaints) -> None:
     """While the server is away a thin bar says so; afterwards the session is where it was, without a reload.
@@ -108,16 +119,3 @@ def test_a_restarted_server_is_found_again(view: str, server: Server, unchosen: 
     shown.until(lambda: is_seen(21), "the next frame is seen")
     assert server.column(shown.id, "error")[:21] == errors
     assert all(each.evaluate("window.notReloaded") for each in (page, other))
-
-
-def test_without_a_session_nothing_can_be_pressed(page: Any, complaints: Complaints) -> None:
-    """Where there is no session the transport and the tools are switched off, and no empty plots are drawn."""
-    complaints.expected = ("the server responded with a status of 404",)
-    page.goto("session/0123456789abcdef")
-    page.locator(".notice").wait_for()
-    enabled = page.locator(".transport .group button:enabled")
-    View(page).until(lambda: enabled.count() == 0, "the transport is switched off")
-    assert page.locator(".top button:enabled", has_text="Save").count() == 0
-    assert page.locator(".play").inner_text() == "Play"
-    page.wait_for_timeout(1_500)
-    assert page.locator(".plot > *").count() == 0

@@ -40,7 +40,7 @@ def test_a_share_link_reproduces_the_same_numbers(watch: Watch, server: Server, 
 
 
 def test_a_reload_keeps_everything(watch: Watch, server: Server) -> None:
-    """Position, branches, bookmarks and curves come back."""
+    """Position, branches, bookmarks and curves come back; a bookmark leads to its frame."""
     shown = watch()
     server.seek(shown.id, 30)
     shown.stands_at(30)
@@ -59,14 +59,33 @@ def test_a_reload_keeps_everything(watch: Watch, server: Server) -> None:
     shown.until(lambda: shown.page.inner_text(".readout dl") == verdict, "the numbers of this frame are the same")
     first = shown.session["branches"][0]["id"]
     shown.until(lambda: shown.lines.get(f"error {first}") == 31, "the other branch's curve is back")
+    bookmarks_lead_back(shown, server)
 
 
-def test_a_saved_run_is_listed_opened_and_deleted(watch: Watch, server: Server, page: Any) -> None:
-    """Save; My work lists it; it opens at the same numbers; deleting asks first."""
-    shown = watch()
+def bookmarks_lead_back(shown: SessionPage, server: Server) -> None:
+    """A bookmark with a note is listed; a click goes there; it can be removed."""
+    shown.page.click("button[aria-label=Bookmarks]")
+    shown.page.fill("input[aria-label=Note]", "<b>here</b>")
+    shown.page.click(".menu >> text=Add")
+    entry = shown.page.locator(".menu li", has_text="<b>here</b>")
+    entry.wait_for()
+    server.seek(shown.id, 5)
+    shown.stands_at(5)
+    entry.locator("button").first.click()
+    shown.stands_at(15)
+    entry.locator("button[aria-label^=Remove]").click()
+    entry.wait_for(state="detached")
+
+
+def test_a_saved_run_is_listed_taken_away_dropped_and_deleted(watch: Watch, server: Server, page: Any) -> None:
+    """Save; My work lists it, and gives it as a table and as a file, which opens at the same numbers when dropped.
+
+    Deleting asks first.
+    """
+    shown = watch(tracker="s-spf", parameters={"sample_count": 60})
     server.seek(shown.id, 25)
     shown.stands_at(25)
-    errors = server.column(shown.id, "error")
+    first, errors = shown.id, server.column(shown.id, "error")
     shown.page.click("button:has-text('Save')")
     shown.page.locator(".toast", has_text="Saved").wait_for()
     with page.expect_download() as download:
@@ -74,9 +93,19 @@ def test_a_saved_run_is_listed_opened_and_deleted(watch: Watch, server: Server, 
     assert download.value.suggested_filename.endswith(".pft")
 
     page.goto("work")
-    row = Gallery(page).page.locator("[data-run]").first
-    row.locator("button:has-text('Open')").click()
+    row = page.locator("[data-run]").first
+    assert row.locator("button:has-text('Open')").is_enabled()
+    row.get_by_role("button", name="Download").click()
+    with page.expect_download() as table:
+        row.locator("[data-export=csv]").click()
+    assert table.value.suggested_filename == "ball-25.csv"
+    assert list(pd.read_csv(table.value.path())["error"]) == pytest.approx(errors[:26])
+    with page.expect_download() as download:
+        row.locator(".menu a[download]").click()
+    page.goto("./")
+    page.set_input_files("#file-picker", download.value.path().rename(download.value.path().with_suffix(".pft")))
     again = SessionPage(page, server).ready()
+    assert again.id != first
     server.seek(again.id, 25)
     assert server.column(again.id, "error")[:26] == errors
 
@@ -93,45 +122,3 @@ def test_a_saved_run_is_listed_opened_and_deleted(watch: Watch, server: Server, 
     row.locator("button[aria-label^=Delete]").click()
     page.click("text=Delete it")
     Gallery(page).until(lambda: page.locator("[data-run]").count() == count - 1, "the run is gone from the list")
-
-
-def test_bookmarks_lead_back(watch: Watch, server: Server) -> None:
-    """A bookmark with a note is listed; a click goes there; it can be removed."""
-    shown = watch()
-    server.seek(shown.id, 20)
-    shown.stands_at(20)
-    shown.page.click("button[aria-label=Bookmarks]")
-    shown.page.fill("input[aria-label=Note]", "<b>here</b>")
-    shown.page.click(".menu >> text=Add")
-    entry = shown.page.locator(".menu li", has_text="<b>here</b>")
-    entry.wait_for()
-    server.seek(shown.id, 5)
-    shown.stands_at(5)
-    entry.locator("button").first.click()
-    shown.stands_at(20)
-    entry.locator("button[aria-label^=Remove]").click()
-    entry.wait_for(state="detached")
-
-
-def test_a_downloaded_run_can_be_dropped_again(watch: Watch, server: Server, page: Any) -> None:
-    """From My work it comes as a table, too; the .pft file, dropped, opens as a session with the same numbers."""
-    shown = watch(tracker="s-spf", parameters={"sample_count": 60})
-    server.seek(shown.id, 25)
-    shown.stands_at(25)
-    first, errors = shown.id, server.column(shown.id, "error")
-    run = server.post("runs", {"session": first})
-    page.goto("work")
-    row = page.locator(f"[data-run='{run['id']}']")
-    row.get_by_role("button", name="Download").click()
-    with page.expect_download() as table:
-        row.locator("[data-export=csv]").click()
-    assert table.value.suggested_filename == "ball-25.csv"
-    assert list(pd.read_csv(table.value.path())["error"]) == pytest.approx(errors[:26])
-    with page.expect_download() as download:
-        page.locator(f"[data-run='{run['id']}'] .menu a[download]").click()
-    page.goto("./")
-    page.set_input_files("#file-picker", download.value.path().rename(download.value.path().with_suffix(".pft")))
-    again = SessionPage(page, server).ready()
-    assert again.id != first
-    server.seek(again.id, 25)
-    assert server.column(again.id, "error")[:26] == errors
