@@ -10,14 +10,18 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
+import cv2
 import httpx
+import numpy as np
 import psutil
 
+from pftrack.experiments import EXPERIMENTS
 from tests.installing import environment
 from tests.session_requests import session_request
 from tests.waiting import wait_for
 
 START_S = 60.0
+PICTURE = cv2.imencode(".png", np.full((360, 480, 3), 200, np.uint8))[1].tobytes()
 
 
 class Server:
@@ -68,6 +72,7 @@ class Server:
         self._port = link.port or 0
         self.base = link.path.rstrip("/")
         until(lambda: self._http.get(f"{self.url}/healthz").is_success, "the server answers", START_S)
+        draw_nothing(self.data)
 
     def command(self) -> list[str]:
         """Return what is started."""
@@ -163,6 +168,15 @@ class Server:
         newest.suspend()
         yield
         newest.resume()
+
+
+def draw_nothing(data: Path) -> None:
+    """Give a server that has started a picture of each experiment, by its folder of data.
+
+    Else whoever opens the start page first has a run of each computed; tests/server/test_pages.py does so.
+    """
+    for name in EXPERIMENTS.own:
+        (data / "cache" / f"{name}.png").write_bytes(PICTURE)
 
 
 def descendants(pid: int) -> list[int]:

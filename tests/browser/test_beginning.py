@@ -10,8 +10,6 @@ import pytest
 from tests.browser.host import Server
 from tests.browser.views import PARTICLES, Gallery, SessionPage
 
-pytestmark = pytest.mark.scene
-
 VERSIONED = re.compile(r"^.*/static/version/\w+/")
 PAGES = Path(__file__).parents[2] / "frontend_static"
 
@@ -73,8 +71,12 @@ def still(page: Any) -> Any:
     return page.evaluate(STILL)
 
 
+@pytest.mark.scene
 def test_the_run_is_seen_and_plays_before_the_scene_is_there(gallery: Gallery, held: Held, server: Server) -> None:
-    """A click in the gallery shows the library's own picture, which goes on with the run, and the plots beside it."""
+    """A click in the gallery shows the library's own picture, which goes on with the run, and the plots beside it.
+
+    The scene takes over at the same place; what the page imports is named in it.
+    """
     page = gallery.page
     gallery.card("ball").locator("h4 a").click()
     gallery.until(lambda: still(page), "the run's picture is in the scene's place")
@@ -85,12 +87,15 @@ def test_the_run_is_seen_and_plays_before_the_scene_is_there(gallery: Gallery, h
     gallery.until(lambda: held, "the scene was asked for")
     assert not page.locator(".skeleton-scene").is_visible()
     gallery.until(lambda: any(name.startswith("error") for name in shown.lines), "the plots are drawn meanwhile")
-    held.release()
-    page.locator(".scene-still").wait_for(state="detached")
+    page.locator(".play").click()
+    gallery.until(lambda: not shown.session["playing"], "it pauses")
+    the_scene_takes_over(shown, held)
     assert shown.in_scene(PARTICLES, 0) > 0
 
 
-@pytest.mark.parametrize("size", [(1280, 800), *(pytest.param(it, marks=pytest.mark.slow) for it in NARROW)])
+@pytest.mark.slow
+@pytest.mark.scene
+@pytest.mark.parametrize("size", NARROW)
 def test_the_scene_takes_over_where_the_picture_was(
     page: Any, held: Held, server: Server, size: tuple[int, int]
 ) -> None:
@@ -102,6 +107,12 @@ def test_the_scene_takes_over_where_the_picture_was(
     shown.until(lambda: still(page), "the run's picture is in the scene's place")
     shown.until(lambda: held, "the scene was asked for")
     shown.until(lambda: shown.verdict in {"on target", "hidden"}, "the readings have their lines")
+    the_scene_takes_over(shown, held)
+
+
+def the_scene_takes_over(shown: SessionPage, held: Held) -> None:
+    """Release it, and see that nothing moves."""
+    page = shown.page
     before = still(page)
     places = page.evaluate(PLACES)
     held.release()
@@ -111,7 +122,7 @@ def test_the_scene_takes_over_where_the_picture_was(
     after = [frame["x"] + left, frame["y"] + top, width, height]
     assert after == pytest.approx(before, abs=4)
     assert shown.in_scene("getComputedStyle(document.querySelector('canvas[data-engine]')).opacity", "0") == "1"
-    if size[0] > 500:
+    if page.viewport_size["width"] > 500:
         shown.until(lambda: shown.lines, "the plots are drawn")
     again = page.evaluate(PLACES)
     assert again == places

@@ -41,6 +41,8 @@ def points_json(count: int) -> bytes:
     return as_json(FEATURES[:count], person(102).points_mm[:count])
 
 
+# Growth, colours and the mesh in the scene are each looked at without a browser, or in tests/viewer.
+@pytest.mark.slow
 @pytest.mark.scene
 def test_the_mean_head_becomes_the_drivers(watch: Callable[..., SessionPage], server: Server) -> None:
     """The mesh in the scene begins as the mean face, changes with the frames, and its error falls; or it begins again.

@@ -51,16 +51,9 @@ def to_the_end(shown: SessionPage, server: Server) -> None:
     shown.stands_at(last)
 
 
-def test_a_hand_that_one_hypothesis_loses_is_kept_by_four_and_the_tree_shows_each(
-    gallery: Gallery, server: Server
-) -> None:
-    """On the same seed: with one hand kept the turn is lost, with four it is not; a click shows one of the others."""
+def test_a_hand_is_kept_by_four_hypotheses_and_the_tree_shows_each(gallery: Gallery, server: Server) -> None:
+    """Of the four hands that are kept a click shows one of the others."""
     page = gallery.page
-    gallery.preset("hand", "one")
-    lost = SessionPage(page, server).ready()
-    to_the_end(lost, server)
-    lost.until(lambda: lost.verdict == "lost since 21", "the turn is lost")
-    page.goto("./")
     gallery.preset("hand", "wrist")
     kept = SessionPage(page, server).ready()
     to_the_end(kept, server)
@@ -96,6 +89,7 @@ def test_an_open_hand_is_found_on_a_film_and_followed(gallery: Gallery, server: 
     assert max(row["difference"] for row in rows[1:]) < 15.0
 
 
+@pytest.mark.slow
 def test_a_real_hand_with_two_raised_fingers_is_followed_once_its_tips_are_confirmed(
     gallery: Gallery, server: Server, tmp_path: Path
 ) -> None:

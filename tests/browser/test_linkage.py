@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from pftrack.rendering.film import FilmWriter
-from pftrack.sources.tracks.table import write
 from tests.arm import FRAMES, film, joints
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
@@ -71,6 +70,7 @@ def test_an_arm_is_marked_and_followed(gallery: Gallery, server: Server, tmp_pat
     assert len(rows) == FRAMES
 
 
+@pytest.mark.slow
 def test_a_real_arm_is_marked_and_followed(gallery: Gallery, server: Server, tmp_path: Path) -> None:
     """The handles are dragged to the cuff, the wrist, the knuckles and the ball, and none of them is lost."""
     if not CLIP.exists():
@@ -103,17 +103,3 @@ def test_a_real_arm_is_marked_and_followed(gallery: Gallery, server: Server, tmp
         caption.get_by_text(f"frame {frame} ·").wait_for()
         assert "not seen" not in caption.inner_text(), frame
     assert len(server.column(shown.id, "series")) == len(REAL_FRAMES)
-
-
-def test_a_table_of_four_tracks_is_taken_as_it_is(gallery: Gallery, server: Server) -> None:
-    """Nothing has to be touched: its tracks are the four points in their order."""
-    page = gallery.page
-    points = 2.0 * np.array([joints(index) for index in range(FRAMES)]) + np.array([80.0, 20.0])
-    gallery.choose("arm.csv", write(list("abcd"), points, np.ones_like(points)).encode(), "text/csv")
-    page.locator("#target-experiment").wait_for()
-    page.select_option("#target-experiment", "linkage")
-    page.get_by_text("Leave them unchanged").wait_for()
-    page.click("button:has-text('Track it')")
-    shown = SessionPage(page, server).ready()
-    assert shown.session["recipe"]["footage"]["mark"] is None
-    assert "not seen" not in page.inner_text(".flat-caption")

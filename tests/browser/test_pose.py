@@ -15,9 +15,13 @@ def shows(view: SessionPage, node: str) -> bool:
     return bool(view.in_scene(f"window.__viserMutable?.nodeRefFromName['/{node}']?.visible === true", otherwise=False))
 
 
-def test_a_branch_is_seen_beside_the_run_that_it_left(watch: Callable[..., SessionPage], server: Server) -> None:
-    """Where another tracker goes its own way, the solid of the run that was left is drawn as well."""
+def test_a_solid_in_the_scene(watch: Callable[..., SessionPage], server: Server) -> None:
+    """Where another tracker goes its own way, the solid of the run that was left is drawn as well.
+
+    From the front there is the picture and nothing across it; a click on Side shows the camera that took it.
+    """
     view = watch(experiment="prism")
+    the_camera_is_seen_from_aside(view)
     server.seek(view.id, 30)
     view.stands_at(30)
     view.press("Home")
@@ -32,9 +36,7 @@ def test_a_branch_is_seen_beside_the_run_that_it_left(watch: Callable[..., Sessi
     view.until(lambda: not shows(view, "second edges"), "where both are the same, one is drawn")
 
 
-def test_the_camera_is_seen_from_aside(watch: Callable[..., SessionPage]) -> None:
-    """From the front there is the picture and nothing across it; a click on Side shows what took it."""
-    view = watch(experiment="prism")
+def the_camera_is_seen_from_aside(view: SessionPage) -> None:
     view.until(lambda: not shows(view, "camera"), "nothing is across the picture")
     view.scene.get_by_role("button", name="Side").click()
     view.until(lambda: shows(view, "camera"), "the camera is seen")

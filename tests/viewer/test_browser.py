@@ -301,6 +301,7 @@ def test_folds_stay_when_the_scene_connects_again(session: Session, page: Any, s
 def test_light_and_dark_follow_the_system(chromium: Any, watched: tuple[Session, Site]) -> None:
     """The panel is dark for those who ask for it."""
     context = chromium.new_context(color_scheme="dark")
+    context.add_init_script(FRUGAL)
     page = context.new_page()
     page.goto(f"{watched[1].url}/viz/one/?websocket=ws://192.0.2.1/")
     page.get_by_text("Occluder width (px)").wait_for(timeout=60_000)
@@ -382,11 +383,11 @@ def test_a_mesh_that_changes_never_flickers(session: Session, scene: Any, opened
     until(scene, MESH_IS_THERE)
     scene.evaluate(WATCH_MESH)
     for number in itertools.count(1):
-        show(number % 41)
+        show(number % 21)
         opened[0].wait_for_timeout(60)
-        if number % 41 == 40 and scene.evaluate("drawnMeshes.length") > 5:
+        if number % 21 == 20 and scene.evaluate("drawnMeshes.length") > 5:
             break
-    until(scene, "Math.round(drawnMeshes.at(-1)?.[0]) === 100")
+    until(scene, "Math.round(drawnMeshes.at(-1)?.[0]) === 80")
     drawn = scene.evaluate("drawnMeshes")
     assert None not in drawn, f"the mesh is missing in {drawn.count(None)} of {len(drawn)} pictures"
     for place, red in drawn:
