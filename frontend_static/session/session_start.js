@@ -19,6 +19,7 @@ import { Scene } from "./scene.js";
  * @typedef {object} Beginning
  * @property {string} [session] Id of a session that there is.
  * @property {NewSession|Promise<NewSession>} [recipe] Otherwise what to start one with.
+ * @property {string} [name] What a session that is started shall be called; the server's choice if not given.
  * @property {readonly import("./layout.js").Part[]} [parts] What of it to show; everything if not given.
  * @property {import("./view_choice.js").ViewKind} [view] How the run itself is seen; the page's choice if not given.
  * @property {boolean} [isBare] Whether the 3-D scene has no panel of parameters either.
@@ -33,13 +34,13 @@ export class SessionStart {
    * @param {HTMLElement} element What holds the session.
    * @param {Beginning} beginning
    */
-  constructor(element, { session, recipe, parts = PARTS, view, layers, overlay, isBare }) {
+  constructor(element, { session, recipe, name, parts = PARTS, view, layers, overlay, isBare }) {
     this.element = element;
     this.places = arrange(element, parts);
     this.isNew = recipe !== undefined;
     /** The scene, if it is among the parts. */
     this.scene = this.places.scene ? new Scene(this.places.scene, this.signal, { view, hasPanel: parts.includes("panel"), layers, overlay, isBare }) : null;
-    this.begun = recipe === undefined ? this.#find(session ?? "") : this.#start(recipe);
+    this.begun = recipe === undefined ? this.#find(session ?? "") : this.#start(recipe, name);
     // Whoever waits for it says what was wrong; until somebody does, it is no accident.
     this.begun.catch(() => {});
   }
@@ -57,14 +58,15 @@ export class SessionStart {
 
   /**
    * @param {NewSession|Promise<NewSession>} given
+   * @param {string} [name]
    * @returns {Promise<Begun>}
    */
-  async #start(given) {
+  async #start(given, name) {
     const recipe = await given;
     const { play, ...body } = recipe;
     // A link of an earlier version has no recipe.
     const { experiment } = /** @type {{experiment: string}} */ (body.recipe ?? body);
-    const begin = () => whenCompiled(experiment, () => api.start(body), (sentence) => this.#wait(sentence), this.signal);
+    const begin = () => whenCompiled(experiment, () => api.start({ ...body, id: name }), (sentence) => this.#wait(sentence), this.signal);
     const session = await whenPlaceFree(begin, (sentence) => this.#wait(sentence, h("a", { href: "work?show=sessions" }, "Running sessions")), this.signal);
     if (!this.signal.aborted) this.scene?.open(session.id, Promise.resolve(session), !recipe.position);
     return { session, recipe };

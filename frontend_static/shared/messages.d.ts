@@ -1173,6 +1173,8 @@ export interface SessionCreate {
   /** Name of the upload that the recipe's footage is; its hash does as well */
   upload?: string | null;
   position?: number;
+  /** Name chosen by the client: by it, it can end a session whose answer it has not seen */
+  id?: string | null;
 }
 
 /** What is fixed of a session while it lives. */

@@ -149,7 +149,18 @@ def test_a_full_server_is_said_and_nothing_is_left(
     complaints.expected = ("status of 503",)
     page = failure.page
     others = {each["id"] for each in fill(free=1)}
+    under_way: list[Any] = []
+
+    def start(route: Any) -> None:
+        answer = route.fetch()
+        if answer.status == 201:
+            under_way.append(answer)
+        else:
+            route.fulfill(response=answer)
+
+    page.route("**/api/v1/sessions", start)
     page.goto("failures/4")
     failure.until(lambda: "places are taken" in page.inner_text("main"), "it is said")
+    failure.until(lambda: under_way, "the one has begun, which the page has not heard")
     page.goto("about:blank")
     failure.until(lambda: {it["id"] for it in server.get("sessions")} == others, "what was started has ended")

@@ -90,6 +90,16 @@ class TestStarting:
         run.seek(40)
         assert columns(client, session["id"])["estimate"] == estimates(run)
 
+    def test_a_name_of_ones_own(self, client: httpx.Client) -> None:
+        """A client that has chosen the name can end a session whose answer it has not seen; no other is called so."""
+        name = "0123456789abcdef"
+        wish = {**session_request({"experiment": "ball", "frames": 5}), "id": name}
+        assert client.post("/api/v1/sessions", json=wish).json()["id"] == name
+        assert client.post("/api/v1/sessions", json=wish).status_code == 409
+        assert client.post("/api/v1/sessions", json={**wish, "id": "../etc"}).status_code == 422
+        assert client.delete(f"/api/v1/sessions/{name}").status_code == 204
+        assert client.get(f"/api/v1/sessions/{name}").status_code == 404
+
     def test_end(self, client: httpx.Client, session: dict[str, Any]) -> None:
         """An ended session is gone."""
         assert client.delete(f"/api/v1/sessions/{session['id']}").status_code == 204

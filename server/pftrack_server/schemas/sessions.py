@@ -28,6 +28,11 @@ class SessionCreate(RequestBody):
         None, max_length=64, description="Name of the upload that the recipe's footage is; its hash does as well"
     )
     position: FrameNumber = 0
+    id: str | None = Field(
+        None,
+        pattern=r"^[0-9a-f]{16}$",
+        description="Name chosen by the client: by it, it can end a session whose answer it has not seen",
+    )
 
 
 class TransportUpdate(RequestBody):

@@ -30,7 +30,7 @@ def as_spec(body: SessionCreate, store: Store) -> SessionSpec:
     experiment = find_experiment(recipe.experiment)
     upload = _upload(body, store)
     if upload is None:
-        return new_spec(recipe, position=body.position)
+        return new_spec(recipe, name=body.id, position=body.position)
     footage = recipe.footage or Footage()
     experiment.check_footage(upload.kind)
     _check_mark(footage, experiment, upload.kind)
@@ -38,12 +38,13 @@ def as_spec(body: SessionCreate, store: Store) -> SessionSpec:
     if footage.truth is None:
         known["truth"] = rows_of(store, upload.id, experiment)
     recipe = recipe.model_copy(update={"footage": footage.model_copy(update=known)})
-    return new_spec(recipe, upload=upload.id, position=body.position)
+    return new_spec(recipe, name=body.id, upload=upload.id, position=body.position)
 
 
 def new_spec(
     recipe: Recipe,
     *,
+    name: str | None = None,
     upload: str | None = None,
     sweep: str | None = None,
     position: int = 0,
@@ -54,6 +55,7 @@ def new_spec(
 
     Args:
         recipe: What makes the run.
+        name: Of the session; one that nobody can guess if not given.
         upload: Name of the upload that the recipe's footage is.
         sweep: Name of the sweep of which it is a run.
         position: Frame to show.
@@ -68,7 +70,7 @@ def new_spec(
         position=position,
     )
     return SessionSpec(
-        id=new_name(),
+        id=name or new_name(),
         sweep=sweep,
         upload=upload,
         truth=recipe.footage and recipe.footage.truth,

@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 
 import structlog
 
-from pftrack_server.errors import NotFoundError, UnavailableError
+from pftrack_server.errors import ConflictError, NotFoundError, UnavailableError
 from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.sessions.session import Session
 from pftrack_server.settings import Settings
@@ -128,6 +128,7 @@ class Manager:
 
         Raises:
             UnavailableError: The house is full.
+            ConflictError: There is a session of that name.
             Exception: Whatever refused the spec, or failed in preparing.
         """
         self._make_room()
@@ -137,6 +138,8 @@ class Manager:
                 f"The server keeps at most {self._settings.max_stored_sessions} sessions, the suspended ones included; "
                 "end one first."
             )
+        if spec.id in self._sessions:
+            raise ConflictError(f"There is already a session {spec.id}.")
         session = self._session(spec)
         self._sessions[spec.id] = session
         try:
