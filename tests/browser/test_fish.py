@@ -1,4 +1,4 @@
-"""A fish that bends, in the browser: in the tank, and on a film of one's own."""
+"""A fish that bends, in the browser: on a film of one's own."""
 
 from io import BytesIO
 
@@ -34,17 +34,6 @@ def film() -> bytes:
             container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
         container.mux(stream.encode(None))
     return file.getvalue()
-
-
-def test_the_tank_is_watched_and_turned(gallery: Gallery, server: Server) -> None:
-    """Opened from the gallery the fish is followed, with the plots of its heading and bend."""
-    page = gallery.page
-    gallery.preset("fish", "works")
-    shown = SessionPage(page, server).ready()
-    shown.until(lambda: (shown.position or 0) > 12, "it plays by itself")
-    page.get_by_text("bend of the tail").first.wait_for()
-    assert max(server.column(shown.id, "error")[:12]) < 10
-    assert len(server.column(shown.id, "series")[5]["body"]) == 4
 
 
 def test_what_is_only_drawn_is_nothing_to_sweep_over(gallery: Gallery) -> None:

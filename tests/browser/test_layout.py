@@ -3,9 +3,6 @@
 from collections.abc import Callable
 from typing import Any
 
-import pytest
-
-from tests.browser.accessible import check
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage, View
 
@@ -141,37 +138,6 @@ def the_panel_folds_to_what_it_is_about_and_keeps_its_folds(shown: SessionPage, 
     shown.ready()
     panel.get_by_text("More parameters").wait_for()
     assert not radius.is_visible()
-
-
-@pytest.mark.scene
-def test_the_panel_of_the_scene_leaves_room_and_keeps_its_folds(watch: Watch, server: Server) -> None:
-    """The 3-D scene's own panel leaves the picture as much, and keeps its folds, also in the flat view after it.
-
-    The page around it can be used by everybody; its frame has a name, and is no trap for the tab key.
-    """
-    shown = watch(seed=0, frames=None)
-    shown.page.locator(".scene-still").wait_for(state="detached")
-    check(shown.page)
-    shown.page.locator("iframe").focus()
-    inside = "document.activeElement.localName === 'iframe'"
-    shown.until(lambda: shown.page.evaluate(inside), "the scene has the focus")
-    for _ in range(60):
-        shown.press("Tab")
-        if not shown.page.evaluate(inside):
-            break
-    assert not shown.page.evaluate(inside), "sixty steps of the tab key stay within the scene"
-    drawn = "document.querySelector('canvas[data-engine]').getBoundingClientRect().width"
-    panel = "document.querySelector('[data-dock-header]').getBoundingClientRect().left"
-    for width in (1000, 1280):
-        shown.page.set_viewport_size({"width": width, "height": 800})
-        share = f"parent.innerWidth === {width} && Math.min({drawn}, {panel}) >= {0.6 * width}"
-        shown.until(lambda share=share: shown.in_scene(share, False), "the picture has its share")
-    radius = shown.row("Ball radius (px)").locator("input.mantine-NumberInput-input")
-    change_in_the_past(shown, server, 9)
-    shown.until(lambda: radius.input_value() == "9", "the panel shows the new value")
-    assert radius.is_visible()
-    shown.page.get_by_role("button", name="Flat").click()
-    shown.page.locator(".controls").get_by_label("Ball radius (px)", exact=True).first.wait_for()
 
 
 def it_says_what_to_look_at(shown: SessionPage) -> None:

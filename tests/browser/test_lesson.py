@@ -4,14 +4,16 @@ from collections.abc import Callable
 
 import pytest
 
+from tests.browser.accessible import check
 from tests.browser.host import Server
+from tests.browser.test_layout import change_in_the_past
 from tests.browser.views import BALL, SessionPage
 
 Watch = Callable[..., SessionPage]
 
 
 @pytest.mark.scene
-def test_the_scene_shows_the_run_and_obeys_its_panel(watch: Watch) -> None:
+def test_the_scene_shows_the_run_and_obeys_its_panel(watch: Watch, server: Server) -> None:
     """After a few steps the scene holds the ball and the particles, and each plot a line.
 
     Moving the occluder's slider widens it in the next picture; the number of particles follows its own. With the focus
@@ -48,6 +50,37 @@ def test_the_scene_shows_the_run_and_obeys_its_panel(watch: Watch) -> None:
     shown.stands_at(at + 1)
     shown.press("b")
     shown.until(lambda: shown.page.inner_text(".amount") == "1", "the frame is bookmarked")
+    the_page_around_it_can_be_used_by_everybody(shown)
+    its_panel_leaves_room_and_keeps_its_folds(shown, server)
+
+
+def the_page_around_it_can_be_used_by_everybody(shown: SessionPage) -> None:
+    """The frame has a name, and is no trap: the tab key leads through it and out of it again."""
+    check(shown.page)
+    shown.page.locator("iframe").focus()
+    inside = "document.activeElement.localName === 'iframe'"
+    shown.until(lambda: shown.page.evaluate(inside), "the scene has the focus")
+    for _ in range(60):
+        shown.press("Tab")
+        if not shown.page.evaluate(inside):
+            break
+    assert not shown.page.evaluate(inside), "sixty steps of the tab key stay within the scene"
+
+
+def its_panel_leaves_room_and_keeps_its_folds(shown: SessionPage, server: Server) -> None:
+    """The 3-D scene's own panel leaves the picture as much, and keeps its folds, also in the flat view after it."""
+    drawn = "document.querySelector('canvas[data-engine]').getBoundingClientRect().width"
+    panel = "document.querySelector('[data-dock-header]').getBoundingClientRect().left"
+    for width in (1000, 1280):
+        shown.page.set_viewport_size({"width": width, "height": 800})
+        share = f"parent.innerWidth === {width} && Math.min({drawn}, {panel}) >= {0.6 * width}"
+        shown.until(lambda share=share: shown.in_scene(share, False), "the picture has its share")
+    radius = shown.row("Ball radius (px)").locator("input.mantine-NumberInput-input")
+    change_in_the_past(shown, server, 9)
+    shown.until(lambda: radius.input_value() == "9", "the panel shows the new value")
+    assert radius.is_visible()
+    shown.page.get_by_role("button", name="Flat").click()
+    shown.page.locator(".controls").get_by_label("Ball radius (px)", exact=True).first.wait_for()
 
 
 def test_lose_the_ball_go_back_and_save_it_with_another_tracker(watch: Watch, server: Server) -> None:

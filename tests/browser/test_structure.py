@@ -1,19 +1,8 @@
-"""A body's shape in the browser: from the gallery, and from a table of tracks that somebody brings."""
+"""A body's shape in the browser: from a table of tracks that somebody brings."""
 
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
 from tests.tracks import table
-
-
-def test_a_shape_is_found_while_one_watches(gallery: Gallery, server: Server) -> None:
-    """Opened from the gallery, the shape error falls, and the plots and the world of the shape are there."""
-    page = gallery.page
-    gallery.preset("structure", "works")
-    shown = SessionPage(page, server).ready()
-    shown.until(lambda: (shown.position or 0) > 40, "it plays by itself until the first shape is there")
-    errors = server.column(shown.id, "error")
-    assert errors[40] < errors[5] / 2
-    page.get_by_text("depth over its noise").first.wait_for()
 
 
 def test_a_table_of_tracks_is_brought_in(gallery: Gallery, server: Server) -> None:
