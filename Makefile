@@ -22,7 +22,7 @@ endef
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help serve test test-all coverage lint format bench lock wheel clean
+.PHONY: help serve test test-all lint format bench lock wheel clean
 
 help:  ## Say what can be made
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -35,13 +35,6 @@ test: lint  ## Install what the tests need, check style, types and walls, run th
 
 test-all: lint  ## The same with the slow tests
 	@$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m ""
-
-coverage: lint  ## Run the fast tests, and hold which share of the branches they take
-	@$(BIN)/coverage erase
-	@$(BIN)/coverage run -m pytest -n $(WORKERS) --dist worksteal
-	@$(BIN)/coverage combine --quiet
-	@$(BIN)/coverage report --include 'pftrack/*' --fail-under $(LIBRARY_FLOOR)
-	@$(BIN)/coverage report --include 'server/*' --fail-under $(SERVER_FLOOR)
 
 lint: $(VENV)/.test-stamp  ## Check style, types and import walls, of the pages' scripts where Node is there
 	$(BIN)/ruff check
