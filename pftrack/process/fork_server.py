@@ -238,7 +238,7 @@ def serve(owner: socket.socket) -> None:
         while True:
             for key, _ in selector.select():
                 if key.fileobj is owner:
-                    if not _obey(owner, children, mine):
+                    if not _serve_request(owner, children, mine):
                         for pid in children:
                             os.kill(pid, signal.SIGKILL)
                         return
@@ -254,7 +254,7 @@ def _freeze() -> None:
     gc.freeze()
 
 
-def _obey(owner: socket.socket, children: dict[int, int], mine: list[int]) -> bool:
+def _serve_request(owner: socket.socket, children: dict[int, int], mine: list[int]) -> bool:
     """Do what the owner wants; return whether the owner is there."""
     try:
         wish, ends, *_ = socket.recv_fds(owner, 1, 2)

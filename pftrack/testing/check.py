@@ -18,7 +18,7 @@ __all__ = [
     "CheckError",
     "Straight",
     "begin_run",
-    "copied",
+    "copy_arrays",
     "demand",
     "each_tracker",
     "named_checks",
@@ -91,7 +91,7 @@ def begin_run(
     return Run(experiment, experiment.simulate(), tracker=tracker, seed=seed, frames=FRAMES, timeline=timeline)
 
 
-def copied(step: Step) -> Mapping[str, NDArray[np.generic]]:
+def copy_arrays(step: Step) -> Mapping[str, NDArray[np.generic]]:
     """Return copies of the arrays of a state, its estimate and sigma among them."""
     arrays = {name: np.array(array) for name, array in step.state.arrays().items()}
     return arrays | {"estimate": np.array(step.state.estimate), "sigma": np.array(step.state.sigma)}
@@ -130,7 +130,7 @@ def straight(experiment: Experiment, tracker: str, *, seed: int = SEED) -> Strai
         if known is experiment and key == (tracker, seed):
             return found
     run = begin_run(experiment, tracker, seed=seed)
-    begun = copied(run.current)
+    begun = copy_arrays(run.current)
     made = Straight(run, tuple(run), begun)
     _LATEST.append((experiment, (tracker, seed), made))
     return made

@@ -7,7 +7,7 @@ import numpy as np
 from pftrack.experiment import Experiment
 from pftrack.model.series import check_value, columns
 from pftrack.runs.scoring import evaluated_run
-from pftrack.testing.check import Check, CheckError, copied, demand, each_tracker, straight
+from pftrack.testing.check import Check, CheckError, copy_arrays, demand, each_tracker, straight
 
 __all__ = ["checks"]
 
@@ -49,7 +49,7 @@ def _states_are_values(experiment: Experiment, tracker: str) -> None:
     known = straight(experiment, tracker)
     first = known.steps[0]
     demand(first.state.nbytes > 0, f"a state must say how much memory it takes, got {first.state.nbytes} bytes")
-    for name, array in copied(first).items():
+    for name, array in copy_arrays(first).items():
         same = np.array_equal(array, known.begun[name], equal_nan=array.dtype.kind == "f")
         demand(same, f"{name} of the state of frame 0 changed while later frames were computed; states must not change")
 

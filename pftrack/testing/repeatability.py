@@ -21,7 +21,7 @@ from pftrack.testing.check import (
     Check,
     CheckError,
     begin_run,
-    copied,
+    copy_arrays,
     demand,
     each_tracker,
     named_checks,
@@ -92,7 +92,7 @@ def _look_alike(one: Frame, other: Frame) -> bool:
 def _seeking_agrees(experiment: Experiment, tracker: str) -> None:
     known, wandering = straight(experiment, tracker), begin_run(experiment, tracker)
     for frame in SEEKING:
-        again, first = copied(wandering.seek(frame)), copied(known.steps[frame])
+        again, first = copy_arrays(wandering.seek(frame)), copy_arrays(known.steps[frame])
         for name, array in first.items():
             same = np.array_equal(again[name], array, equal_nan=array.dtype.kind == "f")
             what = "estimates" if name == "estimate" else f"states: {name}"

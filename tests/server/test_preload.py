@@ -2,16 +2,23 @@
 
 import gc
 import socket
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import psutil
+import pytest
 
+from pftrack.experiment import Experiment
 from pftrack.experiments import EXPERIMENTS
+from pftrack.model.drawing import Drawing
+from pftrack.model.parameters import Value
 from pftrack.numerics.compiled import FUNCTIONS
 from pftrack.process import BlockingEnd, ForkServer
 from pftrack.warming.coverage import cases, run_case
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.queue import Queues
+from pftrack_server.worker import loading
 from pftrack_server.worker.loading import load_compiled
 from pftrack_server.worker.worker import NICENESS
 from tests.apart import run
@@ -46,6 +53,23 @@ def test_a_session_leaves_what_it_has_loaded_to_the_next() -> None:
             assert (at_first != set(), more == set()) == (is_loaded, is_loaded)
     finally:
         made.close()
+
+
+@pytest.mark.parametrize(("is_kept", "trackers"), [(True, 1), (False, len(EXPERIMENTS["sine"].trackers))])
+def test_where_nothing_can_be_kept_all_is_compiled_at_once(
+    is_kept: bool, trackers: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Otherwise each worker would compile for itself what its tracker calls beyond the default."""
+    ran = []
+
+    def watched(experiment: Experiment, tracker: str, values: Mapping[str, Value]) -> Drawing:
+        ran.append(tracker)
+        return run_case(experiment, tracker, values)
+
+    monkeypatch.setattr(loading, "run_case", watched)
+    monkeypatch.setattr(loading, "cache_folder", lambda: tmp_path if is_kept else None)
+    load_compiled("sine")
+    assert len(set(ran)) == trackers
 
 
 def test_a_worker_gives_way_to_who_serves_everybody(server: Server, session: dict[str, Any]) -> None:

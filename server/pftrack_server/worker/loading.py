@@ -1,7 +1,10 @@
 """Loading what an experiment has compiled, in the fork server: its workers share it and begin without that."""
 
+from itertools import islice
+
 from pftrack.experiments import EXPERIMENTS
 from pftrack.rendering import png, render
+from pftrack.warming import cache_folder
 from pftrack.warming.coverage import cases, run_case
 
 __all__ = ["load_compiled"]
@@ -10,10 +13,12 @@ __all__ = ["load_compiled"]
 def load_compiled(name: str) -> None:
     """Step and draw an experiment as it is by default for some frames, which takes 0.1 to 0.5 s.
 
-    What its other trackers and settings call is loaded by the workers that use them. An experiment of another package
-    is left alone: what it does wrong shall happen in its own workers.
+    What its other trackers and settings call is loaded by the workers that use them; where compiled code cannot be kept
+    on the disk, all of it is compiled here, or each worker would do so. An experiment of another package is left alone:
+    what it does wrong shall happen in its own workers.
     """
     if name in EXPERIMENTS.own:
         experiment = EXPERIMENTS[name]
-        tracker, values = next(cases(experiment))
-        png(render(run_case(experiment, tracker, values)))
+        for tracker, values in islice(cases(experiment), 1 if cache_folder() else None):
+            drawing = run_case(experiment, tracker, values)
+        png(render(drawing))
