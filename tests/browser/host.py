@@ -1,10 +1,9 @@
 """A real server in a process of its own, as `pftrack serve` starts it, and what a test may do to it."""
 
 import os
-import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -158,16 +157,23 @@ class Server:
         assert self._process is not None
         living = self._born[session] & set(descendants(self._process.pid))
         assert living, "the worker has ended already"
-        os.kill(max(living), signal.SIGKILL)
+        newest(living).kill()
 
     @contextmanager
     def freeze_newest(self) -> Iterator[None]:
         """Have the newest process compute nothing meanwhile; it must take less time than a worker may be silent."""
         assert self._process is not None
-        newest = psutil.Process(max(descendants(self._process.pid)))
-        newest.suspend()
-        yield
-        newest.resume()
+        process = newest(descendants(self._process.pid))
+        process.suspend()
+        try:
+            yield
+        finally:
+            process.resume()
+
+
+def newest(pids: Iterable[int]) -> psutil.Process:
+    """Return the process that was started last; numbers begin anew when the system has used them up."""
+    return max((psutil.Process(pid) for pid in pids), key=lambda process: (process.create_time(), process.pid))
 
 
 def draw_nothing(data: Path) -> None:
