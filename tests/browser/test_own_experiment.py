@@ -179,6 +179,8 @@ def test_its_mark_is_made_on_an_upload(gallery: Gallery, server: Server, clip: b
     assert v == pytest.approx(60, abs=2)
 
 
+# What a sweep's page does is in test_sweep.py, a sweep of this experiment in tests/test_own_experiment.py.
+@pytest.mark.slow
 def test_its_sweep_is_drawn_and_leads_to_a_run(page: Any, server: Server) -> None:
     """The form is filled with its own example; the map is complete; a row opens as that very run."""
     page.goto("./")

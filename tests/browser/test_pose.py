@@ -15,6 +15,8 @@ def shows(view: SessionPage, node: str) -> bool:
     return bool(view.in_scene(f"window.__viserMutable?.nodeRefFromName['/{node}']?.visible === true", otherwise=False))
 
 
+# tests/viewer has what a scene draws.
+@pytest.mark.slow
 def test_a_solid_in_the_scene(watch: Callable[..., SessionPage], server: Server) -> None:
     """Where another tracker goes its own way, the solid of the run that was left is drawn as well.
 

@@ -108,6 +108,8 @@ def assert_readable(figure: Figure) -> None:
         assert common is None or min(common.width, common.height) <= 1, (one, other)
 
 
+# Thirteen figures are drawn whole.
+@pytest.mark.slow
 def test_every_text_has_its_room(named: Result, counted: Result, finished: Result) -> None:
     """Titles, values along the axes, and keys stand apart, with long names and with short ones."""
     counts, colours = named.plan.axis("sample_count"), named.plan.axis("ball_colour")

@@ -372,6 +372,8 @@ def coloured(number: int) -> Mesh:
     return Mesh(corners, np.array(((0, 1, 2),), dtype=np.int32), colours, 0.9, "estimate")
 
 
+# Many pictures drawn in software; the next test has the same mesh in one.
+@pytest.mark.slow
 def test_a_mesh_that_changes_never_flickers(session: Session, scene: Any, opened: tuple[Any, list[str]]) -> None:
     """Each picture that is drawn has the mesh in it, with the colours that belong to its vertices."""
     shown = drawing(3)
