@@ -1,20 +1,13 @@
-"""The gallery of failures: what is declared of each, and the courses of its runs, computed once and kept."""
-
-import asyncio
-from collections.abc import Awaitable, Callable
-from pathlib import Path
+"""The gallery of failures: what is declared of each."""
 
 from pftrack.experiments import EXPERIMENTS
 from pftrack.failures import Entry, entry, gallery
 from pftrack.model.failure import KINDS
 from pftrack.model.parameters import Value, declarations, flat, revise
 from pftrack_server.errors import NotFoundError
-from pftrack_server.schemas.failures import DifferencePublic, FailureNeighbour, FailurePublic, FailureResult
-from pftrack_server.tasks.child_tasks import ChildTasks
-from pftrack_server.tasks.disk_cache import DiskCache, digest
-from pftrack_server.tasks.functions import run_with_and_without_cure
+from pftrack_server.schemas.failures import DifferencePublic, FailureNeighbour, FailurePublic
 
-__all__ = ["FailureResults", "failure_named", "failures", "public"]
+__all__ = ["failure_named", "failures", "public"]
 
 
 def failures() -> list[FailurePublic]:
@@ -84,46 +77,3 @@ def _differences(shown: Entry) -> list[DifferencePublic]:
     if len(set(trackers)) > 1:
         found.insert(0, DifferencePublic(title="Tracker", unit="", failing=trackers[0], cured=trackers[1]))
     return found
-
-
-class FailureResults:
-    """The courses of failures that somebody has asked for: each is computed once, in a child, and kept on the disk.
-
-    Those of other packages' experiments are kept as long as the server runs, which sees no change of theirs.
-    """
-
-    def __init__(self, folder: Path, wait_for: Callable[[str], Awaitable[None]]) -> None:
-        """Begin with those that were computed by this very program.
-
-        Args:
-            folder: Where they are kept.
-            wait_for: Waits for an experiment to be compiled, or raises that it takes longer.
-        """
-        self._kept = DiskCache(folder)
-        self._wait_for = wait_for
-        self._known: dict[str, FailureResult] = {}
-        self._under_way: dict[str, asyncio.Lock] = {}
-
-    def open(self) -> None:
-        """Forget what another version of the program has computed."""
-        self._kept.open()
-
-    async def of(self, shown: Entry, tasks: ChildTasks) -> FailureResult:
-        """Return the course of a failure and of its cure.
-
-        Raises:
-            UnavailableError: Its experiment is still being compiled, or it takes too long.
-            RefusedError: It cannot be computed.
-        """
-        name = shown.failure.id
-        async with self._under_way.setdefault(name, asyncio.Lock()):
-            if name not in self._known:
-                is_own, place = shown.experiment.id in EXPERIMENTS.own, digest(name)
-                course = await asyncio.to_thread(self._kept.read, place) if is_own else None
-                if course is None:
-                    await self._wait_for(shown.experiment.id)
-                    course = await tasks.run(run_with_and_without_cure, name)
-                    if is_own:
-                        await asyncio.to_thread(self._kept.write, place, course)
-                self._known[name] = FailureResult.model_validate(course)
-        return self._known[name]

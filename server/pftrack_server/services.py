@@ -9,7 +9,6 @@ from typing import Self
 from pftrack_server.comparisons.references import RunSources
 from pftrack_server.comparisons.service import Comparisons
 from pftrack_server.compilation import Compilation
-from pftrack_server.failures import FailureResults
 from pftrack_server.follow.follows import Follows
 from pftrack_server.lessons.service import Lessons
 from pftrack_server.middleware.metrics import Metrics
@@ -21,6 +20,7 @@ from pftrack_server.settings import Settings
 from pftrack_server.store import Store
 from pftrack_server.sweeps.manager import Sweeps
 from pftrack_server.tasks.child_tasks import ChildTasks
+from pftrack_server.tasks.experiment_results import ExperimentResults
 from pftrack_server.tasks.queue import Queues
 from pftrack_server.uploads.suitability import Suitabilities
 
@@ -47,7 +47,7 @@ class Services:
     suitabilities: Suitabilities
     queues: Queues
     compilation: Compilation
-    courses: FailureResults
+    results: ExperimentResults
     stopping: threading.Event
 
     @classmethod
@@ -72,8 +72,8 @@ class Services:
         await lessons.open()
         follows = Follows(settings, manager, lessons)
         kept = Suitabilities(store, settings)
-        courses = FailureResults(settings.data_dir / "failures-computed", compilation.wait_for)
-        await asyncio.to_thread(courses.open)
+        results = ExperimentResults(settings.data_dir / "experiments-computed", tasks, compilation.wait_for)
+        await asyncio.to_thread(results.open)
         stopping = threading.Event()
         return cls(
             settings,
@@ -90,7 +90,7 @@ class Services:
             kept,
             queues,
             compilation,
-            courses,
+            results,
             stopping,
         )
 

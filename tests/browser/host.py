@@ -1,5 +1,6 @@
 """A real server in a process of its own, as `pftrack serve` starts it, and what a test may do to it."""
 
+import base64
 import os
 import subprocess
 import sys
@@ -15,12 +16,14 @@ import numpy as np
 import psutil
 
 from pftrack.experiments import EXPERIMENTS
+from pftrack_server.tasks.disk_cache import DiskCache, digest
+from pftrack_server.tasks.functions import draw_experiment
 from tests.installing import environment
 from tests.session_requests import session_request
 from tests.waiting import wait_for
 
 START_S = 60.0
-PICTURE = cv2.imencode(".png", np.full((360, 480, 3), 200, np.uint8))[1].tobytes()
+PICTURE = base64.b64encode(cv2.imencode(".png", np.full((360, 480, 3), 200, np.uint8))[1].tobytes()).decode()
 
 
 class Server:
@@ -181,8 +184,9 @@ def draw_nothing(data: Path) -> None:
 
     Else whoever opens the start page first has a run of each computed; tests/server/test_pages.py does so.
     """
+    kept = DiskCache(data / "experiments-computed")
     for name in EXPERIMENTS.own:
-        (data / "cache" / f"{name}.png").write_bytes(PICTURE)
+        kept.write(digest(f"{draw_experiment.__name__} {name}"), {"png": PICTURE})
 
 
 def descendants(pid: int) -> list[int]:

@@ -7,8 +7,10 @@ import pytest
 
 from pftrack.experiments import EXPERIMENTS
 from pftrack.failures import gallery
-from pftrack_server.failures import FailureResults, failure_named
+from pftrack_server.schemas.failures import FailureResult
 from pftrack_server.tasks.disk_cache import DiskCache
+from pftrack_server.tasks.experiment_results import ExperimentResults
+from pftrack_server.tasks.functions import run_with_and_without_cure
 from tests.apart import run
 from tests.server.host import Server
 from tests.session_requests import session_request
@@ -59,10 +61,10 @@ def test_what_its_runs_come_to_is_computed_here(client: httpx.Client, server: Se
         raise AssertionError(f"{name} is computed again")
 
     services = server.app.state.services
-    again = FailureResults(services.settings.data_dir / "failures-computed", would_compute)
+    again = ExperimentResults(services.settings.data_dir / "experiments-computed", services.tasks, would_compute)
     again.open()
-    kept = run(again.of(failure_named("4"), services.tasks))
-    assert kept.model_dump(mode="json") == course
+    kept = run(again.get("ball", run_with_and_without_cure, "wrong-dynamics"))
+    assert FailureResult.model_validate(kept).model_dump(mode="json") == course
 
 
 def test_what_another_program_has_computed_is_forgotten(tmp_path: Path) -> None:

@@ -91,17 +91,6 @@ def test_files_refuse_other_names(tmp_path: Path) -> None:
     files.close()
 
 
-def test_each_start_forgets_the_pictures_of_experiments(tmp_path: Path) -> None:
-    """They are drawn again: an experiment may look otherwise by then, under the same name and version."""
-    files = DataDirectory(tmp_path)
-    files.keep_thumbnail_of("ball", b"as it was")
-    assert files.thumbnail_of("ball") == b"as it was"
-    files.close()
-    files = DataDirectory(tmp_path)
-    assert files.thumbnail_of("ball") is None
-    files.close()
-
-
 def test_one_server_at_a_time(tmp_path: Path) -> None:
     """A data directory has one server at a time, and another one when that is gone."""
     settings = Settings(data_dir=tmp_path)

@@ -1,6 +1,6 @@
 """Experiments: the list of them, and each in detail."""
 
-import asyncio
+import base64
 import hashlib
 from http import HTTPStatus
 from typing import Any
@@ -11,7 +11,7 @@ from starlette.responses import Response
 from pftrack.experiment import Experiment
 from pftrack.experiments import EXPERIMENTS
 from pftrack.model.parameters import declarations
-from pftrack_server.api.dependencies import AnExperiment, AStore, TheServices, TheTasks
+from pftrack_server.api.dependencies import AnExperiment, TheServices
 from pftrack_server.schemas.experiments import ExperimentDetail, ExperimentPublic, PluginPublic, PresetPublic
 from pftrack_server.tasks.functions import draw_experiment
 
@@ -51,15 +51,10 @@ def show_experiment(experiment: AnExperiment) -> ExperimentDetail:
     response_class=Response,
     responses={200: {"content": {"image/png": {}}}, 304: {"description": "It is the one that the client has"}},
 )
-async def draw_thumbnail(
-    request: Request, experiment: AnExperiment, services: TheServices, store: AStore, tasks: TheTasks
-) -> Response:
+async def draw_thumbnail(request: Request, experiment: AnExperiment, services: TheServices) -> Response:
     """Return a picture of an experiment: a real frame of a real run."""
-    picture = await asyncio.to_thread(store.files.thumbnail_of, experiment.id)
-    if picture is None:
-        await services.compilation.wait_for(experiment.id)
-        picture = await tasks.run(draw_experiment, experiment.id)
-        await asyncio.to_thread(store.files.keep_thumbnail_of, experiment.id, picture)
+    drawn = await services.results.get(experiment.id, draw_experiment, experiment.id)
+    picture = base64.b64decode(drawn["png"])
     # A package's experiment may be another one at the server's next start, and a browser has to see that at once.
     tag = f'"{hashlib.sha256(picture).hexdigest()[:32]}"'
     headers = {"Cache-Control": "no-cache", "ETag": tag}

@@ -5,9 +5,10 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Path
 
 from pftrack.failures import Entry
-from pftrack_server.api.dependencies import TheServices, TheTasks
+from pftrack_server.api.dependencies import TheServices
 from pftrack_server.failures import failure_named, failures, public
 from pftrack_server.schemas.failures import FailurePublic, FailureResult
+from pftrack_server.tasks.functions import run_with_and_without_cure
 
 __all__ = ["router"]
 
@@ -34,6 +35,7 @@ def show_failure(failure: AFailure) -> FailurePublic:
 
 
 @router.get("/{failure}/course")
-async def course_of_failure(failure: AFailure, services: TheServices, tasks: TheTasks) -> FailureResult:
+async def course_of_failure(failure: AFailure, services: TheServices) -> FailureResult:
     """Tell how its run and the cured one went: their errors, and what the failure's symptom measures in them."""
-    return await services.courses.of(failure, tasks)
+    course = await services.results.get(failure.experiment.id, run_with_and_without_cure, failure.failure.id)
+    return FailureResult.model_validate(course)

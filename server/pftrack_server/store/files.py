@@ -45,7 +45,6 @@ class DataDirectory:
         self.uploads = root / "uploads"
         self.runs = root / "runs"
         self.sweeps = root / "sweeps"
-        self.cache = root / "cache"
         self.incoming = root / "incoming"
         self.outgoing = root / "outgoing"
         self.states = root / "states"
@@ -62,9 +61,7 @@ class DataDirectory:
         # What was coming or going when the last server stopped is of no use to anybody.
         for folder in (self.incoming, self.outgoing):
             shutil.rmtree(folder, ignore_errors=True)
-        # Drawn again by each start: the program may be another one, and a package may have changed under its version.
-        shutil.rmtree(self.cache, ignore_errors=True)
-        for folder in (self.uploads, self.runs, self.sweeps, self.states, self.cache, self.incoming, self.outgoing):
+        for folder in (self.uploads, self.runs, self.sweeps, self.states, self.incoming, self.outgoing):
             folder.mkdir(exist_ok=True, mode=0o700)
 
     def close(self) -> None:
@@ -113,16 +110,6 @@ class DataDirectory:
         if sum(1 for _ in path.parent.glob("frame-*.jpg")) < MOST_PREVIEWS:
             with contextlib.suppress(OSError):
                 write_whole(path, picture)
-
-    def thumbnail_of(self, experiment: str) -> bytes | None:
-        """Return the picture of an experiment, if it was drawn already."""
-        path = self.cache / f"{experiment}.png"
-        return path.read_bytes() if path.exists() else None
-
-    def keep_thumbnail_of(self, experiment: str, picture: bytes) -> None:
-        """Keep the picture of an experiment, unless the disk is full; it can be drawn again."""
-        with contextlib.suppress(OSError):
-            write_whole(self.cache / f"{experiment}.png", picture)
 
     def truth(self, name: str, kind: str) -> Path:
         """Return where the truth of a kind is kept that was given for an upload."""

@@ -3,6 +3,7 @@
 One that may take minutes is a generator: it yields how many steps are done and of how many, and returns its result.
 """
 
+import base64
 import math
 import os
 import time
@@ -82,8 +83,8 @@ def index_frames(path: str, limits: Limits, memory_bytes: int) -> str:
     return sequence.index.to_json()
 
 
-def draw_experiment(experiment_id: str) -> bytes:
-    """Return the PNG of a frame from the middle of an experiment's own simulated run, by its first preset if any."""
+def draw_experiment(experiment_id: str) -> dict[str, Any]:
+    """Return the PNG, in base 64, of a frame amid an experiment's own simulated run, by its first preset if any."""
     experiment = find(experiment_id)
     setup = experiment.simulate()
     if experiment.presets:
@@ -95,7 +96,8 @@ def draw_experiment(experiment_id: str) -> bytes:
     run.seek(min(THUMBNAIL_FRAMES, run.frames - 1))
     drawing = experiment.draw(run.current, run.diagnostics)
     scale = THUMBNAIL_WIDTH_PX / drawing.width
-    return png(render(drawing, layers=experiment.shown_layers, scale=scale, caption=False))
+    picture = png(render(drawing, layers=experiment.shown_layers, scale=scale, caption=False))
+    return {"png": base64.b64encode(picture).decode()}
 
 
 def run_with_and_without_cure(failure_id: str) -> dict[str, Any]:
