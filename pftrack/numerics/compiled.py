@@ -10,9 +10,14 @@ order is part of their definition. What processor is compiled for is settled by 
 A compiled function contains those that it calls, also from other files, but Numba's cache looks only at its own file.
 So what is kept is marked with the content of all files that a function was made of, and what has another mark is
 compiled again: that function and its callers, and no others.
+
+A mark does not depend on where the files lie, and the processor is the same everywhere, so what one machine has
+compiled fits all others with the same Python, Numba and llvmlite. A release brings it along in the folder
+`machine.PRECOMPILED`, which is looked at first and never written to; what does not fit is compiled here and kept.
 """
 
 import hashlib
+import pickle
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
@@ -20,11 +25,15 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, ParamSpec, TypeVar, cast
 
+import llvmlite
 import numba
 import numpy as np
+from numba.core.caching import IndexDataCacheFile
 from numpy.typing import NDArray
 
-__all__ = ["FUNCTIONS", "compiled", "mark_of", "read_only"]
+from pftrack.numerics.machine import PACKAGE, PRECOMPILED
+
+__all__ = ["FUNCTIONS", "compiled", "mark_of", "precompiled_folder", "read_only"]
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -34,17 +43,46 @@ FUNCTIONS: list[Any] = []
 """What `compiled` has made, in modules that have been imported."""
 
 
+class _CacheFile(IndexDataCacheFile):
+    """What is kept of one function, behind what came with the package."""
+
+    def __init__(self, folder: str, name: str, mark: bytes, precompiled: Path | None) -> None:
+        super().__init__(folder, name, mark)  # type: ignore[no-untyped-call]
+        # The version is compared first: an index of other code may name types that exist no more, and cannot be read.
+        self._version = f"{numba.__version__} {llvmlite.__version__} {mark.hex()}"
+        self.precompiled = None if precompiled is None else _CacheFile(str(precompiled), name, mark, None)
+
+    def load(self, key: object) -> object:
+        """Return what is kept under a key, a signature among other things; None if nothing is."""
+        found = None
+        if self.precompiled is not None:
+            with suppress(OSError, EOFError, pickle.UnpicklingError):  # it is damaged
+                found = self.precompiled.load(key)
+        return super().load(key) if found is None else found  # type: ignore[no-untyped-call]
+
+
 def compiled(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
     """Compile a function of arrays and numbers."""
-    dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+    try:
+        dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+    except RuntimeError:  # no folder can be written, so each process compiles it
+        dispatcher = numba.njit(nogil=True, error_model="numpy")(function)
     # There is no public way to say what a function depends on; a cache of another make is as strict as Numba's own.
     with suppress(AttributeError):
-        kept, mark = dispatcher._cache._cache_file, mark_of(function)  # type: ignore[attr-defined] # noqa: SLF001
-        kept._source_stamp = mark  # noqa: SLF001
-        # The version is compared first: an index of other code may name types that exist no more, and cannot be read.
-        kept._version = f"{numba.__version__} {mark.hex()}"  # noqa: SLF001
+        cache = dispatcher._cache  # type: ignore[attr-defined] # noqa: SLF001
+        cache._cache_file = _CacheFile(  # noqa: SLF001
+            cache.cache_path,
+            cache._impl.filename_base,  # noqa: SLF001
+            mark_of(function),
+            precompiled_folder(Path(function.__code__.co_filename)) if PRECOMPILED.exists() else None,
+        )
     FUNCTIONS.append(dispatcher)
     return cast("Callable[Arguments, Result]", dispatcher)
+
+
+def precompiled_folder(source: Path) -> Path | None:
+    """Return where a release brings what is compiled of a source file; None of files that are not the package's."""
+    return PRECOMPILED / source.relative_to(PACKAGE).parent if source.is_relative_to(PACKAGE) else None
 
 
 def mark_of(function: Callable[..., object]) -> bytes:

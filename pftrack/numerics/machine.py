@@ -27,7 +27,11 @@ from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 
-__all__ = ["describe_platform", "settle"]
+__all__ = ["PACKAGE", "PRECOMPILED", "describe_platform", "settle"]
+
+PACKAGE = Path(__file__).parents[1]
+PRECOMPILED = PACKAGE / "precompiled"
+"""Compiled code that a release brings along; a checkout has none."""
 
 SETTINGS = {
     "NUMBA_CPU_NAME": "haswell",

@@ -18,7 +18,7 @@ from pathlib import Path
 
 from pftrack.numerics import machine
 
-__all__ = ["cache_folder", "existing", "ready", "remember", "source_hash", "writable"]
+__all__ = ["cache_folder", "existing", "memory_folder", "ready", "remember", "source_hash", "writable"]
 
 KEPT = 8
 """Memories of other versions and checkouts that are left alone."""
@@ -34,17 +34,16 @@ def cache_folder() -> Path | None:
 
 def ready(names: Iterable[str]) -> frozenset[str]:
     """Return which experiments are remembered as compiled, of those given."""
-    folder = _folder()
-    if folder is None:
-        return frozenset()
-    with suppress(OSError):
-        return frozenset(path.name for path in folder.iterdir()) & frozenset(names)
-    return frozenset()
+    found: set[str] = set()
+    for folder in (machine.PRECOMPILED / _name(), memory_folder()):
+        with suppress(OSError):
+            found.update(path.name for path in folder.iterdir()) if folder else None
+    return frozenset(found) & frozenset(names)
 
 
 def remember(name: str) -> None:
     """Remember that an experiment has been compiled; where nothing can be written, nothing is remembered."""
-    folder = _folder()
+    folder = memory_folder()
     if folder is None:
         return
     with suppress(OSError):
@@ -55,13 +54,14 @@ def remember(name: str) -> None:
             shutil.rmtree(old, ignore_errors=True)
 
 
-def _folder() -> Path | None:
+def memory_folder() -> Path | None:
+    """Return the folder that remembers, which need not exist; None where nothing can be kept."""
     cache = cache_folder()
-    return cache / f"warm-{_everything()}" if cache else None
+    return cache / _name() if cache else None
 
 
-def _everything() -> str:
-    """Return a hash of all that compiled code depends on: our source, the compiler and its target.
+def _name() -> str:
+    """Return the folder's name: a hash of all that compiled code depends on: our source, the compiler and its target.
 
     All of the source, since a process that has imported more than another must come to the same.
     """
@@ -70,7 +70,7 @@ def _everything() -> str:
     for name in ("target", "numba", "llvmlite", "numpy"):
         digest.update(f"{name} {on[name]}\n".encode())
     digest.update(source_hash())
-    return digest.hexdigest()[:16]
+    return f"warm-{digest.hexdigest()[:16]}"
 
 
 @cache

@@ -61,6 +61,45 @@ def test_a_change_in_what_is_called_compiles_the_caller_again(tmp_path: Path, ca
     assert [call(CALL), call(CALL)] == ["6 1", "6 0"]
 
 
+RELEASED = (
+    "import pftrack.numerics.compiled as at; from pathlib import Path; at.PACKAGE = Path({0!r});"
+    "at.PRECOMPILED = at.PACKAGE / 'precompiled'; " + CALL
+)
+
+
+def test_what_a_release_brings_along_is_used_first(tmp_path: Path, call: Callable[[str], str]) -> None:
+    """It is loaded and not written to; what is damaged, or of another source, is compiled here and kept here."""
+    (tmp_path / "inner.py").write_text(INNER.format(1))
+    (tmp_path / "outer.py").write_text(OUTER)
+    released = RELEASED.format(str(tmp_path))
+    assert call(CALL) == "4 1"
+    kept, brought = tmp_path / "__pycache__", tmp_path / "precompiled"
+    brought.mkdir()
+    for file in kept.glob("*.nb?"):
+        file.rename(brought / file.name)
+    brought.chmod(0o555)
+    assert call(released) == "4 0"
+    assert list(kept.glob("outer.*.nb?")) == []
+    (data,) = brought.glob("outer.outer*.nbc")
+    data.write_bytes(data.read_bytes()[:100])
+    assert [call(released), call(released)] == ["4 1", "4 0"]
+    (tmp_path / "inner.py").write_text(INNER.format(2))
+    assert [call(released), call(released)] == ["6 1", "6 0"]
+    assert sorted(file.name for file in kept.glob("outer.*.nb?")) == sorted(
+        file.name for file in brought.glob("outer.*")
+    )
+
+
+def test_where_no_folder_can_be_written_all_is_compiled_each_time(tmp_path: Path, call: Callable[[str], str]) -> None:
+    """Numba finds no place for what it compiles, and the function works all the same."""
+    (tmp_path / "inner.py").write_text(INNER.format(1))
+    (tmp_path / "outer.py").write_text(OUTER)
+    nowhere = "from numba.core.caching import CacheImpl; CacheImpl._locator_classes = []; "
+    line = nowhere + "import outer; print(outer.outer(1), len(outer.outer.signatures))"
+    assert call(line) == "4 1"
+    assert list(tmp_path.rglob("*.nb?")) == []
+
+
 TYPED = (
     HEAD
     + "from typing import NamedTuple\nclass {0}(NamedTuple):\n    x: int\n@compiled\ndef outer(x):\n    return x.x\n"

@@ -1,0 +1,70 @@
+"""Compile all that is compiled, for a release to bring along.
+
+`python -m tools.precompile FOLDER` fills a folder with what this machine's Python, Numba and llvmlite make of the
+package, as `pftrack.numerics.compiled` looks for it, and with the memory of which experiments it serves. A wheel that
+is built with `PFTRACK_PRECOMPILED=FOLDER` holds it (`tools/build_hook.py`).
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+__all__ = ["collect", "main"]
+
+
+def main(destination: Path) -> None:
+    """Compile into a cache of its own, in a process that has loaded nothing yet, and copy what came of it."""
+    with tempfile.TemporaryDirectory() as cache:
+        program = f"from tools.precompile import compile_all; compile_all({str(destination)!r})"
+        subprocess.run(  # noqa: S603
+            [sys.executable, "-c", program], check=True, env={**os.environ, "NUMBA_CACHE_DIR": cache}
+        )
+
+
+def compile_all(destination: str) -> None:
+    """Do so; Numba keeps it in the folder that the environment names.
+
+    Raises:
+        RuntimeError: An experiment does not run.
+    """
+    from pftrack.experiments import EXPERIMENTS  # noqa: PLC0415 - they read the environment when they are loaded
+    from pftrack.warming import Warming  # noqa: PLC0415
+
+    done = Warming(EXPERIMENTS.own, low_priority=False).wait()
+    if done.failed:
+        raise RuntimeError(f"not all can be compiled: {dict(done.failed)}")
+    collect(Path(destination))
+
+
+def collect(destination: Path) -> None:
+    """Copy what is kept of all functions of experiments that are known to be compiled.
+
+    Args:
+        destination: A folder, which is emptied before.
+    """
+    from pftrack.experiments import EXPERIMENTS  # noqa: PLC0415
+    from pftrack.numerics.compiled import FUNCTIONS, precompiled_folder  # noqa: PLC0415
+    from pftrack.numerics.machine import PACKAGE, PRECOMPILED  # noqa: PLC0415
+    from pftrack.warming.memory import memory_folder  # noqa: PLC0415
+
+    dict(EXPERIMENTS)  # imports them, and with them what they call
+    shutil.rmtree(destination, ignore_errors=True)
+    for function in FUNCTIONS:
+        folder = precompiled_folder(Path(function.py_func.__code__.co_filename))
+        if folder is None or not function.py_func.__module__.startswith(f"{PACKAGE.name}."):
+            continue
+        place = destination / folder.relative_to(PRECOMPILED)
+        place.mkdir(parents=True, exist_ok=True)
+        name = function._cache._impl.filename_base  # noqa: SLF001 - Numba has no public name for it
+        for file in Path(function._cache.cache_path).glob(f"{name}.*"):  # noqa: SLF001
+            shutil.copy(file, place)
+    memory = memory_folder()
+    if memory is not None and memory.exists():
+        shutil.copytree(memory, destination / memory.name)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
