@@ -4,8 +4,8 @@ import { ahead } from "./prefetch.js";
 import { api, messageOf } from "../shared/api.js";
 import { REFERENCES } from "../shared/citations.js";
 import { families, skeletonCard } from "./cards.js";
-import { followCompiling, inSentenceCase } from "../shared/compiling.js";
-import { fill, h, part, setText } from "../shared/dom.js";
+import { compilationMeter, followCompiling, inSentenceCase } from "../shared/compiling.js";
+import { fill, h, part } from "../shared/dom.js";
 import { navigation } from "../shared/navigation.js";
 import { pluginProblems } from "./plugins.js";
 import { offer } from "./tour_offer.js";
@@ -65,14 +65,15 @@ async function load() {
  *
  * @param {import("../shared/messages.js").CompilationPublic} compilation
  */
-function compiling({ finished, sentence, ready }) {
+function compiling(compilation) {
+  const { finished, sentence, usable, ready } = compilation;
   const place = part("compiling");
-  setText(place, finished ? "" : `${inSentenceCase(sentence)}.`);
+  fill(place, !finished && [`${inSentenceCase(sentence)}. `, compilationMeter(compilation)]);
   place.hidden = finished;
   for (const card of part("experiments").querySelectorAll("article")) {
-    const waits = !finished && !ready.includes(card.dataset.experiment ?? "");
-    if (card.classList.contains("waits") && !waits) card.querySelectorAll("img").forEach(again);
-    card.classList.toggle("waits", waits);
+    const { experiment = "" } = card.dataset;
+    card.classList.toggle("waits", !finished && !usable.includes(experiment));
+    if (finished || ready.includes(experiment)) [...card.querySelectorAll("img")].filter((it) => it.classList.contains("missing")).forEach(again);
   }
 }
 

@@ -66,7 +66,8 @@ export class SessionStart {
     const { play, ...body } = recipe;
     // A link of an earlier version has no recipe.
     const { experiment } = /** @type {{experiment: string}} */ (body.recipe ?? body);
-    const begin = () => whenCompiled(experiment, () => api.start({ ...body, id: name }), (sentence) => this.#wait(sentence), this.signal);
+    const start = () => api.start({ ...body, id: name });
+    const begin = () => whenCompiled(experiment, start, (sentence, meter) => this.#wait(sentence, meter), this.signal, "usable");
     const session = await whenPlaceFree(begin, (sentence) => this.#wait(sentence, h("a", { href: "work?show=sessions" }, "Running sessions")), this.signal);
     if (!this.signal.aborted) this.scene?.open(session.id, Promise.resolve(session), !recipe.position);
     return { session, recipe };
@@ -76,12 +77,12 @@ export class SessionStart {
    * Show what the session has to wait for: the compiler, once after an installation, or a place; nothing when it need not.
    *
    * @param {string} sentence
-   * @param {HTMLElement} [way] Where something can be done about it.
+   * @param {HTMLElement} [more] How far it is, or where something can be done about it.
    */
-  #wait(sentence, way) {
+  #wait(sentence, more) {
     this.element.querySelector(".compiling")?.remove();
     if (!sentence) return;
-    this.element.prepend(h("p", { class: "note compiling", role: "status" }, `${sentence}. The session begins by itself. `, way));
+    this.element.prepend(h("p", { class: "note compiling", role: "status" }, `${sentence}. The session begins by itself. `, more));
   }
 
   /**

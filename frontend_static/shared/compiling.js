@@ -1,9 +1,11 @@
 /** What is compiled once after an installation or an update: how far it is, for as long as it lasts. */
 
 import { api, statusOf } from "./api.js";
+import { h } from "./dom.js";
 import { after } from "./timing.js";
 
 /** @import { CompilationPublic } from "./messages.js" */
+/** @typedef {(sentence: string, meter?: HTMLElement) => void} Tell What to show; an empty sentence when the waiting is over. */
 
 const EVERY_MS = 1000;
 const UNAVAILABLE = 503;
@@ -30,17 +32,18 @@ export async function followCompiling(tell, signal) {
  * @template Answer
  * @param {string} experiment
  * @param {() => Promise<Answer>} act
- * @param {(sentence: string) => void} tell What to show meanwhile; empty when there is nothing more to wait for.
+ * @param {Tell} tell
  * @param {AbortSignal} signal Ends the waiting; then nothing more is done.
+ * @param {"ready"|"usable"} needed All of it, or how it is by default.
  * @returns {Promise<Answer>}
  */
-export async function whenCompiled(experiment, act, tell, signal) {
+export async function whenCompiled(experiment, act, tell, signal, needed = "ready") {
   try {
     return await act();
   } catch (error) {
     if (statusOf(error) !== UNAVAILABLE || signal.aborted) throw error;
     // It may have been ready since; what the server refuses then, it refuses for another reason.
-    await followUntil(experiment, tell, signal);
+    await followUntil(experiment, needed, tell, signal);
     if (signal.aborted) throw error;
     return act();
   }
@@ -48,18 +51,27 @@ export async function whenCompiled(experiment, act, tell, signal) {
 
 /**
  * @param {string} experiment
- * @param {(sentence: string) => void} tell
+ * @param {"ready"|"usable"} needed
+ * @param {Tell} tell
  * @param {AbortSignal} signal
  */
-async function followUntil(experiment, tell, signal) {
+async function followUntil(experiment, needed, tell, signal) {
   for (;;) {
-    const { finished, ready, sentence } = await api.compilation();
+    const compilation = await api.compilation();
     if (signal.aborted) return;
-    if (finished || ready.includes(experiment)) break;
-    tell(inSentenceCase(sentence));
+    if (compilation.finished || compilation[needed].includes(experiment)) break;
+    tell(inSentenceCase(compilation.sentence), compilationMeter(compilation));
     await after(EVERY_MS, signal);
   }
   tell("");
+}
+
+/**
+ * @param {CompilationPublic} compilation
+ * @returns {HTMLProgressElement} How far it is, as a bar; it only moves while the number of functions is not known.
+ */
+export function compilationMeter({ done, total }) {
+  return h("progress", { ...(total > 0 && { max: total, value: Math.min(done, total) }), "aria-label": "Functions compiled" });
 }
 
 /** @param {string} sentence */

@@ -228,6 +228,8 @@ export interface CompilationPublic {
   /** About how long it will go on; null while that is not known */
   seconds_left: number | null;
   /** Experiments of which sessions can be started */
+  usable: string[];
+  /** Experiments of which everything is compiled */
   ready: string[];
 }
 
@@ -1136,6 +1138,8 @@ export interface RunSnapshot {
   speed: number;
   /** How far a frame is behind its time, s, since it plays at this speed */
   behind_s: number;
+  /** While it compiles what it uses first: how many functions so far */
+  compiling: number | null;
   /** Measures of the branch so far, by name */
   measured: Record<string, number | null>;
 }
@@ -1239,6 +1243,8 @@ export interface SessionPublic {
   speed: number;
   /** How far a frame is behind its time, s, since it plays at this speed */
   behind_s: number;
+  /** While it compiles what it uses first: how many functions so far */
+  compiling: number | null;
   /** Measures of the branch so far, by name */
   measured: Record<string, number | null>;
   state: "starting" | "ready" | "playing" | "ended" | "suspended" | "crashed";
@@ -1308,6 +1314,8 @@ export interface SessionSnapshot {
   speed: number;
   /** How far a frame is behind its time, s, since it plays at this speed */
   behind_s: number;
+  /** While it compiles what it uses first: how many functions so far */
+  compiling: number | null;
   /** Measures of the branch so far, by name */
   measured: Record<string, number | null>;
   state: "starting" | "ready" | "playing" | "ended" | "suspended" | "crashed";

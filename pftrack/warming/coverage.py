@@ -14,8 +14,10 @@ __all__ = ["cases", "run_case"]
 
 
 def cases(experiment: Experiment) -> Iterator[tuple[str, dict[str, Value]]]:
-    """Yield each tracker with the defaults, then what lets other code run, with a tracker that reads it."""
-    yield from ((tracker, {}) for tracker in experiment.trackers)
+    """Yield each tracker with the defaults, the default one first, then what lets other code run, with who reads it."""
+    first = experiment.default_tracker
+    yield first, {}
+    yield from ((tracker, {}) for tracker in experiment.trackers if tracker != first)
     for item in declarations(type(experiment.simulate().parameters)):
         others: tuple[Value, ...] = item.choices if item.kind == "choice" else ()
         if item.kind == "boolean":

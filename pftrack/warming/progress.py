@@ -16,7 +16,8 @@ class Progress:
     Attributes:
         done: Functions that are compiled, or were.
         total: Functions that there are; 0 while that is not known yet.
-        ready: Experiments that can be used.
+        usable: Experiments that run as they are by default; what else they can is compiled where it is used first.
+        ready: Experiments of which everything is compiled.
         failed: Why experiments could not be run, by name.
         seconds: What was compiled now, by function, and how long each took without what it calls.
         elapsed_s: Since the beginning.
@@ -25,6 +26,7 @@ class Progress:
 
     done: int = 0
     total: int = 0
+    usable: frozenset[str] = frozenset()
     ready: frozenset[str] = frozenset()
     failed: Mapping[str, str] = field(default_factory=dict)
     seconds: Mapping[str, float] = field(default_factory=dict)

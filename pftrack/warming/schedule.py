@@ -1,9 +1,11 @@
 """Which process runs which case next, so that all of them have something to do until everything is done.
 
+The first case of an experiment is how it is by default, which is all that its session needs to begin. So the first
+cases of all come before the others, and before them what somebody waits for.
+
 Two processes that need the same function at the same time both compile it. Cases that follow one another call much the
-same functions, so a process stays with the experiment that it has begun; when that has no more, it helps another from
-its end, where other things are chosen than in the beginning. Only then does it begin one: experiments share functions
-too, and find compiled what those before them called. What somebody waits for comes before all that.
+same functions, so then a process stays with the experiment that it has begun; when that has no more, it helps another
+from its end, where other things are chosen than in the beginning.
 """
 
 from collections import deque
@@ -50,14 +52,12 @@ class Schedule:
         fullest = max(self._waiting, key=lambda name: len(self._waiting[name]), default=None)
         if self._waiting.get(self._preferred):
             case = (self._preferred, self._waiting[self._preferred].popleft())
-        elif self._new and self._new[0] == self._preferred:
+        elif self._new:  # what is preferred is the first of them
             case = (self._new.popleft(), 0)
         elif before is not None and self._waiting.get(before):
             case = (before, self._waiting[before].popleft())
         elif fullest is not None and self._waiting[fullest]:
             case = (fullest, self._waiting[fullest].pop())
-        elif self._new:
-            case = (self._new.popleft(), 0)
         else:
             return None
         self._running[case[0]] = self._running.get(case[0], 0) + 1

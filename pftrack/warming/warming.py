@@ -52,6 +52,7 @@ class Warming:
         self._compile = compile_case
         self._lock = threading.RLock()
         self._done: set[str] = set()
+        self._usable: set[str] = set()
         self._ready: set[str] = set()
         self._failed: dict[str, str] = {}
         self._seconds: dict[str, float] = {}
@@ -74,6 +75,7 @@ class Warming:
             return Progress(
                 len(self._done),
                 self._total,
+                frozenset(self._usable),
                 frozenset(self._ready),
                 dict(self._failed),
                 dict(self._seconds),
@@ -117,12 +119,14 @@ class Warming:
         """Take up what came of a case, and go on with the next."""
         if future.cancelled():
             return
-        name, _ = case
+        name, number = case
         with self._lock:
             self._running -= 1
             error = future.exception()
             if error is None:
                 self._done.update(future.result())
+                if number == 0:
+                    self._usable.add(name)
             elif isinstance(error, CallError):  # experiments of other packages may raise anything
                 self._fail(name, str(error).splitlines()[0])
             else:

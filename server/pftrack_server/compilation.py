@@ -1,12 +1,14 @@
 """Compiling while the server runs already: what is ready, how far the rest is, and who has to wait.
 
 On the first start after an installation or an update nothing is compiled yet. Processes of low priority see to that
-while pages are served, in the order of the start page, but for what somebody opens, which comes next. A session of an
-experiment that is not ready is refused with a sentence that says how long it will take.
+while pages are served: first for the tour, then in the order of the start page, but for what somebody opens, which
+comes next. A session needs what its experiment is by default, and until that is compiled it is refused with a sentence
+that says how long it will take; what else it comes to use it compiles itself, if that has not been done by then.
 """
 
 import asyncio
 import time
+from collections.abc import Callable
 from typing import Self
 
 import structlog
@@ -46,7 +48,7 @@ class Compilation:
     @classmethod
     def open(cls) -> Self:
         """Look at what is compiled; the experiments must be imported."""
-        names = tuple(EXPERIMENTS)
+        names = tuple(sorted(EXPERIMENTS, key=lambda name: not any(it.tour for it in EXPERIMENTS[name].presets)))
         # Where nothing can be kept, the process that makes the workers compiles for all of them.
         return cls(names, ready(names) if cache_folder() else frozenset(names))
 
@@ -62,28 +64,37 @@ class Compilation:
 
     @property
     def ready(self) -> frozenset[str]:
-        """The experiments of which sessions can be started; one that does not run says itself what is wrong."""
+        """The experiments of which everything is compiled; one that does not run says itself what is wrong."""
         progress = self.progress
         return self._known | progress.ready | progress.failed.keys()
 
+    @property
+    def usable(self) -> frozenset[str]:
+        """The experiments of which sessions can be started."""
+        return self.ready | self.progress.usable
+
     async def open_experiment(self, name: str) -> None:
-        """Wait a moment for an experiment that somebody opens; if it is not ready, it is compiled next.
+        """Wait a moment for an experiment that somebody opens to be usable; it is compiled next.
 
         Raises:
             UnavailableError: It takes longer.
         """
         if self._warming is not None and name not in self.ready:
             self._warming.prefer(name)
-        await self.wait_for(name)
+        await self._wait_until(lambda: name in self.usable)
 
     async def wait_for(self, name: str) -> None:
-        """Wait a moment for an experiment to be ready, in no thread: a class that waits would hold all of them.
+        """Wait a moment for an experiment to be ready.
 
         Raises:
             UnavailableError: It takes longer.
         """
+        await self._wait_until(lambda: name in self.ready)
+
+    async def _wait_until(self, condition: Callable[[], bool]) -> None:
+        """Wait in no thread: a class that waits would hold all of them."""
         until = time.monotonic() + PATIENCE_S
-        while name not in self.ready:
+        while not condition():
             if time.monotonic() > until:
                 told = self.progress.sentence
                 raise UnavailableError(f"This experiment is not ready yet: {told}. Try again when it is.")

@@ -86,8 +86,11 @@ def test_a_server_is_there_while_it_compiles(client: httpx.Client, warming: list
     assert start(client, "ball").status_code == 201
     assert warming[0].names[:2] == ["histogram", "fish"]  # in the order of the start page
     assert warming[0].preferred == ["sine"]  # opened, where of others a picture was shown
-    warming[0].goes_on(Progress(40, 41, ready=frozenset({"sine"})))
-    assert start(client, "sine").status_code == 201
+    warming[0].goes_on(Progress(40, 41, usable=frozenset({"sine"})))
+    told = client.get("/api/v1/compilation").json()
+    assert (told["usable"], told["ready"]) == (["ball", "sine"], ["ball"])
+    assert start(client, "sine").status_code == 201  # what it is by default is compiled
+    assert client.get("/api/v1/experiments/sine/thumbnail.png").status_code == 503  # its picture needs more
     warming[0].goes_on(Progress(41, 41, ready=frozenset(warming[0].names), finished=True))
     assert client.get("/readyz").status_code == 200
     assert client.get("/api/v1/compilation").json()["finished"]

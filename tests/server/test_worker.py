@@ -7,16 +7,18 @@ import time
 from collections.abc import AsyncIterator, Callable
 from typing import Any
 
+import numba
 import pytest
 
 from pftrack.process import AsyncEnd, BlockingEnd, pair
+from pftrack.warming import watch
 from pftrack_server.worker.protocol import Change, Credit, Event, Progress, Reply, Request, Speed, Transport
 from pftrack_server.worker.run_tree import RunTree
 from pftrack_server.worker.worker import Worker
 from tests.apart import run
 from tests.server.test_run_tree import config
 
-SLOW = 0.1
+SLOW = 0.03
 """Times real time: three frames a second, so that a change has a while until the next one."""
 
 
@@ -147,3 +149,36 @@ def test_a_run_that_is_too_slow_says_how_far_it_is_behind(monkeypatch: pytest.Mo
     told = [event.changes["behind_s"] for event in heard if "behind_s" in event.changes]
     assert told[:-1] == sorted(told[:-1])
     assert told[-1] == 0.0
+
+
+async def play_until_compiled(heard: list[Progress]) -> None:
+    """Play until the worker says that it compiles nothing any more."""
+    over = asyncio.Event()
+
+    def hear(event: Event) -> None:
+        if isinstance(event, Progress):
+            heard.append(event)
+            if event.changes.get("compiling", 0) is None:
+                over.set()
+
+    async with working(hear) as web:
+        web.send(Request(1, Transport("play")))
+        await asyncio.wait_for(over.wait(), 60)
+
+
+def test_a_run_that_has_to_compile_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It tells of each function before it falls silent, and with the frame that needed them that it is over."""
+    functions = [numba.njit(lambda x, k=k: x + k) for k in range(2)]
+    monkeypatch.setattr(watch, "FUNCTIONS", functions)
+
+    def compiling(tree: RunTree) -> dict[str, Any] | None:
+        for function in functions:
+            function(1.5)
+        return forward(tree)
+
+    forward = RunTree.forward
+    monkeypatch.setattr(RunTree, "forward", compiling)
+    heard: list[Progress] = []
+    run(play_until_compiled(heard))
+    told = [event.changes["compiling"] for event in heard if "compiling" in event.changes]
+    assert told == [0, 1, None]

@@ -20,5 +20,6 @@ def show_compilation(services: TheServices) -> CompilationPublic:
         done=progress.done,
         total=progress.total,
         seconds_left=progress.left_s,
+        usable=sorted(services.compilation.usable),
         ready=sorted(services.compilation.ready),
     )

@@ -13,4 +13,5 @@ class CompilationPublic(BaseModel):
     done: int = Field(description="Functions that are compiled")
     total: int = Field(description="Functions that there are; 0 while that is not known")
     seconds_left: float | None = Field(description="About how long it will go on; null while that is not known")
-    ready: list[str] = Field(description="Experiments of which sessions can be started")
+    usable: list[str] = Field(description="Experiments of which sessions can be started")
+    ready: list[str] = Field(description="Experiments of which everything is compiled")

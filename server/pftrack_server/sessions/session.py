@@ -175,7 +175,9 @@ class Session:
             after_gap: Nobody has looked for a while because this process itself was stopped. Then the worker may have
                 been stopped as well, and only its silence from now on counts.
         """
-        patience = self._settings.start_seconds if self._starting else self._settings.hang_seconds
+        # While it starts, or compiles a function, a worker has nothing to say.
+        is_quiet = self._starting is not None or self.spec.run.compiling is not None
+        patience = self._settings.start_seconds if is_quiet else self._settings.hang_seconds
         worker = self._starting or self._worker
         if worker is None or worker.pid is None:
             return

@@ -24,6 +24,7 @@ from pftrack.rendering import png, render
 from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
 from pftrack.sources.sequence import SourceError
+from pftrack.warming.watch import watch
 from pftrack_server.flat.codec import DrawingEncoder
 from pftrack_server.pictures import PictureEncoder
 from pftrack_server.schemas.snapshot import Goal, RunSnapshot, differences
@@ -143,7 +144,9 @@ class Worker:
         self._encoder = DrawingEncoder(self._pictures)
         self._way: Seek | None = None
         self._reported = config.run
-        self._start_seek(config.run.bound, OPENING)
+        self._compiled = 0
+        with watch(lambda _: self._heartbeat(), self._count_compiled):
+            self._start_seek(config.run.bound, OPENING)
 
     def serve(self) -> None:
         """Say that the run stands, then listen and compute until the web process hangs up."""
@@ -153,14 +156,15 @@ class Worker:
         self._told = time.monotonic()
         if self._way is None:
             self._pipe.send(Reply(OPENING))
-        while True:
-            message = self._pipe.receive(self._time_to_wait_s())
-            if isinstance(message, Credit):
-                self._credits.add(message.form)
-            elif isinstance(message, Request):
-                self._answer(message)
-            self._compute()
-            self._tell()
+        with watch(self._tell_compiling, self._count_compiled):
+            while True:
+                message = self._pipe.receive(self._time_to_wait_s())
+                if isinstance(message, Credit):
+                    self._credits.add(message.form)
+                elif isinstance(message, Request):
+                    self._answer(message)
+                self._compute()
+                self._tell()
 
     # ------------------------------------------------------------ time
 
@@ -237,6 +241,20 @@ class Worker:
     def _heartbeat(self) -> None:
         self._pipe.send(Heartbeat())
         self._told = time.monotonic()
+
+    def _tell_compiling(self, name: str) -> None:
+        """Tell in the middle of a step that it has to compile a function before it can go on.
+
+        Nothing else is told: what moves may not be looked at before the step is done.
+        """
+        del name
+        self._reported = self._reported.model_copy(update={"compiling": self._compiled})
+        self._pipe.send(Progress({"compiling": self._compiled}))
+        self._told = time.monotonic()
+
+    def _count_compiled(self, name: str, seconds: float) -> None:
+        del name, seconds
+        self._compiled += 1
 
     # ------------------------------------------------------------ events
 
