@@ -32,6 +32,8 @@ def test_it_is_small_and_nobody_names_it() -> None:
                 assert not names.search(file.read_text()), file
 
 
+# Its checks are those of tests/experiments.
+@pytest.mark.slow
 def test_its_own_tests_pass(place: Path) -> None:
     """Its tests, with all checks of `pftrack.testing`, pass where it is installed."""
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(EXAMPLE / "test_turning.py")]

@@ -71,6 +71,8 @@ def still(page: Any) -> Any:
     return page.evaluate(STILL)
 
 
+# In the scene, drawn in software; test_lesson.py and test_behind_proxy.py open it.
+@pytest.mark.slow
 @pytest.mark.scene
 def test_the_run_is_seen_and_plays_before_the_scene_is_there(gallery: Gallery, held: Held, server: Server) -> None:
     """A click in the gallery shows the library's own picture, which goes on with the run, and the plots beside it.

@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from typing import Any
 
+import pytest
+
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage, View
 
@@ -83,6 +85,8 @@ INSIDE = """(() => {
 })()"""
 
 
+# test_failures.py has a server that is full.
+@pytest.mark.slow
 def test_the_tour_waits_for_a_place(
     server: Server, fill: Callable[..., list[dict[str, Any]]], page: Any, complaints: Any
 ) -> None:

@@ -46,6 +46,8 @@ def test_what_is_only_drawn_is_nothing_to_sweep_over(gallery: Gallery) -> None:
     assert not {"Shown mode", "Along the mode, sd", "Swaying mode"} & set(titles)
 
 
+# test_linkage.py and test_hand.py follow films from marks.
+@pytest.mark.slow
 def test_a_film_is_followed_from_the_mark(gallery: Gallery, server: Server, film: bytes) -> None:
     """The editor offers head, root and tip; the form says how well the fish stands out; then it is tracked."""
     page = gallery.page

@@ -105,6 +105,8 @@ def several(bare: Any, server: Server) -> Several:
     return Several(bare, server)
 
 
+# test_failures.py watches two sessions in step.
+@pytest.mark.slow
 @pytest.mark.scene
 def test_two_sessions_are_in_step_and_leave_nothing_behind(several: Several, server: Server) -> None:
     """Two sessions of one clock show the same frame however they are steered; one is disposed of, the other goes on.

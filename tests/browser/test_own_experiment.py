@@ -96,6 +96,8 @@ def it_has_its_sliders_and_plots(shown: SessionPage, server: Server) -> None:
     shown.until(lambda: titles() == ["estimate", "likeliest"], "so are its readings")
 
 
+# test_share.py has the links.
+@pytest.mark.slow
 def test_a_link_brings_the_same_numbers_back(page: Any, server: Server, chromium: Any) -> None:
     """Given as a link to somebody else, a run computes the same errors.
 

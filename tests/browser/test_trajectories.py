@@ -83,6 +83,8 @@ def clip() -> bytes:
     return file.getvalue()
 
 
+# test_linkage.py and test_hand.py follow films.
+@pytest.mark.slow
 def test_corners_of_a_film_are_followed_with_nothing_marked(gallery: Gallery, server: Server, clip: bytes) -> None:
     """A film is chosen and tracked at once; its corners move as the picture does, and the search is shown beside it."""
     page = gallery.page

@@ -67,7 +67,7 @@ def test_what_is_wrong_is_told_with_what_was_pressed(bare: Any, complaints: Comp
 
 def test_a_short_visit(page: Any, server: Server, complaints: Complaints) -> None:
     """A few seconds, the same visitor in every run of the tests."""
-    visit(page, server, complaints, 1, 4.0)
+    visit(page, server, complaints, 1, 2.5)
 
 
 @pytest.mark.slow

@@ -74,6 +74,8 @@ def test_presets_do_what_they_say() -> None:
     assert widths[1].low == widths[1].high
 
 
+# Statistics of whole runs.
+@pytest.mark.slow
 def test_presets_of_the_lattice_do_what_they_say() -> None:
     """The light jumps in the frames that are named, and what that does to the ringed track is as it is told."""
     lattice, light = finished("lattice").diagnostics, finished("light").diagnostics

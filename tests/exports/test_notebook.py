@@ -24,6 +24,8 @@ def source(content: bytes) -> str:
     return "\n".join("".join(cell["source"]) for cell in json.loads(content)["cells"])
 
 
+# tests/server/test_exports.py runs one of a session.
+@pytest.mark.slow
 def test_a_run_with_changes_comes_to_the_same_numbers() -> None:
     """Executed in a kernel, it computes as far as the run had come, with the changes on the way."""
     ball = find("ball")

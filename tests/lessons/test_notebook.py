@@ -23,6 +23,8 @@ def cells(content: bytes, kind: str) -> list[str]:
     return ["".join(cell["source"]) for cell in json.loads(content)["cells"] if cell["cell_type"] == kind]
 
 
+# A lecturer's scenario runs in one below.
+@pytest.mark.slow
 def test_a_notebook_runs_in_a_kernel() -> None:
     """Executed as a person would, it prints the numbers and checks that the library computes."""
     lesson = LESSONS["probability"]

@@ -19,7 +19,7 @@ from tests.apart import run
 from tests.server.test_run_tree import config
 
 SLOW = 0.03
-"""Times real time: three frames a second, so that a change has a while until the next one."""
+"""Times real time: a frame a second, so that a change has a while until the next one."""
 
 
 @contextlib.asynccontextmanager

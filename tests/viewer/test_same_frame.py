@@ -81,6 +81,8 @@ def playing(session: Session) -> Iterator[None]:
     thread.join()
 
 
+# A count over many screenshots.
+@pytest.mark.slow
 def test_picture_and_particles_are_of_one_frame(session: Session, site: Site, chromium: Any, playing: None) -> None:
     """Every screenshot of a playing run shows one frame, and the run goes on from one to the next."""
     page = chromium.new_page(viewport={"width": 930, "height": 560})
