@@ -6,6 +6,9 @@ BIN    := $(VENV)/bin
 HOST   ?= 127.0.0.1
 PORT   ?= 8000
 WORKERS ?= 3
+# What `make coverage` demands, in percent of lines and branches.
+LIBRARY_FLOOR := 92
+SERVER_FLOOR := 93
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { echo $$p; break; }; done)
 
@@ -22,7 +25,7 @@ endef
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help serve test test-all lint format bench lock wheel clean
+.PHONY: help serve test test-all coverage lint format bench lock release clean
 
 help:  ## Say what can be made
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -35,6 +38,13 @@ test: lint  ## Install what the tests need, check style, types and walls, run th
 
 test-all: lint  ## The same with the slow tests
 	@$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m ""
+
+coverage: lint  ## Run the fast tests, and hold which share of the branches they take
+	@$(BIN)/coverage erase
+	@$(BIN)/coverage run -m pytest -n $(WORKERS) --dist worksteal
+	@$(BIN)/coverage combine --quiet
+	@$(BIN)/coverage report --include 'pftrack/*' --fail-under $(LIBRARY_FLOOR)
+	@$(BIN)/coverage report --include 'server/*' --fail-under $(SERVER_FLOOR)
 
 lint: $(VENV)/.test-stamp  ## Check style, types and import walls, of the pages' scripts where Node is there
 	$(BIN)/ruff check
@@ -54,8 +64,8 @@ lock: $(VENV)/.test-stamp  ## Choose the newest versions of all that is installe
 	@$(BIN)/python -m uv pip compile --quiet --upgrade --universal --python-version 3.11 --all-extras --no-annotate \
 		--no-emit-index-url --custom-compile-command "make lock" --output-file constraints.txt pyproject.toml
 
-wheel: $(VENV)/.test-stamp  ## Build the wheel into dist/
-	$(BIN)/python -m pip wheel --quiet --no-deps --wheel-dir dist .
+release: $(VENV)/.test-stamp  ## Build the files of a release into dist/, install each and use it as a stranger does
+	@$(BIN)/python -m tools.release dist
 
 clean:  ## Remove everything that was built, the virtual environment too
 	rm -rf $(VENV) node_modules build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
