@@ -7,6 +7,7 @@ that says how long it will take; what else it comes to use it compiles itself, i
 """
 
 import asyncio
+import threading
 import time
 from collections.abc import Callable
 from typing import Self
@@ -31,14 +32,16 @@ LOG_EVERY_S = 10.0
 class Compilation:
     """What of the experiments is compiled."""
 
-    def __init__(self, names: tuple[str, ...], known: frozenset[str]) -> None:
+    def __init__(self, names: tuple[str, ...], known: frozenset[str], stopping: threading.Event) -> None:
         """Begin to compile what is missing.
 
         Args:
             names: All experiments, in the order in which they are compiled.
             known: Those that are compiled.
+            stopping: Is set when nobody is to wait any more.
         """
         self._known = known
+        self._stopping = stopping
         self._logged = 0.0
         self._seen: frozenset[str] = frozenset()
         missing = [name for name in names if name not in known]
@@ -46,11 +49,11 @@ class Compilation:
         self._warming = Warming(missing, told=self._take) if missing else None
 
     @classmethod
-    def open(cls) -> Self:
+    def open(cls, stopping: threading.Event) -> Self:
         """Look at what is compiled; the experiments must be imported."""
         names = tuple(sorted(EXPERIMENTS, key=lambda name: not any(it.tour for it in EXPERIMENTS[name].presets)))
         # Where nothing can be kept, the process that makes the workers compiles for all of them.
-        return cls(names, ready(names) if cache_folder() else frozenset(names))
+        return cls(names, ready(names) if cache_folder() else frozenset(names), stopping)
 
     def close(self) -> None:
         """End the processes that compile; what they have compiled stays."""
@@ -95,6 +98,8 @@ class Compilation:
         """Wait in no thread: a class that waits would hold all of them."""
         until = time.monotonic() + PATIENCE_S
         while not condition():
+            if self._stopping.is_set():
+                raise UnavailableError("The server is being stopped. Try again when it is back.")
             if time.monotonic() > until:
                 told = self.progress.sentence
                 raise UnavailableError(f"This experiment is not ready yet: {told}. Try again when it is.")

@@ -57,7 +57,8 @@ class Services:
         asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(THREADS, "pftrack"))
         await asyncio.to_thread(FORK_SERVER.start)
         store = await asyncio.to_thread(Store, settings)
-        compilation = await asyncio.to_thread(Compilation.open)
+        stopping = threading.Event()
+        compilation = await asyncio.to_thread(Compilation.open, stopping)
         queues = Queues()
         tasks = ChildTasks(queues)
         manager = Manager(settings, store, tasks, compilation.open_experiment)
@@ -74,7 +75,6 @@ class Services:
         kept = Suitabilities(store, settings)
         results = ExperimentResults(settings.data_dir / "experiments-computed", tasks, compilation.wait_for)
         await asyncio.to_thread(results.open)
-        stopping = threading.Event()
         return cls(
             settings,
             store,

@@ -1,5 +1,6 @@
 """A server that compiles while it runs: it answers at once, says how far it is, and starts what is ready."""
 
+import asyncio
 import threading
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -12,6 +13,7 @@ import pytest
 import pftrack_server.compilation
 from pftrack.warming import Progress
 from pftrack_server.compilation import Compilation
+from pftrack_server.errors import UnavailableError
 from pftrack_server.settings import Settings
 from tests.apart import run
 from tests.server.host import running
@@ -114,6 +116,20 @@ def test_a_class_that_waits_holds_nobody_up(
         assert {each.result().status_code for each in waiting} == {200}
 
 
+def test_who_waits_is_told_when_the_server_stops(warming: list[Pretended]) -> None:
+    """At once, so that the server need not wait for them until it gives up."""
+    stopping = threading.Event()
+    compilation = Compilation(("sine",), frozenset(), stopping)
+
+    async def wait_and_stop() -> None:
+        waiting = asyncio.ensure_future(compilation.wait_for("sine"))
+        stopping.set()
+        with pytest.raises(UnavailableError, match="is being stopped"):
+            await waiting
+
+    run(wait_and_stop())
+
+
 def test_news_wait_for_nobody_who_looks(monkeypatch: pytest.MonkeyPatch) -> None:
     """News are told under the lock that a look takes: if they waited for those who look, both would wait for ever."""
     looks, told = threading.Event(), threading.Event()
@@ -136,7 +152,7 @@ def test_news_wait_for_nobody_who_looks(monkeypatch: pytest.MonkeyPatch) -> None
         return made[0]
 
     monkeypatch.setattr(pftrack_server.compilation, "Warming", begin)
-    compilation = Compilation(("sine",), frozenset())
+    compilation = Compilation(("sine",), frozenset(), threading.Event())
     with ThreadPoolExecutor(2) as pool:
         waiting = pool.submit(lambda: run(compilation.wait_for("sine")))
         assert looks.wait(30)
@@ -150,7 +166,7 @@ def test_news_wait_for_nobody_who_looks(monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_one_that_cannot_be_compiled_says_so_itself(warming: list[Pretended]) -> None:
     """An experiment that fails to run is let through, so that its session tells what is wrong."""
-    compilation = Compilation(("ball", "broken"), frozenset({"ball"}))
+    compilation = Compilation(("ball", "broken"), frozenset({"ball"}), threading.Event())
     assert warming[0].names == ["broken"]
     warming[0].goes_on(Progress(failed={"broken": "ValueError: no"}, finished=True))
     run(compilation.wait_for("broken"))
@@ -158,7 +174,7 @@ def test_one_that_cannot_be_compiled_says_so_itself(warming: list[Pretended]) ->
 
 def test_what_is_compiled_needs_no_process(warming: list[Pretended]) -> None:
     """On every start but the first nothing is started, and everything is ready at once."""
-    compilation = Compilation(("ball",), frozenset({"ball"}))
+    compilation = Compilation(("ball",), frozenset({"ball"}), threading.Event())
     assert warming == []
     assert compilation.progress.finished
     run(compilation.wait_for("ball"))
