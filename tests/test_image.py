@@ -1,4 +1,7 @@
-"""The container: its image is built as docker/Dockerfile says, and run as docker/compose.yaml says."""
+"""The container: its image is built as docker/Dockerfile says, and run as docker/compose.yaml says.
+
+All is one test, since processes that share the tests would each build an image.
+"""
 
 import json
 import os
@@ -9,7 +12,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit
 
 import httpx
 import pytest
@@ -20,23 +22,23 @@ from tests.server.asking import columns
 from tests.server.command import link
 from tests.server.host import begin, steer
 
-pytestmark = pytest.mark.slow
-
 MOST_BYTES = 1.2e9
 GRACE_S = 15
 """That of docker/compose.yaml."""
 FRAMES = 20
+PROGRAMS = "/opt/compiled/numba", "/opt/pftrack/bin", "/usr/local/bin", "/etc"
 
 
-@pytest.fixture(scope="module")
-def image(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Image]:
+@pytest.fixture
+def image(tmp_path: Path) -> Iterator[Image]:
     if reason := lacking():
         pytest.skip(reason)
     try:
         base = debian()
     except OSError as error:
         pytest.skip(str(error))
-    place = tmp_path_factory.mktemp("image")
+    place = tmp_path / "image"
+    place.mkdir()
     try:
         yield build(base, place)
     finally:
@@ -53,16 +55,62 @@ def data(image: Image, tmp_path: Path) -> Path:
     return folder
 
 
+@pytest.mark.slow
+def test_a_life(image: Image, data: Path) -> None:
+    """It is small, uses what was compiled with it, is confined, and finds its sessions again when it was ended.
+
+    So it is at the root of an address as well as below a path.
+    """
+    assert image.size <= MOST_BYTES
+    with visited(image, data, path="") as (container, client):
+        assert_confined(container)
+        session = begin(client)["id"]
+        steer(client, session, "seek", frame=FRAMES)
+        before = numbers(client, session)
+        assert_nothing_compiled(container, client)
+        end(container)
+    with visited(image, data, path="/any/prefix") as (container, client):
+        assert [it["id"] for it in client.get("/api/v1/sessions").json()] == [session]
+        assert client.post(f"/api/v1/sessions/{session}/resume").json()["computed"] >= FRAMES
+        assert numbers(client, session) == before
+        end(container)
+
+
 @contextmanager
-def visiting(container: Container) -> Iterator[httpx.Client]:
-    """Open the link that the container prints."""
-    address = urlsplit(link(container.outside))
-    origin = f"{address.scheme}://{address.netloc}"
-    with httpx.Client(base_url=origin, timeout=60, follow_redirects=True) as client:
-        assert client.get("/healthz").status_code == 200
-        assert client.get("/api/v1/sessions").status_code == 401
-        assert client.get(f"{address.path}?{address.query}").status_code == 200
-        yield client
+def visited(image: Image, data: Path, *, path: str) -> Iterator[tuple[Container, httpx.Client]]:
+    """Run a container, and open the link that it prints."""
+    port = str(free_port())
+    with running(image, data, PFTRACK_PORT=port, PFTRACK_BASE_PATH=path) as container:
+        address = link(container.outside)
+        bare = f"http://localhost:{port}{path}"
+        assert address.startswith(f"{bare}/?token=")
+        kind, *check = image.config["Healthcheck"]["Test"]
+        assert (kind, container.execute(*check).returncode) == ("CMD", 0)
+        with httpx.Client(base_url=bare, timeout=60, follow_redirects=True) as client:
+            assert client.get("/healthz").status_code == 200
+            assert client.get("/api/v1/sessions").status_code == 401
+            assert client.get(address).status_code == 200  # from here on a cookie says it
+            yield container, client
+
+
+def assert_confined(container: Container) -> None:
+    """Check that it is nobody in particular, may do nothing that others may not, and changes no program."""
+    lines = container.execute("cat", "/proc/1/status").stdout.splitlines()
+    status = {name: value.split() for name, _, value in (line.partition(":") for line in lines)}
+    assert status["Uid"] == ["10001"] * 4
+    assert status["CapBnd"] == status["CapPrm"] == ["0" * 16]
+    for place in PROGRAMS:
+        assert container.execute("touch", f"{place}/new").returncode != 0
+
+
+def assert_nothing_compiled(container: Container, client: httpx.Client) -> None:
+    """Check that all was ready at once, and that everything that is compiled is found when it is called."""
+    compilation = client.get("/api/v1/compilation").json()
+    assert (compilation["finished"], compilation["total"]) == (True, 0)
+    doctor = container.execute("pftrack", "doctor", "--warm", "--json")
+    found = {check["name"]: check for check in json.loads(doctor.stdout)["checks"]}
+    assert found["compiled code"]["found"].startswith("0 functions compiled now"), found["compiled code"]
+    assert container.execute("find", "/tmp/compiled", "-type", "f").stdout == ""  # noqa: S108 - the container's
 
 
 def numbers(client: httpx.Client, session: str) -> dict[str, list[Any]]:
@@ -74,51 +122,3 @@ def end(container: Container) -> None:
     """End the container as a daemon does."""
     os.kill(container.pid, signal.SIGTERM)
     assert container.outside.wait(GRACE_S) == 0
-
-
-def test_its_size(image: Image) -> None:
-    """With the system below it, it has at most 1.2 GB."""
-    assert image.size <= MOST_BYTES
-
-
-def test_it_keeps_what_it_does(image: Image, data: Path) -> None:
-    """Ended and started again, it has its sessions, to the same numbers; it writes nowhere but to /data and /tmp."""
-    port = str(free_port())
-    with running(image, data, PFTRACK_PORT=port) as container, visiting(container) as client:
-        session = begin(client)["id"]
-        steer(client, session, "seek", frame=FRAMES)
-        before = numbers(client, session)
-        end(container)
-    with running(image, data, PFTRACK_PORT=port) as container, visiting(container) as client:
-        assert [it["id"] for it in client.get("/api/v1/sessions").json()] == [session]
-        assert client.post(f"/api/v1/sessions/{session}/resume").json()["computed"] >= FRAMES
-        assert numbers(client, session) == before
-        end(container)
-
-
-def test_nothing_is_compiled_anew(image: Image, data: Path) -> None:
-    """All is ready at once; called once, everything that is compiled is found, and nothing is added to it."""
-    with running(image, data, PFTRACK_PORT=str(free_port())) as container, visiting(container) as client:
-        compilation = client.get("/api/v1/compilation").json()
-        assert (compilation["finished"], compilation["total"]) == (True, 0)
-        begin(client)
-        doctor = container.execute("pftrack", "doctor", "--warm", "--json")
-        found = {check["name"]: check for check in json.loads(doctor.stdout)["checks"]}
-        assert found["compiled code"]["found"].startswith("0 functions compiled now"), found["compiled code"]
-        assert container.execute("find", "/tmp/compiled", "-type", "f").stdout == ""  # noqa: S108 - the container's
-
-
-def test_it_may_do_nothing_but_its_work(image: Image, data: Path) -> None:
-    """Its health check passes while it serves, also below a path; it is nobody in particular and changes no program."""
-    kind, *check = image.config["Healthcheck"]["Test"]
-    assert kind == "CMD"
-    port = str(free_port())
-    with running(image, data, PFTRACK_PORT=port, PFTRACK_BASE_PATH="/any/prefix") as container:
-        assert link(container.outside).startswith(f"http://localhost:{port}/any/prefix/")
-        assert container.execute(*check).returncode == 0
-        lines = container.execute("cat", "/proc/1/status").stdout.splitlines()
-        status = {name: value.split() for name, _, value in (line.partition(":") for line in lines)}
-        assert status["Uid"] == ["10001"] * 4
-        assert status["CapBnd"] == status["CapPrm"] == ["0" * 16]
-        for place in ("/opt/compiled/numba", "/opt/pftrack/bin", "/usr/local/bin", "/etc"):
-            assert container.execute("touch", f"{place}/new").returncode != 0
