@@ -115,6 +115,7 @@ def _numbers(version: str) -> tuple[int, ...]:
 def _compilation(*, everything: bool) -> Check:
     """Run the default tracker of each experiment, or have all compiled that is."""
     from pftrack.experiments import EXPERIMENTS
+    from pftrack.numerics.compiled import FUNCTIONS, count_precompiled
     from pftrack.warming import Warming, cache_folder
 
     if everything:
@@ -128,9 +129,11 @@ def _compilation(*, everything: bool) -> Check:
     else:
         what = f"{sum(_run_default(EXPERIMENTS[name]) for name in EXPERIMENTS.own)} trackers ran"
         seconds = {}
-    place = cache_folder()
+    place, brought = cache_folder(), count_precompiled()
+    if brought:
+        what = f"{what}; {brought} of {len(FUNCTIONS)} functions came compiled with the package"
     if place is None:
-        found = "works, but no folder to keep it in: every start compiles again; set NUMBA_CACHE_DIR"
+        found = f"{what}, but no folder to keep more in: every start compiles it again; set NUMBA_CACHE_DIR"
         return Check("compiled code", "warning", found, seconds)
     return Check("compiled code", "ok", f"{what}; kept in {place}", seconds)
 

@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 
 from pftrack.numerics.machine import PACKAGE, PRECOMPILED
 
-__all__ = ["FUNCTIONS", "compiled", "mark_of", "precompiled_folder", "read_only"]
+__all__ = ["FUNCTIONS", "compiled", "count_precompiled", "mark_of", "precompiled_folder", "read_only"]
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -60,6 +60,11 @@ class _CacheFile(IndexDataCacheFile):
                 found = self.precompiled.load(key)
         return super().load(key) if found is None else found  # type: ignore[no-untyped-call]
 
+    @property
+    def is_precompiled(self) -> bool:
+        """Whether code that fits this source, Python, Numba and llvmlite came with the package."""
+        return self.precompiled is not None and bool(self.precompiled._load_index())  # type: ignore[no-untyped-call] # noqa: SLF001
+
 
 def compiled(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
     """Compile a function of arrays and numbers."""
@@ -78,6 +83,12 @@ def compiled(function: Callable[Arguments, Result]) -> Callable[Arguments, Resul
         )
     FUNCTIONS.append(dispatcher)
     return cast("Callable[Arguments, Result]", dispatcher)
+
+
+def count_precompiled() -> int:
+    """Return of how many functions compiled code came with the package, of those in modules that have been imported."""
+    kept = [getattr(function._cache, "_cache_file", None) for function in FUNCTIONS]  # noqa: SLF001
+    return sum(isinstance(file, _CacheFile) and file.is_precompiled for file in kept)
 
 
 def precompiled_folder(source: Path) -> Path | None:

@@ -79,6 +79,7 @@ def test_what_a_release_brings_along_is_used_first(tmp_path: Path, call: Callabl
         file.rename(brought / file.name)
     brought.chmod(0o555)
     assert call(released) == "4 0"
+    assert call(released.replace(CALL, "import outer; print(at.count_precompiled(), len(at.FUNCTIONS))")) == "2 2"
     assert list(kept.glob("outer.*.nb?")) == []
     (data,) = brought.glob("outer.outer*.nbc")
     data.write_bytes(data.read_bytes()[:100])
