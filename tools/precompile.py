@@ -28,7 +28,7 @@ def compile_all(destination: str) -> None:
     """Do so; Numba keeps it in the folder that the environment names.
 
     Raises:
-        RuntimeError: An experiment does not run.
+        RuntimeError: An experiment does not run, or what was compiled is not found.
     """
     from pftrack.experiments import EXPERIMENTS  # noqa: PLC0415 - they read the environment when they are loaded
     from pftrack.warming import Warming  # noqa: PLC0415
@@ -36,14 +36,19 @@ def compile_all(destination: str) -> None:
     done = Warming(EXPERIMENTS.own, low_priority=False).wait()
     if done.failed:
         raise RuntimeError(f"not all can be compiled: {dict(done.failed)}")
-    collect(Path(destination))
+    copied = collect(Path(destination))
+    if copied < done.done:
+        raise RuntimeError(f"of {done.done} functions that were compiled, {copied} were found: is pftrack here twice?")
 
 
-def collect(destination: Path) -> None:
+def collect(destination: Path) -> int:
     """Copy what is kept of all functions of experiments that are known to be compiled.
 
     Args:
         destination: A folder, which is emptied before.
+
+    Returns:
+        Of how many functions something was kept.
     """
     from pftrack.experiments import EXPERIMENTS  # noqa: PLC0415
     from pftrack.numerics.compiled import FUNCTIONS, precompiled_folder  # noqa: PLC0415
@@ -52,6 +57,7 @@ def collect(destination: Path) -> None:
 
     dict(EXPERIMENTS)  # imports them, and with them what they call
     shutil.rmtree(destination, ignore_errors=True)
+    copied = 0
     for function in FUNCTIONS:
         folder = precompiled_folder(Path(function.py_func.__code__.co_filename))
         if folder is None or not function.py_func.__module__.startswith(f"{PACKAGE.name}."):
@@ -59,11 +65,14 @@ def collect(destination: Path) -> None:
         place = destination / folder.relative_to(PRECOMPILED)
         place.mkdir(parents=True, exist_ok=True)
         name = function._cache._impl.filename_base  # noqa: SLF001 - Numba has no public name for it
-        for file in Path(function._cache.cache_path).glob(f"{name}.*"):  # noqa: SLF001
+        files = list(Path(function._cache.cache_path).glob(f"{name}.*"))  # noqa: SLF001
+        for file in files:
             shutil.copy(file, place)
+        copied += bool(files)
     memory = memory_folder()
     if memory is not None and memory.exists():
         shutil.copytree(memory, destination / memory.name)
+    return copied
 
 
 if __name__ == "__main__":
