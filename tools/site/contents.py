@@ -3,10 +3,15 @@
 So a page is listed once, in a form that also reads well where nobody builds a site.
 """
 
+from __future__ import annotations  # what only reads the pages needs no Sphinx
+
 import re
 from pathlib import PurePosixPath
+from typing import TYPE_CHECKING
 
-from sphinx.application import Sphinx
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
+
 
 __all__ = ["entries", "setup"]
 

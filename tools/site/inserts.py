@@ -4,14 +4,18 @@ A comment is a line of its own: `<!-- picture session: A session -->`. Pictures,
 `tools.pictures` from the product; where they were not made, the page does without them.
 """
 
+from __future__ import annotations  # what only reads the pages needs no Sphinx
+
 import re
 from collections.abc import Callable
 from html import escape
 from pathlib import Path
-
-from sphinx.application import Sphinx
+from typing import TYPE_CHECKING
 
 from tools.site import command_line, python_pages, rest
+
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
 
 __all__ = ["NAMED", "setup"]
 

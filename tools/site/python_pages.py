@@ -1,5 +1,7 @@
 """The reference of the Python interface: a page for each public package, with what its `__all__` names."""
 
+from __future__ import annotations  # what only reads the pages needs no Sphinx
+
 import importlib
 import inspect
 import pkgutil
@@ -7,8 +9,10 @@ import re
 from itertools import groupby
 from pathlib import Path
 from types import ModuleType
+from typing import TYPE_CHECKING
 
-from sphinx.application import Sphinx
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
 
 __all__ = ["CONTENTS", "ROOMS", "setup"]
 
