@@ -80,7 +80,11 @@ def test_the_wheel_holds_library_server_and_pages(tmp_path: Path) -> None:
     tracked = subprocess.run(["git", "ls-files"], cwd=ROOT, check=True, capture_output=True, text=True).stdout.split(
         "\n"
     )
-    installed = {"pftrack/": "pftrack/", "server/": "", "frontend_static/": "pftrack_server/frontend_static/"}
+    installed = {
+        "pftrack/": "pftrack/",
+        "server/pftrack_server/": "pftrack_server/",
+        "frontend_static/": "pftrack_server/frontend_static/",
+    }
     wanted = {
         place + name.removeprefix(folder)
         for name in tracked
