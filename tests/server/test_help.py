@@ -82,3 +82,10 @@ def test_without_documentation_the_page_says_how_to_build_it(monkeypatch: pytest
     folder.mkdir()
     (folder / "index.html").write_text("there")
     assert get(f"{BASE}/help/").text == "there"
+
+
+def test_the_header_of_every_page_leads_to_it() -> None:
+    """The one list of links that all headers show has it, relative to the base."""
+    assert '{ id: "help", title: "Help", href: "help/" }' in (pages.FRONTEND / "shared" / "navigation.js").read_text(
+        "utf-8"
+    )
