@@ -25,7 +25,7 @@ endef
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help serve test test-all coverage lint format bench lock release clean
+.PHONY: help serve test test-all coverage lint format bench docs lock release clean
 
 help:  ## Say what can be made
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -60,15 +60,18 @@ format: $(VENV)/.test-stamp  ## Mend what can be mended by itself
 bench: $(VENV)/.bench-stamp  ## Run the benchmarks against other libraries
 	@$(BIN)/pftrack bench
 
+docs: $(VENV)/.docs-stamp  ## Build the documentation, with its pictures, into build/site; the server offers it under Help
+	@$(BIN)/python -m tools.site
+
 lock: $(VENV)/.test-stamp  ## Choose the newest versions of all that is installed, and write them to constraints.txt
 	@$(BIN)/python -m uv pip compile --quiet --upgrade --universal --python-version 3.11 --all-extras --no-annotate \
 		--no-emit-index-url --custom-compile-command "make lock" --output-file constraints.txt pyproject.toml
 
-release: $(VENV)/.test-stamp  ## Build the files of a release into dist/, install each and use it as a stranger does
+release: docs $(VENV)/.test-stamp  ## Build the files of a release into dist/, install each and use it as a stranger does
 	@$(BIN)/python -m tools.release dist
 
 clean:  ## Remove everything that was built, the virtual environment too
-	rm -rf $(VENV) node_modules build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) node_modules build dist docs/reference/api .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(BIN)/python:
@@ -87,6 +90,12 @@ $(VENV)/.test-stamp: pyproject.toml constraints.txt .ci/programs | $(BIN)/python
 	$(call install,.[dev])
 	@echo "Compiling the filters (only this once)"
 	@$(BIN)/pftrack doctor --warm >/dev/null & .ci/programs && wait
+	@touch $@
+
+$(VENV)/.docs-stamp: pyproject.toml constraints.txt .ci/programs | $(BIN)/python
+	@echo "Installing pftrack and what builds its documentation into $(VENV) (only this once)"
+	$(call install,.[docs])
+	@.ci/programs chromium
 	@touch $@
 
 # `particles` pins numpy below 2 without needing it: it is installed without its pins, and no library is downgraded.

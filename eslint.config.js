@@ -15,7 +15,7 @@ const BROWSER = [
 export default [
   js.configs.recommended,
   {
-    files: ["frontend_static/**/*.js", "server/pftrack_server/**/*.js"],
+    files: ["frontend_static/**/*.js", "server/pftrack_server/**/*.js", "tools/site/static/*.js"],
     languageOptions: { globals: Object.fromEntries(BROWSER.map((name) => [name, "readonly"])) },
     rules: {
       "array-callback-return": "error",

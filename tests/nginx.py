@@ -1,4 +1,4 @@
-"""A real nginx with TLS in front of servers, each set up as docs/server.md says."""
+"""A real nginx with TLS in front of servers, each set up as docs/how-to/server.md says."""
 
 import os
 import re
@@ -13,7 +13,7 @@ from urllib.parse import unquote
 from tests.waiting import wait_for
 
 NGINX = shutil.which("nginx", path=f"{os.environ.get('PATH', '')}:/usr/sbin")
-PAGE = Path(__file__).parents[1] / "docs" / "server.md"
+PAGE = Path(__file__).parents[1] / "docs" / "how-to" / "server.md"
 
 CONFIGURATION = """
 daemon off;

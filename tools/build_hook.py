@@ -1,5 +1,7 @@
 """How wheels are built: as they are for any machine, or with compiled code for one Python.
 
+The documentation is put into both, if it has been built (`make docs`): the server offers it under *Help*.
+
 With `PFTRACK_PRECOMPILED` naming a folder that `python -m tools.precompile` has filled, the wheel holds it, and fits
 this version of Python on x86-64 with the C library on which compiled code calls (`pftrack.numerics.machine`). Where it
 fits, pip prefers it to the one for any machine.
@@ -7,22 +9,27 @@ fits, pip prefers it to the one for any machine.
 
 import os
 import sys
+from pathlib import Path
 from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-__all__ = ["CompiledCode"]
+__all__ = ["Additions"]
 
 PLATFORM = "manylinux_2_28_x86_64"
 
 
-class CompiledCode(BuildHookInterface):  # type: ignore[type-arg]
-    """Adds compiled code to a wheel."""
+class Additions(BuildHookInterface):  # type: ignore[type-arg]
+    """Adds what has been made beside the source to a wheel."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Take the folder into the wheel, and say in its name what it fits."""
-        folder = os.environ.get("PFTRACK_PRECOMPILED")
-        if folder and version == "standard":
+        """Take the folders into the wheel, and say in its name what it fits."""
+        if version != "standard":
+            return
+        site = Path(self.root) / "build" / "site"
+        if (site / "index.html").is_file():
+            build_data["force_include"][str(site)] = "pftrack_server/help_site"
+        if folder := os.environ.get("PFTRACK_PRECOMPILED"):
             build_data["force_include"][folder] = "pftrack/precompiled"
             build_data["pure_python"] = False
             build_data["tag"] = f"cp{sys.version_info[0]}{sys.version_info[1]}-none-{PLATFORM}"

@@ -37,6 +37,9 @@ PROJECT: Mapping[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text()
 INSTALLED = {"pftrack/": "pftrack/", "server/": "", "frontend_static/": "pftrack_server/frontend_static/"}
 """Where the folders of the source are in a wheel."""
 
+MADE = ("pftrack/precompiled/", "pftrack_server/help_site/")
+"""What wheels hold that is made beside the source."""
+
 UV = [sys.executable, "-m", "uv"]
 FLAGS = ["--no-sandbox", "--disable-background-networking"]
 LONGEST_S = 600.0
@@ -72,6 +75,9 @@ def build(folder: Path) -> tuple[Path, Path, Path]:
         with tarfile.open(source) as archive:
             archive.extractall(place, filter="data")
         (unpacked,) = Path(place).iterdir()
+        # Made from the source that was packed; its pictures take a browser and two minutes.
+        if (ROOT / "build" / "site").exists():
+            shutil.copytree(ROOT / "build" / "site", unpacked / "build" / "site")
         wheel = [sys.executable, "-m", "build", "--no-isolation", "--wheel", "--outdir", str(folder), str(unpacked)]
         run(*wheel)
         code = Path(place) / "precompiled"
@@ -102,7 +108,7 @@ def check_contents(wheel: Path) -> None:
         if name.startswith(folder)
     }
     demand(wanted <= packed, f"{wheel.name} lacks {sorted(wanted - packed)}")
-    own = {name for name in packed if not name.startswith("pftrack/precompiled/") and ".dist-info/" not in name}
+    own = {name for name in packed if not name.startswith(MADE) and ".dist-info/" not in name}
     demand(own == wanted, f"{wheel.name} holds {sorted(own - wanted)}, which is not tracked")
 
 

@@ -4,7 +4,7 @@ import { START, here } from "./address.js";
 import { h } from "./dom.js";
 import { icon } from "./icons.js";
 
-/** @typedef {"experiments"|"learn"|"failures"|"work"} Place */
+/** @typedef {"experiments"|"learn"|"failures"|"work"|"help"} Place */
 
 /** @type {readonly {id: Place, title: string, href: string}[]} */
 const PLACES = [
@@ -12,6 +12,7 @@ const PLACES = [
   { id: "learn", title: "Learn", href: "learn" },
   { id: "failures", title: "Failures", href: "failures" },
   { id: "work", title: "My work", href: "work" },
+  { id: "help", title: "Help", href: "help/" },
 ];
 
 const LIST = "site-places";

@@ -1,8 +1,8 @@
 """Suitability: can this target be followed by this likelihood? Asked before tracking, not after.
 
 An experiment that takes recordings may declare how it looks at a target that was marked or found (`Experiment.suits`).
-The answer is a number from 0 to 1, the words that go with it, and what would help. `docs/measures.md` says how well the
-number predicts what share of the frames a tracker is inside the true box.
+The answer is a number from 0 to 1, the words that go with it, and what would help. `docs/reference/measures.md` says
+how well the number predicts what share of the frames a tracker is inside the true box.
 """
 
 from collections.abc import Sequence

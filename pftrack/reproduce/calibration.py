@@ -1,4 +1,4 @@
-"""How often the bands of the pose hold the truth, Bando's and the calibrated ones (`docs/calibration.md`).
+"""How often the bands of the pose hold the truth, Bando's and the calibrated ones (`docs/explanation/calibration.md`).
 
 Seeds and people are others than those on which the calibrated band was chosen. Bando states no coverage: what a
 band says of itself is the reference.
@@ -18,7 +18,7 @@ from pftrack.runs.run import Change, Run
 __all__ = ["coverage"]
 
 SOURCE = "what a band says of itself"
-SHORT = f"{SOURCE}; not held, or not for sure, see docs/calibration.md"
+SHORT = f"{SOURCE}; not held, or not for sure, see docs/explanation/calibration.md"
 TOLERANCE = 0.05
 
 SHARES = {"within_50": 0.5, "within_95": 0.95}
@@ -82,7 +82,7 @@ def _judge(pool: Pool, name: str, trials: Sequence[Trial], held: tuple[str, ...]
             findings.append(compare(result, float(ours), wanted, TOLERANCE, source, confirmed=confirmed))
     ratio = errors[1] / errors[0]
     result = f"{name}: error of the calibrated estimate over Bando's (at most 1)"
-    return [*findings, claim(result, ratio, holds=ratio <= 1.0, source="docs/calibration.md")]
+    return [*findings, claim(result, ratio, holds=ratio <= 1.0, source="docs/explanation/calibration.md")]
 
 
 def _measure(trial: Trial) -> tuple[float, ...]:

@@ -2,8 +2,18 @@
 
 from pathlib import Path
 
-__all__ = ["FRONTEND"]
+__all__ = ["FRONTEND", "HELP"]
 
-_INSTALLED = Path(__file__).parent / "frontend_static"
+_PACKAGE = Path(__file__).parent
+_CHECKOUT = Path(__file__).parents[2]
 
-FRONTEND = _INSTALLED if _INSTALLED.is_dir() else Path(__file__).parents[2] / "frontend_static"
+
+def _place(installed: str, checked_out: str) -> Path:
+    inside = _PACKAGE / installed
+    return inside if inside.is_dir() else _CHECKOUT / checked_out
+
+
+FRONTEND = _place("frontend_static", "frontend_static")
+
+HELP = _place("help_site", "build/site")
+"""The documentation, where it has been built (`make docs`)."""

@@ -14,7 +14,7 @@ from functools import lru_cache
 from http import HTTPStatus
 
 from fastapi import APIRouter, FastAPI, Request
-from starlette.responses import HTMLResponse, RedirectResponse, Response
+from starlette.responses import FileResponse, HTMLResponse, RedirectResponse, Response
 from starlette.staticfiles import StaticFiles
 from starlette.types import Scope
 
@@ -22,7 +22,7 @@ from pftrack_server.api.dependencies import AFollower, TheLessons
 from pftrack_server.base_path import address_of
 from pftrack_server.errors import NotFoundError
 from pftrack_server.follow.participant import participant_of
-from pftrack_server.frontend import FRONTEND
+from pftrack_server.frontend import FRONTEND, HELP
 
 __all__ = ["install"]
 
@@ -32,6 +32,10 @@ VERSIONS: set[str] = set()
 """Those of the pages that were served: one, unless somebody works at them meanwhile."""
 SCRIPT = re.compile(r'<script type="module"[^>]* src="static/([^"]+)"')
 IMPORT = re.compile(r'^(?:import|(?:import|export)\b[^"\';]*?\bfrom)\s*["\'](\.[^"\']+)["\'];', re.MULTILINE)
+
+EXAMPLES = "media/"
+EXAMPLES_POLICY = "sandbox allow-scripts allow-downloads; frame-ancestors 'self'"
+"""Of runs that are pages of their own: their scripts stand in them, and may do nothing to the server."""
 
 router = APIRouter(include_in_schema=False)
 
@@ -44,6 +48,22 @@ class Files(StaticFiles):
         answer = await super().get_response(path, scope)
         lasting = scope["path_params"].get("version") in VERSIONS
         answer.headers["Cache-Control"] = f"max-age={YEAR_S}, immutable" if lasting else "no-cache"
+        return answer
+
+
+class Documentation(StaticFiles):
+    """The documentation as a site, which may be built while the server runs."""
+
+    def __init__(self) -> None:
+        super().__init__(directory=HELP, html=True, check_dir=False)
+        self.config_checked = True  # without a folder nothing is found in it
+
+    async def get_response(self, path: str, scope: Scope) -> Response:
+        """Return a file of it, which a browser asks for each time."""
+        answer = await super().get_response(path, scope)
+        answer.headers["Cache-Control"] = "no-cache"
+        if path.startswith(EXAMPLES) and path.endswith(".html"):
+            answer.headers["Content-Security-Policy"] = EXAMPLES_POLICY
         return answer
 
 
@@ -109,6 +129,20 @@ async def session(request: Request, session: str) -> Response:
     return _page(request, "session/session.html")
 
 
+@router.get("/help")
+async def documentation(request: Request) -> Response:
+    """Lead to the documentation, whose links are relative to its folder."""
+    return RedirectResponse(address_of(request.scope, "help/"))
+
+
+@router.get("/help/")
+async def documentation_start(request: Request) -> Response:
+    """Return the first page of the documentation, or say how to build it."""
+    if not (HELP / "index.html").is_file():
+        return _page(request, "help/help.html", HTTPStatus.NOT_FOUND)
+    return FileResponse(HELP / "index.html", headers={"Cache-Control": "no-cache"})
+
+
 @router.get("/follow")
 async def follow(request: Request, participant: AFollower) -> Response:
     """Return the page of those who follow."""
@@ -141,6 +175,7 @@ def install(app: FastAPI) -> None:
     app.include_router(router)
     for place in ("/static/version/{version}", "/static"):
         app.mount(place, Files(directory=FRONTEND))
+    app.mount("/help", Documentation())
 
 
 def _version() -> str:

@@ -1,4 +1,4 @@
-"""A server behind nginx with TLS, as docs/server.md sets it up: below the prefix, and as secure as the page."""
+"""A server behind nginx with TLS, as docs/how-to/server.md sets it up: below the prefix, and as secure as the page."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -29,7 +29,7 @@ def test_the_blocks_of_the_example_are_its_own_code() -> None:
     """What the page on extending quotes stands in the example, and the blocks come in the order of the steps."""
     example = ROOT / "examples" / "own_experiment"
     code = [file.read_text() for file in [example / "pyproject.toml", *example.rglob("*.py")]]
-    blocks = re.findall(r"```(?:py|toml)\n(.*?)```", (ROOT / "docs" / "extending.md").read_text(), re.DOTALL)
+    blocks = re.findall(r"```(?:py|toml)\n(.*?)```", (ROOT / "docs" / "how-to" / "extending.md").read_text(), re.DOTALL)
     assert len(blocks) > 8
     for block in blocks:
         assert any(block in text for text in code), block
@@ -40,7 +40,7 @@ STEP = re.compile(r"^\d+\. (.*?)(?=^\d+\. |\Z)", re.DOTALL | re.MULTILINE)
 
 def ways() -> dict[str, list[str]]:
     """The steps of each way through the program that the page on the architecture describes."""
-    text = (ROOT / "docs" / "architecture.md").read_text()
+    text = (ROOT / "docs" / "explanation" / "architecture.md").read_text()
     sections = re.findall(r"^### The way of ([^\n]+)\n(.*?)(?=^##)", text, re.DOTALL | re.MULTILINE)
     return {
         name: re.findall(r"^\d+\. (.*?)(?=^\d+\. |\Z)", steps, re.DOTALL | re.MULTILINE) for name, steps in sections

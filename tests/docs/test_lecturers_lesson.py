@@ -10,7 +10,7 @@ from pftrack.lessons.lecturers import read_lessons
 from pftrack.lessons.lecturers.expression import FUNCTIONS
 from pftrack.lessons.lecturers.head import Head
 
-PAGE = (Path(__file__).parents[2] / "docs" / "lessons.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "how-to" / "lessons.md").read_text(encoding="utf-8")
 PART = PAGE[PAGE.index("## A lecturer's lesson") :]
 
 

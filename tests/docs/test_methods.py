@@ -55,9 +55,9 @@ def test_every_formula_can_be_read(page: Path) -> None:
 
 def test_the_index_has_every_page() -> None:
     """The index links to each page, and each page says which modules it describes."""
-    index = (METHODS / "README.md").read_text("utf-8")
+    index = (METHODS / "index.md").read_text("utf-8")
     for page in PAGES:
-        if page.name != "README.md":
+        if page.name != "index.md":
             assert f"]({page.name})" in index
             assert named_paths(page)
 

@@ -9,7 +9,7 @@ from pydantic_core import PydanticUndefined
 from pftrack_server.settings import MEBIBYTE, Settings
 
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "server.md"
+PAGE = ROOT / "docs" / "how-to" / "server.md"
 BESIDE_SETTINGS = {"PFTRACK_DEBUG"}
 """Variables that are read by somebody else than the settings."""
 

@@ -8,7 +8,7 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.model import references
 from pftrack.model.references import BANDO, BANDO_2006, Citation, Reference
 
-PAGE = Path(__file__).parents[2] / "docs" / "references.md"
+PAGE = Path(__file__).parents[2] / "docs" / "reference" / "references.md"
 
 
 def test_a_dissertation_and_an_article_as_text() -> None:

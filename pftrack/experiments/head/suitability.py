@@ -1,7 +1,8 @@
 """Whether a face can be followed: its size in the picture, its light, and whether it looks into the camera.
 
 The limits are those at which the tracker was measured to get worse on a real clip of a turning head, made smaller,
-darker and flatter step by step (`docs/measures.md` has the figures). A face is as suitable as the worst of the three.
+darker and flatter step by step (`docs/reference/measures.md` has the figures). A face is as suitable as the worst of
+the three.
 """
 
 from typing import Any, NamedTuple

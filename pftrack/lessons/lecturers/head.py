@@ -56,7 +56,7 @@ class QuestionHead(_Part):
 
 
 class Head(_Part):
-    """All of a head; what each field means stands in docs/lessons.md."""
+    """All of a head; what each field means stands in docs/how-to/lessons.md."""
 
     id: Annotated[str, Field(max_length=64, pattern=r"^[a-z][a-z0-9]*(-[a-z0-9]+)*$")]
     title: Line
@@ -104,7 +104,7 @@ def _to_document_error(document: Document, error: Any) -> DocumentError:  # noqa
     line = document.line(place)
     match error["type"]:
         case "missing":
-            return DocumentError(line, f"`{name}` is missing; docs/lessons.md shows a whole example")
+            return DocumentError(line, f"`{name}` is missing; docs/how-to/lessons.md shows a whole example")
         case "extra_forbidden":
             return DocumentError(line, f"there is no `{name}` in a lesson; {_near(str(place[-1]), place)}")
         case "string_pattern_mismatch":

@@ -13,7 +13,7 @@ from latex2mathml.converter import convert_to_element
 from markdown_it import MarkdownIt
 from mdit_py_plugins.dollarmath import dollarmath_plugin
 
-__all__ = ["inline", "paragraphs"]
+__all__ = ["formula", "inline", "paragraphs"]
 
 MOST_TEXTS = 1000
 HARMLESS = re.compile(
@@ -35,6 +35,27 @@ def inline(markdown: str) -> str:
     return str(_reader().renderInline(markdown))
 
 
+def formula(latex: str, *, display: bool) -> str:
+    """Return the MathML of a formula.
+
+    Args:
+        latex: The formula.
+        display: It stands by itself, not in a line of text.
+
+    Raises:
+        ValueError: It cannot be read.
+    """
+    try:
+        element = convert_to_element(latex, display="block" if display else "inline")
+    except Exception as error:  # its own errors, and whatever a text from elsewhere leads it into
+        raise ValueError(f"this formula cannot be read: {latex}") from error
+    for part in element.iter():
+        part.text = unescape(part.text) if part.text else None
+        for name in [name for name, _ in part.items() if not HARMLESS.fullmatch(name)]:
+            del part.attrib[name]
+    return ET.tostring(element, encoding="unicode", short_empty_elements=False)
+
+
 @lru_cache(1)
 def _reader() -> MarkdownIt:
     reader = MarkdownIt("commonmark", {"html": False}).disable("image")
@@ -44,11 +65,6 @@ def _reader() -> MarkdownIt:
 def _formula(latex: str, options: dict[str, bool]) -> str:
     """Return the MathML of a formula; one that cannot be read is shown as it was written."""
     try:
-        formula = convert_to_element(latex, display="block" if options["display_mode"] else "inline")
-    except Exception:  # noqa: BLE001 - its own errors, and whatever a text from elsewhere leads it into
+        return formula(latex, display=options["display_mode"])
+    except ValueError:
         return f'<code class="unread" title="This formula cannot be read">{escape(latex)}</code>'
-    for element in formula.iter():
-        element.text = unescape(element.text) if element.text else None
-        for name in [name for name, _ in element.items() if not HARMLESS.fullmatch(name)]:
-            del element.attrib[name]
-    return ET.tostring(formula, encoding="unicode", short_empty_elements=False)

@@ -1,0 +1,91 @@
+"""Help: the documentation as the server offers it, below its base path, and what stands there where there is none."""
+
+import asyncio
+from collections.abc import Callable
+from pathlib import Path
+
+import httpx
+import pytest
+
+from pftrack_server import pages
+from pftrack_server.app import create_app
+from pftrack_server.settings import Settings
+
+BASE = "/@/space%20word"
+
+
+Get = Callable[..., httpx.Response]
+
+
+def client(help_folder: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Get:
+    """What asks a server whose documentation is in a folder."""
+    monkeypatch.setattr(pages, "HELP", help_folder)
+    app = create_app(Settings(data_dir=tmp_path / "data", base_path=BASE))
+
+    async def ask(path: str, headers: dict[str, str]) -> httpx.Response:
+        async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://127.0.0.1") as asking:
+            return await asking.get(path, headers=headers)
+
+    def get(path: str, headers: dict[str, str] | None = None) -> httpx.Response:
+        return asyncio.run(ask(path, headers or {}))
+
+    return get
+
+
+@pytest.fixture
+def site(tmp_path: Path) -> Path:
+    folder = tmp_path / "site"
+    for name in ("index.html", "how-to/server.html", "media/ball.html", "_static/site.css"):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(name, "utf-8")
+    return folder
+
+
+def test_the_documentation_is_below_the_base_path(site: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Its start leads to a folder, so that its relative links hold; files are asked for again, and keep the policy."""
+    get = client(site, monkeypatch, tmp_path)
+    assert get(f"{BASE}/help").headers["location"] == f"{BASE}/help/"
+    for path, text in (("", "index.html"), ("how-to/server.html", "how-to/server.html")):
+        answer = get(f"{BASE}/help/{path}")
+        assert (answer.status_code, answer.text) == (200, text)
+        assert answer.headers["cache-control"] == "no-cache"
+        assert "script-src 'self'" in answer.headers["content-security-policy"]
+    style = get(f"{BASE}/help/_static/site.css")
+    assert style.headers["content-type"].startswith("text/css")
+    assert get(f"{BASE}/help/_static/site.css", headers={"if-none-match": style.headers["etag"]}).status_code == 304
+    assert get("/help/").status_code == 404
+
+
+def test_a_run_as_a_page_may_run_its_scripts_apart(site: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """The scripts of a live example stand in it, so it has an origin of its own, from which it reaches nothing here."""
+    answer = client(site, monkeypatch, tmp_path)(f"{BASE}/help/media/ball.html")
+    assert answer.headers["content-security-policy"] == pages.EXAMPLES_POLICY
+    assert "allow-same-origin" not in pages.EXAMPLES_POLICY
+
+
+def test_nothing_else_is_served(site: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """What is not in the folder is not found, whatever way leads out of it."""
+    (tmp_path / "secret").write_text("secret")
+    get = client(site, monkeypatch, tmp_path)
+    for path in ("nowhere.html", "%2e%2e/secret", "media/%2e%2e/%2e%2e/secret", "media/"):
+        assert get(f"{BASE}/help/{path}").status_code == 404
+
+
+def test_without_documentation_the_page_says_how_to_build_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A server that nobody built it for says what to do, and serves it as soon as it is there."""
+    folder = tmp_path / "later"
+    get = client(folder, monkeypatch, tmp_path)
+    answer = get(f"{BASE}/help/")
+    assert answer.status_code == 404
+    assert "make docs" in answer.text
+    assert get(f"{BASE}/help/how-to/server.html").status_code == 404
+    folder.mkdir()
+    (folder / "index.html").write_text("there")
+    assert get(f"{BASE}/help/").text == "there"
+
+
+def test_the_header_of_every_page_leads_to_it() -> None:
+    """The one list of links that all headers show has it, relative to the base."""
+    assert '{ id: "help", title: "Help", href: "help/" }' in (pages.FRONTEND / "shared" / "navigation.js").read_text(
+        "utf-8"
+    )

@@ -1,0 +1,178 @@
+"""The pictures and films by name: each a function of a server and a browser that leaves a file."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from tools.pictures.browser import film, opened
+from tools.pictures.served import Served
+
+__all__ = ["FILMS", "PICTURES", "take"]
+
+LOST = {"experiment": "ball", "tracker": "condensation", "seed": 7, "frames": 60}
+"""A ball that the bootstrap filter loses behind the occluder, and that the auxiliary filter does not lose."""
+SWEEP = {
+    "experiment": "ball",
+    "axes": [
+        {"name": "occlusion_width_px", "values": [5, 15, 25, 35, 45, 55, 65, 75, 85, 95]},
+        {"name": "distracter_radius_px", "values": [1, 4, 7, 10, 13, 16, 19]},
+    ],
+    "trackers": ["h-spf", "s-spf", "pc-pf"],
+    "trials": 10,
+    "frames": 60,
+}
+FLAT = ".flat-canvas"
+PHONE = 390, 844
+
+
+def _painted(page: Any, frame: int) -> None:
+    """Wait until the flat view shows a frame."""
+    page.locator(f'{FLAT}[data-frame="{frame}"]').first.wait_for(timeout=60_000)
+    page.wait_for_timeout(250)
+
+
+def _start(served: Served, browser: Any) -> Iterator[bytes]:
+    with opened(browser, f"{served.url}/") as page:
+        page.locator("[data-experiment=ball] img").wait_for()
+        page.wait_for_load_state("networkidle")
+        page.wait_for_timeout(1000)
+        yield page.screenshot()
+
+
+def _session(served: Served, browser: Any) -> Iterator[bytes]:
+    name = served.session(130, experiment="head", tracker="pf-asd", seed=0, frames=900)
+    with opened(browser, f"{served.url}/session/{name}") as page:
+        _painted(page, 130)
+        page.get_by_role("button", name="Close this message").wait_for(state="detached", timeout=60_000)
+        yield page.screenshot()
+
+
+def _lost(served: Served, browser: Any) -> Iterator[bytes]:
+    name = served.session(**LOST)
+    with opened(browser, f"{served.url}/session/{name}") as page:
+        for frame in range(60):
+            served.seek(name, frame)
+            _painted(page, frame)
+            yield page.screenshot()
+
+
+def _slider(served: Served, browser: Any) -> Iterator[bytes]:
+    """Widen the occluder while the run goes on."""
+    name = served.session(experiment="ball", tracker="h-spf", seed=5, frames=90)
+    with opened(browser, f"{served.url}/session/{name}") as page:
+        for frame in range(60):
+            if frame >= 10 and frame % 5 == 0:
+                width = min(40 + 2 * (frame - 10), 100)
+                served.ask("PATCH", f"sessions/{name}/parameters", {"occlusion_width_px": width})
+            served.seek(name, frame)
+            _painted(page, frame)
+            yield page.screenshot()
+
+
+def _dark(served: Served, browser: Any) -> Iterator[bytes]:
+    name = served.session(40, experiment="ball", tracker="h-spf", seed=5, frames=90)
+    with opened(browser, f"{served.url}/session/{name}", dark=True) as page:
+        _painted(page, 40)
+        yield page.screenshot()
+
+
+def _lesson(served: Served, browser: Any) -> Iterator[bytes]:
+    with opened(browser, f"{served.url}/learn/sir") as page:
+        page.locator(".lesson-show canvas").first.wait_for()
+        page.wait_for_timeout(2000)
+        yield page.screenshot()
+
+
+def _learn(served: Served, browser: Any) -> Iterator[bytes]:
+    with opened(browser, f"{served.url}/learn") as page:
+        page.locator("main a").first.wait_for()
+        page.wait_for_timeout(1000)
+        yield page.screenshot()
+
+
+def _failure(served: Served, browser: Any) -> Iterator[bytes]:
+    with opened(browser, f"{served.url}/failures/sample-impoverishment") as page:
+        page.locator(FLAT).first.wait_for(timeout=60_000)
+        page.wait_for_timeout(4000)
+        yield page.screenshot()
+
+
+def _compare(served: Served, browser: Any) -> Iterator[bytes]:
+    name = served.session(59, **LOST)
+    branch = str(served.ask("GET", f"sessions/{name}")["branch"])
+    with opened(browser, f"{served.url}/compare?runs={name}:{branch},{name}:{branch}:apf&frame=30") as page:
+        page.locator(FLAT).first.wait_for(timeout=60_000)
+        page.wait_for_timeout(2000)
+        _painted(page, 30)
+        page.wait_for_timeout(2000)
+        yield page.screenshot()
+
+
+def _sweep(served: Served, browser: Any) -> Iterator[bytes]:
+    name = served.ask("POST", "sweeps", SWEEP)["id"]
+    with opened(browser, f"{served.url}/sweep/{name}") as page:
+        page.get_by_text("Complete").first.wait_for(timeout=300_000)
+        map_of_cells = page.locator("[data-map=h-spf] .figure-plot")
+        box = map_of_cells.evaluate("(plot) => ({ ...plot.dataset })")
+        left, top, width, height = (float(box[name]) for name in ("left", "top", "width", "height"))
+        map_of_cells.click(position={"x": left + 0.55 * width, "y": top + 0.5 * height})
+        page.locator("[data-part=runs] a").first.wait_for()
+        page.wait_for_timeout(1000)
+        yield page.screenshot()
+
+
+def _class(served: Served, browser: Any) -> Iterator[bytes]:
+    name = served.session(30, experiment="ball", tracker="h-spf", seed=5, frames=90)
+    with opened(browser, f"{served.url}/session/{name}") as page:
+        _painted(page, 30)
+        page.locator(".follow-chip:enabled").click()
+        page.get_by_role("button", name="Begin").click()
+        page.locator("[data-role=class-link]").wait_for()
+        page.wait_for_timeout(500)
+        yield page.screenshot()
+
+
+def _phone(served: Served, browser: Any) -> Iterator[bytes]:
+    name = served.session(30, experiment="ball", tracker="h-spf", seed=5, frames=90)
+    links = served.ask("POST", "follows", {"sessions": [name]})
+    link = next(value for value in _texts(links) if "/f/" in value)
+    with opened(browser, f"{served.url}/f/{link.rpartition('/f/')[2]}", PHONE) as page:
+        page.locator(FLAT).first.wait_for(timeout=60_000)
+        page.wait_for_timeout(1500)
+        yield page.screenshot()
+
+
+def _texts(value: Any) -> Iterator[str]:
+    if isinstance(value, dict):
+        value = list(value.values())
+    if isinstance(value, list):
+        for each in value:
+            yield from _texts(each)
+    elif isinstance(value, str):
+        yield value
+
+
+Shot = Callable[[Served, Any], Iterator[bytes]]
+PICTURES: dict[str, Shot] = {
+    "start": _start,
+    "session": _session,
+    "dark": _dark,
+    "learn": _learn,
+    "lesson": _lesson,
+    "failure": _failure,
+    "compare": _compare,
+    "sweep": _sweep,
+    "class": _class,
+    "phone": _phone,
+}
+FILMS: dict[str, Shot] = {"lost": _lost, "slider": _slider}
+FRAME_RATE_HZ = 10
+
+
+def take(name: str, served: Served, browser: Any, folder: Path) -> None:
+    """Make a picture or a film."""
+    if name in FILMS:
+        film(FILMS[name](served, browser), folder / f"{name}.mp4", frame_rate_hz=FRAME_RATE_HZ)
+    else:
+        (content,) = PICTURES[name](served, browser)
+        (folder / f"{name}.png").write_bytes(content)

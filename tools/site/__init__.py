@@ -1,0 +1,12 @@
+"""The documentation as a site: the Markdown of `docs/`, references made from the program, pictures made by it.
+
+`python -m tools.site` builds it into `build/site`; `make docs` installs what that needs. Sphinx does the work. The
+pages are plain Markdown and read well without it, so what only the site can show is named in comments:
+
+- `contents`: tables of contents, from the lists of links on each folder's `index.md`
+- `inserts`: `<!-- picture NAME: words -->`, films, live pages, the references
+- `python_pages`, `rest`, `command_line`: the references, from docstrings, OpenAPI and typer
+- `formulas`: formulas as MathML, by the reader of the lessons
+- `offline`: no script within a page, no address of another host
+- `conf`: the settings of Sphinx
+"""

@@ -1,0 +1,52 @@
+"""Build the site: `python -m tools.site`, which `make docs` runs."""
+
+import argparse
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from sphinx.cmd.build import main as sphinx
+
+ROOT = Path(__file__).parents[2]
+BUILD = ROOT / "build"
+MEDIA = BUILD / "media" / "media"
+SHOWN = ("pftrack", "server", "frontend_static", "tools/pictures")
+"""What pictures show, and what makes them."""
+
+
+def main() -> int:
+    """Build it and return the exit status."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, default=BUILD / "site", help="where to")
+    parser.add_argument("--pictures", choices=("changed", "all", "none"), default="changed", help="which to make")
+    given = parser.parse_args()
+    if given.pictures == "all" or (given.pictures == "changed" and _pictures_are_old()):
+        _make_pictures()
+    MEDIA.parent.mkdir(parents=True, exist_ok=True)
+    shutil.rmtree(given.out, ignore_errors=True)
+    folders = ["-c", str(ROOT / "tools" / "site"), "-d", str(BUILD / "doctrees"), str(ROOT / "docs"), str(given.out)]
+    return sphinx(["-q", "-W", "--keep-going", "-b", "html", *folders])
+
+
+def _pictures_are_old() -> bool:
+    """Tell whether the program has changed since the pictures were made."""
+    made = MEDIA.stat().st_mtime if MEDIA.is_dir() else 0.0
+    files = (path for place in SHOWN for path in (ROOT / place).rglob("*") if "__pycache__" not in path.parts)
+    return any(path.is_file() and path.stat().st_mtime > made for path in files)
+
+
+def _make_pictures() -> None:
+    """Make all pictures anew, in a process that is done with its server and browser when it ends."""
+    print("Making pictures and films; this takes some minutes", flush=True)
+    shutil.rmtree(MEDIA, ignore_errors=True)
+    done = subprocess.run([sys.executable, "-m", "tools.pictures", str(MEDIA)], cwd=ROOT, check=False)
+    if done.returncode:
+        print("Pictures could not be made; the site is built with those that there are", file=sys.stderr, flush=True)
+    elif MEDIA.is_dir():
+        (MEDIA / "made").touch()
+        (MEDIA / "made").unlink()  # the folder has the time at which the last of them was made
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,129 @@
+"""The reference of the Python interface: a page for each public package, with what its `__all__` names."""
+
+from __future__ import annotations  # what only reads the pages needs no Sphinx
+
+import importlib
+import inspect
+import pkgutil
+import re
+from itertools import groupby
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
+
+__all__ = ["CONTENTS", "ROOMS", "setup"]
+
+ROOMS = (
+    "pftrack", "pftrack.comparison", "pftrack.sweep", "pftrack.failures", "pftrack.lessons", "pftrack.figures",
+    "pftrack.displays", "pftrack.exports", "pftrack.experiments", "pftrack.testing", "pftrack.model", "pftrack.runs",
+    "pftrack.filters", "pftrack.resampling", "pftrack.particles", "pftrack.dynamics", "pftrack.likelihoods",
+    "pftrack.learning", "pftrack.sources", "pftrack.geometry", "pftrack.detection", "pftrack.rendering",
+    "pftrack.numerics", "pftrack.structure", "pftrack.set_membership", "pftrack.reproduce",
+)  # fmt: skip
+"""The public rooms of the library. How children are started and compiled code is kept concerns nobody outside."""
+
+CONTENTS = "## Packages\n\n```{toctree}\n:maxdepth: 1\n\n" + "\n".join(f"api/{room}" for room in ROOMS) + "\n```"
+
+CODE = re.compile(r"(`+[^`]*`+)|\|")
+
+INNER = {"pftrack.lessons", "pftrack.reproduce", "pftrack.experiments"}
+"""Rooms whose modules are found by a registry and not imported by anybody: their packages alone are public."""
+
+
+def _modules(room: str) -> list[ModuleType]:
+    """Return a room and the modules in it that have a public name."""
+    package = importlib.import_module(room)
+    found = [package]
+    if hasattr(package, "__path__") and room not in INNER | {"pftrack"}:
+        names = (each.name for each in pkgutil.iter_modules(package.__path__, f"{room}."))
+        found += [importlib.import_module(name) for name in names if not name.rpartition(".")[2].startswith("_")]
+    return found
+
+
+def _write(app: Sphinx) -> None:
+    folder = Path(app.srcdir) / "reference" / "api"
+    folder.mkdir(exist_ok=True)
+    seen: dict[int, str] = {}
+    pages = {f"{room}.rst": _page(room, seen) for room in ROOMS}
+    for old in folder.glob("*.rst"):
+        if old.name not in pages:
+            old.unlink()
+    for name, text in pages.items():
+        path = folder / name
+        if not path.exists() or path.read_text("utf-8") != text:
+            path.write_text(text, "utf-8")
+
+
+def _page(room: str, seen: dict[int, str]) -> str:
+    parts = [_title(f"``{room}``", "=")]
+    for module in _modules(room):
+        names = [name for name in getattr(module, "__all__", []) if not isinstance(getattr(module, name), ModuleType)]
+        if module.__name__ != room and not names:
+            continue
+        if module.__name__ != room:
+            parts.append(_title(f"``{module.__name__}``", "-"))
+        parts.append(f".. automodule:: {module.__name__}\n   :no-members:\n   :no-index:")
+        parts += [_entry(module, name, seen) for name in names if not name.startswith("__")]
+    return "\n\n".join(parts) + "\n"
+
+
+def _title(text: str, line: str) -> str:
+    return f"{text}\n{line * len(text)}"
+
+
+def _entry(module: ModuleType, name: str, seen: dict[int, str]) -> str:
+    thing = getattr(module, name)
+    whole = f"{module.__name__}.{name}"
+    lasting = isinstance(thing, type) or callable(thing)
+    if lasting and id(thing) in seen:
+        return f"``{name}`` is :py:obj:`{seen[id(thing)]}`."
+    if lasting:
+        seen[id(thing)] = whole
+    if isinstance(thing, type):
+        return f".. autoclass:: {whole}\n   :members:\n   :exclude-members: model_config, model_post_init"
+    return f".. {'autofunction' if callable(thing) and hasattr(thing, '__code__') else 'autodata'}:: {whole}"
+
+
+def _mend(_app: Sphinx, _what: str, _name: str, thing: object, _options: object, lines: list[str]) -> None:
+    """Make a docstring fit for Sphinx: what Markdown and it write differently."""
+    own = inspect.isroutine(thing) or isinstance(thing, type | ModuleType | property)
+    words = type(thing).__doc__
+    if not own and isinstance(words, str) and "\n".join(lines).strip()[-40:] == words.strip()[-40:]:
+        lines.clear()  # a constant without words of its own has those of its type
+    lines[:] = _without_bars(_with_code(lines))
+
+
+def _with_code(lines: list[str]) -> list[str]:
+    """Return lines with what is indented after an empty line, which is code, marked as that."""
+    found: list[str] = []
+    for before, line in zip(["x", *lines], lines, strict=False):
+        first = not before and line.startswith("    ")
+        if first and not next(each for each in reversed([" ", *found]) if each).startswith((" ", "-", "..")):
+            found += ["::", ""]
+        found.append(line)
+    return found
+
+
+def _without_bars(lines: list[str]) -> list[str]:
+    """Return lines with tables of Markdown as tables, and other bars as what they are."""
+    found: list[str] = []
+    for is_table, block in groupby(lines, key=lambda line: line.startswith("|")):
+        if is_table:
+            head, _, *rows = (line.strip("| ").split(" | ") for line in block)
+            found += ["", ".. list-table::", "   :header-rows: 1", ""]
+            for row in (head, *rows):
+                found += [f"   {'  ' if at else '* '}- {cell}" for at, cell in enumerate(row)]
+            found.append("")
+        else:
+            found += [CODE.sub(lambda hit: hit[1] or r"\|", line) for line in block]
+    return found
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Tell Sphinx."""
+    app.connect("builder-inited", _write, priority=100)
+    app.connect("autodoc-process-docstring", _mend, priority=400)
+    return {"parallel_read_safe": True}
