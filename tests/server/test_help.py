@@ -1,6 +1,5 @@
 """Help: the documentation as the server offers it, below its base path, and what stands there where there is none."""
 
-import asyncio
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,6 +9,7 @@ import pytest
 from pftrack_server import pages
 from pftrack_server.app import create_app
 from pftrack_server.settings import Settings
+from tests.apart import run
 
 BASE = "/@/space%20word"
 
@@ -27,7 +27,7 @@ def client(help_folder: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -
             return await asking.get(path, headers=headers)
 
     def get(path: str, headers: dict[str, str] | None = None) -> httpx.Response:
-        return asyncio.run(ask(path, headers or {}))
+        return run(ask(path, headers or {}))
 
     return get
 
