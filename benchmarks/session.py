@@ -1,4 +1,4 @@
-"""Sessions: how soon one is seen, how many run at once, what each one weighs.
+"""Sessions: how soon one is seen, and how many run at once.
 
 A real server in a process of its own. When a session is seen is measured in Debian's Chromium, headless with software
 rendering, and without a browser up to the first picture that the server hands out. The crowd is read by plain
@@ -26,7 +26,6 @@ from _server import (  # noqa: E402
     Server,
     chromium,
     echoes,
-    memory_mib,
     row,
     scene_of,
     unpack,
@@ -171,7 +170,6 @@ async def crowd(server: Server, sessions: list[str], seconds: float, settling: f
 def measure_crowd(server: Server, count: int, seconds: float, settling: float) -> Iterator[dict[str, object]]:
     """Measure many sessions at once."""
     progress(f"{count} sessions")
-    alone = memory_mib(server.family())
     sessions = [server.start(play=True) for _ in range(count)]
     family = server.family()
     for process in family:
@@ -182,8 +180,6 @@ def measure_crowd(server: Server, count: int, seconds: float, settling: float) -
     yield row(f"{count} sessions, frames computed a second", median(computed), min(computed), RATE_HZ)
     yield row(f"{count} sessions, pictures delivered a second", median(delivered), min(delivered), RATE_HZ)
     yield row(f"{count} sessions, CPU of the server, %", busy, None)
-    yield row("memory of a session, MiB", (memory_mib(server.family()) - alone) / count, None)
-    yield row("memory of the server without sessions, MiB", alone, None)
     for session in sessions:
         server.end(session)
 

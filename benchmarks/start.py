@@ -1,4 +1,4 @@
-"""The start: how soon there is a page and a session that runs, and what a server needs while nobody is there.
+"""The start: how soon there is a page and a session that runs.
 
 With `--install 1` it is a stranger's: a clone of this checkout, without caches, whose `make serve` installs, serves and
 compiles, beside the installation of the same packages alone. Otherwise it is a later start, of what is installed and
@@ -22,26 +22,23 @@ from http import HTTPStatus  # noqa: E402
 from pathlib import Path  # noqa: E402
 from statistics import median  # noqa: E402
 
-from _server import Server, memory_mib, row  # noqa: E402
+from _server import Server, row  # noqa: E402
 
 ROOT = Path(__file__).parents[1]
-PAGE_S, SESSION_S, IDLE_MIB = 3.0, 6.0, 250.0
+PAGE_S, SESSION_S = 3.0, 6.0
 INSTALLED_PAGE_S, INSTALLED_BALL_S = 8.0, 25.0
 
 
-def time_start(settling: float) -> dict[str, float]:
-    """Start a server as people do, and tell when there was a page, and a session with a frame, s, and its memory."""
+def time_start() -> dict[str, float]:
+    """Start a server as people do, and tell when there was a page, and a session with a frame, s."""
     with tempfile.TemporaryDirectory() as folder:
         begun = time.perf_counter()
         server = Server(folder)
         try:
             server.ask("GET", "/")
             page = time.perf_counter() - begun
-            time.sleep(settling)
-            idle = memory_mib(server.family())
-            begun = time.perf_counter()
             show(server)
-            return {"page": page, "session": page + time.perf_counter() - begun, "idle": idle}
+            return {"page": page, "session": time.perf_counter() - begun}
         finally:
             server.close()
 
@@ -64,14 +61,13 @@ def show_when_compiled(server: Server) -> None:
             return
 
 
-def measure_later_starts(repeats: int, settling: float) -> Iterator[dict[str, object]]:
+def measure_later_starts(repeats: int) -> Iterator[dict[str, object]]:
     """Measure starts of what has been compiled."""
     progress("later starts")
-    times = [time_start(settling) for _ in range(repeats + 1)][1:]  # the first one reads files from the disk
+    times = [time_start() for _ in range(repeats + 1)][1:]  # the first one reads files from the disk
     for what, name, goal in (
         ("from the command to the first page, s", "page", PAGE_S),
         ("to the first picture of a session, s", "session", SESSION_S),
-        ("memory of a server without sessions, MiB", "idle", IDLE_MIB),
     ):
         values = [each[name] for each in times]
         yield row(what, median(values), max(values), goal)
@@ -128,13 +124,12 @@ def measure_first_start() -> Iterator[dict[str, object]]:
 def main() -> None:
     """Measure and report."""
     given = arguments(
-        "How soon a server is there, and what it needs.",
+        "How soon a server is there.",
         repeats=Size(5, 1, "starts"),
-        settling=Size(5.0, 0.1, "how long until a server has done what it does once, s"),
         install=Size(0, 0, "whether a first start is measured as well, which installs everything anew"),
     )
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
-    rows = [*measure_later_starts(given.repeats, given.settling)]
+    rows = [*measure_later_starts(given.repeats)]
     if given.install:
         rows += measure_first_start()
     report("The start of a server", rows, as_json=given.json)

@@ -15,11 +15,11 @@ from tests.installing import ROOT
 
 FOLDER = ROOT / "benchmarks"
 SCRIPTS = sorted(path.stem for path in FOLDER.glob("[a-z]*.py"))
-OF_SERVERS = ["follow", "lessons", "session", "slider", "start"]
+OF_SERVERS = ["follow", "lessons", "memory", "session", "slider", "start"]
 """They start a server, and most of them a browser."""
 
-LONG = ["slider"]
-"""Its scene is drawn in software for half a minute of processor time."""
+LONG = ["memory", "slider"]
+"""Sweeps start for one, and for the other a scene is drawn in software for half a minute of processor time."""
 
 ALIKE = "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"
 
