@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.compute as pc
 from numpy.typing import NDArray
 
+from pftrack.sweep import arrow
 from pftrack.sweep.axis import Axis
 from pftrack.sweep.errors import SweepError
 from pftrack.sweep.plan import Plan
@@ -47,7 +46,7 @@ class Counts:
         return Counts(self.plan, self.x, self.y, self.sums + other.sums)
 
 
-def count(plan: Plan, table: pa.Table | None, x: str | None, y: str | None = None) -> Counts:
+def count(plan: Plan, table: arrow.Table | None, x: str | None, y: str | None = None) -> Counts:
     """Add up the runs of a table by tracker and cell.
 
     Args:
@@ -68,7 +67,10 @@ def count(plan: Plan, table: pa.Table | None, x: str | None, y: str | None = Non
     if table is not None and len(table):
         place = row_places(plan, table, across, down)
         success = table["success"]
-        judged, succeeded = (~nulls(table, "success")).astype(float), floats(pc.cast(success, pa.float64()))
+        judged, succeeded = (
+            (~nulls(table, "success")).astype(float),
+            floats(arrow.compute.cast(success, arrow.float64())),
+        )
         error = floats(table["mean_error"])
         matters = ~nulls(table, "mean_error") & ((succeeded > 0) | (judged == 0))
         weights = (
@@ -77,7 +79,7 @@ def count(plan: Plan, table: pa.Table | None, x: str | None, y: str | None = Non
             succeeded,
             matters.astype(float),
             np.where(matters, error, 0.0),
-            floats(pc.cast(table["lost_frames"], pa.float64())),
+            floats(arrow.compute.cast(table["lost_frames"], arrow.float64())),
             (~nulls(table, "lost_frames")).astype(float),
             (~nulls(table, "problem")).astype(float),
             *chain.from_iterable(_weights(table, measure.name) for measure in measures),
@@ -94,35 +96,35 @@ def columns(plan: Plan, x: str | None, y: str | None) -> list[str]:
     return [*COLUMNS, *(name for name in (x, y) if name is not None), *measures]
 
 
-def row_places(plan: Plan, table: pa.Table, x: Axis | None, y: Axis | None) -> NDArray[np.int64]:
+def row_places(plan: Plan, table: arrow.Table, x: Axis | None, y: Axis | None) -> NDArray[np.int64]:
     """Return for each row its flat index among tracker, y and x."""
-    place = _index(table["tracker"], pa.array(plan.trackers, pa.string()))
+    place = _index(table["tracker"], arrow.array(plan.trackers, arrow.string()))
     for axis in (y, x):
         if axis is not None:
             column = table[axis.name]
-            place = place * len(axis.values) + _index(column, pa.array(axis.values, column.type))
+            place = place * len(axis.values) + _index(column, arrow.array(axis.values, column.type))
     return place
 
 
-def _index(column: pa.ChunkedArray, values: pa.Array) -> NDArray[np.int64]:
-    found: NDArray[np.int64] = pc.index_in(column, value_set=values).to_numpy().astype(np.int64)
+def _index(column: arrow.Array, values: arrow.Array) -> NDArray[np.int64]:
+    found: NDArray[np.int64] = arrow.compute.index_in(column, value_set=values).to_numpy().astype(np.int64)
     return found
 
 
-def _weights(table: pa.Table, measure: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _weights(table: arrow.Table, measure: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return for each row its value of a measure, 0 where there is none, and 1 where there is one."""
     if measure not in table.column_names:  # a table of an earlier version
         return np.zeros(len(table)), np.zeros(len(table))
     return floats(table[measure]), (~nulls(table, measure)).astype(float)
 
 
-def nulls(table: pa.Table, name: str) -> NDArray[np.bool_]:
+def nulls(table: arrow.Table, name: str) -> NDArray[np.bool_]:
     """Return which rows have no value in a column."""
-    missing: NDArray[np.bool_] = pc.is_null(table[name]).to_numpy()
+    missing: NDArray[np.bool_] = arrow.compute.is_null(table[name]).to_numpy()
     return missing
 
 
-def floats(column: pa.ChunkedArray) -> NDArray[np.float64]:
+def floats(column: arrow.Array) -> NDArray[np.float64]:
     """Return a column as numbers, 0 where there is none."""
-    numbers: NDArray[np.float64] = pc.fill_null(column, 0.0).to_numpy()
+    numbers: NDArray[np.float64] = arrow.compute.fill_null(column, 0.0).to_numpy()
     return numbers

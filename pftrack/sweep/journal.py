@@ -13,10 +13,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-import pyarrow as pa
-import pyarrow.parquet as pq
-
 from pftrack.files import write_whole
+from pftrack.sweep import arrow
 from pftrack.sweep.chunks import Chunk, Chunks
 from pftrack.sweep.errors import SweepError
 from pftrack.sweep.plan import Plan
@@ -127,17 +125,17 @@ class Journal:
         """Put the result together out of the chunks, all of which are there."""
         part = self.folder / WHOLE
         described = schema(self.plan).with_metadata(metadata(self.plan))
-        with pq.ParquetWriter(part, described, compression="zstd", write_page_checksum=True) as writer:
-            pending: list[pa.Table] = []
+        with arrow.parquet.ParquetWriter(part, described, compression="zstd", write_page_checksum=True) as writer:
+            pending: list[arrow.Table] = []
             rows = 0
             for path in chunk_files(self.folder):
                 pending.append(conform(_rows(path), described))
                 rows += len(pending[-1])
                 if sum(len(table) for table in pending) >= ROWS_A_GROUP:
-                    writer.write_table(pa.concat_tables(pending), row_group_size=ROWS_A_GROUP)
+                    writer.write_table(arrow.concat_tables(pending), row_group_size=ROWS_A_GROUP)
                     pending = []
             if pending:
-                writer.write_table(pa.concat_tables(pending), row_group_size=ROWS_A_GROUP)
+                writer.write_table(arrow.concat_tables(pending), row_group_size=ROWS_A_GROUP)
         if rows != self.plan.runs:
             raise SweepError(f"{self.folder} has {rows:,} of {self.plan.runs:,} rows; go on with --resume {self.out}")
         part.replace(self.out)
@@ -216,10 +214,10 @@ def chunk_files(folder: Path) -> list[Path]:
     return sorted(path for path in folder.glob("*.parquet") if path.stem.isdecimal())
 
 
-def _rows(path: Path) -> pa.Table:
+def _rows(path: Path) -> arrow.Table:
     try:
-        return pq.read_table(path, partitioning=None, page_checksum_verification=True)
-    except (pa.ArrowException, OSError):
+        return arrow.parquet.read_table(path, partitioning=None, page_checksum_verification=True)
+    except (arrow.ArrowException, OSError):
         raise SweepError(f"{path} is damaged; remove it and go on with --resume") from None
 
 
@@ -235,11 +233,11 @@ def _read_plan(folder: Path) -> Any:  # noqa: ANN401 - JSON of anybody
 def _look(path: Path, expected: Plan | None) -> tuple[Plan, int]:
     """Return plan and number of rows of a Parquet file; a damaged chunk of the plan expected has none."""
     try:
-        with pq.ParquetFile(path) as file:
+        with arrow.parquet.ParquetFile(path) as file:
             found, rows = file.schema_arrow.metadata or {}, file.metadata.num_rows
     except FileNotFoundError:
         raise SweepError(f"there is no file {path}") from None
-    except (pa.ArrowException, OSError):
+    except (arrow.ArrowException, OSError):
         if expected is not None:
             return expected, 0
         raise SweepError(f"{path} is no Parquet file, or was cut short") from None

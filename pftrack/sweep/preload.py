@@ -1,8 +1,10 @@
 """What the fork server of a pool imports, and so makes ready for all of its processes."""
 
+import pyarrow.parquet
+
 from pftrack.numerics.elementary import exponential
 from pftrack.sweep import work
 
-__all__ = ["work"]
+__all__ = ["pyarrow", "work"]
 
 exponential(0.0)  # makes Numba ready, which would cost every process of the pool 0.3 s

@@ -9,10 +9,9 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.compute as pc
 from numpy.typing import NDArray
 
+from pftrack.sweep import arrow
 from pftrack.sweep.cells import CellMap
 from pftrack.sweep.counts import count, floats, nulls, row_places
 from pftrack.sweep.errors import SweepError
@@ -144,11 +143,11 @@ def samples(result: Result, quantity: Quantity, x: str | None, y: str | None = N
             continue
         matters = ~nulls(piece, column)
         if quantity.successful:
-            matters &= nulls(piece, "success") | (floats(pc.cast(piece["success"], pa.float64())) > 0)
+            matters &= nulls(piece, "success") | (floats(arrow.compute.cast(piece["success"], arrow.float64())) > 0)
         places.append(row_places(plan, piece, empty.x, empty.y)[matters])
         # Runs are numbered by condition, trial and tracker, in this order.
         scenes.append(piece["run"].to_numpy()[matters] // len(plan.trackers))
-        values.append(floats(pc.cast(piece[column], pa.float64()))[matters])
+        values.append(floats(arrow.compute.cast(piece[column], arrow.float64()))[matters])
     place, scene, value = np.concatenate(places), np.concatenate(scenes), np.concatenate(values)
     order = np.argsort(place, kind="stable")
     width = int(np.prod(shape))

@@ -9,12 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.compute as pc
-import pyarrow.csv
-import pyarrow.parquet as pq
 
 from pftrack.model.parameters import Value
+from pftrack.sweep import arrow
 from pftrack.sweep.errors import SweepError
 from pftrack.sweep.journal import chunk_files, partial_of, plan_of
 from pftrack.sweep.plan import Plan
@@ -48,11 +45,11 @@ class Result:
         return self.place or (self.files[0] if self.complete else self.files[0].parent)
 
     @property
-    def table(self) -> pa.Table:
+    def table(self) -> arrow.Table:
         """All rows at once."""
-        return pa.concat_tables([schema(self.plan).empty_table(), *self.pieces()])
+        return arrow.concat_tables([schema(self.plan).empty_table(), *self.pieces()])
 
-    def pieces(self, columns: Sequence[str] | None = None) -> Iterator[pa.Table]:
+    def pieces(self, columns: Sequence[str] | None = None) -> Iterator[arrow.Table]:
         """Yield the rows in pieces, in the order of their numbers.
 
         Args:
@@ -60,11 +57,11 @@ class Result:
         """
         for path in self.files:
             try:
-                with pq.ParquetFile(path, page_checksum_verification=True) as file:
+                with arrow.parquet.ParquetFile(path, page_checksum_verification=True) as file:
                     for batch in file.iter_batches(ROWS_A_PIECE, columns=columns):
-                        piece = pa.Table.from_batches([batch]).replace_schema_metadata(None)
+                        piece = arrow.as_table(batch).replace_schema_metadata(None)
                         yield piece if columns else conform(piece, schema(self.plan))
-            except (pa.ArrowException, OSError):
+            except (arrow.ArrowException, OSError):
                 if self.complete:
                     raise SweepError(f"{path} is damaged: its description is whole, its rows are not") from None
 
@@ -85,15 +82,17 @@ def read_result(path: Path) -> Result:
     return Result(plan_of(path), (path,), complete=True)
 
 
-def read_chunk(path: Path) -> pa.Table:
+def read_chunk(path: Path) -> arrow.Table:
     """Return the rows of one chunk's file.
 
     Raises:
         SweepError: It is damaged.
     """
     try:
-        return pq.read_table(path, partitioning=None, page_checksum_verification=True).replace_schema_metadata(None)
-    except (pa.ArrowException, OSError):
+        return arrow.parquet.read_table(
+            path, partitioning=None, page_checksum_verification=True
+        ).replace_schema_metadata(None)
+    except (arrow.ArrowException, OSError):
         raise SweepError(f"{path} is no Parquet file, or was cut short") from None
 
 
@@ -119,11 +118,11 @@ def rows_of(
     for piece in result.pieces():
         mask = None
         for name, value in where.items():
-            same = pc.equal(piece[name], pa.scalar(value, piece.schema.field(name).type))
-            mask = same if mask is None else pc.and_(mask, same)
+            same = arrow.compute.equal(piece[name], arrow.scalar(value, piece.schema.field(name).type))
+            mask = same if mask is None else arrow.compute.and_(mask, same)
         chosen = piece if mask is None else piece.filter(mask)
         if failures_first:
-            won = pc.fill_null(pc.cast(chosen["success"], pa.float64()), 0.5).to_numpy()
+            won = arrow.compute.fill_null(arrow.compute.cast(chosen["success"], arrow.float64()), 0.5).to_numpy()
             chosen = chosen.take(np.argsort(won, kind="stable")[:limit])
         found += chosen.slice(0, limit).to_pylist()
         found.sort(key=lambda row: (FAILURES_FIRST[row["success"]] if failures_first else 0, row["run"]))
@@ -135,14 +134,14 @@ def rows_of(
 
 def csv_pieces(result: Result) -> Iterator[bytes]:
     """Yield a result as CSV, piece by piece, the header first; hashes as hexadecimal digits."""
-    options = pa.csv.WriteOptions(include_header=False, quoting_style="needed")
+    options = arrow.csv.WriteOptions(include_header=False, quoting_style="needed")
     yield (",".join(schema(result.plan).names) + "\n").encode()
     for piece in result.pieces():
         place = piece.schema.get_field_index("estimates_sha256")
         digits = [None if it is None else it.hex() for it in piece.column(place).to_pylist()]
-        shown = piece.set_column(place, "estimates_sha256", pa.array(digits, pa.string()))
-        sink = pa.BufferOutputStream()
-        pa.csv.write_csv(shown, sink, options)
+        shown = piece.set_column(place, "estimates_sha256", arrow.array(digits, arrow.string()))
+        sink = arrow.BufferOutputStream()
+        arrow.csv.write_csv(shown, sink, options)
         yield sink.getvalue().to_pybytes()
 
 

@@ -20,12 +20,12 @@ from collections.abc import Sequence
 from itertools import chain
 
 import numpy as np
-import pyarrow as pa
 
 from pftrack.experiments import Setup
 from pftrack.model.parameters import ParameterError, Value
 from pftrack.model.series import Reduction
 from pftrack.runs.batch import Outcome, outcomes
+from pftrack.sweep import arrow
 from pftrack.sweep.chunks import Chunk, Piece
 from pftrack.sweep.plan import Plan
 
@@ -35,31 +35,32 @@ TIMING = "step_ms"
 """The column that is measured, not computed: it is no part of what is reproducible."""
 
 OUTCOME = (
-    ("success", pa.bool_()),
-    ("mean_error", pa.float64()),
-    ("lost_frames", pa.int32()),
-    ("first_lost_frame", pa.int32()),
-    ("labelled_frames", pa.int32()),
+    ("success", "bool"),
+    ("mean_error", "float64"),
+    ("lost_frames", "int32"),
+    ("first_lost_frame", "int32"),
+    ("labelled_frames", "int32"),
 )
 
-WHICH = (("tracker", pa.string()), ("trial", pa.int32()), ("seed", pa.int64()))
+WHICH = (("tracker", "string"), ("trial", "int32"), ("seed", "int64"))
 
-WITNESS = (("estimates_sha256", pa.binary(32)), ("problem", pa.string()))
+WITNESS = ("estimates_sha256", "problem")
 
-FIXED = ("run", TIMING, *(name for name, _ in (*WHICH, *OUTCOME, *WITNESS)))
+FIXED = ("run", TIMING, *(name for name, _ in (*WHICH, *OUTCOME)), *WITNESS)
 """Names of the columns that every table has: no axis, measure or reduction may be called so."""
 
-REDUCED = {"mean": pa.float64(), "share": pa.float64(), "count": pa.int32()}
+REDUCED = {"mean": "float64", "share": "float64", "count": "int32"}
 
 Results = Sequence[Outcome | None]
 
 
-def schema(plan: Plan) -> pa.Schema:
+def schema(plan: Plan) -> arrow.Schema:
     """Return the columns of a plan's rows."""
     axes = [(axis.name, _kind(axis.values[0])) for axis in plan.axes]
-    scores = [(measure.name, pa.float64()) for measure in plan.wiring.run_measures]
+    scores = [(measure.name, "float64") for measure in plan.wiring.run_measures]
     kept = [(reduction.name, REDUCED[reduction.how]) for reduction in reductions(plan)]
-    return pa.schema([("run", pa.int64()), *axes, *WHICH, *OUTCOME, *scores, *kept, (TIMING, pa.float64()), *WITNESS])
+    witness = zip(WITNESS, (arrow.binary(32), "string"), strict=True)
+    return arrow.schema([("run", "int64"), *axes, *WHICH, *OUTCOME, *scores, *kept, (TIMING, "float64"), *witness])
 
 
 def reductions(plan: Plan) -> list[Reduction]:
@@ -67,16 +68,16 @@ def reductions(plan: Plan) -> list[Reduction]:
     return [reduction for series in plan.wiring.all_series(*plan.trackers) for reduction in series.reductions]
 
 
-def conform(table: pa.Table, columns: pa.Schema) -> pa.Table:
+def conform(table: arrow.Table, columns: arrow.Schema) -> arrow.Table:
     """Return a table that an earlier version may have written with these columns: null where it has none of a name."""
     arrays = [
-        table[field.name].cast(field.type) if field.name in table.column_names else pa.nulls(len(table), field.type)
+        table[field.name].cast(field.type) if field.name in table.column_names else arrow.nulls(len(table), field.type)
         for field in columns
     ]
-    return pa.table(arrays, schema=columns)
+    return arrow.table(arrays, schema=columns)
 
 
-def compute(plan: Plan, chunk: Chunk) -> pa.Table:
+def compute(plan: Plan, chunk: Chunk) -> arrow.Table:
     """Carry out the runs of a chunk and return their rows, by run number.
 
     A combination of values that the parameters refuse gives rows with the refusal as their problem, and so does a run
@@ -141,34 +142,34 @@ def _table(
     seeds: np.ndarray[tuple[int], np.dtype[np.int64]],
     results: Results,
     problems: list[str | None],
-) -> pa.Table:
+) -> arrow.Table:
     """Put rows together column by column."""
     width, columns = len(plan.trackers), schema(plan)
     by_piece = np.array([(piece.stop - piece.start) * width for piece in chunk.pieces])
     trials = np.concatenate([np.arange(piece.start, piece.stop, dtype=np.int32) for piece in chunk.pieces])
-    names = pa.array(plan.trackers, pa.string())
-    arrays: dict[str, pa.Array] = {
-        "run": pa.array(np.arange(chunk.first, chunk.first + chunk.runs)),
-        "tracker": names.take(pa.array(np.tile(np.arange(width), chunk.runs // width))),
-        "trial": pa.array(np.repeat(trials, width)),
-        "seed": pa.array(seeds),
-        "problem": pa.array(problems, pa.string()),
-        "estimates_sha256": pa.array(
-            [None if it is None else bytes.fromhex(it.estimates_sha256) for it in results], pa.binary(32)
+    names = arrow.array(plan.trackers, "string")
+    arrays: dict[str, arrow.Array] = {
+        "run": arrow.array(np.arange(chunk.first, chunk.first + chunk.runs)),
+        "tracker": names.take(arrow.array(np.tile(np.arange(width), chunk.runs // width))),
+        "trial": arrow.array(np.repeat(trials, width)),
+        "seed": arrow.array(seeds),
+        "problem": arrow.array(problems, "string"),
+        "estimates_sha256": arrow.array(
+            [None if it is None else bytes.fromhex(it.estimates_sha256) for it in results], arrow.binary(32)
         ),
     }
     for name, places in _places(plan, chunk.pieces).items():
-        values = pa.array(plan.axis(name).values, columns.field(name).type)
-        arrays[name] = values.take(pa.array(np.repeat(places, by_piece)))
-    for name, kind in (*OUTCOME, (TIMING, pa.float64())):
-        arrays[name] = pa.array([None if it is None else getattr(it, name) for it in results], kind)
+        values = arrow.array(plan.axis(name).values, columns.field(name).type)
+        arrays[name] = values.take(arrow.array(np.repeat(places, by_piece)))
+    for name, kind in (*OUTCOME, (TIMING, "float64")):
+        arrays[name] = arrow.array([None if it is None else getattr(it, name) for it in results], kind)
     for measure in plan.wiring.run_measures:
         scores = [None if it is None else it.measures.get(measure.name) for it in results]
-        arrays[measure.name] = pa.array(scores, pa.float64())
+        arrays[measure.name] = arrow.array(scores, "float64")
     for reduction in reductions(plan):
         kept = [None if it is None else it.reductions.get(reduction.name) for it in results]
-        arrays[reduction.name] = pa.array(kept, REDUCED[reduction.how])
-    return pa.table([arrays[name] for name in columns.names], schema=columns)
+        arrays[reduction.name] = arrow.array(kept, REDUCED[reduction.how])
+    return arrow.table([arrays[name] for name in columns.names], schema=columns)
 
 
 def _places(plan: Plan, pieces: Sequence[Piece]) -> dict[str, np.ndarray[tuple[int], np.dtype[np.intp]]]:
@@ -179,9 +180,9 @@ def _places(plan: Plan, pieces: Sequence[Piece]) -> dict[str, np.ndarray[tuple[i
     return {axis.name: place for axis, place in zip(plan.axes, places, strict=True)}
 
 
-def _kind(value: Value) -> pa.DataType:
+def _kind(value: Value) -> str:
     if isinstance(value, bool):
-        return pa.bool_()
+        return "bool"
     if isinstance(value, int):
-        return pa.int64()
-    return pa.float64() if isinstance(value, float) else pa.string()
+        return "int64"
+    return "float64" if isinstance(value, float) else "string"

@@ -10,10 +10,9 @@ from itertools import islice
 from time import perf_counter
 
 import cv2
-import pyarrow as pa
-import pyarrow.parquet as pq
 
 from pftrack.runs.batch import outcomes
+from pftrack.sweep import arrow
 from pftrack.sweep.chunks import Chunks
 from pftrack.sweep.journal import metadata
 from pftrack.sweep.plan import Plan
@@ -47,8 +46,8 @@ def compute_chunk(text: str, conditions: int, trials: int, number: int) -> bytes
     """
     plan = _plan(text)
     table = compute(plan, Chunks(plan, conditions, trials)[number]).replace_schema_metadata(metadata(plan))
-    sink = pa.BufferOutputStream()
-    pq.write_table(table, sink, compression="zstd", write_page_checksum=True)
+    sink = arrow.BufferOutputStream()
+    arrow.parquet.write_table(table, sink, compression="zstd", write_page_checksum=True)
     return bytes(sink.getvalue().to_pybytes())
 
 
@@ -89,7 +88,7 @@ def version() -> str:
 def one_thread() -> None:
     """Keep the libraries from starting threads: there is a process for every core already."""
     cv2.setNumThreads(1)
-    pa.set_cpu_count(1)
+    arrow.set_cpu_count(1)
 
 
 @lru_cache(maxsize=4)
