@@ -35,7 +35,7 @@ function experimentCard(experiment) {
     "article",
     { class: "card", data: { experiment: experiment.id } },
     h("a", { href: open, class: "thumb", tabindex: -1, "aria-hidden": "true" }, thumbnail(experiment.thumbnail)),
-    h("p", { class: "hint waiting" }, "Being compiled, once; it can be opened already, and begins when it is ready."),
+    h("p", { class: "hint waiting" }, "Compiling; a session waits until it is done."),
     h("h4", {}, h("a", { href: open }, experiment.title)),
     h("p", { class: "question" }, experiment.question),
     presetList(experiment, experiment.presets.slice(0, SHOWN)),
