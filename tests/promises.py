@@ -9,13 +9,9 @@ added to it by printing it anew, which is told in the changelog:
 import io
 import json
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import redirect_stdout, suppress
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
-
-import typer
 
 from pftrack.cli import app as cli
 from pftrack.cli import output
@@ -24,8 +20,8 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.model.recipe import Recipe
 from pftrack.runs.run import Run
 from pftrack.runs.table import columns_in
-from pftrack_server.app import create_app
-from pftrack_server.settings import Settings
+from tools.site import command_line
+from tools.site.rest import description
 
 WORDS = {"title", "description", "default", "examples"}
 """Of a schema, what explains it and may change."""
@@ -36,7 +32,11 @@ def promises() -> dict[str, Any]:
     return {
         "interface of experiments": INTERFACE,
         "exit statuses": {"failed": output.FAILED, "wrong use": output.WRONG_USE},
-        "commands": dict(commands()),
+        "commands": {
+            name.removeprefix("pftrack "): sorted({each for it in command.params for each in it.opts or [it.name]})
+            for name, command in command_line.commands()
+            if not hasattr(command, "commands")
+        },
         "json": {line: keys_of(json.loads(answer(*line.split()))) for line in LINES},
         "recipe": {name: json.dumps(bare(it)) for name, it in Recipe.model_json_schema()["properties"].items()},
         "columns": {name: columns(name) for name in EXPERIMENTS.own},
@@ -52,18 +52,6 @@ LINES = (
     "lessons list --json",
 )
 """Commands whose JSON is looked at."""
-
-
-def commands() -> Iterator[tuple[str, list[str]]]:
-    """Yield each command with its arguments and options."""
-
-    def walk(command: Any, path: tuple[str, ...]) -> Iterator[tuple[str, list[str]]]:
-        for name, inner in getattr(command, "commands", {}).items():
-            yield from walk(inner, (*path, name))
-        if not hasattr(command, "commands"):
-            yield " ".join(path), sorted({name for it in command.params for name in it.opts or [it.name]})
-
-    yield from walk(typer.main.get_command(cli.app), ())
 
 
 def answer(*arguments: str) -> str:
@@ -91,8 +79,7 @@ def columns(name: str) -> list[str]:
 
 def rest() -> dict[str, Any]:
     """Return what REST takes and gives: operations, and the fields of what they speak of."""
-    with TemporaryDirectory() as folder:
-        schema = create_app(Settings(data_dir=Path(folder))).openapi()
+    schema = description()
     operations = {
         f"{method.upper()} {path}": {
             "parameters": sorted(f"{it['in']} {it['name']}" for it in operation.get("parameters", ())),

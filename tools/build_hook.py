@@ -14,12 +14,12 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-__all__ = ["Additions"]
+__all__ = ["BuildHook"]
 
 PLATFORM = "manylinux_2_28_x86_64"
 
 
-class Additions(BuildHookInterface):  # type: ignore[type-arg]
+class BuildHook(BuildHookInterface):  # type: ignore[type-arg]
     """Adds what has been made beside the source to a wheel."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:

@@ -17,7 +17,6 @@ import tarfile
 import tempfile
 import time
 import tomllib
-import urllib.request
 import zipfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -29,8 +28,9 @@ from packaging.specifiers import SpecifierSet
 from packaging.version import Version
 
 from tools import precompile
+from tools.pictures.browser import chromium
 
-__all__ = ["Stranger", "build", "check_contents", "main", "pythons"]
+__all__ = ["Installation", "build", "check_contents", "main", "pythons"]
 
 ROOT = Path(__file__).parents[1]
 PROJECT: Mapping[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
@@ -41,7 +41,6 @@ MADE = ("pftrack/precompiled/", "pftrack_server/help_site/")
 """What wheels hold that is made beside the source."""
 
 UV = [sys.executable, "-m", "uv"]
-FLAGS = ["--no-sandbox", "--disable-background-networking"]
 LONGEST_S = 600.0
 MOVED = "Number(document.querySelector('.flat-canvas')?.dataset.frame) > 5"
 FRAMES = 30
@@ -54,9 +53,9 @@ def main(folder: Path) -> None:
     for path in (wheel, compiled):
         check_contents(path)
     hashes = set()
-    for title, stranger in strangers(source, wheel, compiled):
-        with stranger:
-            told = stranger.try_all()
+    for title, installation in installations(source, wheel, compiled):
+        with installation:
+            told = installation.check()
         hashes.add(told.pop("hash"))
         print(f"{title}: " + ", ".join(f"{what} {seconds:.1f} s" for what, seconds in told.items()), flush=True)  # noqa: T201
     if len(hashes) != 1:
@@ -112,7 +111,7 @@ def check_contents(wheel: Path) -> None:
     demand(own == wanted, f"{wheel.name} holds {sorted(own - wanted)}, which is not tracked")
 
 
-# ------------------------------------------------------------ those who use them
+# ------------------------------------------------------------ their installations
 
 
 def pythons() -> list[str]:
@@ -125,18 +124,18 @@ def pythons() -> list[str]:
     return [newest_patches[minor] for minor in sorted({min(newest_patches), max(newest_patches)})]
 
 
-def strangers(source: Path, wheel: Path, compiled: Path) -> "Iterator[tuple[str, Stranger]]":
-    """Yield who is to try what."""
+def installations(source: Path, wheel: Path, compiled: Path) -> "Iterator[tuple[str, Installation]]":
+    """Yield what is to be installed how."""
     for python in pythons():
-        yield f"{wheel.name}, {python}", Stranger(python, wheel)
-    yield source.name, Stranger(sys.executable, source)
-    yield compiled.name, Stranger(sys.executable, compiled)
-    yield f"{wheel.name}, oldest libraries", Stranger(sys.executable, wheel, oldest=True)
+        yield f"{wheel.name}, {python}", Installation(python, wheel)
+    yield source.name, Installation(sys.executable, source)
+    yield compiled.name, Installation(sys.executable, compiled)
+    yield f"{wheel.name}, oldest libraries", Installation(sys.executable, wheel, oldest=True)
 
 
 @dataclass
-class Stranger:
-    """Somebody who has a file of the release and nothing else; used as a context, which makes and removes a home.
+class Installation:
+    """A file of the release in an environment of its own, which lasts as long as the context.
 
     Attributes:
         python: With which it is installed.
@@ -149,7 +148,7 @@ class Stranger:
     oldest: bool = False
 
     def __enter__(self) -> Self:
-        """Make a home, and install the file there."""
+        """Make the environment, and install the file there."""
         self._home = tempfile.TemporaryDirectory()
         self._place = Path(self._home.name)
         interpreter = self._place / "env" / "bin" / "python"
@@ -169,7 +168,7 @@ class Stranger:
         """Remove it."""
         self._home.cleanup()
 
-    def try_all(self) -> dict[str, Any]:
+    def check(self) -> dict[str, Any]:
         """Do what a stranger does; return how long each took, s, and the hash of a run."""
         begun = time.monotonic()
         told: dict[str, Any] = {}
@@ -195,7 +194,7 @@ class Stranger:
 
     def call(self, *arguments: str) -> str:
         """Run a command of pftrack outside the tree, and return what it prints."""
-        return run(self._command, *arguments, cwd=self._place, **self._home_of())
+        return run(self._command, *arguments, cwd=self._place, **self._environment())
 
     def serve(self) -> float:
         """Serve, open the ball in a browser, see it move without a complaint, and end the server as a system does.
@@ -206,7 +205,7 @@ class Stranger:
         begun = time.monotonic()
         command = [self._command, "serve", "--port", "0", "--data-dir", self._place / "data"]
         server = subprocess.Popen(  # noqa: S603
-            command, stdout=subprocess.PIPE, text=True, cwd=self._place, env={**os.environ, **self._home_of()}
+            command, stdout=subprocess.PIPE, text=True, cwd=self._place, env={**os.environ, **self._environment()}
         )
         try:
             links = (re.search(r"http://\S+", line) for line in server.stdout or ())
@@ -221,23 +220,15 @@ class Stranger:
         demand(ended == 0, f"serve ended with {ended}")
         return moved
 
-    def _home_of(self) -> dict[str, str]:
+    def _environment(self) -> dict[str, str]:
         """Return an environment in which nothing is found of who runs this."""
         return {"HOME": str(self._place), "PYTHONPATH": "", "PFTRACK_BASE_PATH": "", "NUMBA_CACHE_DIR": ""}
 
 
 def look_at_ball(address: str) -> None:
-    """Open the ball's session from the start page, and wait until it plays; without a browser ask for its picture."""
-    browser = shutil.which("chromium") or shutil.which("chromium-headless-shell")
-    if browser is None:
-        with urllib.request.urlopen(address, timeout=60) as answer:  # noqa: S310 - our own server
-            demand(answer.status == 200, "the start page is not served")
-        return
-    from playwright.sync_api import sync_playwright  # noqa: PLC0415 - where there is a browser
-
-    with sync_playwright() as playwright:
-        opened = playwright.chromium.launch(executable_path=browser, args=FLAGS)
-        page = opened.new_page()
+    """Open the ball's session from the start page, and wait until it plays."""
+    with chromium() as browser:
+        page = browser.new_page()
         wrong: list[str] = []
         page.on("pageerror", lambda error: wrong.append(str(error)))
         page.goto(address)
@@ -248,7 +239,6 @@ def look_at_ball(address: str) -> None:
             demand(time.monotonic() < deadline, "the ball does not move")
             page.wait_for_timeout(100)
         demand(not wrong, f"the page complains: {wrong}")
-        opened.close()
 
 
 def run(*command: object, cwd: Path | None = None, **variables: str) -> str:

@@ -73,12 +73,16 @@ function compiling(compilation) {
   for (const card of part("experiments").querySelectorAll("article")) {
     const { experiment = "" } = card.dataset;
     card.classList.toggle("waits", !finished && !usable.includes(experiment));
-    if (finished || ready.includes(experiment)) [...card.querySelectorAll("img")].filter((it) => it.classList.contains("missing")).forEach(again);
+    if (card.dataset.drawn === undefined && (finished || ready.includes(experiment))) {
+      card.dataset.drawn = "";
+      card.querySelectorAll("img").forEach(again);
+    }
   }
 }
 
-/** @param {HTMLImageElement} image A picture that could not be drawn before. */
+/** @param {HTMLImageElement} image A picture, which is asked for again if it could not be drawn before. */
 function again(image) {
+  if (!image.classList.contains("missing")) return;
   image.classList.remove("missing");
   const address = image.src;
   image.src = address;

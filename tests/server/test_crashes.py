@@ -97,6 +97,16 @@ class TestBudgets:
             assert "did not respond for 2 s" in found["message"]
             assert client.post(f"/api/v1/sessions/{session['id']}/resume").json()["position"] == 10
 
+    def test_a_worker_that_compiles_is_not_hung(self, start_server: Any) -> None:
+        """It is silent for as long as a function takes, and has the patience that one has which starts."""
+        with start_server(hang_seconds=1, start_seconds=4) as (server, client):
+            session = begin(client)
+            active = server.manager.get(session["id"]).spec.active
+            os.kill(server.pid_of(session["id"]), signal.SIGSTOP)
+            active.run = active.run.model_copy(update={"compiling": 3})
+            wait_for(lambda: state(client, session["id"]) == "crashed", 60)
+            assert "did not respond for 4 s" in client.get(f"/api/v1/sessions/{session['id']}").json()["message"]
+
     def test_a_paused_worker_is_not_hung(self, start_server: Any) -> None:
         """A worker that has nothing to do still gives signs of life."""
         with start_server(hang_seconds=4) as (server, client):

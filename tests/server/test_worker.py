@@ -12,7 +12,7 @@ import pytest
 
 from pftrack.process import AsyncEnd, BlockingEnd, pair
 from pftrack.warming import watch
-from pftrack_server.worker.protocol import Change, Credit, Event, Progress, Reply, Request, Speed, Transport
+from pftrack_server.worker.protocol import Change, Credit, Event, Export, Progress, Reply, Request, Speed, Transport
 from pftrack_server.worker.run_tree import RunTree
 from pftrack_server.worker.worker import Worker
 from tests.apart import run
@@ -182,3 +182,36 @@ def test_a_run_that_has_to_compile_says_so(monkeypatch: pytest.MonkeyPatch) -> N
     run(play_until_compiled(heard))
     told = [event.changes["compiling"] for event in heard if "compiling" in event.changes]
     assert told == [0, 1, None]
+
+
+@pytest.mark.parametrize("place", ["measures", "export"])
+def test_what_compiles_beside_a_step_is_over_as_well(monkeypatch: pytest.MonkeyPatch, place: str) -> None:
+    """Measures and a command that is refused compile outside a step, and the end of that is told all the same."""
+    function = numba.njit(lambda x: x - 1)
+    monkeypatch.setattr(watch, "FUNCTIONS", [function])
+    original = getattr(RunTree, place)
+
+    def compiling(tree: RunTree, *arguments: Any) -> Any:
+        function(1.5)
+        if place == "export":
+            raise OSError("no room")
+        return original(tree, *arguments)
+
+    heard: list[Progress] = []
+
+    async def work() -> None:
+        over = asyncio.Event()
+
+        def hear(event: Event) -> None:
+            if isinstance(event, Progress):
+                heard.append(event)
+                if event.changes.get("compiling", 0) is None:
+                    over.set()
+
+        async with working(hear) as web:
+            monkeypatch.setattr(RunTree, place, compiling)
+            web.send(Request(1, Transport("play")) if place == "measures" else Request(1, Export("csv", "x.csv")))
+            await asyncio.wait_for(over.wait(), 10)
+
+    run(work())
+    assert [event.changes["compiling"] for event in heard if "compiling" in event.changes] == [0, None]

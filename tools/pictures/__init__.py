@@ -4,7 +4,7 @@
 what is seen. Every run has a fixed seed, so that only a change of the program changes a picture. Films are made of
 single frames, each awaited, and not of what a busy machine happens to show.
 
-- `served`: a server for as long as it is needed
+- `server`: a server for as long as it is needed
 - `browser`: Chromium, and films of its pages
 - `shots`: the pictures and films by name
 - `live`: runs as pages of their own

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tools.pictures import live
 from tools.pictures.browser import chromium
-from tools.pictures.served import serve
+from tools.pictures.server import serve
 from tools.pictures.shots import FILMS, PICTURES, take
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -31,10 +31,10 @@ def main() -> None:
     seen = [name for name in names if name not in live.LIVE]
     if not seen:
         return
-    with serve() as served, chromium() as browser:
+    with serve() as server, chromium() as browser:
         for name in seen:
             begun = time.monotonic()
-            take(name, served, browser, given.folder)
+            take(name, server, browser, given.folder)
             print(f"{name} ({time.monotonic() - begun:.0f} s)", flush=True)
             if given.readme and name in README:
                 shutil.copy(given.folder / f"{name}.png", DOCS / f"{name}.png")

@@ -12,7 +12,7 @@ import numpy as np
 from PIL import Image
 from playwright.sync_api import sync_playwright
 
-__all__ = ["chromium", "film", "find_chromium", "opened"]
+__all__ = ["chromium", "film", "find_chromium", "open_page"]
 
 FLAGS = [
     "--headless",
@@ -49,7 +49,7 @@ def chromium() -> Iterator[Any]:
 
 
 @contextmanager
-def opened(browser: Any, address: str, size: tuple[int, int] = SIZE, *, dark: bool = False) -> Iterator[Any]:
+def open_page(browser: Any, address: str, size: tuple[int, int] = SIZE, *, dark: bool = False) -> Iterator[Any]:
     """Open a page in a window of its own, which has never been here before but has seen the tour."""
     scheme = "dark" if dark else "light"
     context = browser.new_context(

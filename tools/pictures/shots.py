@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from tools.pictures.browser import film, opened
-from tools.pictures.served import Served
+from tools.pictures.browser import film, open_page
+from tools.pictures.server import Server
 
 __all__ = ["FILMS", "PICTURES", "take"]
 
@@ -31,76 +31,76 @@ def _painted(page: Any, frame: int) -> None:
     page.wait_for_timeout(250)
 
 
-def _start(served: Served, browser: Any) -> Iterator[bytes]:
-    with opened(browser, f"{served.url}/") as page:
+def _start(server: Server, browser: Any) -> Iterator[bytes]:
+    with open_page(browser, f"{server.url}/") as page:
         page.locator("[data-experiment=ball] img").wait_for()
         page.wait_for_load_state("networkidle")
         page.wait_for_timeout(1000)
         yield page.screenshot()
 
 
-def _session(served: Served, browser: Any) -> Iterator[bytes]:
-    name = served.session(130, experiment="head", tracker="pf-asd", seed=0, frames=900)
-    with opened(browser, f"{served.url}/session/{name}") as page:
+def _session(server: Server, browser: Any) -> Iterator[bytes]:
+    name = server.session(130, experiment="head", tracker="pf-asd", seed=0, frames=900)
+    with open_page(browser, f"{server.url}/session/{name}") as page:
         _painted(page, 130)
         page.get_by_role("button", name="Close this message").wait_for(state="detached", timeout=60_000)
         yield page.screenshot()
 
 
-def _lost(served: Served, browser: Any) -> Iterator[bytes]:
-    name = served.session(**LOST)
-    with opened(browser, f"{served.url}/session/{name}") as page:
+def _lost(server: Server, browser: Any) -> Iterator[bytes]:
+    name = server.session(**LOST)
+    with open_page(browser, f"{server.url}/session/{name}") as page:
         for frame in range(60):
-            served.seek(name, frame)
+            server.seek(name, frame)
             _painted(page, frame)
             yield page.screenshot()
 
 
-def _slider(served: Served, browser: Any) -> Iterator[bytes]:
+def _slider(server: Server, browser: Any) -> Iterator[bytes]:
     """Widen the occluder while the run goes on."""
-    name = served.session(experiment="ball", tracker="h-spf", seed=5, frames=90)
-    with opened(browser, f"{served.url}/session/{name}") as page:
+    name = server.session(experiment="ball", tracker="h-spf", seed=5, frames=90)
+    with open_page(browser, f"{server.url}/session/{name}") as page:
         for frame in range(60):
             if frame >= 10 and frame % 5 == 0:
                 width = min(40 + 2 * (frame - 10), 100)
-                served.ask("PATCH", f"sessions/{name}/parameters", {"occlusion_width_px": width})
-            served.seek(name, frame)
+                server.ask("PATCH", f"sessions/{name}/parameters", {"occlusion_width_px": width})
+            server.seek(name, frame)
             _painted(page, frame)
             yield page.screenshot()
 
 
-def _dark(served: Served, browser: Any) -> Iterator[bytes]:
-    name = served.session(40, experiment="ball", tracker="h-spf", seed=5, frames=90)
-    with opened(browser, f"{served.url}/session/{name}", dark=True) as page:
+def _dark(server: Server, browser: Any) -> Iterator[bytes]:
+    name = server.session(40, experiment="ball", tracker="h-spf", seed=5, frames=90)
+    with open_page(browser, f"{server.url}/session/{name}", dark=True) as page:
         _painted(page, 40)
         yield page.screenshot()
 
 
-def _lesson(served: Served, browser: Any) -> Iterator[bytes]:
-    with opened(browser, f"{served.url}/learn/sir") as page:
+def _lesson(server: Server, browser: Any) -> Iterator[bytes]:
+    with open_page(browser, f"{server.url}/learn/sir") as page:
         page.locator(".lesson-show canvas").first.wait_for()
         page.wait_for_timeout(2000)
         yield page.screenshot()
 
 
-def _learn(served: Served, browser: Any) -> Iterator[bytes]:
-    with opened(browser, f"{served.url}/learn") as page:
+def _learn(server: Server, browser: Any) -> Iterator[bytes]:
+    with open_page(browser, f"{server.url}/learn") as page:
         page.locator("main a").first.wait_for()
         page.wait_for_timeout(1000)
         yield page.screenshot()
 
 
-def _failure(served: Served, browser: Any) -> Iterator[bytes]:
-    with opened(browser, f"{served.url}/failures/sample-impoverishment") as page:
+def _failure(server: Server, browser: Any) -> Iterator[bytes]:
+    with open_page(browser, f"{server.url}/failures/sample-impoverishment") as page:
         page.locator(FLAT).first.wait_for(timeout=60_000)
         page.wait_for_timeout(4000)
         yield page.screenshot()
 
 
-def _compare(served: Served, browser: Any) -> Iterator[bytes]:
-    name = served.session(59, **LOST)
-    branch = str(served.ask("GET", f"sessions/{name}")["branch"])
-    with opened(browser, f"{served.url}/compare?runs={name}:{branch},{name}:{branch}:apf&frame=30") as page:
+def _compare(server: Server, browser: Any) -> Iterator[bytes]:
+    name = server.session(59, **LOST)
+    branch = str(server.ask("GET", f"sessions/{name}")["branch"])
+    with open_page(browser, f"{server.url}/compare?runs={name}:{branch},{name}:{branch}:apf&frame=30") as page:
         page.locator(FLAT).first.wait_for(timeout=60_000)
         page.wait_for_timeout(2000)
         _painted(page, 30)
@@ -108,9 +108,9 @@ def _compare(served: Served, browser: Any) -> Iterator[bytes]:
         yield page.screenshot()
 
 
-def _sweep(served: Served, browser: Any) -> Iterator[bytes]:
-    name = served.ask("POST", "sweeps", SWEEP)["id"]
-    with opened(browser, f"{served.url}/sweep/{name}") as page:
+def _sweep(server: Server, browser: Any) -> Iterator[bytes]:
+    name = server.ask("POST", "sweeps", SWEEP)["id"]
+    with open_page(browser, f"{server.url}/sweep/{name}") as page:
         page.get_by_text("Complete").first.wait_for(timeout=300_000)
         map_of_cells = page.locator("[data-map=h-spf] .figure-plot")
         box = map_of_cells.evaluate("(plot) => ({ ...plot.dataset })")
@@ -121,9 +121,9 @@ def _sweep(served: Served, browser: Any) -> Iterator[bytes]:
         yield page.screenshot()
 
 
-def _class(served: Served, browser: Any) -> Iterator[bytes]:
-    name = served.session(30, experiment="ball", tracker="h-spf", seed=5, frames=90)
-    with opened(browser, f"{served.url}/session/{name}") as page:
+def _class(server: Server, browser: Any) -> Iterator[bytes]:
+    name = server.session(30, experiment="ball", tracker="h-spf", seed=5, frames=90)
+    with open_page(browser, f"{server.url}/session/{name}") as page:
         _painted(page, 30)
         page.locator(".follow-chip:enabled").click()
         page.get_by_role("button", name="Begin").click()
@@ -132,11 +132,11 @@ def _class(served: Served, browser: Any) -> Iterator[bytes]:
         yield page.screenshot()
 
 
-def _phone(served: Served, browser: Any) -> Iterator[bytes]:
-    name = served.session(30, experiment="ball", tracker="h-spf", seed=5, frames=90)
-    links = served.ask("POST", "follows", {"sessions": [name]})
+def _phone(server: Server, browser: Any) -> Iterator[bytes]:
+    name = server.session(30, experiment="ball", tracker="h-spf", seed=5, frames=90)
+    links = server.ask("POST", "follows", {"sessions": [name]})
     link = next(value for value in _texts(links) if "/f/" in value)
-    with opened(browser, f"{served.url}/f/{link.rpartition('/f/')[2]}", PHONE) as page:
+    with open_page(browser, f"{server.url}/f/{link.rpartition('/f/')[2]}", PHONE) as page:
         page.locator(FLAT).first.wait_for(timeout=60_000)
         page.wait_for_timeout(1500)
         yield page.screenshot()
@@ -152,7 +152,7 @@ def _texts(value: Any) -> Iterator[str]:
         yield value
 
 
-Shot = Callable[[Served, Any], Iterator[bytes]]
+Shot = Callable[[Server, Any], Iterator[bytes]]
 PICTURES: dict[str, Shot] = {
     "start": _start,
     "session": _session,
@@ -169,10 +169,10 @@ FILMS: dict[str, Shot] = {"lost": _lost, "slider": _slider}
 FRAME_RATE_HZ = 10
 
 
-def take(name: str, served: Served, browser: Any, folder: Path) -> None:
+def take(name: str, server: Server, browser: Any, folder: Path) -> None:
     """Make a picture or a film."""
     if name in FILMS:
-        film(FILMS[name](served, browser), folder / f"{name}.mp4", frame_rate_hz=FRAME_RATE_HZ)
+        film(FILMS[name](server, browser), folder / f"{name}.mp4", frame_rate_hz=FRAME_RATE_HZ)
     else:
-        (content,) = PICTURES[name](served, browser)
+        (content,) = PICTURES[name](server, browser)
         (folder / f"{name}.png").write_bytes(content)

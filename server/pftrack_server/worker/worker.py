@@ -127,7 +127,9 @@ class Worker:
     def __init__(self, pipe: BlockingEnd, config: WorkerConfig) -> None:
         self._pipe = pipe
         self._told = time.monotonic()
-        self._tree = RunTree(config, self._keep_alive)
+        self._compiled = 0
+        with watch(lambda _: self._heartbeat(), self._count_compiled):
+            self._tree = RunTree(config, self._keep_alive)
         self._checkpoints = Checkpoints(self._tree)
         self._playing = False
         self._speed = config.run.speed
@@ -144,7 +146,6 @@ class Worker:
         self._encoder = DrawingEncoder(self._pictures)
         self._way: Seek | None = None
         self._reported = config.run
-        self._compiled = 0
         with watch(lambda _: self._heartbeat(), self._count_compiled):
             self._start_seek(config.run.bound, OPENING)
 
@@ -243,14 +244,14 @@ class Worker:
         self._told = time.monotonic()
 
     def _tell_compiling(self, name: str) -> None:
-        """Tell in the middle of a step that it has to compile a function before it can go on.
+        """Tell in the middle of something that it has to compile a function before it can go on.
 
-        Nothing else is told: what moves may not be looked at before the step is done.
+        Nothing else is told: what moves may not be looked at before that is done. Its end is news, whatever it was.
         """
         del name
         self._reported = self._reported.model_copy(update={"compiling": self._compiled})
         self._pipe.send(Progress({"compiling": self._compiled}))
-        self._told = time.monotonic()
+        self._told, self._news = time.monotonic(), True
 
     def _count_compiled(self, name: str, seconds: float) -> None:
         del name, seconds
@@ -296,8 +297,9 @@ class Worker:
             scene = self._pictures.for_scene(self._drawing) if "scene" in forms else None
             self._credits -= forms
             self._undrawn -= forms
-        before, self._reported = self._reported, self._snapshot()
-        self._pipe.send(Progress(differences(before, self._reported), rows, scene, flat))
+        after = self._snapshot()  # which may tell that it compiles
+        before, self._reported = self._reported, after
+        self._pipe.send(Progress(differences(before, after), rows, scene, flat))
         self._news = False
 
     def _reply(self, number: int, result: object = None) -> None:

@@ -12,12 +12,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-__all__ = ["Served", "serve"]
+__all__ = ["Server", "serve"]
 
 ROOT = Path(__file__).parents[2]
 
 
-class Served:
+class Server:
     """A server, and the requests that set the scene for a picture."""
 
     def __init__(self, url: str) -> None:
@@ -53,7 +53,7 @@ class Served:
 
 
 @contextmanager
-def serve() -> Iterator[Served]:
+def serve() -> Iterator[Server]:
     """Start a server and end it again."""
     with tempfile.TemporaryDirectory() as folder:
         places = os.pathsep.join((str(ROOT), str(ROOT / "server"), os.environ.get("PYTHONPATH", "")))
@@ -69,9 +69,9 @@ def serve() -> Iterator[Served]:
             line = next((line for line in process.stdout or () if "http://" in line), None)
             if line is None:
                 raise RuntimeError("the server did not start")
-            served = Served(line[line.index("http://") :].strip().rstrip("/"))
-            served.until("compilation", "finished")
-            yield served
+            server = Server(line[line.index("http://") :].strip().rstrip("/"))
+            server.until("compilation", "finished")
+            yield server
         finally:
             process.terminate()
             process.wait(30)
