@@ -59,7 +59,7 @@ PLACES = {
     ("pftrack/model_files/surface.py", "face"): "the triangles of a mesh, in PLY",
     ("pftrack/model_files/surface.py", "faces"): "the triangles of a mesh",
     ("server/pftrack_server/viewer/standalone/packing.py", "faces"): "what viser calls the triangles of a mesh",
-    ("server/pftrack_server/store/database.py", "head"): "Alembic's word for the newest migration",
+    ("server/pftrack_server/store/migrations/__init__.py", "head"): "Alembic's word for the newest migration",
     ("server/pftrack_server/store/migrations/versions/0001_first.py", "head"): "a column of databases that exist",
     ("server/pftrack_server/store/migrations/versions/0003_computed.py", "head"): "what that column was called",
 }

@@ -21,6 +21,7 @@ from pftrack.process.limits import (
 )
 from pftrack.process.pipe import AsyncEnd, BlockingEnd, pair
 from pftrack.process.pool import BlockingPool, CallError, Pool, WorkerLostError
+from pftrack.process.secret import take_secret
 from pftrack.process.worker import Worker, run_task
 
 __all__ = [
@@ -56,4 +57,5 @@ __all__ = [
     "run",
     "run_task",
     "stand_alone",
+    "take_secret",
 ]

@@ -24,7 +24,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from typing import NoReturn
 
-from pftrack.process.child import NUMBER, Child, command, environment
+from pftrack.process.child import NUMBER, ONE_THREAD, Child, command, environment
 from pftrack.process.limits import close_descriptors, leave_interrupts_to_parent
 from pftrack.process.pipe import BlockingEnd, pair
 
@@ -59,10 +59,20 @@ class ForkServer:
         self._forking = ThreadPoolExecutor(1, thread_name_prefix="forking")
         """One thread for all that are to be made: until the fork server is ready each waits, and would hold one."""
 
-    @classmethod
-    def from_fork(cls, preload: str) -> "ForkServer":
-        """Fork one off this process, which has imported everything and must not have started a thread yet."""
-        made = cls(preload)
+    def start(self) -> None:
+        """Start it unless it runs; it imports its preload while the caller goes on."""
+        with self._lock:
+            self._running()
+
+    def fork_off(self) -> None:
+        """Import the preload here, and fork the server off this process, which must not have started a thread yet.
+
+        So what both have imported is in memory once. A secret that is in the environment of this process would be in
+        that of the server, too; take it away before (`take_secret`).
+        """
+        os.environ.update(ONE_THREAD)
+        importlib.import_module(self.preload)
+        _freeze()
         ours, theirs = socket.socketpair()
         sys.stdout.flush()
         process = os.fork()
@@ -71,13 +81,7 @@ class ForkServer:
             ours.detach()
             _end_after(serve, theirs)
         theirs.close()
-        made._socket, made._wait = ours, lambda: os.waitpid(process, 0)
-        return made
-
-    def start(self) -> None:
-        """Start it unless it runs; it imports its preload while the caller goes on."""
-        with self._lock:
-            self._running()
+        self._socket, self._wait = ours, lambda: os.waitpid(process, 0)
 
     def fork(
         self,

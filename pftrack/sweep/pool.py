@@ -21,7 +21,9 @@ _PREPARED: list[ForkServer] = []
 
 def prepare() -> None:
     """Fork the server of the next pool off this process, which has imported everything and started no thread."""
-    _PREPARED.append(ForkServer.from_fork(PRELOAD))
+    made = _fresh()
+    made.fork_off()
+    _PREPARED.append(made)
 
 
 def open_pool(jobs: int) -> BlockingPool:

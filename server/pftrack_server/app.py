@@ -43,12 +43,10 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         await asyncio.to_thread(dict, EXPERIMENTS)
         services = await Services.open(settings, metrics)
         app.state.services = services
-        warming = asyncio.create_task(asyncio.to_thread(scene.warm))
         try:
             yield
         finally:
             await services.close()
-            await asyncio.gather(warming, return_exceptions=True)
 
     app = FastAPI(
         title="pftrack",

@@ -20,9 +20,16 @@ def serve(
     ] = None,
 ) -> None:
     """Serve the dashboard, and print the link to it."""
+    from pftrack.process import take_secret
+
+    token = take_secret("PFTRACK_TOKEN")
     # What is imported stays: to look for garbage on the way takes a fifth of the time, until the server has started.
     gc.disable()
+    from pftrack_server.processes import FORK_SERVER
+
+    # Before everything else, as long as there is no thread and nothing to hide.
+    FORK_SERVER.fork_off()
     from pftrack_server.serving import run
 
-    given = {"host": host, "port": port, "data_dir": data_dir, "base_path": base_path}
+    given = {"host": host, "port": port, "data_dir": data_dir, "base_path": base_path, "token": token}
     run({name: value for name, value in given.items() if value is not None})

@@ -70,7 +70,8 @@ def test_it_tells_how_its_children_ended(server: ForkServer) -> None:
 FORKED = """
 from pftrack.process import ForkServer
 from tests.process.test_fork_server import obey, tell, who
-server = ForkServer.from_fork("json")
+server = ForkServer("json")
+server.fork_off()
 child = server.fork(obey)
 who(child)
 tell(child, "exit")

@@ -30,6 +30,7 @@ def workers_of(process: subprocess.Popen[str]) -> list[psutil.Process]:
 
 
 MEBIBYTE = 1024 * 1024
+TOKEN = "token-of-this-test"
 SHORT_OF_ROOM = """
 import resource
 resource.setrlimit(resource.RLIMIT_FSIZE, ({most}, {most}))
@@ -39,18 +40,21 @@ resource.setrlimit(resource.RLIMIT_FSIZE, ({most}, {most}))
 def test_a_life(tmp_path: Path) -> None:
     """Interrupted, it ends cleanly and leaves nothing behind.
 
-    Its link is printed when it can be reached, with a token where it is bound to all interfaces, and nothing works
-    without that. A file that is longer than its shell allows is refused with the name of the limit, told at the start,
-    too; what strangers ask for is no mistake of the server.
+    Its link is printed when it can be reached, with the token, and nothing works without that, which no process has in
+    its environment. A file that is longer than its shell allows is refused with the name of the limit, told at the
+    start, too; what strangers ask for is no mistake of the server.
     """
     first = SHORT_OF_ROOM.format(most=MEBIBYTE)
     temporary = tmp_path / "temporary"
     temporary.mkdir()
     with serving(
-        f"host='0.0.0.0', port=0, data_dir=Path({str(tmp_path / 'data')!r})", first, TMPDIR=str(temporary)
+        f"host='0.0.0.0', port=0, data_dir=Path({str(tmp_path / 'data')!r})",
+        first,
+        TMPDIR=str(temporary),
+        PFTRACK_TOKEN=TOKEN,
     ) as process:
         address = link(process)
-        assert "?token=" in address
+        assert address.endswith(f"?token={TOKEN}")
         bare = address.partition("?")[0]
         with httpx.Client(base_url=bare, timeout=60, follow_redirects=True) as client:
             assert client.get(bare).status_code == 401
@@ -65,6 +69,8 @@ def test_a_life(tmp_path: Path) -> None:
             with pytest.raises(InvalidStatus):
                 connect(scene, origin=Origin("http://evil.example"), additional_headers=known, proxy=None)
         workers = workers_of(process)
+        for each in (psutil.Process(process.pid), *workers):
+            assert TOKEN not in each.environ().values()
         process.send_signal(signal.SIGINT)
         assert process.wait(60) == 0
         wait_for(lambda: not any(worker.is_running() for worker in workers))
@@ -81,7 +87,8 @@ def test_a_life(tmp_path: Path) -> None:
 def at_rest(processes: list[psutil.Process]) -> Iterator[None]:
     """Stop processes for as long as the context lasts; who has been ended meanwhile stays so."""
     for each in processes:
-        each.suspend()
+        with suppress(psutil.NoSuchProcess):  # a short task
+            each.suspend()
     yield
     for each in processes:
         with suppress(psutil.NoSuchProcess):

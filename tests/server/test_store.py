@@ -13,13 +13,15 @@ from pftrack_server.errors import NotFoundError
 from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store
-from pftrack_server.store.database import connect
+from pftrack_server.store.database import VERSION, connect
 from pftrack_server.store.files import DataDirectory, is_name, new_name
+from pftrack_server.store.migrations import find_revisions
 from pftrack_server.store.tables import Base, UploadRow
 
 
 def test_migrations_make_the_tables(tmp_path: Path) -> None:
-    """The migrations make exactly the tables that the code expects, once and again."""
+    """The migrations make exactly the tables that the code expects, once and again; the newest is the one it names."""
+    assert find_revisions()[0] == VERSION
     for _ in range(2):
         engine = connect(f"sqlite:///{tmp_path / 'x.sqlite'}")
         with engine.connect() as connection:

@@ -9,22 +9,15 @@ from pftrack_server.errors import NotFoundError
 from pftrack_server.follow.participant import participant_of
 from pftrack_server.stream.duplex import GONE
 
-__all__ = ["router", "warm"]
+__all__ = ["router"]
 
 router = APIRouter(prefix="/viz", include_in_schema=False)
 
 
-def warm() -> None:
-    """Import viser, which takes a second, while the server already answers."""
-    from pftrack_server.viewer import client_page  # noqa: PLC0415
-
-    client_page()
-
-
 @router.get("/client/{name}")
-async def client_file(request: Request, name: str) -> Response:
+def client_file(request: Request, name: str) -> Response:
     """Return a file of viser's client; its name is made from its content, so it may be kept for good."""
-    from pftrack_server.viewer import client_asset  # noqa: PLC0415 - see `warm`
+    from pftrack_server.viewer import client_asset  # noqa: PLC0415 - 15 MiB, imported when somebody first looks
 
     file = client_asset(name)
     if file is None:
@@ -42,9 +35,9 @@ async def without_slash(request: Request, session: ASession) -> Response:
 
 
 @router.get("/{session}/")
-async def page(session: ASession) -> Response:
+def page(session: ASession) -> Response:
     """Return viser's client."""
-    from pftrack_server.viewer import CONTENT_SECURITY_POLICY, client_page  # noqa: PLC0415 - see `warm`
+    from pftrack_server.viewer import CONTENT_SECURITY_POLICY, client_page  # noqa: PLC0415 - see `client_file`
 
     del session  # it is there, which is all that had to be known
     headers = {"Content-Security-Policy": CONTENT_SECURITY_POLICY, "Cache-Control": "no-cache"}
@@ -55,7 +48,7 @@ async def page(session: ASession) -> Response:
 @router.websocket("/{session}/")
 async def websocket(websocket: WebSocket, session: str, services: TheServices) -> None:
     """Join a browser to the session's scene."""
-    from pftrack_server.viewer import bridge  # noqa: PLC0415 - see `warm`
+    from pftrack_server.viewer import bridge  # noqa: PLC0415 - see `client_file`
 
     found = services.manager.find(session)
     if found is None:

@@ -4,12 +4,8 @@ A database that cannot be used, for whatever reason, is told in one sentence tha
 """
 
 import sqlite3
-from pathlib import Path
 from typing import Any
 
-from alembic import command
-from alembic.config import Config
-from alembic.script import ScriptDirectory
 from sqlalchemy import Connection, Engine, create_engine, event, inspect, text
 from sqlalchemy.exc import DBAPIError
 
@@ -18,9 +14,11 @@ from pftrack_server.store.tables import Base
 
 __all__ = ["DatabaseError", "connect"]
 
-MIGRATIONS = Path(__file__).parent / "migrations"
 BUSY_S = 10
 VERSION_TABLE = "alembic_version"
+VERSION = "0004"
+"""The newest migration: a database that has it is ready."""
+
 AWAY = "move it away to begin with an empty one, or choose another --data-dir"
 
 
@@ -48,17 +46,24 @@ def connect(url: str) -> Engine:
 
 
 def _prepare(engine: Engine, name: str) -> None:
-    config = Config()
-    config.set_main_option("script_location", str(MIGRATIONS).replace("%", "%%"))
     event.listen(engine, "connect", _pragmas)
     with engine.begin() as connection:
-        _check(connection, name, ScriptDirectory.from_config(config))
-        config.attributes["connection"] = connection
-        command.upgrade(config, "head")
+        found = _find_version(connection, name)
+        if found == VERSION:
+            return
+        # Alembic needs 10 MiB, for which few starts have a use.
+        from pftrack_server.store.migrations import find_revisions, upgrade  # noqa: PLC0415
+
+        if found not in {None, *find_revisions()}:
+            raise DatabaseError(
+                f"{name} was written by a newer version of pftrack (its state is {found}, and this version knows those "
+                f"up to {VERSION}): update pftrack, or {AWAY}."
+            )
+        upgrade(connection)
 
 
-def _check(connection: Connection, name: str, script: ScriptDirectory) -> None:
-    """Refuse what this version must not touch."""
+def _find_version(connection: Connection, name: str) -> str | None:
+    """Return the migration that a database has, None if it is empty; refuse what this program must not touch."""
     found = connection.execute(text("PRAGMA quick_check(1)")).scalar()
     if found != "ok":
         raise DatabaseError(f"{name} is damaged: restore a copy of it, or {AWAY}.")
@@ -67,16 +72,11 @@ def _check(connection: Connection, name: str, script: ScriptDirectory) -> None:
         if tables:
             some = ", ".join(sorted(tables)[:3])
             raise DatabaseError(f"{name} belongs to another program, since it has tables {some}: choose another one.")
-        return
-    states = set(connection.execute(text(f"SELECT version_num FROM {VERSION_TABLE}")).scalars())  # noqa: S608 - our own
-    unknown = states - {revision.revision for revision in script.walk_revisions()}
-    if unknown and not tables & set(Base.metadata.tables):
+        return None
+    version = connection.execute(text(f"SELECT version_num FROM {VERSION_TABLE}")).scalar()  # noqa: S608 - our own
+    if not tables & set(Base.metadata.tables):
         raise DatabaseError(f"{name} belongs to another program: choose another one.")
-    if unknown:
-        raise DatabaseError(
-            f"{name} was written by a newer version of pftrack (its state is {', '.join(sorted(unknown))}, and this "
-            f"version knows those up to {script.get_current_head()}): update pftrack, or {AWAY}."
-        )
+    return version
 
 
 def _trouble(error: DBAPIError) -> str:
