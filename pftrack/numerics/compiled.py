@@ -20,7 +20,7 @@ import hashlib
 import pickle
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from types import FunctionType
 from typing import Any, ParamSpec, TypeVar, cast
@@ -68,10 +68,12 @@ class _CacheFile(IndexDataCacheFile):
 
 def compiled(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
     """Compile a function of arrays and numbers."""
+    # No wrapper for C: no function is handed over as a value, and the wrappers take a twentieth of compiling.
+    compiler = partial(numba.njit, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
     try:
-        dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+        dispatcher = compiler(cache=True)(function)
     except RuntimeError:  # no folder can be written, so each process compiles it
-        dispatcher = numba.njit(nogil=True, error_model="numpy")(function)
+        dispatcher = compiler()(function)
     # There is no public way to say what a function depends on; a cache of another make is as strict as Numba's own.
     with suppress(AttributeError):
         cache = dispatcher._cache  # type: ignore[attr-defined] # noqa: SLF001
