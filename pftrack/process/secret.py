@@ -6,8 +6,8 @@ from contextlib import suppress
 
 __all__ = ["take_secret"]
 
-PIPE = "PFTRACK_SECRET_PIPE"
-"""In the environment of the program that begins anew: the descriptor from which it reads what was taken."""
+PIPE = "_PIPE"
+"""Ends the name of the variable that tells the program that begins anew from which descriptor to read."""
 
 
 def take_secret(name: str) -> str | None:
@@ -24,9 +24,9 @@ def take_secret(name: str) -> str | None:
             os.write(writing, secret.encode())
         os.close(writing)
         os.set_inheritable(reading, True)
-        os.environ[PIPE] = str(reading)
+        os.environ[name + PIPE] = str(reading)
         os.execv(sys.executable, [sys.executable, *sys.orig_argv[1:]])  # noqa: S606 - this very program
-    pipe = os.environ.pop(PIPE, None)
+    pipe = os.environ.pop(name + PIPE, None)
     if pipe is None:
         return None
     with os.fdopen(int(pipe), encoding="utf-8") as reading_end:
