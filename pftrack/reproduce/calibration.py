@@ -27,8 +27,8 @@ PEOPLE = range(300, 312)
 HEAD_FRAMES, HEAD_SPEED = 600, 1.5
 
 VIEWS: dict[str, dict[str, Value]] = {
-    "affine": {},
-    "pinhole": {"upper_layer": "perspective"},
+    "affine": {"upper_layer": "affine", "templates": "flat"},
+    "pinhole": {"upper_layer": "perspective", "templates": "flat"},
     "pinhole, relief": {"upper_layer": "perspective", "templates": "relief"},
 }
 HEADS = (

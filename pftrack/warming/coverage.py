@@ -1,4 +1,4 @@
-"""Which runs call everything that an experiment compiles: each tracker, and each choice and switch of a parameter.
+"""Which runs call everything that an experiment compiles: trackers, presets, and choices and switches of parameters.
 
 Otherwise a class would wait for the compiler in the moment in which somebody first turns to the pinhole camera.
 """
@@ -14,7 +14,7 @@ __all__ = ["cases", "run_case"]
 
 
 def cases(experiment: Experiment) -> Iterator[tuple[str, dict[str, Value]]]:
-    """Yield each tracker with the defaults, the default one first, then what lets other code run, with who reads it."""
+    """Yield each tracker with the defaults, the default one first, then choices with who reads them, then presets."""
     first = experiment.default_tracker
     yield first, {}
     yield from ((tracker, {}) for tracker in experiment.trackers if tracker != first)
@@ -25,6 +25,10 @@ def cases(experiment: Experiment) -> Iterator[tuple[str, dict[str, Value]]]:
         for value in others:
             if value != item.default:
                 yield (item.trackers[0] if item.trackers else experiment.default_tracker), {item.name: value}
+    # A choice may matter only beside another one.
+    yield from (
+        (preset.tracker, dict(preset.parameters)) for preset in experiment.presets if len(preset.parameters) > 1
+    )
 
 
 def run_case(experiment: Experiment, tracker: str, values: Mapping[str, Value]) -> Drawing:

@@ -10,6 +10,7 @@ from pftrack.experiments.head.world import HEAD_WORLD, head_world
 from pftrack.geometry.rotation import rotation
 from pftrack.model.drawing import COLOURS, Arrows, Ellipsoids, Mesh, Points, Primitive
 from pftrack.runs.run import Change, Run
+from pftrack.trackers.head.parameters import AS_PUBLISHED
 from pftrack.trackers.pose.state import PoseState
 
 HEAD = find("head")
@@ -19,7 +20,7 @@ HEAD = find("head")
 def run(request: pytest.FixtureRequest) -> Run:
     """A driver who has turned his head, seen by either camera model."""
     upper = {"parallel": "affine", "pinhole": "perspective"}[request.param]
-    return Run(HEAD, HEAD.simulate(), seed=3, frames=200, timeline=(Change(0, {"upper_layer": upper}),))
+    return Run(HEAD, HEAD.simulate(), seed=3, frames=200, timeline=(Change(0, {**AS_PUBLISHED, "upper_layer": upper}),))
 
 
 def drawn(run: Run, frame: int) -> tuple[PoseState, dict[str, Primitive]]:

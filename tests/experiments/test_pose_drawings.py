@@ -16,6 +16,7 @@ from pftrack.geometry.rotation import rotation
 from pftrack.model.drawing import COLOURS, Axes, Drawing, Frustum, Links, Mesh, Text
 from pftrack.runs.run import Change, Run
 from pftrack.sources.prism import NAMES, VERTICES_MM
+from pftrack.trackers.head.parameters import AS_PUBLISHED
 from tests.experiments.heads import Pictures, empty, pictures
 
 BOTH = pytest.mark.parametrize("name", ["prism", "head"])
@@ -25,7 +26,7 @@ Floats = NDArray[np.float64]
 @cache
 def run_of(name: str, upper: str = "affine", frame: int = 25) -> Run:
     experiment = find(name)
-    changes = (Change(0, {"upper_layer": upper}),)
+    changes = (Change(0, {**AS_PUBLISHED, "upper_layer": upper} if name == "head" else {"upper_layer": upper}),)
     run = Run(experiment, experiment.simulate(), seed=2, frames=60, timeline=changes)
     run.seek(frame)
     return run

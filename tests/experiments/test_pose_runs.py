@@ -9,9 +9,12 @@ import pytest
 from pftrack.experiments import find
 from pftrack.model.parameters import Value, declarations
 from pftrack.runs.run import Change, Run
+from pftrack.trackers.pose.parameters import AS_PUBLISHED
 
 HEAD, PRISM = find("head"), find("prism")
-SMALL: dict[str, Value] = {"image_width_px": 160}
+SMALL: dict[str, Value] = {"image_width_px": 160, "feature_noise_px": 1.5, "slack_px": 2.0, "initial_speed_px": 2.0}
+"""A small picture, and what is assumed in px of it."""
+
 METHODS = ("pf-asd", "alpha-1", "alpha-0", "rb-pf")
 FEW: dict[str, Value] = {"joint_sample_count": 300}
 
@@ -107,7 +110,7 @@ def test_series_say_what_they_are_called() -> None:
 
 def test_alpha_rises_while_a_corner_hides() -> None:
     """Over the prism's course, alpha of a rear corner is higher while hidden, by Bando's figure."""
-    run = Run(PRISM, PRISM.simulate(), tracker="pf-asd", seed=1)
+    run = Run(PRISM, PRISM.simulate(), tracker="pf-asd", seed=1, timeline=(Change(0, AS_PUBLISHED),))
     run.finish()
     alpha = np.array([row.series["alpha"] for row in run.diagnostics])[:, 1::2]
     visible = np.array([row.series["feature_visible"] for row in run.diagnostics])[:, 1::2] > 0
@@ -119,7 +122,8 @@ def test_alpha_rises_while_a_corner_hides() -> None:
 def test_the_camera_can_be_exchanged_in_mid_run() -> None:
     """From affine to pinhole the error falls to that of the right camera, and back to that of the affine one."""
     prism = find("prism")
-    timeline = (Change(150, {"upper_layer": "perspective"}), Change(300, {"upper_layer": "affine"}))
+    pinhole = {"upper_layer": "perspective"}
+    timeline = (Change(0, AS_PUBLISHED), Change(150, pinhole), Change(300, {"upper_layer": "affine"}))
     run = Run(prism, prism.simulate(), seed=3, frames=450, timeline=timeline)
     run.finish()
     errors = np.array([row.error for row in run.diagnostics])

@@ -12,6 +12,7 @@ from pftrack.reproduce.head.figures import draw
 from pftrack.reproduce.head.trials import Model, Trial, TrialResult, VideoTrials, distance_mm, run_trials
 from pftrack.runs.run import Change, Run
 from pftrack.trackers.head.memory import eye_distance
+from pftrack.trackers.head.parameters import AS_PUBLISHED
 from pftrack.trackers.head.templates import EYE_DISTANCE_PX
 
 FAST = 225
@@ -46,7 +47,7 @@ def test_a_trial_is_a_run_of_the_experiment(together: list[TrialResult]) -> None
     setup = head.simulate()
     landmarks = setup.open_source(0, revise(setup.parameters, scene)).start.landmarks
     assert landmarks is not None
-    values = scene | {"template_scale": EYE_DISTANCE_PX / eye_distance(landmarks.points_px)}
+    values = scene | AS_PUBLISHED | {"template_scale": EYE_DISTANCE_PX / eye_distance(landmarks.points_px)}
     run = Run(head, setup, tracker="pf-asd", timeline=(Change(0, values),), frames=FAST)
     run.finish()
     error = np.mean([row.error for row in run.diagnostics[1:]])

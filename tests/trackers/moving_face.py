@@ -15,7 +15,7 @@ from pftrack.model.parameters import Value, revise
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.trackers.head import step as head
 from pftrack.trackers.head.memory import HeadMemory
-from pftrack.trackers.head.parameters import HeadTrackerParameters
+from pftrack.trackers.head.parameters import AS_PUBLISHED, HeadTrackerParameters
 from pftrack.trackers.pose.methods import Method
 from pftrack.trackers.pose.state import PoseState
 
@@ -58,7 +58,7 @@ def frame(index: int, picture: NDArray[np.uint8]) -> Frame:
 
 def parameters(**values: Value) -> HeadTrackerParameters:
     usual = {"sample_count": 120, "joint_sample_count": 400, "feature_noise_px": 2.0, "initial_sd_px": 0.5}
-    return revise(HeadTrackerParameters(), {**usual, **values})
+    return revise(HeadTrackerParameters(), {**AS_PUBLISHED, **usual, **values})
 
 
 def target(points_px: NDArray[np.float64] = POINTS) -> Target:

@@ -9,6 +9,7 @@ from pftrack.numerics.gaussian import Gaussian
 from pftrack.runs.run import Change, Run
 from pftrack.trackers.head import step as head
 from pftrack.trackers.head.memory import HeadMemory, around, eye_distance, widen
+from pftrack.trackers.head.parameters import AS_PUBLISHED
 
 HEAD = find("head")
 
@@ -29,7 +30,7 @@ def test_templates_stay_what_they_were() -> None:
 
 def test_templates_can_follow_what_is_seen() -> None:
     """With renewal they change a little in every frame, and still have unit norm."""
-    first, last = memory_after(20, template_renewal=0.05)
+    first, last = memory_after(20, **AS_PUBLISHED, template_renewal=0.05)
     old, new = (memory.templates(np.zeros(3), by_pose=False) for memory in (first, last))
     assert not np.array_equal(old.pixels, new.pixels)
     assert float(old.pixels @ new.pixels) > 0.8 * 11
@@ -38,7 +39,7 @@ def test_templates_can_follow_what_is_seen() -> None:
 
 def test_templates_can_be_gathered_by_pose() -> None:
     """While the head turns, sets of other poses come to the frontal one."""
-    first, last = memory_after(90, templates_by_pose=True)
+    first, last = memory_after(90, **AS_PUBLISHED, templates_by_pose=True)
     assert len(first.bank.sets) == 1
     assert len(last.bank.sets) > 1
 
@@ -103,7 +104,7 @@ def test_the_bound_of_uncertainty_is_sixty_degrees() -> None:
 @pytest.mark.parametrize("tracker", ["pf-asd", "rb-pf"])
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("face_model", "personal"), ("upper_layer", "perspective"), ("focal_widths", 1.0), ("template_scale", 0.6)],
+    [("face_model", "personal"), ("upper_layer", "affine"), ("focal_widths", 1.0), ("template_scale", 0.6)],
 )
 def test_what_was_made_at_first_sight_can_be_chosen_anew(tracker: str, name: str, value: Value) -> None:
     """Solid and templates are then those of a run that began so, and the pose goes on from where it was."""
@@ -125,8 +126,8 @@ def test_what_was_made_at_first_sight_can_be_chosen_anew(tracker: str, name: str
 @pytest.mark.parametrize(
     ("tracker", "beginning", "name", "value"),
     [
-        ("pf-asd", {}, "focal_widths", 1.2),
-        ("rb-pf", {"joint_sample_count": 500}, "focal_widths", 1.2),
+        ("pf-asd", AS_PUBLISHED, "focal_widths", 1.2),
+        ("rb-pf", {**AS_PUBLISHED, "joint_sample_count": 500}, "focal_widths", 1.2),
         ("rb-pf", {"joint_sample_count": 500}, "template_scale", 0.9),
         ("pf-asd", {"upper_layer": "perspective"}, "template_scale", 0.9),
     ],

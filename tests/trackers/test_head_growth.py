@@ -18,6 +18,7 @@ from pftrack.structure.alignment import residuals
 from pftrack.structure.growing import Growing
 from pftrack.trackers.head import growth as face_growth
 from pftrack.trackers.head.memory import HeadMemory
+from pftrack.trackers.head.parameters import AS_PUBLISHED
 from pftrack.trackers.head.starting_face import starting_model
 from pftrack.trackers.pose.state import PoseState
 from tests.experiments.heads import simulated
@@ -28,7 +29,7 @@ MEAN = mean_model().points_mm
 
 
 def run_of(frames: int, driver: int = 102, **values: Value) -> Run:
-    timeline = (Change(0, {"face_model": "growing", "person": driver, **values}),)
+    timeline = (Change(0, {**AS_PUBLISHED, "face_model": "growing", "person": driver, **values}),)
     return Run(HEAD, HEAD.simulate(), seed=1, frames=frames, timeline=timeline)
 
 

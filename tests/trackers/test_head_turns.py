@@ -12,6 +12,7 @@ from pftrack.numerics.random import Purpose, Stream
 from pftrack.reproduce.head.turns import RELIEF, Clip, film, watch
 from pftrack.trackers.head import reliefs
 from pftrack.trackers.head import step as head
+from pftrack.trackers.head.parameters import AS_PUBLISHED
 from pftrack.trackers.pose.methods import METHODS, Method
 from tests.trackers.moving_face import POINTS, begun, frame, grey, memory, parameters, stepped, target
 
@@ -25,7 +26,7 @@ def clip(person: int, frames: int) -> Clip:
 
 def test_a_fast_turn_is_followed_in_relief() -> None:
     """Within half a second the head turns by 35 degrees; flat templates are left behind, those in relief are not."""
-    flat, bent = (watch(clip(323, 26), values, 0) for values in ({}, RELIEF))
+    flat, bent = (watch(clip(323, 26), values, 0) for values in (AS_PUBLISHED, RELIEF))
     assert bent.tracked_share == 1.0
     assert bent.errors_deg[0] < 5.0
     assert bent.errors_deg[0] < flat.errors_deg[0] / 2.0

@@ -18,7 +18,7 @@ from pftrack.trackers.head import step as head
 from pftrack.trackers.head.parameters import HeadTrackerParameters
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.beliefs import AffineLayers, JointParticles
-from pftrack.trackers.pose.parameters import PoseTrackerParameters
+from pftrack.trackers.pose.parameters import AS_PUBLISHED, PoseTrackerParameters
 from pftrack.trackers.pose.solid import Solid
 from pftrack.trackers.pose.state import PoseState
 from pftrack.trackers.prism import TrackedPrismParameters
@@ -76,7 +76,9 @@ def test_a_nose_is_nearer_than_the_corners_of_the_eyes() -> None:
 
 def test_particles_of_the_pose_are_kept() -> None:
     """With the pose by particles, those are part of the state and of its size."""
-    parameters = revise(TrackedPrismParameters(), {"pose_estimator": "particle", "pose_sample_count": 300})
+    parameters = revise(
+        TrackedPrismParameters(), {**AS_PUBLISHED, "pose_estimator": "particle", "pose_sample_count": 300}
+    )
     source, history = PrismSource(1, parameters), History(((0, parameters),))
     state = prism.start("pf-asd", source.start, source.frame(0, history), parameters, rng())
     after = prism.step("pf-asd", state, source.frame(1, history), parameters, Stream(1, 1, Purpose.TRACK))

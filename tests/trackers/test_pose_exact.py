@@ -23,7 +23,7 @@ from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.prism import NAMES, VERTICES_MM
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.beliefs import JointParticles, Layers
-from pftrack.trackers.pose.parameters import PoseTrackerParameters
+from pftrack.trackers.pose.parameters import AS_PUBLISHED, PoseTrackerParameters
 from pftrack.trackers.pose.reports import measurement, report
 from pftrack.trackers.pose.solid import Solid
 from pftrack.trackers.pose.state import PoseState
@@ -38,7 +38,7 @@ MANY = 5000
 
 
 def parameters(**values: Value) -> PoseTrackerParameters:
-    return revise(PoseTrackerParameters(), {"sample_count": MANY, "feature_noise_px": 4.0, **values})
+    return revise(PoseTrackerParameters(), {**AS_PUBLISHED, "sample_count": MANY, "feature_noise_px": 4.0, **values})
 
 
 def seen_at(frame: int, seed: int = 0) -> NDArray[np.float64]:

@@ -17,6 +17,7 @@ from pftrack.runs.run import Change, Run
 from pftrack.sources.prism import NAMES, PRINCIPAL_PX, VERTICES_MM, PrismSource
 from pftrack.trackers import prism
 from pftrack.trackers.pose.methods import METHODS, Method
+from pftrack.trackers.pose.parameters import AS_PUBLISHED
 from pftrack.trackers.pose.state import PoseState
 from pftrack.trackers.prism import TRACKERS, TrackedPrismParameters
 
@@ -25,7 +26,7 @@ MIRROR = np.array([2, 3, 0, 1, 6, 7, 4, 5])
 
 
 def parameters(**values: Value) -> TrackedPrismParameters:
-    return revise(TrackedPrismParameters(), {"joint_sample_count": 500, **values})
+    return revise(TrackedPrismParameters(), {**AS_PUBLISHED, "joint_sample_count": 500, **values})
 
 
 def begun(method: Method, given: TrackedPrismParameters, seed: int = 1) -> PoseState:
@@ -232,13 +233,14 @@ def test_the_camera_may_change_in_mid_run(method: Method) -> None:
 def test_a_pose_may_turn_as_was_learned() -> None:
     """Turns learned from a run guide the pose of another; what was learned in another experiment is refused."""
     experiment = find("prism")
-    run = Run(experiment, experiment.simulate(), frames=40)
+    run = Run(experiment, experiment.simulate(), frames=40, timeline=(Change(0, AS_PUBLISHED),))
     run.finish()
     assert experiment.guidance is not None
     learned = experiment.guidance.learn([experiment.guidance.states(run.diagnostics)])
     turns = np.diff([row.estimate for row in run.diagnostics], axis=0) * np.pi / 180
     assert learned.diffusion("fixed").covariance == pytest.approx(np.cov(turns.T))
-    guided = Run(experiment, experiment.simulate(), frames=40, timeline=(Change(0, {"learned": learned.text}),))
+    values = {**AS_PUBLISHED, "learned": learned.text}
+    guided = Run(experiment, experiment.simulate(), frames=40, timeline=(Change(0, values),))
     guided.finish()
     assert guided.estimates_sha256 != run.estimates_sha256
     assert guided.summary().verdict.mean_error < 1.2 * run.summary().verdict.mean_error

@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
+from pftrack.experiment import ExampleSweep, Experiment, Setup, Step
 from pftrack.experiments.head.exports import EXPORTS
 from pftrack.experiments.head.growth import GROWTH_PLOTS, GROWTH_READINGS, SHAPE_ERROR, head_measure
 from pftrack.experiments.head.marks import FaceBox, FacePoints
 from pftrack.experiments.head.own_face import MASK_OPACITY, MEAN_FACE, UNCERTAINTY, surface_colours
+from pftrack.experiments.head.presets import PRESETS
 from pftrack.experiments.head.recording import on_video
 from pftrack.experiments.head.sketch import PlacedHead
 from pftrack.experiments.head.start import FINDER
@@ -64,7 +65,7 @@ class SimulatedHeadParameters(HeadTrackerParameters, HeadSceneParameters):
 
 
 def simulate() -> Setup:
-    """Wire the simulated driver with Bando's values."""
+    """Wire the simulated driver, whose camera and features' size are known."""
     return Setup(HeadSource, SimulatedHeadParameters())
 
 
@@ -190,109 +191,17 @@ EXPERIMENT = Experiment(
     question="Which way does the driver look, and can one be sure when half of the face is hidden?",
     references=(Citation(BANDO, "chapter 4, section 4: head pose of a driver in a car"),),
     description=(
-        "Eleven features of a face are tracked by templates of the first frame; the pose of the head comes from all of "
-        "them. Each feature's particles come from two predictions, the head's and its own past, and alpha is the share "
-        "of the first. On a recording the face is found by itself; its focal length is not known and taken to be the "
-        "picture's width. The Rao-Blackwellised filter (RB-PF) is slow: it compares templates for thousands of "
-        "particles of all features at once."
+        "Eleven features of a face are tracked by templates of the first frame, laid onto the surface of a head; the "
+        "pose of the head comes from all of them. Each feature's particles come from two predictions, the head's and "
+        "its own past, and alpha is the share of the first. On a recording the face is found by itself; its focal "
+        "length is not known and taken to be the picture's width. The Rao-Blackwellised filter (RB-PF) is slow: it "
+        "compares templates for thousands of particles of all features at once."
     ),
     unit="deg",
     trackers=TRACKERS,
     default_tracker="pf-asd",
     frames=900,
-    presets=(
-        Preset(
-            "works",
-            "works",
-            "pf-asd",
-            about=("speed", "sunglasses", "sample_count", "face_model"),
-            watch="Watch frames 140 to 170, the hardest of the run: the error rises to 8 degrees and falls again.",
-        ),
-        Preset(
-            "personal",
-            "works: the driver's own face model",
-            "pf-asd",
-            {"face_model": "personal"},
-            about=("speed", "sample_count"),
-            watch=(
-                "Watch frames 140 to 170, where the mean face is off by 8 degrees: with the driver's own it stays "
-                "below 5."
-            ),
-        ),
-        Preset(
-            "growing",
-            "works: a face model that grows",
-            "pf-asd",
-            {"face_model": "growing", "person": 102},
-            about=("model_frozen", "model_memory"),
-            watch=(
-                "Watch the error of the face model fall from 3.9 to 2.6 mm in the first 40 frames, and frames 380 to "
-                "420: there the mean face is off by 9 to 14 degrees, the driver's own by 2."
-            ),
-        ),
-        Preset(
-            "sunglasses",
-            "works: sunglasses",
-            "pf-asd",
-            {"sunglasses": True},
-            about=("speed", "sample_count"),
-            watch=(
-                "Watch frames 390 to 420: with the eyes covered the pose is off by up to 9 degrees, and comes back."
-            ),
-        ),
-        Preset(
-            "faster",
-            "works: a faster head",
-            "pf-asd",
-            {"speed": 2},
-            about=("sample_count",),
-            watch=("Watch frame 76: the head moves twice as fast, the error rises to 6 degrees, and the pose is kept."),
-        ),
-        Preset(
-            "relief",
-            "works: fast turns, templates in relief",
-            "pf-asd",
-            {"speed": 4, "templates": "relief", "upper_layer": "perspective"},
-            about=("slack_px", "face_model"),
-            watch=(
-                "Watch frames 15 to 80: the head moves four times as fast, and its templates turn with it. With "
-                "flat templates the pose is lost at frame 15."
-            ),
-        ),
-        Preset(
-            "solid",
-            "breaks: a faster head, solid only",
-            "alpha-1",
-            {"speed": 2},
-            about=("sample_count",),
-            watch=(
-                "Watch frames 20 to 32: features that only go where the last pose puts them fall behind the head, "
-                "and the pose is lost."
-            ),
-        ),
-        Preset(
-            "features",
-            "worse: a faster head, features only",
-            "alpha-0",
-            {"speed": 2},
-            about=("sample_count",),
-            watch=(
-                "Watch frames 91 to 107: features that follow only their own past leave the face; the pose is "
-                "lost, found and lost again."
-            ),
-        ),
-        Preset(
-            "few",
-            "breaks: too few particles",
-            "pf-asd",
-            {"sample_count": 8},
-            about=("speed",),
-            watch=(
-                "Watch frames 198 to 254: with eight particles for each feature the pose slips away, comes back, "
-                "and is lost."
-            ),
-        ),
-    ),
+    presets=PRESETS,
     layers=(
         Layer("picture"),
         Layer("head", legend=(Key("estimate", "estimate"),)),

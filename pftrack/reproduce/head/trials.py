@@ -22,7 +22,7 @@ from pftrack.sources.head import HeadSceneParameters, HeadSource
 from pftrack.sources.head.motion import SCRIPT_FRAMES
 from pftrack.trackers.head import step as head
 from pftrack.trackers.head.memory import eye_distance
-from pftrack.trackers.head.parameters import HeadTrackerParameters
+from pftrack.trackers.head.parameters import AS_PUBLISHED, HeadTrackerParameters
 from pftrack.trackers.head.templates import EYE_DISTANCE_PX
 from pftrack.trackers.pose.methods import Method
 
@@ -124,6 +124,7 @@ class _Run:
         self._parameters = revise(
             HeadTrackerParameters(),
             {
+                **AS_PUBLISHED,
                 "face_model": "personal" if trial.model == "individual" else trial.model,
                 "template_scale": EYE_DISTANCE_PX / eye_distance(landmarks.points_px),
             },

@@ -5,9 +5,10 @@ from typing import Literal
 from pydantic import field_validator
 
 from pftrack.geometry.face_model import FEATURES as FEATURE_NAMES
-from pftrack.model.parameters import ParameterError, parameter
+from pftrack.model.parameters import ParameterError, Value, parameter
 from pftrack.model_files.points import as_json, read_points
 from pftrack.trackers.head.starting_face import starting_model
+from pftrack.trackers.pose import parameters as pose
 from pftrack.trackers.pose.parameters import (
     LAYERED,
     UPPER,
@@ -17,10 +18,13 @@ from pftrack.trackers.pose.parameters import (
     pose_guidance,
 )
 
-__all__ = ["HeadTrackerParameters"]
+__all__ = ["AS_PUBLISHED", "HeadTrackerParameters"]
 
 LOOK, RELIEF, LOSS = "What features look like", "Templates in relief", "A lost face"
 GROWTH = "Growing face model"
+
+AS_PUBLISHED: dict[str, Value] = {**pose.AS_PUBLISHED, "templates": "flat"}
+"""What Bando 2007 has and the defaults have not."""
 
 
 class HeadTrackerParameters(PoseTrackerParameters):
@@ -76,12 +80,12 @@ class HeadTrackerParameters(PoseTrackerParameters):
         step=0.05,
         group=LOOK,
     )
-    templates: Literal["flat", "relief"] = parameter(
-        "flat",
+    templates: Literal["relief", "flat"] = parameter(
+        "relief",
         "Templates",
-        "Whether features are compared as they were seen at first, or laid onto the surface of a head and bent with it "
-        "as it turns (relief), which keeps them through fast and strong turns, best with the pinhole. In relief they "
-        "are neither renewed nor gathered by pose.",
+        "Whether features are laid onto the surface of a head and bent with it as it turns, which keeps them through "
+        "fast and strong turns, or compared as they were seen at first (flat, Bando 2007). In relief they are neither "
+        "renewed nor gathered by pose.",
         group=LOOK,
     )
     template_renewal: float = parameter(

@@ -8,13 +8,16 @@ from pydantic import field_validator
 
 from pftrack.learning.charts import Chart
 from pftrack.learning.guidance import Guidance
-from pftrack.model.parameters import Parameters, parameter
+from pftrack.model.parameters import Parameters, Value, parameter
 from pftrack.trackers.parameters import loss_share
 
-__all__ = ["PoseTrackerParameters", "joint_particles", "particles_per_feature", "pose_guidance"]
+__all__ = ["AS_PUBLISHED", "PoseTrackerParameters", "joint_particles", "particles_per_feature", "pose_guidance"]
 
 FEATURES, MIXTURE, UPPER, SCORING = "Features", "Which prediction to trust", "Pose", "Scoring"
 LAYERED = ("pf-asd", "alpha-1", "alpha-0")
+
+AS_PUBLISHED: dict[str, Value] = {"upper_layer": "affine", "pose_band": "document"}
+"""What Bando 2007 has and the defaults have not."""
 
 
 def particles_per_feature(features: int) -> Any:  # noqa: ANN401 - as of `parameter`
@@ -124,10 +127,11 @@ class PoseTrackerParameters(Parameters):
         group=MIXTURE,
         trackers=("pf-asd",),
     )
-    upper_layer: Literal["affine", "perspective"] = parameter(
-        "affine",
+    upper_layer: Literal["perspective", "affine"] = parameter(
+        "perspective",
         "Camera of the upper layer",
-        "Whether the solid is predicted by an affine camera, or by pose and place before a pinhole.",
+        "Whether the solid is predicted by pose and place before a pinhole, or by an affine camera (Bando 2007), which "
+        "is wrong near the camera.",
         group=UPPER,
         trackers=LAYERED,
     )
@@ -176,11 +180,11 @@ class PoseTrackerParameters(Parameters):
         step=0.05,
         group=UPPER,
     )
-    pose_band: Literal["document", "calibrated"] = parameter(
-        "document",
+    pose_band: Literal["calibrated", "document"] = parameter(
+        "calibrated",
         "Band of the pose",
-        "Whether the angles are as sure as Bando's filters say, which is far too sure, or as the points' misfit "
-        "shows; the affine camera's error is taken off the estimate where solid and camera are known.",
+        "Whether the angles are as sure as the points' misfit shows, or as Bando's filters say, which is far too sure; "
+        "the calibrated one takes the affine camera's error off the estimate where solid and camera are known.",
         group=UPPER,
     )
     joint_sample_count: int = joint_particles(25_000)
