@@ -79,7 +79,7 @@ def test_nothing_is_given_up_unless_asked_for(monkeypatch: pytest.MonkeyPatch) -
 
 def test_a_good_frame_ends_the_doubt(monkeypatch: pytest.MonkeyPatch) -> None:
     """Doubtful frames count in a row only."""
-    run = Search(parameters(find_again=True, patience_frames=3, hidden_weight=0.01), monkeypatch, lambda _: None)
+    run = Search(parameters(find_again=True, patience_frames=3, hidden_weight=0.25), monkeypatch, lambda _: None)
     for _ in range(4):
         run.step(NOTHING)
         run.step(NOTHING)

@@ -26,7 +26,7 @@ from pftrack.structure import growing
 from pftrack.structure.growing import Growing
 from pftrack.trackers.head.parameters import HeadTrackerParameters
 from pftrack.trackers.head.templates import EYE_DISTANCE_PX
-from pftrack.trackers.pose.calibrated import scarcity
+from pftrack.trackers.pose.calibrated import LEAST_SHOWN, seen_moments
 from pftrack.trackers.pose.state import PoseState
 
 __all__ = ["begin", "learn", "position_variances", "widen_motion"]
@@ -77,20 +77,21 @@ def learn(
     variances = position_variances(state, correlations, eye_distance_px, parameters.sd_floor_px)
     if np.isfinite(variances[:, 0]).sum() < FEWEST_FEATURES:
         return growth
-    return growing.step(growth, state.feature_means - state.solid.principal_px, variances)
+    means, *_ = seen_moments(state.belief)
+    return growing.step(growth, means - state.solid.principal_px, variances)
 
 
 def position_variances(
     state: PoseState, correlations: NDArray[np.float64], eye_distance_px: float, sd_floor_px: float
 ) -> NDArray[np.float64]:
     """Return variances (F, 2) px^2 of the features' positions, infinite where a feature is not recognised."""
-    few = scarcity(np.atleast_2d(state.belief.log_weights))
-    told = np.maximum(state.feature_covariances.diagonal(axis1=1, axis2=2), sd_floor_px**2)
+    means, own, few = seen_moments(state.belief)
+    told = np.maximum(own, sd_floor_px**2) / np.maximum(1.0 - state.belief.hidden, LEAST_SHOWN)[:, None]
     slip_px = SLIP_PX * eye_distance_px / EYE_DISTANCE_PX
     slip = slip_px**2 * exponential(2.0 * SLIP_DECADES * LN_10 * (1.0 - np.clip(correlations, 0.0, 1.0)))
     variances: NDArray[np.float64] = PERSISTENCE * (told * few[:, None] + slip[:, None])
     # A sum is finite if all of its terms are.
-    known = np.isfinite(variances + state.feature_means + correlations[:, None]).all(axis=1)
+    known = np.isfinite(variances + means + correlations[:, None]).all(axis=1)
     return np.where((state.recognised & known)[:, None], variances, math.inf)
 
 

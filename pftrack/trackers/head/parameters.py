@@ -23,7 +23,7 @@ __all__ = ["AS_PUBLISHED", "HeadTrackerParameters"]
 LOOK, RELIEF, LOSS = "What features look like", "Templates in relief", "A lost face"
 GROWTH = "Growing face model"
 
-AS_PUBLISHED: dict[str, Value] = {**pose.AS_PUBLISHED, "templates": "flat"}
+AS_PUBLISHED: dict[str, Value] = {**pose.AS_PUBLISHED, "templates": "flat", "hidden_weight": 0.0}
 """What Bando 2007 has and the defaults have not."""
 
 
@@ -62,14 +62,15 @@ class HeadTrackerParameters(PoseTrackerParameters):
         group=LOOK,
     )
     hidden_weight: float = parameter(
-        0,
-        "Weight of a hidden feature",
-        "Weight that a particle has wherever it is, since its feature may be hidden; 0 is Bando's. With a "
-        "little of it, what is hidden becomes uncertain in place of clinging to what looks most like it.",
+        0.25,
+        "Odds of a hidden feature",
+        "Odds that a feature is hidden which fits as well as the others; they grow as it fits worse. What is hidden is "
+        "then where the pose has it, in place of clinging to what looks most like it. 0 is Bando's: never hidden.",
         ge=0,
-        le=0.5,
-        step=0.0005,
+        le=2,
+        step=0.01,
         group=LOOK,
+        trackers=LAYERED,
     )
     template_scale: float = parameter(
         1,
@@ -224,6 +225,11 @@ class HeadTrackerParameters(PoseTrackerParameters):
     def slack(self) -> float:
         """How far a feature may be from where the head has it, px."""
         return 0.0 if self.templates == "flat" else self.slack_px
+
+    @property
+    def hidden_odds(self) -> float:
+        """Odds that a feature is hidden which fits as well as the others."""
+        return self.hidden_weight
 
     @property
     def speed_at_start(self) -> float:

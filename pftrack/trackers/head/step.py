@@ -23,7 +23,6 @@ from pftrack.likelihoods.template import Templates
 from pftrack.likelihoods.template_bank import TemplateBank
 from pftrack.model.frame import Frame, Target
 from pftrack.model.tracker import Tracker
-from pftrack.numerics.elementary import exponential, logarithm
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.random import Stream
 from pftrack.structure.growing import Growing
@@ -107,10 +106,7 @@ def _look(state: PoseState, grey: NDArray[np.uint8], templates: Templates, param
 def _log_likelihood(
     look: Look, parameters: HeadTrackerParameters, positions: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    scores = template.score(look(positions), parameters.correlation_spread)
-    if parameters.hidden_weight > 0.0:
-        scores = logarithm(exponential(scores) + parameters.hidden_weight)
-    return scores
+    return template.score(look(positions), parameters.correlation_spread)
 
 
 def _begin(

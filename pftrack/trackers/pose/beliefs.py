@@ -62,6 +62,10 @@ class Belief(Protocol):
         """(F, 2, 2) px^2."""
 
     @property
+    def hidden(self) -> NDArray[np.float64]:
+        """(F,) how likely each point is hidden, so that its particles say nothing of it."""
+
+    @property
     def follows_solid(self) -> NDArray[np.bool_] | None:
         """(F,) whether a point trusts the solid's prediction more than its own past; None where there is no choice."""
 
@@ -126,6 +130,11 @@ class Layers(ABC, Generic[S]):
     def covariances(self) -> NDArray[np.float64]:
         """(F, 2, 2) px^2."""
         return self.layers.features.covariances
+
+    @property
+    def hidden(self) -> NDArray[np.float64]:
+        """(F,) how likely each point is hidden."""
+        return self.layers.hidden
 
     @property
     def ratios(self) -> NDArray[np.float64]:
@@ -254,6 +263,11 @@ class JointParticles:
     def covariances(self) -> NDArray[np.float64]:
         """(F, 2, 2) px^2."""
         return self.particles.feature_covariances
+
+    @property
+    def hidden(self) -> NDArray[np.float64]:
+        """(F,) none: joint particles take every point for seen."""
+        return np.zeros(len(self.particles.feature_means))
 
     @property
     def follows_solid(self) -> None:

@@ -18,6 +18,8 @@ that of the fit:
 - the variance of a point is v / (1 - kappa), unbiased, with kappa the sum of its particles' squared weights;
 - beyond it all points have one variance in excess, from how badly they fit the solid (`filters.random_effects`), its
   mean over the last frames, since it changes as slowly as the pose;
+- a point that may be hidden is as sure as those of its particles that see it, as often as it is seen
+  (`likelihoods.hidden`);
 - a solid and a camera that are known exactly say by how much the affine camera is wrong: that is taken off the
   estimate;
 - of a solid that is not, the first picture tells how its points lie in that picture's plane, and they are compared as
@@ -45,10 +47,13 @@ from pftrack.trackers.pose.beliefs import Belief
 from pftrack.trackers.pose.parameters import PoseTrackerParameters
 from pftrack.trackers.pose.solid import GAUSSIAN, Solid
 
-__all__ = ["Calibration", "depth_slopes", "nearness", "pin", "pose_and_band", "scarcity"]
+__all__ = ["LEAST_SHOWN", "Calibration", "depth_slopes", "nearness", "pin", "pose_and_band", "seen_moments"]
 
 PERSISTENCE = 0.8
 """Weight of the past in the variance in excess: the memory is five frames."""
+
+LEAST_SHOWN = 1e-3
+"""A point that is hidden more surely counts as if it were as sure as this."""
 
 NEAREST = 0.1
 """How near a point is taken to come to the camera, as a share of the solid's distance."""
@@ -92,10 +97,11 @@ def pose_and_band(
         state = np.concatenate([theta, place])
         expected, slopes = perspective.features(state, points_mm, float(solid.focal_px))
         expected, jacobian = expected + principal_px, slopes.reshape(-1, 6)
-    told = np.maximum(belief.covariances.diagonal(axis1=1, axis2=2), parameters.sd_floor_px**2)
-    own = told * scarcity(np.atleast_2d(belief.log_weights))[:, None]
-    variances = contiguous_copy(own).ravel()
-    excess = excess_variance(contiguous_copy(belief.means - expected - bend).ravel(), jacobian, variances)
+    means, own, scarce = seen_moments(belief)
+    shown = np.maximum(1.0 - belief.hidden, LEAST_SHOWN)[:, None]
+    told = np.maximum(own, parameters.sd_floor_px**2) / shown
+    variances = contiguous_copy(told * scarce[:, None]).ravel()
+    excess = excess_variance(contiguous_copy(means - expected - bend).ravel(), jacobian, variances)
     gain, _ = fit_gain(jacobian, 1.0 / contiguous_copy(told).ravel())
     if not np.isfinite(gain).all() or not np.isfinite(excess):
         return belief.pose, before
@@ -221,15 +227,37 @@ def _affine(
     return expected, jacobian
 
 
+def seen_moments(belief: Belief) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return what points are believed to be if they are seen: means (F, 2) px, variances (F, 2) px^2, scarcity (F,).
+
+    The scarcity is 1 / (1 - kappa), at most N: see the module.
+    """
+    positions = contiguous_copy(belief.positions)
+    log_weights = np.broadcast_to(np.atleast_2d(belief.log_weights), positions.shape[:2])
+    return _seen_moments(positions, contiguous_copy(log_weights), contiguous_copy(belief.hidden))
+
+
 @compiled
-def scarcity(log_weights: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return 1 / (1 - kappa), at most N, of particles (F, N): see the module."""
+def _seen_moments(
+    positions: NDArray[np.float64], log_weights: NDArray[np.float64], hidden: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     features, count = log_weights.shape
-    factors = np.empty(features)
+    means, variances, scarce = np.zeros((features, 2)), np.zeros((features, 2)), np.empty(features)
     for n in range(features):
         weights = exponentials(log_weights[n])
+        total = 0.0
+        for i in range(count):
+            # What hidden points have is the same for all particles.
+            weights[i] = max(weights[i] - hidden[n] / count, 0.0)
+            total += weights[i]
         squares = 0.0
         for i in range(count):
+            weights[i] = weights[i] / total if total > 0.0 else 1.0 / count
             squares += weights[i] * weights[i]
-        factors[n] = 1.0 / max(1.0 - squares, 1.0 / count)
-    return factors
+            for axis in range(2):
+                means[n, axis] += weights[i] * positions[n, i, axis]
+        for i in range(count):
+            for axis in range(2):
+                variances[n, axis] += weights[i] * (positions[n, i, axis] - means[n, axis]) ** 2
+        scarce[n] = 1.0 / max(1.0 - squares, 1.0 / count)
+    return means, variances, scarce

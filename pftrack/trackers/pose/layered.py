@@ -22,6 +22,7 @@ from pftrack.filters.adaptive import Draw, Features
 from pftrack.filters.layers import Projection, UpperLayer
 from pftrack.learning import mixture_em
 from pftrack.learning.mixture_em import Mixture
+from pftrack.likelihoods.hidden import mix_hidden
 from pftrack.numerics.elementary import exponential
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.random import Generator
@@ -38,6 +39,9 @@ FURTHER_LOOKS = 2
 
 UNSURE = 2.0
 """A prediction of which the variance is this many times that of the slack, the slack included."""
+
+SURPRISE = 0.36
+"""How far features are from where they are expected while the solid moves as expected, as a share of the slack."""
 
 LEAST_LOG_LIKELIHOOD = -40.0
 """What is less likely is doubted no more than this."""
@@ -56,6 +60,7 @@ class Settings:
         sd_floor_px: Smallest standard deviation with which a feature's mean is given to the upper layer.
         learning: How the ratios are adapted, or None to keep them as they are.
         slack_px: How far a feature may be from where the solid has it; 0 for not at all.
+        hidden_weight: Odds that a feature is hidden which fits as well as others; 0 if features are never hidden.
     """
 
     sample_count: int = 50
@@ -63,6 +68,7 @@ class Settings:
     sd_floor_px: float = 0.5
     learning: mixture_em.Settings | None = mixture_em.Settings()  # noqa: RUF009 - it is frozen
     slack_px: float = 0.0
+    hidden_weight: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +80,7 @@ class Layered(Generic[S]):
         upper: The upper layer's belief.
         mixture: The ratios by which the next frame's particles will be drawn, and what they were learned from.
         pose: Belief in the angles (theta_x, theta_y, theta_z), rad.
+        hidden: (F,) how likely each feature is hidden.
         projection: The upper layer's prediction of this frame; None at the beginning.
     """
 
@@ -81,6 +88,7 @@ class Layered(Generic[S]):
     upper: S
     mixture: Mixture
     pose: Gaussian
+    hidden: NDArray[np.float64]
     projection: Projection | None = None
 
 
@@ -125,7 +133,8 @@ def begin(
         speed_px: Standard deviation of their speed, px per frame.
     """
     features = adaptive.begin(positions, spread_px, settings.sample_count, rng, speed_px)
-    return Layered(features, belief, mixture_em.begin(len(positions), ratio), layer.pose(belief))
+    count = len(positions)
+    return Layered(features, belief, mixture_em.begin(count, ratio), layer.pose(belief), np.zeros(count))
 
 
 def step(
@@ -196,6 +205,12 @@ def conclude(
         settings: How to track.
         rng: The frame's generator, after `propose` has drawn from it.
     """
+    hidden = np.zeros(len(log_likelihoods))
+    if settings.hidden_weight > 0.0:
+        surprise_px = SURPRISE * (settings.slack_px or settings.noise_sd_px)
+        log_likelihoods, hidden = mix_hidden(
+            log_likelihoods, proposed.drawn.positions, _expected(proposed), settings.hidden_weight, surprise_px
+        )
     features = adaptive.weigh(proposed.drawn, log_likelihoods, rng)
     mixture = state.mixture
     if settings.learning is not None:
@@ -208,12 +223,20 @@ def conclude(
             settings.noise_sd_px,
             settings.learning,
         )
+        # Particles that are all alike tell the predictions not apart: what is hidden is where the solid has it.
+        followed = np.minimum(hidden, 1.0 - settings.learning.clip)
+        mixture = replace(mixture, ratios=np.maximum(mixture.ratios, followed))
     if settings.slack_px > 0.0:
         upper = _update_by_agreement(proposed, layer, features, log_likelihoods, settings, rng)
     else:
         variances = np.maximum(features.variances, settings.sd_floor_px**2)
         upper = layer.update(proposed.upper, features.means, variances, rng)
-    return Layered(features, upper, mixture, layer.pose(upper), proposed.projection)
+    return Layered(features, upper, mixture, layer.pose(upper), hidden, proposed.projection)
+
+
+def _expected(proposed: Proposed[S]) -> NDArray[np.float64]:
+    """Return where the solid has its points, (F, 2) px, before this look at the frame."""
+    return proposed.projection.positions if proposed.expected is None else proposed.expected
 
 
 def _update_by_agreement(
@@ -230,7 +253,7 @@ def _update_by_agreement(
     """
     best = log_likelihoods.max(axis=1)
     telling = best > log_likelihoods.min(axis=1)
-    expected = proposed.projection.positions if proposed.expected is None else proposed.expected
+    expected = _expected(proposed)
     if proposed.expected is None and telling.any():
         expected = expected + consensus.middle((features.means - expected)[telling])
     doubts = np.where(telling, exponential(-DOUBT * np.maximum(best, LEAST_LOG_LIKELIHOOD)), np.inf)

@@ -212,6 +212,7 @@ def _settings(parameters: PoseTrackerParameters, method: Method) -> layered.Sett
         parameters.sd_floor_px,
         learning,
         parameters.slack,
+        parameters.hidden_odds,
     )
 
 

@@ -223,6 +223,11 @@ class PoseTrackerParameters(Parameters):
         return 0.0
 
     @property
+    def hidden_odds(self) -> float:
+        """Odds that a point is hidden which looks as it should; in Bando 2007 a point that is hidden looks so."""
+        return 0.0
+
+    @property
     def speed_at_start(self) -> float:
         """How fast points may already be moving where tracking begins, px a frame; in Bando 2007 they are at rest."""
         return 0.0
