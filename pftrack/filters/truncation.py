@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import compiled
 
-__all__ = ["least_room", "mills_ratio", "truncate"]
+__all__ = ["least_room", "log_share", "mills_ratio", "truncate"]
 
 BEYOND_NOTICE = 8.0
 """A bound so many standard deviations away takes nothing off that double precision would show."""
@@ -116,6 +116,38 @@ def least_room(
         if variance > 0.0:
             least = min(least, (high[k] - value) / np.sqrt(variance), (value - low[k]) / np.sqrt(variance))
     return least
+
+
+@compiled
+def log_share(
+    mean: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    rows: NDArray[np.float64],
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+) -> float:
+    """Return the logarithm of what a Gaussian has within lo <= A x <= hi, each bound taken by itself.
+
+    A direction without any spread is within a bound or not. Arguments as for `truncate`, all of which stay as they are.
+    """
+    share = 0.0
+    for k in range(rows.shape[0]):
+        value, variance = 0.0, 0.0
+        for i in range(mean.shape[0]):
+            if rows[k, i] != 0.0:
+                value += rows[k, i] * mean[i]
+                for j in range(mean.shape[0]):
+                    if rows[k, j] != 0.0:
+                        variance += rows[k, i] * covariance[i, j] * rows[k, j]
+        if not variance > 0.0:
+            if not low[k] <= value <= high[k]:
+                return -np.inf
+            continue
+        deviation = np.sqrt(variance)
+        for room in ((high[k] - value) / deviation, (value - low[k]) / deviation):
+            if room < BEYOND_NOTICE:
+                share += np.log(mills_ratio(-room)) - 0.5 * room * room - 0.91893853320467274178
+    return share
 
 
 @compiled

@@ -165,6 +165,11 @@ class Constraints(NamedTuple):
     low: NDArray[np.float64]
     high: NDArray[np.float64]
 
+    def of(self, *, lengths: bool) -> "Constraints":
+        """Return those on lengths, which are the last of the coordinates, or those on joints alone."""
+        chosen = np.any(self.rows[:, -LINKS:] != 0.0, axis=1) == lengths
+        return Constraints(self.rows[chosen], self.low[chosen], self.high[chosen])
+
 
 Three = tuple[float, float, float]
 

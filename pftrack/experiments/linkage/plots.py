@@ -69,7 +69,7 @@ def _length(link: int) -> Plot:
         f"length-{link}",
         f"length of link {link}",
         "interval",
-        "What is believed possible, two standard deviations or all that is not excluded, and the truth.",
+        "What is believed: two standard deviations, 95 % of particles or all that is not excluded; and the truth.",
         "px",
         (f"length_{link}",),
         truth=f"true_length_{link}",

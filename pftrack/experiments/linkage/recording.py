@@ -178,7 +178,6 @@ def _bounds(points: NDArray[np.float64]) -> dict[str, Value]:
         "start_length_variance_px2": max((0.3 * spread) ** 2, 1.0),
         "observation_variance_px2": 4,
         "root_acceleration_px": 3,
-        "stir_discount": 0.5,
         "start_angle_bound_rad": 0.7,
         "start_length_bound_px": LONGEST_PX,
         "motion_bound_rad": 0.15,

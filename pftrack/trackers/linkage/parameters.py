@@ -116,11 +116,13 @@ class LinkageTrackerParameters(Parameters):
     rejection_sd: float = parameter(
         3, "Far outside", "A hypothesis that lies so far beyond a bound is refuted.",
         unit="sd", ge=0.1, le=100, step=0.5, group=MIRRORS, trackers=("ekf-mirrors",))
-    sample_count: int = particle_count(1000, group=PARTICLES, trackers=("particles",))
+    sample_count: int = particle_count(200, group=PARTICLES, trackers=("particles",))
+    noise_unknown: bool = parameter(
+        True, "Unknown noises",
+        "Whether acceleration of each joint and observation variance are estimated, up to twice what is given.",
+        group=PARTICLES, trackers=("particles",))
     stir_discount: float = parameter(
-        0.98, "Memory of particles",
-        "How little particles are stirred to keep them apart, since lengths never change; 1 not at all. In space less "
-        "is better, such as 0.5.",
+        0.98, "Memory of particles", "Without effect since version 1.1; it is here so that runs of version 1.0 open.",
         ge=0.4, le=1, step=0.01, group=PARTICLES, trackers=("particles",))
     motion_bound_rad: float = parameter(
         0.06, "Motion bound",

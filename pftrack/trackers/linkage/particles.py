@@ -1,181 +1,142 @@
 """The particle filter of a chain: `sampled` with parameters, from a state to the next."""
 
-import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.filters.beam import Beam
-from pftrack.geometry.linkage import Constraints
+from pftrack.geometry.linkage import LINKS
 from pftrack.model.frame import Frame
-from pftrack.numerics.matrices import cholesky, contiguous_copy, product
+from pftrack.numerics.elementary import exponentials
 from pftrack.numerics.random import Stream
-from pftrack.particles import ParticleSet, normalise
-from pftrack.resampling import systematic
-from pftrack.trackers.linkage.chain import PLANE_STATES, Chain, reference_attitude
+from pftrack.particles import normalise
+from pftrack.trackers.linkage.chain import reference_attitude
+from pftrack.trackers.linkage.conditional import advance
 from pftrack.trackers.linkage.gaussians import constraints, look, noise, state_of
 from pftrack.trackers.linkage.handover import chains, from_moments
-from pftrack.trackers.linkage.linearised import predict
 from pftrack.trackers.linkage.parameters import LinkageTrackerParameters
-from pftrack.trackers.linkage.sampled import forbid, in_reference, move, propose
+from pftrack.trackers.linkage.rejuvenation import filtered, move
+from pftrack.trackers.linkage.sampled import LengthParticles, Settings, begin, draw_states, given, resample
 from pftrack.trackers.linkage.state import Events, LinkageState
 
-__all__ = ["step"]
+__all__ = ["quantiles", "step"]
 
-FEW = 0.01
-"""Effective sample size, relative to the number of particles, below which an observation is taken in portions."""
+FEW = 0.5
+"""Effective sample size, relative to the number of particles, below which they are resampled."""
 
-PORTIONS = (0.0001, 0.0009, 0.009, 0.09, 0.9)
-"""Of the precision of an observation; they sum to 1."""
+LEAST_LEFT = 0.3
+"""The same that a portion of an observation should leave."""
+HALVINGS = 20
+MOST_PORTIONS = 8
 
-KEPT_BETWEEN = 0.5
-"""How much of its distance from the mean a particle keeps from portion to portion. Little: what is seen in space has
-eight coordinates, and in so many a cloud without a wide stir hardly reaches what is left of it by the next portion."""
-
-
-class Cloud(NamedTuple):
-    """From where particles are drawn.
-
-    Attributes:
-        centres: (N, n) mean of each.
-        points: (N, n) where the observation of each is linearised.
-        root: (n, n) root of the covariance about the means.
-        attitude: (4,) that omega is relative to.
-        ancestors: (N,) in the belief before; -1 where that had no particles.
-    """
-
-    centres: NDArray[np.float64]
-    points: NDArray[np.float64]
-    root: NDArray[np.float64]
-    attitude: NDArray[np.float64]
-    ancestors: NDArray[np.int64]
-
-
-class Weighed(NamedTuple):
-    """What came of an observation: particles, log p(z), its distance from the nearest, and how many broke a bound."""
-
-    particles: ParticleSet
-    log_evidence: float
-    distance: float
-    broken: int
-
-
-@dataclass(frozen=True)
-class Weighing:
-    """How particles are weighed.
-
-    Attributes:
-        seen: (m,) observation, px, NaN where there is none.
-        variance: Of each coordinate, px^2.
-        bounds: On the coordinates of a state.
-        reference: (4,) attitude that omega is relative to among particles.
-        parameters: In force.
-        rng: Random numbers of the frame.
-    """
-
-    seen: NDArray[np.float64]
-    variance: float
-    bounds: Constraints
-    reference: NDArray[np.float64]
-    parameters: LinkageTrackerParameters
-    rng: Stream
+BAND = (0.025, 0.975)
+"""Shares below the ends of the range of a length."""
 
 
 def step(state: LinkageState, frame: Frame, parameters: LinkageTrackerParameters, rng: Stream) -> LinkageState:
     """Take one frame, after that of any tracker."""
-    weighing = Weighing(
-        look(frame, state.origin_px, in_space=state.in_space),
+    seen = look(frame, state.origin_px, in_space=state.in_space)
+    settings = Settings(
+        noise(parameters, state.in_space),
         float(parameters.observation_variance_px2),
         constraints(parameters, state.in_space),
-        reference_attitude(state.reference),
-        parameters,
-        rng,
+        parameters.noise_unknown,
     )
-    if isinstance(state.belief, ParticleSet):
-        clouds = [_following(state.belief, weighing, _keeping(parameters), moving=True)]
+    count = parameters.sample_count
+    before = state.belief
+    if not isinstance(before, LengthParticles):
+        before = begin(chains(state, parameters), settings, count, len(seen), rng)
+    elif before.key != settings.key:
+        before = filtered(before, settings, rng)
     else:
-        clouds = _from_gaussians(chains(state, parameters), weighing)
-    found = _weigh(clouds, weighing)
-    outlier = found.distance > parameters.outlier_limit_sd
-    if not outlier and found.particles.effective_sample_size < FEW * len(found.particles):
-        found = _in_portions(clouds, weighing)
-    if outlier or found.broken == len(found.particles):
-        outlier = True
-        found = _weigh(clouds, replace(weighing, seen=np.full_like(weighing.seen, np.nan)))
-    return _state(state, found.particles, found.log_evidence, Events(truncated=found.broken, outlier=outlier))
+        before = replace(before, ancestors=np.arange(len(before)))
+    if len(before) != count:
+        before = resample(before, count, rng)
+    particles, log_evidence, outlier = _see(before, settings, seen, parameters.outlier_limit_sd, rng)
+    reference = reference_attitude(state.reference)
+    states = draw_states(particles.chains, reference, rng.standard_normal(particles.chains.means.shape))
+    particles = replace(particles, states=np.asfortranarray(states))
+    beyond = _count_beyond(particles, settings)
+    return _state(state, particles, log_evidence, Events(truncated=beyond, outlier=outlier))
 
 
-def _in_portions(clouds: Sequence[Cloud], weighing: Weighing) -> Weighed:
-    """Take an observation bit by bit, and stir the particles after each."""
-    log_evidence = 0.0
-    origins = np.concatenate([cloud.ancestors for cloud in clouds])
-    for portion in PORTIONS:
-        found = _weigh(clouds, replace(weighing, variance=weighing.variance / portion))
-        log_evidence += found.log_evidence
-        if portion != PORTIONS[0]:
-            origins = origins[found.particles.ancestors]
-        clouds = [_following(found.particles, weighing, KEPT_BETWEEN, moving=False)]
-    # Each portion has a density of its own variance; what their product has too much of is no evidence.
-    seen = int(np.count_nonzero(~np.isnan(weighing.seen)))
-    excess = sum(math.log(weighing.variance / portion) for portion in PORTIONS) - math.log(weighing.variance)
-    particles = replace(found.particles, ancestors=origins)
-    return found._replace(particles=particles, log_evidence=log_evidence + 0.5 * seen * excess)
+def _see(
+    before: LengthParticles, settings: Settings, seen: NDArray[np.float64], limit: float, rng: Stream
+) -> tuple[LengthParticles, float, bool]:
+    """Return particles that have seen a frame, log p(y) without its power of 2 pi, and whether it was left out."""
+    chances, known = rng.random(len(before)), given(before.values, settings)
+    following, distances = advance(before.chains, known, seen, chances)
+    outlier = bool(distances.min() > limit) or not np.any(following.evidences > -np.inf)
+    if outlier:
+        seen = np.full_like(seen, np.nan)
+        following, _ = advance(before.chains, known, seen, chances)
+    particles = replace(
+        before,
+        chains=following,
+        earlier=before.chains.evidences,
+        history=np.vstack([before.history, seen]),
+    )
+    if not np.any(following.evidences > -np.inf):
+        return before, 0.0, True
+    log_evidence, portion = 0.0, 0.0
+    for _ in range(MOST_PORTIONS):
+        portion, log_weights, log_sum = _take_portion(particles, portion)
+        log_evidence += log_sum
+        particles = replace(particles, log_weights=log_weights)
+        if portion < 1.0 or particles.effective_sample_size < FEW * len(particles):
+            parents = particles.ancestors
+            particles = resample(particles, len(particles), rng)
+            particles = replace(particles, ancestors=parents[particles.ancestors])
+        particles = move(particles, settings, rng, portion)
+        if portion >= 1.0:
+            break
+    return particles, 0.0 if outlier else log_evidence, outlier
 
 
-def _weigh(clouds: Sequence[Cloud], weighing: Weighing) -> Weighed:
-    """Draw particles, given what is seen, and weigh them."""
-    states, log_weights, distances = [], [], []
-    for cloud in clouds:
-        normals = weighing.rng.standard_normal((len(cloud.centres), cloud.centres.shape[1] + len(weighing.seen)))
-        drawn, densities, distance = propose(*cloud[:4], weighing.seen, weighing.variance, normals)
-        states.append(in_reference(drawn, cloud.attitude, weighing.reference))
-        log_weights.append(densities)
-        distances.append(distance.min())
-    whole, weights = np.concatenate(states), np.concatenate(log_weights)
-    broken = forbid(weights, whole, *weighing.bounds)
-    normalised, log_sum = normalise(weights)
-    ancestors = np.concatenate([cloud.ancestors for cloud in clouds])
-    particles = ParticleSet(np.asfortranarray(whole), normalised, ancestors)
-    evidence = 0.0 if broken == len(whole) else log_sum - math.log(len(whole))
-    return Weighed(particles, evidence, float(min(distances)), broken)
+def _take_portion(particles: LengthParticles, taken: float) -> tuple[float, NDArray[np.float64], float]:
+    """Return how much of the last observation can be taken, the log weights (N,) then, and log p of that portion.
+
+    It is all of it, if so many particles are left as should be, and else the portion that leaves as many.
+    """
+    gained = np.full(len(particles), -np.inf)
+    known = particles.chains.evidences > -np.inf
+    gained[known] = particles.chains.evidences[known] - particles.earlier[known]
+    least, most, portion = taken, 1.0, 1.0
+    for place in range(HALVINGS):
+        weights, log_sum = normalise(particles.log_weights + (portion - taken) * gained)
+        size = 1.0 / np.square(exponentials(weights)).sum()
+        if place == 0 and size >= LEAST_LEFT * len(particles):
+            break
+        least, most = (portion, most) if size >= LEAST_LEFT * len(particles) else (least, portion)
+        portion = 0.5 * (least + most)
+    return portion, weights, log_sum
 
 
-def _keeping(parameters: LinkageTrackerParameters) -> float:
-    """Return how much of its distance from the mean a particle keeps from frame to frame (Liu and West 2001)."""
-    discount = float(parameters.stir_discount)
-    return (3.0 * discount - 1.0) / (2.0 * discount)
+def _count_beyond(particles: LengthParticles, settings: Settings) -> int:
+    """Return how many particles have the middle of their pose beyond a bound."""
+    along = particles.chains.means @ settings.bounds.rows.T
+    return int(np.count_nonzero(((along < settings.bounds.low) | (along > settings.bounds.high)).any(axis=1)))
 
 
-def _following(particles: ParticleSet, weighing: Weighing, keeping: float, *, moving: bool) -> Cloud:
-    """Return from where particles are drawn, given those of the frame before or of the same."""
-    mean, covariance = particles.moments
-    ancestors = systematic(weighing.rng, particles.log_weights, weighing.parameters.sample_count)
-    centres = move(np.ascontiguousarray(particles.states[ancestors]), mean, keeping, moving)
-    spread = (1.0 - keeping * keeping) * covariance
-    if moving:
-        _, spread = predict(mean, spread, noise(weighing.parameters, len(mean) > PLANE_STATES))
-    return Cloud(centres, centres, cholesky(spread), weighing.reference, ancestors)
+def quantiles(values: NDArray[np.float64], weights: NDArray[np.float64], share: float) -> NDArray[np.float64]:
+    """Return the values (d,) that a share of the weights (N,) of values (N, d) lies below."""
+    found = np.empty(values.shape[1])
+    for i in range(values.shape[1]):
+        order = np.argsort(values[:, i], kind="stable")
+        below = np.cumsum(weights[order])
+        found[i] = values[order[min(int(np.searchsorted(below, share * below[-1])), len(order) - 1)], i]
+    return found
 
 
-def _from_gaussians(beam: Beam[Chain], weighing: Weighing) -> list[Cloud]:
-    """Return from where particles are drawn, given Gaussians of the frame before."""
-    members = systematic(weighing.rng, beam.log_weights, weighing.parameters.sample_count)
-    clouds = []
-    for place in np.unique(members).tolist():
-        chain, count = beam.members[place], int(np.count_nonzero(members == place))
-        acceleration = noise(weighing.parameters, len(chain.mean) > PLANE_STATES)
-        mean, covariance = predict(contiguous_copy(chain.mean), contiguous_copy(chain.covariance), acceleration)
-        spread = cholesky(covariance)
-        points = mean + product(weighing.rng.standard_normal((count, len(mean))), spread.T)
-        clouds.append(Cloud(np.tile(mean, (count, 1)), points, spread, chain.attitude, np.full(count, -1)))
-    return clouds
+def _state(state: LinkageState, particles: LengthParticles, log_evidence: float, events: Events) -> LinkageState:
+    """Return the state of particles: the estimate is their mean, the box two standard deviations about it.
 
-
-def _state(state: LinkageState, particles: ParticleSet, log_evidence: float, events: Events) -> LinkageState:
-    """Return the state of particles: the estimate is their mean, the box two standard deviations about it."""
+    Lengths are not Gaussian: their box is the middle 95 % of them.
+    """
     mean, covariance = particles.moments
     whole = Beam.of(from_moments(mean, covariance, reference_attitude(state.reference)))
-    return replace(state_of(whole, state.reference, state.origin_px, log_evidence, events), belief=particles)
+    following = state_of(whole, state.reference, state.origin_px, log_evidence, events)
+    low, high = following.low.copy(), following.high.copy()
+    low[-LINKS:], high[-LINKS:] = (quantiles(particles.values[:, :LINKS], particles.weights, share) for share in BAND)
+    return replace(following, belief=particles, low=low, high=high)

@@ -45,7 +45,7 @@ SERIES = (
     ),
 )
 """Of every tracker: the range of each length, directions, hypotheses, and what happened. The range is two standard
-deviations to either side, or all that is not excluded; of hypotheses, of all of them together."""
+deviations to either side, the middle 95 % of particles, or all that is not excluded; of hypotheses, of all together."""
 
 PARTICLE_SERIES = (*SERIES, *reports.CLOUD)
 
@@ -67,7 +67,7 @@ def measure(state: LinkageState) -> Mapping[str, SeriesValue]:
     }
     values: dict[str, SeriesValue] = {**lengths, **angles, **deviations, **happened}
     if isinstance(belief, ParticleSet):
-        return {**values, **reports.cloud(belief, resampled=True)}
+        return {**values, **reports.cloud(belief, resampled=bool((belief.ancestors != np.arange(len(belief))).any()))}
     poses = tuple(
         (*np.rad2deg(member.pose[:LINKS]).tolist(), *member.pose[LINKS:].tolist()) for member in belief.members
     )

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pftrack.filters.beam import Beam
 from pftrack.particles import ParticleSet
 from pftrack.sources.linkage.truth import in_degrees
+from pftrack.trackers.linkage.sampled import LengthParticles
 
 __all__ = ["NOTHING", "Events", "Hypothesis", "LinkageState"]
 
@@ -61,7 +62,8 @@ class LinkageState:
         belief: Gaussians or regions, each of them a `Hypothesis`, or particles.
         mean: (d,) the estimate, d 6 or 11.
         spread: (d,) standard deviations of the same.
-        low: (d,) of the box of what is believed possible: two standard deviations, or all that is not excluded.
+        low: (d,) of the box of what is believed possible: two standard deviations, 95 % of the lengths of particles, or
+            all that is not excluded.
         high: (d,) of the same.
         directions: (3,) theta*, rad.
         directions_sd: (3,) standard deviations of the same.
@@ -106,14 +108,16 @@ class LinkageState:
     def nbytes(self) -> int:
         """About how much memory it takes, bytes."""
         if isinstance(self.belief, ParticleSet):
-            return 2048 + self.belief.states.nbytes + 3 * self.belief.log_weights.nbytes
+            held = self.belief.nbytes if isinstance(self.belief, LengthParticles) else 0
+            return 2048 + self.belief.states.nbytes + 3 * self.belief.log_weights.nbytes + held
         members: tuple[Hypothesis, ...] = self.belief.members
         return 2048 + sum(member.nbytes for member in members)
 
     def arrays(self) -> Mapping[str, NDArray[Any]]:
         """Return particles, or what the hypotheses are made of, with log weights."""
         if isinstance(self.belief, ParticleSet):
-            return {"states": self.belief.states, "log_weights": self.belief.log_weights}
+            held = self.belief.arrays() if isinstance(self.belief, LengthParticles) else {}
+            return {"states": self.belief.states, "log_weights": self.belief.log_weights, **held}
         members: tuple[Hypothesis, ...] = self.belief.members
         parts = [member.arrays() for member in members]
         joined = {name: np.stack([part[name] for part in parts]) for name in parts[0]}

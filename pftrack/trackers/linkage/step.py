@@ -40,7 +40,7 @@ TRACKERS = {
         Tracker(
             "particles",
             "Particle filter with bounds",
-            "Draws each particle from its motion and the observation together; beyond a bound it has no weight.",
+            "Particles are lengths and noises, each with a Kalman filter of the pose; a Markov kernel draws new ones.",
             gaussians.start,
             particles.step,
             series=PARTICLE_SERIES,
