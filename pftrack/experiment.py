@@ -17,6 +17,7 @@ from pftrack.model.frame import Frame, Target
 from pftrack.model.layer import Layer
 from pftrack.model.marks import Mark, read_mark
 from pftrack.model.measures import HIT_RATE, Measure
+from pftrack.model.overconfidence import Overconfidence, reasons
 from pftrack.model.parameters import ParameterError, Parameters, Value
 from pftrack.model.plot import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading
 from pftrack.model.recipe import Footage
@@ -232,6 +233,7 @@ class Experiment:
         exports: Files that it offers of what is believed in a frame.
         guidance: How its recorded states are learned from, where its particles can be guided by what was learned.
         family: What kind of thing it estimates, a few words. Those of one family stand together on the start page.
+        overconfident: Settings in which what its trackers say of their own error is not to be believed.
         failures: Named ways in which its trackers go wrong, each with what shows it and what cures it.
         interface: Version of the interface that it was written for. An experiment of another package must state it, or
             it is not used; 0, for the project's own, is always the present one.
@@ -274,6 +276,7 @@ class Experiment:
     exports: tuple[Export, ...] = ()
     guidance: Guidance | None = None
     failures: tuple[Failure, ...] = ()
+    overconfident: tuple[Overconfidence, ...] = ()
     warm_frames: int = 2
     family: str = "Others"
     interface: int = 0
@@ -294,6 +297,7 @@ class Experiment:
         named = [failure.id for failure in self.failures]
         if len(set(named)) < len(named):
             raise ValueError(f"{self.id} has two failures of one id: {', '.join(named)}")
+        self._check_overconfident()
         known = {series.name for series in self.all_series()}
         shown = [name for plot in self.plots for name in plot.names]
         shown += [name for reading in self.readings for name in reading.names]
@@ -309,6 +313,11 @@ class Experiment:
             if kept.count(name) > 1:
                 raise ValueError(f"{self.id} declares {name!r} twice among its measures and reductions")
 
+    def _check_overconfident(self) -> None:
+        for name in (name for one in self.overconfident for name in one.trackers):
+            if name not in self.trackers:
+                raise ValueError(f"{self.id} has no tracker {name!r} whose bands could be overconfident")
+
     def all_series(self, *trackers: str) -> tuple[Series, ...]:
         """Return all series that a run with these trackers, or with any if none is named, may have."""
         chosen = trackers or tuple(self.trackers)
@@ -318,6 +327,10 @@ class Experiment:
     def run_measures(self) -> tuple[Measure, ...]:
         """All measures of a run: the hit rate, where there is a notion of lost, and those declared."""
         return (*((HIT_RATE,) if self.judges_loss else ()), *self.measures)
+
+    def overconfidence(self, *in_force: tuple[str, Any]) -> str:
+        """Return why bands are not to be believed, given trackers by name with their parameters; empty if they are."""
+        return reasons(self.overconfident, in_force)
 
     @property
     def judges_loss(self) -> bool:

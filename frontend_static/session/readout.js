@@ -14,8 +14,9 @@ import { isMeasured, state, words } from "./readings.js";
 export function readout(root, view) {
   const { store, signal } = view;
   const verdict = h("p", { class: "verdict" });
+  const doubt = h("p", { class: "doubt" });
   const list = h("dl", {});
-  fill(root, h("h2", { class: "visually-hidden" }, "This frame"), verdict, list);
+  fill(root, h("h2", { class: "visually-hidden" }, "This frame"), verdict, doubt, list);
   measures(root, view);
   /** @type {Reading[]} */
   let readings = [];
@@ -39,6 +40,8 @@ export function readout(root, view) {
     const [text, kind] = state(history, session);
     setText(verdict, text);
     verdict.dataset.kind = kind;
+    doubt.hidden = !session.overconfident;
+    setText(doubt, session.overconfident ? `Bands are not to be believed. ${session.overconfident}` : "");
   }, signal);
-  store.on(["position", "branch", "history"], draw);
+  store.on(["position", "branch", "history", "overconfident"], draw);
 }

@@ -1121,6 +1121,8 @@ export interface RunSnapshot {
   tracker: string;
   /** In force for the next frame */
   parameters: Record<string, boolean | number | string>;
+  /** Why bands are not to be believed with what is in force for the next frame; empty if they are */
+  overconfident: string;
   timeline: ChangePublic[];
   thresholds: ThresholdPublic[];
   /** How often it was restarted, which drops its past */
@@ -1226,6 +1228,8 @@ export interface SessionPublic {
   tracker: string;
   /** In force for the next frame */
   parameters: Record<string, boolean | number | string>;
+  /** Why bands are not to be believed with what is in force for the next frame; empty if they are */
+  overconfident: string;
   timeline: ChangePublic[];
   thresholds: ThresholdPublic[];
   /** How often it was restarted, which drops its past */
@@ -1297,6 +1301,8 @@ export interface SessionSnapshot {
   tracker: string;
   /** In force for the next frame */
   parameters: Record<string, boolean | number | string>;
+  /** Why bands are not to be believed with what is in force for the next frame; empty if they are */
+  overconfident: string;
   timeline: ChangePublic[];
   thresholds: ThresholdPublic[];
   /** How often it was restarted, which drops its past */

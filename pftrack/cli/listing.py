@@ -97,6 +97,10 @@ def show(
     if found.failures:
         typer.echo("")
         table("Failures", ("name", "diagnosis", "cure"), [(it.id, it.diagnosis, it.cure.text) for it in found.failures])
+    if found.overconfident:
+        typer.echo("")
+        doubts = [(", ".join(it.trackers), it.setting or "any", it.reason) for it in found.overconfident]
+        table("Bands that are not to be believed", ("trackers", "setting", "why"), doubts)
     if found.run_measures:
         typer.echo("")
         measures = [(it.name, it.description, it.source) for it in found.run_measures]
@@ -140,6 +144,7 @@ def _about(experiment: "Experiment") -> dict[str, object]:
             {"id": tracker.id, "title": tracker.title, "description": tracker.description}
             for tracker in experiment.trackers.values()
         ],
+        "overconfident": [one.as_dict() for one in experiment.overconfident],
         "failures": [failure.id for failure in experiment.failures],
         "presets": [
             {

@@ -36,6 +36,8 @@ def summary_lines(run: Run) -> dict[str, str]:
             share = measure.how == "share"
             words = f"{100 * value:.0f} %" if share else _with_unit(quantity(value, measure.unit), measure.unit)
             lines[measure.title] = words
+    if made.overconfident:
+        lines["Bands"] = f"not to be believed. {made.overconfident}"
     footage = run.setup.footage
     if footage is not None:
         lines |= {"Recording": footage.name} | ({"SHA-256 of the recording": footage.sha256} if footage.sha256 else {})

@@ -302,6 +302,13 @@ class Run:
         """Hash of all estimates up to the furthest frame computed: equal if and only if they are to the bit."""
         return estimates_hash(np.array([row.estimate for row in self.diagnostics]))
 
+    @property
+    def overconfidence(self) -> str:
+        """Why the bands of some of the frames computed so far are not to be believed; empty if they are."""
+        segments = self.timeline.segments
+        in_force = ((one.tracker, one.parameters) for one in segments if one.start <= self.computed)
+        return self.experiment.overconfidence(*in_force)
+
     def measures(self) -> Mapping[str, float | int]:
         """Return the measures of the run so far that it has a truth for, by name."""
         if all(row.truth is None for row in self.diagnostics):
@@ -328,6 +335,7 @@ class Run:
             verdict=judge(course, decisive, allowed_loss(parameters)),
             measures=evaluate(self.experiment.run_measures, course),
             step_ms_median=median(row.step_ms for row in self.diagnostics[1:]) if self.computed else None,
+            overconfident=self.overconfidence,
             estimates_sha256=self.estimates_sha256,
         )
 

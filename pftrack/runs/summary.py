@@ -27,6 +27,7 @@ class Summary:
         verdict: By the frames whose truth is known.
         measures: Those that the experiment declares and the run has a truth for, by name.
         step_ms_median: Of a frame's time in the tracker, ms; None for a run of one frame.
+        overconfident: Why the bands of some of its frames are not to be believed; empty if they are.
         estimates_sha256: Hash of all estimates: equal if and only if they are to the bit.
     """
 
@@ -40,6 +41,7 @@ class Summary:
     verdict: Verdict
     measures: Mapping[str, float | int]
     step_ms_median: float | None
+    overconfident: str
     estimates_sha256: str
 
     @property
@@ -62,5 +64,6 @@ class Summary:
             "hit_rate": self.hit_rate,
             **self.measures,
             "step_ms_median": self.step_ms_median,
+            "overconfident": self.overconfident or None,
             "estimates_sha256": self.estimates_sha256,
         }

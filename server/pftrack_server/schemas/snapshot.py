@@ -78,6 +78,9 @@ class RunSnapshot(BaseModel):
     recipe: Recipe
     tracker: str = Field(description="In force for the next frame")
     parameters: dict[str, Value] = Field({}, description="In force for the next frame")
+    overconfident: str = Field(
+        "", description="Why bands are not to be believed with what is in force for the next frame; empty if they are"
+    )
     timeline: list[ChangePublic] = []
     thresholds: list[ThresholdPublic] = []
     restarts: int = Field(0, description="How often it was restarted, which drops its past")

@@ -140,14 +140,16 @@ class RunTree:
         """Return what moves of the active branch, as far as it is known here."""
         run = self.run
         following = run.position + 1
+        tracker, parameters = run.tracker_at(following), run.parameters_at(following)
         # Most frames have the timeline of the frame before.
         if self._course[0] is not run.timeline:
             self._course = run.timeline, self._told_course()
         return RunSnapshot(
             branch=self.active,
             second=self.second,
-            tracker=run.tracker_at(following),
-            parameters=flat(run.parameters_at(following)),
+            tracker=tracker,
+            parameters=flat(parameters),
+            overconfident=self.experiment.overconfidence((tracker, parameters)),
             **self._course[1],
             restarts=self.restarts,
             position=run.position,
