@@ -20,15 +20,16 @@ class Overconfidence:
     Attributes:
         trackers: Names of those that it is about.
         reason: Why, and how far off they are; one or two sentences.
-        values: Values of parameters in which it holds, by name; of a parameter that is not named, any.
+        values: Values of parameters in which it holds, by name; of a parameter that is not named, any. None stands for
+            a run whose parameters have none of that name, such as one of a scene on a recording.
     """
 
     trackers: tuple[str, ...]
     reason: str
-    values: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
+    values: Mapping[str, tuple[Value | None, ...]] = field(default_factory=dict)
 
     def holds(self, tracker: str, parameters: Any) -> bool:  # noqa: ANN401 - the experiment's own model
-        """Return whether it holds of a tracker with these parameters; one that they do not have has no such value."""
+        """Return whether it holds of a tracker with these parameters."""
         return tracker in self.trackers and all(
             getattr(parameters, name, None) in allowed for name, allowed in self.values.items()
         )
@@ -36,7 +37,8 @@ class Overconfidence:
     @property
     def setting(self) -> str:
         """The values of parameters in which it holds, in words; empty if it is in all."""
-        return "; ".join(f"{name} = {' or '.join(map(str, allowed))}" for name, allowed in self.values.items())
+        said = {name: ["none" if it is None else str(it) for it in allowed] for name, allowed in self.values.items()}
+        return "; ".join(f"{name} = {' or '.join(allowed)}" for name, allowed in said.items())
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON values by name."""

@@ -194,7 +194,7 @@ def test_lengths_keep_their_bounds() -> None:
 
 
 def test_noises_are_learned_within_their_range() -> None:
-    """Of a link that hardly accelerates and is seen to half a pixel, both factors come near the truth, and not below."""
+    """Of a link that hardly accelerates and is seen to half a pixel, both factors come near the truth."""
     values = {**FREE, "noise_unknown": True, "observation_variance_px2": 5.0, "acceleration_rad": 0.05}
     path, rng = np.linspace(1.2, 0.9, 41), np.random.default_rng(3)
     state = start(np.array([path[0], 0.8, 0.7]), **values)

@@ -17,9 +17,12 @@ CROSS: Mapping[str, Value] = {
     "start_length_1_px": 5,
     "start_length_2_px": 6,
     "start_length_3_px": 9,
+    "start_angle_bound_rad": 0.2,
+    "motion_bound_rad": 0.08,
     **TABLE_4_1,
 }
-"""The third link passes the pose parallel to the image; bounds of Shimada 1997, table 4.1."""
+"""The third link passes the pose parallel to the image; bounds of Shimada 1997, table 4.1. What regions are promised of
+beginning and motion holds of this scene."""
 
 STATIC: Mapping[str, Value] = {
     "chain_path": "static",
