@@ -1,0 +1,62 @@
+"""How often what is believed of lengths holds the truth, and that settings in which it does not are declared."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from pftrack.experiment import Setup
+from pftrack.experiments import find
+from pftrack.model.parameters import Value, revise
+from pftrack.runs.run import Run
+
+LINKAGE = find("linkage")
+PRESETS: Mapping[str, Mapping[str, Value]] = {"default": {}, **{one.name: one.parameters for one in LINKAGE.presets}}
+REGIONS = ("ellipsoids", "ellipsoids-literal", "box-guides")
+
+
+def run_of(preset: str, tracker: str, seed: int) -> Run:
+    setup = LINKAGE.simulate()
+    setup = Setup(setup.open_source, revise(setup.parameters, PRESETS[preset]), success=setup.success)
+    run = Run(LINKAGE, setup, tracker=tracker, seed=seed)
+    run.finish()
+    return run
+
+
+def coverage(preset: str, tracker: str, seeds: range) -> float:
+    """Return the share of frames after the first, and of lengths, in which the range that is told holds the truth."""
+    held = []
+    for seed in seeds:
+        for row in run_of(preset, tracker, seed).diagnostics[1:]:
+            for link in (1, 2, 3):
+                low, high = row.vector(f"length_{link}") or (np.nan, np.nan)
+                held.append(low <= row.number(f"true_length_{link}") <= high)
+    return float(np.mean(held))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("preset", ["default", "cross", "static", "mirror2"])
+def test_particles_hold_the_lengths_as_often_as_they_say(preset: str) -> None:
+    """Their range of 95 % holds the truth in 90 % of the reports of six seeds at least, and nothing is declared."""
+    assert coverage(preset, "particles", range(6)) >= 0.9
+    parameters = revise(LINKAGE.simulate().parameters, PRESETS[preset])
+    assert LINKAGE.overconfidence(("particles", parameters)) == ""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("preset", "tracker"),
+    [("3d", "particles"), ("two-1", "particles"), ("static", "ekf-truncated"), ("default", "ekf-mirrors")],
+)
+def test_where_ranges_are_too_narrow_it_is_declared(preset: str, tracker: str) -> None:
+    """They hold the truth in less than 90 % of the reports, and a run says that they are not to be believed."""
+    assert coverage(preset, tracker, range(2)) < 0.9
+    parameters = revise(LINKAGE.simulate().parameters, PRESETS[preset])
+    assert "95 %" in LINKAGE.overconfidence((tracker, parameters))
+
+
+@pytest.mark.parametrize("tracker", REGIONS)
+def test_regions_hold_the_truth_in_the_scene_of_a_crossing(tracker: str) -> None:
+    """The preset promises them how far off the beginning is and how fast the chain moves."""
+    assert {row.number("contained") for row in run_of("cross", tracker, 1).diagnostics} == {1.0}
+    assert LINKAGE.overconfidence((tracker, LINKAGE.simulate().parameters)) == ""
