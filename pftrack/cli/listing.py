@@ -77,7 +77,8 @@ def show(
     if json:
         entries = [{**declaration.model_dump(), "default": values[declaration.name]} for declaration in declared]
         layers, worlds = ([asdict(each) for each in several] for several in (found.layers, found.worlds))
-        emit({**_about(found), "layers": layers, "worlds": worlds, "declarations": entries})
+        doubts = [one.as_dict() for one in found.overconfident]
+        emit({**_about(found), "overconfident": doubts, "layers": layers, "worlds": worlds, "declarations": entries})
         return
     typer.echo(f"{found.title}\n{found.description}\nFrom {_sources(found)}\n")
     table(
@@ -144,7 +145,6 @@ def _about(experiment: "Experiment") -> dict[str, object]:
             {"id": tracker.id, "title": tracker.title, "description": tracker.description}
             for tracker in experiment.trackers.values()
         ],
-        "overconfident": [one.as_dict() for one in experiment.overconfident],
         "failures": [failure.id for failure in experiment.failures],
         "presets": [
             {
