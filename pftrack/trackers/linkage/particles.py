@@ -9,6 +9,7 @@ from pftrack.filters.beam import Beam
 from pftrack.geometry.linkage import LINKS
 from pftrack.model.frame import Frame
 from pftrack.numerics.elementary import exponentials
+from pftrack.numerics.matrices import product
 from pftrack.numerics.random import Stream
 from pftrack.particles import normalise
 from pftrack.trackers.linkage.chain import reference_attitude
@@ -115,7 +116,7 @@ def _take_portion(particles: LengthParticles, taken: float) -> tuple[float, NDAr
 
 def _count_beyond(particles: LengthParticles, settings: Settings) -> int:
     """Return how many particles have the middle of their pose beyond a bound."""
-    along = particles.chains.means @ settings.bounds.rows.T
+    along = product(particles.chains.means, settings.bounds.rows.T)
     return int(np.count_nonzero(((along < settings.bounds.low) | (along > settings.bounds.high)).any(axis=1)))
 
 
