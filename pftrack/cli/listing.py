@@ -77,8 +77,16 @@ def show(
     if json:
         entries = [{**declaration.model_dump(), "default": values[declaration.name]} for declaration in declared]
         layers, worlds = ([asdict(each) for each in several] for several in (found.layers, found.worlds))
-        doubts = [one.as_dict() for one in found.overconfident]
-        emit({**_about(found), "overconfident": doubts, "layers": layers, "worlds": worlds, "declarations": entries})
+        overconfident = [one.as_dict() for one in found.overconfident]
+        emit(
+            {
+                **_about(found),
+                "overconfident": overconfident,
+                "layers": layers,
+                "worlds": worlds,
+                "declarations": entries,
+            }
+        )
         return
     typer.echo(f"{found.title}\n{found.description}\nFrom {_sources(found)}\n")
     table(

@@ -18,6 +18,12 @@ OVERCONFIDENT = (
     ),
     Overconfidence(
         ("particles",),
+        "Where lengths are drawn anywhere within bounds as wide as here, ranges of 95 % hold the true length in 81 % "
+        "of the frames; with the lengths of the preset they hold it in 94 %.",
+        {"chain_path": ("cross",)},
+    ),
+    Overconfidence(
+        ("particles",),
         "Motion and noise are taken as given: where they are smaller, a filter takes that for a sign that a link is "
         "parallel to the image. In the default scene ranges of 95 % hold the true length in half of the frames.",
         {"noise_unknown": (False,)},
