@@ -51,6 +51,7 @@ from pftrack.sources.head import HeadSceneParameters, HeadSource
 from pftrack.trackers.head.memory import HeadMemory
 from pftrack.trackers.head.parameters import HeadTrackerParameters
 from pftrack.trackers.head.step import TRACKERS
+from pftrack.trackers.pose.parameters import OVERCONFIDENT
 from pftrack.trackers.pose.state import PoseState
 
 __all__ = ["EXPERIMENT", "SimulatedHeadParameters"]
@@ -236,6 +237,7 @@ EXPERIMENT = Experiment(
     measure=head_measure,
     report=report,
     target="face",
+    overconfident=OVERCONFIDENT,
     plots=tuple(
         replace(plot, row_titles=tuple(TITLES[name] for name in FEATURES)) if plot.kind == "features" else plot
         for plot in (*POSE_PLOTS, *GROWTH_PLOTS)

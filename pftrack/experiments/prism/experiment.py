@@ -45,7 +45,7 @@ from pftrack.sources.prism import (
     PrismTarget,
     visible_faces,
 )
-from pftrack.trackers.pose.parameters import AS_PUBLISHED
+from pftrack.trackers.pose.parameters import AS_PUBLISHED, OVERCONFIDENT
 from pftrack.trackers.pose.state import PoseState
 from pftrack.trackers.prism import TRACKERS, TrackedPrismParameters
 
@@ -248,6 +248,7 @@ EXPERIMENT = Experiment(
     target="prism",
     exports=(TrackedPrismParameters.guidance.export,),
     guidance=TrackedPrismParameters.guidance,
+    overconfident=OVERCONFIDENT,
     plots=POSE_PLOTS,
     readings=POSE_READINGS,
     # Where the affine camera's error and the corners' noise decide which prediction is worth more.

@@ -54,7 +54,7 @@ PACES = ((1.0, 1.3, 0.8), (1.0, -0.7, 1.2), (-1.0, 1.0, -0.9))
 
 MOST_ERROR_DEG, LEAST_TRACKED, LOST_DEG = 5.0, 0.95, 15.0
 
-RELIEF: dict[str, Value] = {"templates": "relief", "upper_layer": "perspective", "pose_band": "document"}
+RELIEF: dict[str, Value] = {**AS_PUBLISHED, "templates": "relief", "upper_layer": "perspective"}
 
 
 @dataclass(frozen=True, slots=True, eq=False)

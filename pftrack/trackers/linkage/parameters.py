@@ -121,9 +121,6 @@ class LinkageTrackerParameters(Parameters):
         True, "Unknown noises",
         "Whether acceleration of each joint and observation variance are estimated, up to twice what is given.",
         group=PARTICLES, trackers=("particles",))
-    stir_discount: float = parameter(
-        0.98, "Memory of particles", "Without effect since version 1.1; it is here so that runs of version 1.0 open.",
-        ge=0.4, le=1, step=0.01, group=PARTICLES, trackers=("particles",))
     motion_bound_rad: float = parameter(
         0.06, "Motion bound",
         "Most that the directions of all links, and in space the attitude, move in a frame, as one vector; the regions "
