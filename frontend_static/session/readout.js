@@ -14,7 +14,8 @@ import { isMeasured, state, words } from "./readings.js";
 export function readout(root, view) {
   const { store, signal } = view;
   const verdict = h("p", { class: "verdict" });
-  const doubt = h("p", { class: "doubt" });
+  const reason = h("p", {});
+  const doubt = h("details", { class: "doubt" }, h("summary", {}, "Bands are not to be believed"), reason);
   const list = h("dl", {});
   fill(root, h("h2", { class: "visually-hidden" }, "This frame"), verdict, doubt, list);
   measures(root, view);
@@ -41,7 +42,7 @@ export function readout(root, view) {
     setText(verdict, text);
     verdict.dataset.kind = kind;
     doubt.hidden = !session.overconfident;
-    setText(doubt, session.overconfident ? `Bands are not to be believed. ${session.overconfident}` : "");
+    setText(reason, session.overconfident);
   }, signal);
   store.on(["position", "branch", "history", "overconfident"], draw);
 }
