@@ -4,7 +4,6 @@ import json as json_format
 import os
 from collections.abc import Mapping
 from contextlib import ExitStack
-from difflib import get_close_matches
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -17,7 +16,7 @@ from pftrack.cli.footage import FootageOptions, footage_of, open_setup
 from pftrack.cli.learn import guidance_of
 from pftrack.cli.listing import Json, PresetName, find_experiment, find_preset
 from pftrack.cli.output import FAILED, CommandError, emit, note, progress, table, whole, wrong_use
-from pftrack.cli.values import assign, text_of, value_of
+from pftrack.cli.values import text_of, values_of
 
 if TYPE_CHECKING:
     from pftrack.experiment import Experiment, Preset, Setup
@@ -112,7 +111,7 @@ def run(
         setup, sequence = open_setup(stack, found, recipe, said, folder)
         if wanted is not None:
             changes["frames"] = wanted if sequence is None else min(wanted, _frames_left(sequence, setup))
-        values = {**_values(setup, assignments or []), **_guidance_value(found, learned)}
+        values = {**values_of(setup.parameters, assignments or []), **_guidance_value(found, learned)}
         if begin is not None:
             values = {**_preset_values(setup, begin), **values}
         if values:
@@ -195,21 +194,6 @@ def _draw_mark(made: "Run") -> bytes:
     height, width, _ = image.shape
     mark = made.experiment.mark(footage.mark).draw()
     return png(render(Drawing(width, height, {"picture": Picture(image), **mark})))
-
-
-def _values(setup: "Setup", assignments: list[str]) -> "dict[str, Value]":
-    from pftrack.model.parameters import declarations
-
-    model = type(setup.parameters)
-    known = [declaration.name for declaration in declarations(model)]
-    values: dict[str, Value] = {}
-    for name, text in map(assign, assignments):
-        if name not in known:
-            near = get_close_matches(name, known, n=3)
-            hint = f"did you mean {' or '.join(near)}?" if near else "`pftrack show` lists them"
-            raise wrong_use(f"there is no parameter {name!r}; {hint}")
-        values[name] = value_of(model, name, text)
-    return values
 
 
 def _guidance_value(experiment: "Experiment", learned: Path | None) -> "dict[str, Value]":

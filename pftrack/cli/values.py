@@ -1,5 +1,7 @@
 """Values of parameters as a command line gives them: NAME=VALUE, and NAME=@FILE for one that is a file's text."""
 
+from collections.abc import Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -8,7 +10,7 @@ from pftrack.cli.output import CommandError, wrong_use
 if TYPE_CHECKING:
     from pftrack.model.parameters import Parameters, Value
 
-__all__ = ["assign", "text_of", "value_of"]
+__all__ = ["assign", "text_of", "value_of", "values_of"]
 
 
 def assign(assignment: str) -> tuple[str, str]:
@@ -17,6 +19,22 @@ def assign(assignment: str) -> tuple[str, str]:
     if not (separator and name):
         raise wrong_use(f"--set expected name=value, got {assignment!r}")
     return name, text
+
+
+def values_of(parameters: "Parameters", assignments: Sequence[str]) -> "dict[str, Value]":
+    """Return the values that assignments NAME=VALUE give to parameters; an unknown name is wrong use."""
+    from pftrack.model.parameters import declarations
+
+    model = type(parameters)
+    known = [declaration.name for declaration in declarations(model)]
+    values: dict[str, Value] = {}
+    for name, text in map(assign, assignments):
+        if name not in known:
+            near = get_close_matches(name, known, n=3)
+            hint = f"did you mean {' or '.join(near)}?" if near else "`pftrack show` lists them"
+            raise wrong_use(f"there is no parameter {name!r}; {hint}")
+        values[name] = value_of(model, name, text)
+    return values
 
 
 def value_of(model: "type[Parameters]", name: str, text: str) -> "Value":

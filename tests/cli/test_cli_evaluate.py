@@ -1,0 +1,32 @@
+"""`pftrack evaluate otb`."""
+
+import json
+from pathlib import Path
+
+from tests.cli.commands import Call, refused
+from tests.evaluation.clips import write_otb
+
+
+def test_sequences_are_evaluated(tmp_path: Path, call: Call) -> None:
+    """Each sequence gets its figures, beside published ones where they are known; a grey one is named as such."""
+    write_otb(tmp_path / "Couple")
+    write_otb(tmp_path / "plain", grey=True)
+    code, out, err = call("evaluate", "otb", tmp_path, "--seeds", 1, "--set", "sample_count=50", "--json")
+    assert code == 0, err
+    said = json.loads(out)
+    first, second = said["sequences"]
+    assert (first["name"], first["published"]["CPF"], second["published"]) == ("Couple", 0.567, {})
+    assert len(first["success"]) == len(second["precision"]) == 1
+    assert "plain is grey" in err
+    code, out, _ = call("evaluate", "otb", tmp_path / "Couple", "--seeds", 1)
+    assert code == 0
+    assert "CPF" in out
+
+
+def test_what_cannot_be_evaluated_is_refused(tmp_path: Path, call: Call) -> None:
+    """Folders without sequences, trackers and parameters that there are not, and trackers without a box."""
+    refused(call("evaluate", "otb", tmp_path), 1, "no sequence")
+    write_otb(tmp_path / "Couple")
+    refused(call("evaluate", "otb", tmp_path, "--tracker", "none"), 2, "must be one of")
+    refused(call("evaluate", "otb", tmp_path, "--seeds", 1, "--set", "sharpnes=1"), 2, "did you mean")
+    refused(call("evaluate", "otb", tmp_path, "--seeds", 1, "--experiment", "ball"), 1, "believes in no box")
