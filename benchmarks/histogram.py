@@ -20,6 +20,7 @@ from numpy.typing import NDArray  # noqa: E402
 
 from pftrack.experiments import find  # noqa: E402
 from pftrack.experiments.histogram.experiment import RecordedHistogramParameters  # noqa: E402
+from pftrack.likelihoods.background import NO_BACKGROUND  # noqa: E402
 from pftrack.likelihoods.colour_bins import bin_table  # noqa: E402
 from pftrack.likelihoods.histogram import Window, fit, similarities  # noqa: E402
 from pftrack.model.frame import Frame, Target  # noqa: E402
@@ -76,7 +77,9 @@ def weighing(picture: NDArray[np.uint8], repeats: int) -> Iterator[dict[str, obj
         corners = [(int(column) - REACH, int(row) - REACH) for column, row in centres]
 
         def ours(kernel: bool, columns: NDArray[np.float64] = columns, rows: NDArray[np.float64] = rows) -> object:
-            return similarities(picture, columns, rows, half, half, bin_table("hsv"), model, kernel)
+            return similarities(
+                picture, columns, rows, half, half, bin_table("hsv"), model, kernel, (1, 1), NO_BACKGROUND
+            )
 
         def loop(corners: list[tuple[int, int]] = corners) -> None:
             for left, top in corners:

@@ -10,7 +10,9 @@ between 0 and 1; 1 - rho is the square of a distance (Perez, Hue, Vermaak, Gangn
 tracking", 2002). Windows are clipped to the picture; one of which less than a quarter lies within has rho = 0.
 
 A window may count all its pixels alike or, with Epanechnikov's kernel, those in the middle more than those near its
-edge, where the background is.
+edge, where the background is. It may be divided into parts, each with bins of its own, so that colours have places
+(the multi-part model of the same paper); and bins may be weighed, and contrast asked for, by what is around the target
+(`background`).
 
 All windows of a frame are weighed at once. Only the part of the picture that they touch is put into bins. They are
 then visited along a path on which neighbours follow each other, and where the next window overlaps the last one, only
@@ -22,18 +24,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.likelihoods.background import NO_BACKGROUND, SURROUNDINGS, Background, lacking_contrast
 from pftrack.likelihoods.colour_bins import BINS, Space, bin_table
-from pftrack.likelihoods.windows import overlap, path, same, shift, windows_around
+from pftrack.likelihoods.counting import assign_bins, coefficients, count_window
+from pftrack.likelihoods.windows import shift, windows_around
 from pftrack.numerics.compiled import compiled, read_only
-from pftrack.numerics.sums import inner_product
 
-__all__ = ["Window", "fit", "rho_map", "shares", "similarities", "similarity"]
+__all__ = ["Window", "fit", "rho_map", "roots_of", "shares", "similarities", "similarity"]
 
-KERNEL_PEAK = 1 << 16
-KERNEL_SHIFT = 8
-"""Weights of the kernel are whole numbers, 0 to 2^16 / 2^8, so that their sums do not depend on an order."""
-LANES = 4
-"""Pixels of a row that follow each other are counted in different places: the same bin twice would have to wait."""
+LEAST_SHARE = 1e-12
+"""That a weighed model is taken to have, so that one of which nothing is left is divided by no 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,11 +44,13 @@ class Window:
         reach_across_px: Columns to either side of the middle one.
         reach_down_px: Rows to either side of the middle one.
         kernel: Whether pixels count by Epanechnikov's kernel, or all alike.
+        parts: Into how many parts it is divided, across and down.
     """
 
     reach_across_px: int
     reach_down_px: int
     kernel: bool = False
+    parts: tuple[int, int] = (1, 1)
 
     @property
     def size_px(self) -> tuple[int, int]:
@@ -59,7 +61,7 @@ class Window:
 def shares(
     image_rgb: NDArray[np.uint8], position: NDArray[np.float64], window: Window, space: Space
 ) -> NDArray[np.float64]:
-    """Return the shares p (110,) of a window's pixels in the bins, which sum to 1.
+    """Return the shares p (110 in each part) of a window's pixels in the bins, which sum to 1.
 
     Args:
         image_rgb: (height, width, 3).
@@ -70,14 +72,16 @@ def shares(
     Returns:
         The shares; all 0 if the window lies outside the picture.
     """
-    counts = _counts(read_only(image_rgb), float(position[0]), float(position[1]), *_pack(window), bin_table(space))
+    counts = count_window(
+        read_only(image_rgb), float(position[0]), float(position[1]), *_pack(window), bin_table(space)
+    )
     return np.asarray(counts / max(counts.sum(), 1))
 
 
 def fit(
     image_rgb: NDArray[np.uint8], position: NDArray[np.float64], window: Window, space: Space
 ) -> NDArray[np.float64]:
-    """Return a model q (110,), the shares of the window around a target; arguments as for `shares`.
+    """Return a model q (110 in each part), the shares of the window around a target; arguments as for `shares`.
 
     Raises:
         ValueError: Too little of the window lies within the picture.
@@ -94,13 +98,19 @@ def similarity(
     window: Window,
     space: Space,
     model: NDArray[np.float64],
+    background: Background = NO_BACKGROUND,
 ) -> float:
-    """Return rho of one window, 0..1; arguments as for `shares`, and q (110,)."""
-    return float(_all(image_rgb, np.asarray(position)[None, :2], window, space, model)[0])
+    """Return rho of one window, 0..1; arguments as for `shares`, q (110 in each part), and what is around it."""
+    return float(_all(image_rgb, np.asarray(position)[None, :2], window, space, model, background)[0])
 
 
 def rho_map(
-    image_rgb: NDArray[np.uint8], window: Window, space: Space, model: NDArray[np.float64], step: int
+    image_rgb: NDArray[np.uint8],
+    window: Window,
+    space: Space,
+    model: NDArray[np.float64],
+    step: int,
+    background: Background = NO_BACKGROUND,
 ) -> NDArray[np.float64]:
     """Return rho of windows all over a picture, (ceil(height / step), ceil(width / step)).
 
@@ -108,13 +118,14 @@ def rho_map(
         image_rgb: (height, width, 3).
         window: Their shape.
         space: Of colour.
-        model: q (110,).
+        model: q (110 in each part).
         step: Distance of neighbouring windows, px; the first is in the middle of the first cell of that size.
+        background: What is around the target.
     """
     height, width, _ = image_rgb.shape
     rows, columns = np.arange(step // 2, height, step), np.arange(step // 2, width, step)
     places = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2).astype(np.float64)
-    return np.asarray(_all(image_rgb, places, window, space, model).reshape(len(rows), len(columns)))
+    return np.asarray(_all(image_rgb, places, window, space, model, background).reshape(len(rows), len(columns)))
 
 
 def _all(
@@ -123,6 +134,7 @@ def _all(
     window: Window,
     space: Space,
     model: NDArray[np.float64],
+    background: Background,
 ) -> NDArray[np.float64]:
     """Return rho (N,) of windows of one shape around places (N, 2), px."""
     return similarities(
@@ -132,13 +144,38 @@ def _all(
         np.full(len(places), float(window.reach_across_px)),
         np.full(len(places), float(window.reach_down_px)),
         bin_table(space),
-        np.sqrt(model),
+        roots_of(model, background),
         window.kernel,
+        window.parts,
+        background,
     )
 
 
-def _pack(window: Window) -> tuple[int, int, bool]:
-    return window.reach_across_px, window.reach_down_px, window.kernel
+def roots_of(model: NDArray[np.float64], background: Background) -> NDArray[np.float64]:
+    """Return the square roots of a model's shares (110 in each part), weighed by the background."""
+    if background.weights is NO_BACKGROUND.weights:
+        return np.sqrt(model)
+    weighed = model * np.tile(background.weights, len(model) // BINS)
+    return np.asarray(np.sqrt(weighed / max(weighed.sum(), LEAST_SHARE)))
+
+
+def _pack(window: Window) -> tuple[int, int, bool, tuple[int, int]]:
+    return window.reach_across_px, window.reach_down_px, window.kernel, window.parts
+
+
+@compiled
+def _bounds(
+    windows: NDArray[np.int64], frames: NDArray[np.int64], width: int, height: int
+) -> tuple[int, int, int, int]:
+    """Return left, top, right and bottom of the part of a picture in which windows and their frames lie."""
+    left, top, right, bottom = width, height, 0, 0
+    for n in range(windows.shape[0]):
+        if windows[n, 2] > windows[n, 0]:
+            for seen in (windows[n], frames[n]):
+                if seen[2] > seen[0]:
+                    left, top = min(left, seen[0]), min(top, seen[1])
+                    right, bottom = max(right, seen[2]), max(bottom, seen[3])
+    return left, top, right, bottom
 
 
 @compiled
@@ -151,6 +188,8 @@ def similarities(
     table: NDArray[np.uint8],
     root_model: NDArray[np.float64],
     kernel: bool,
+    parts: tuple[int, int],
+    background: Background,
 ) -> NDArray[np.float64]:
     """Return rho (N,) of N windows, for use inside compiled loops and outside.
 
@@ -161,177 +200,30 @@ def similarities(
         half_widths: (N,) half widths, px, rounded; 0 at least.
         half_heights: (N,) half heights.
         table: Bins of the colours, as of `bin_table`.
-        root_model: sqrt(q), (110,).
+        root_model: sqrt(q), (110 in each part), as of `roots_of`.
         kernel: Whether pixels count by Epanechnikov's kernel.
+        parts: Of a window, across and down.
+        background: What is around the target; a lack of contrast is taken off rho, down to 0.
     """
     height, width, _ = image_rgb.shape
     windows = windows_around(columns, rows, half_widths, half_heights, width, height)
-    left, top, right, bottom = width, height, 0, 0
-    for n in range(windows.shape[0]):
-        if windows[n, 2] > windows[n, 0]:
-            left, top = min(left, windows[n, 0]), min(top, windows[n, 1])
-            right, bottom = max(right, windows[n, 2]), max(bottom, windows[n, 3])
+    # Where contrast counts, what is around the windows is looked at as well.
+    frames = windows
+    if background.contrast > 0.0:
+        frames = windows_around(columns, rows, SURROUNDINGS * half_widths, SURROUNDINGS * half_heights, width, height)
+    left, top, right, bottom = _bounds(windows, frames, width, height)
     if right <= left:
         return np.zeros(windows.shape[0])
-    bins = _assign_bins(image_rgb, table, left, top, right, bottom)
+    bins = assign_bins(image_rgb, table, left, top, right, bottom)
+    moved, around = np.zeros_like(windows), np.zeros_like(windows)
     for n in range(windows.shape[0]):
-        windows[n] = shift(windows[n], left, top)
-    return _coefficients(bins, windows, root_model, kernel)
-
-
-@compiled
-def _assign_bins(
-    image_rgb: NDArray[np.uint8], table: NDArray[np.uint8], left: int, top: int, right: int, bottom: int
-) -> NDArray[np.uint8]:
-    """Return the bins of the pixels left..right - 1, top..bottom - 1."""
-    bins = np.empty((bottom - top, right - left), np.uint8)
-    for row in range(bottom - top):
-        line, pixels = bins[row], image_rgb[top + row]
-        for column in range(right - left):
-            place = np.uint64(left + column)
-            red, green = np.uint32(pixels[place, 0]), np.uint32(pixels[place, 1])
-            line[np.uint64(column)] = table[
-                (red << np.uint32(16)) | (green << np.uint32(8)) | np.uint32(pixels[place, 2])
-            ]
-    return bins
-
-
-@compiled
-def _coefficients(
-    bins: NDArray[np.uint8], windows: NDArray[np.int64], root_model: NDArray[np.float64], kernel: bool
-) -> NDArray[np.float64]:
-    """Return rho (N,) of windows in a picture of bins."""
-    count = windows.shape[0]
-    found = np.zeros(count)
-    counts = np.zeros((LANES, BINS), np.int32)
-    last = np.zeros(8, np.int64)
-    value = 0.0
-    order = path(windows)
-    for place in range(count):
-        window = windows[order[place]]
-        if window[2] <= window[0]:
-            continue
-        # Where particles are closer to each other than pixels are, the window is often the last one again.
-        if not same(window, last):
-            common = 0 if kernel else overlap(last, window)
-            leaving = (last[2] - last[0]) * (last[3] - last[1]) - common
-            if leaving < common:
-                _change(bins, last, window, counts, -1)
-                _change(bins, window, last, counts, 1)
-            else:
-                counts[:] = 0
-                if kernel:
-                    _weigh(bins, window, counts)
-                else:
-                    _add(bins, window[0], window[1], window[2], window[3], counts, 1)
-            last[:] = window
-            value = _rho(counts, root_model)
-        found[order[place]] = value
-    return found
-
-
-@compiled
-def _change(
-    bins: NDArray[np.uint8],
-    one: NDArray[np.int64],
-    other: NDArray[np.int64],
-    counts: NDArray[np.int32],
-    sign: int,
-) -> None:
-    """Add the pixels of one window that are not in the other, of which the two share some, times the sign."""
-    top, bottom = max(one[1], other[1]), min(one[3], other[3])
-    _add(bins, one[0], one[1], one[2], top, counts, sign)
-    _add(bins, one[0], bottom, one[2], one[3], counts, sign)
-    _add(bins, one[0], top, min(other[0], one[2]), bottom, counts, sign)
-    _add(bins, max(other[2], one[0]), top, one[2], bottom, counts, sign)
-
-
-@compiled
-def _add(
-    bins: NDArray[np.uint8], left: int, top: int, right: int, bottom: int, counts: NDArray[np.int32], sign: int
-) -> None:
-    """Add the pixels of a rectangle, which may be empty, to the counts (LANES, 110), times the sign."""
-    first, second, third, fourth = counts[0], counts[1], counts[2], counts[3]
-    step = np.int32(sign)
-    for row in range(top, bottom):
-        line = bins[row]
-        column = left
-        while column + LANES <= right:
-            first[line[np.uint64(column)]] += step
-            second[line[np.uint64(column + 1)]] += step
-            third[line[np.uint64(column + 2)]] += step
-            fourth[line[np.uint64(column + 3)]] += step
-            column += LANES
-        while column < right:
-            first[line[np.uint64(column)]] += step
-            column += 1
-
-
-@compiled
-def _weigh(bins: NDArray[np.uint8], window: NDArray[np.int64], counts: NDArray[np.int32]) -> None:
-    """Add the pixels of a window to the counts (LANES, 110), each by Epanechnikov's kernel."""
-    across, down = window[6] + 0.5, window[7] + 0.5
-    first, second, third, fourth = counts[0], counts[1], counts[2], counts[3]
-    offs = np.empty(window[2] - window[0], np.int32)
-    for place in range(offs.shape[0]):
-        off = (window[0] + place - window[4]) / across
-        offs[place] = int(KERNEL_PEAK * (off * off))
-    weights = np.empty(offs.shape[0], np.int32)
-    for row in range(window[1], window[3]):
-        line = bins[row, window[0] : window[2]]
-        off = (row - window[5]) / down
-        level = np.int32(KERNEL_PEAK - int(KERNEL_PEAK * (off * off)))
-        for place in range(offs.shape[0]):
-            weights[place] = max(level - offs[place], np.int32(0)) >> np.int32(KERNEL_SHIFT)
-        column = 0
-        while column + LANES <= offs.shape[0]:
-            first[line[np.uint64(column)]] += weights[column]
-            second[line[np.uint64(column + 1)]] += weights[column + 1]
-            third[line[np.uint64(column + 2)]] += weights[column + 2]
-            fourth[line[np.uint64(column + 3)]] += weights[column + 3]
-            column += LANES
-        while column < offs.shape[0]:
-            first[line[np.uint64(column)]] += weights[column]
-            column += 1
-
-
-@compiled
-def _rho(counts: NDArray[np.int32], root_model: NDArray[np.float64]) -> float:
-    """Return the Bhattacharyya coefficient of counts (LANES, 110) and a model whose roots (110,) are given."""
-    roots = np.empty(BINS)
-    total = 0
-    for u in range(BINS):
-        number = counts[0, u] + counts[1, u] + counts[2, u] + counts[3, u]
-        total += number
-        roots[u] = np.sqrt(float(number))
-    return inner_product(roots, root_model) / np.sqrt(float(total)) if total > 0 else 0.0
-
-
-@compiled
-def _counts(
-    image_rgb: NDArray[np.uint8],
-    column: float,
-    row: float,
-    half_width: int,
-    half_height: int,
-    kernel: bool,
-    table: NDArray[np.uint8],
-) -> NDArray[np.int64]:
-    """Return the weights (110,) of a window's pixels in the bins."""
-    height, width, _ = image_rgb.shape
-    found = np.zeros(BINS, np.int64)
-    place = np.array((column, row, float(half_width), float(half_height)))
-    window = windows_around(place[:1], place[1:2], place[2:3], place[3:4], width, height)[0]
-    if window[2] <= window[0]:
-        return found
-    bins = _assign_bins(image_rgb, table, window[0], window[1], window[2], window[3])
-    window = shift(window, window[0], window[1])
-    counts = np.zeros((LANES, BINS), np.int32)
-    if kernel:
-        _weigh(bins, window, counts)
-    else:
-        _add(bins, window[0], window[1], window[2], window[3], counts, 1)
-    for u in range(BINS):
-        for lane in range(LANES):
-            found[u] += counts[lane, u]
+        if windows[n, 2] > windows[n, 0]:
+            moved[n] = shift(windows[n], left, top)
+            if frames[n, 2] > frames[n, 0]:
+                around[n] = shift(frames[n], left, top)
+    found = coefficients(bins, moved, root_model, background.weights, kernel, parts)
+    if background.contrast > 0.0:
+        lacking = lacking_contrast(bins, moved, around, background)
+        for n in range(windows.shape[0]):
+            found[n] = max(found[n] - background.contrast * lacking[n], 0.0)
     return found

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.likelihoods import histogram
+from pftrack.likelihoods.background import NO_BACKGROUND
 from pftrack.likelihoods.colour_bins import BINS, SPACES, Space, bin_table
 from pftrack.likelihoods.histogram import Window, fit, rho_map, shares, similarities, similarity
 
@@ -50,6 +51,8 @@ def weighed(places: np.ndarray, window: Window, model: np.ndarray, scales: np.nd
         bin_table("hsv"),
         np.sqrt(model),
         window.kernel,
+        window.parts,
+        NO_BACKGROUND,
     )
 
 

@@ -92,7 +92,7 @@ def _likeness(image_rgb: NDArray[np.uint8], state: HistogramState) -> Mesh:
     """Draw rho of windows all over the picture, from purple for 0 to yellow for 1."""
     height, width, _ = image_rgb.shape
     step = -(-max(height, width) // MAP_CELLS)
-    found = rho_map(image_rgb, state.window, state.space, state.model, step)
+    found = rho_map(image_rgb, state.window, state.space, state.model, step, state.background)
     rows, columns = found.shape
     across, down = np.meshgrid(np.linspace(0.0, width - 1.0, columns), np.linspace(0.0, height - 1.0, rows))
     vertices = at_height(np.column_stack([across.ravel(), down.ravel()]), 0.5)

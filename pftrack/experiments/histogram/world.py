@@ -4,6 +4,7 @@ Each bin of colour is a place on a floor, those of brightness stand in a row bef
 shares: as vectors of such roots both histograms have length 1, and the likeness rho is their scalar product.
 """
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -50,7 +51,7 @@ FACES = np.array([(a, *pair) for a, *rest in SIDES for pair in (rest[:2], rest[1
 
 def histogram_world(state: HistogramState, image_rgb: NDArray[np.uint8]) -> WorldDrawing:
     """Draw the model as outlined lids, and the window at the estimate as columns in the colours that they count."""
-    now = shares(image_rgb, state.estimate, state.window, state.space)
+    now = shares(image_rgb, state.estimate, replace(state.window, parts=(1, 1)), state.space)
     drawn: dict[str, Primitive] = {"floor": Links(_floor(), COLOURS["hidden"], 0.5, "histograms")}
     for name, place in zip(AXES[state.space], ((4.5, 0.0, -1.4), (10.2, 0.0, 4.5)), strict=True):
         drawn[name] = Text(np.array(place, np.float32), name, COLOURS["camera"], "histograms", anchor="middle")
@@ -61,8 +62,8 @@ def histogram_world(state: HistogramState, image_rgb: NDArray[np.uint8]) -> Worl
     faces = (FACES[None] + 8 * np.arange(len(seen))[:, None, None]).reshape(-1, 3).astype(np.int32)
     colours = np.repeat(_colours(state.space)[seen], 8, axis=0)
     drawn["now"] = Mesh(corners.reshape(-1, 3), faces, colours, 0.9, "histograms")
-    known = np.flatnonzero(state.model > LEAST_SHARE)
-    outlines = _boxes(known, np.sqrt(state.model[known]), MODEL_HALF_WIDTH)
+    known = np.flatnonzero(state.whole_model > LEAST_SHARE)
+    outlines = _boxes(known, np.sqrt(state.whole_model[known]), MODEL_HALF_WIDTH)
     drawn["model"] = Links(outlines[:, LID].reshape(-1, 2, 3), COLOURS["truth"], 1.5, "histograms")
     return WorldDrawing(HISTOGRAM_WORLD, drawn)
 

@@ -9,13 +9,14 @@ from dataclasses import replace
 import numpy as np
 
 from pftrack.likelihoods.colour_bins import bin_table
-from pftrack.likelihoods.histogram import similarities
+from pftrack.likelihoods.histogram import roots_of, similarities
 from pftrack.model.frame import Frame, Target
 from pftrack.model.tracker import Tracker
 from pftrack.numerics.compiled import read_only
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.random import Stream
-from pftrack.trackers.histogram.model import first_look, judge, model_of, with_model
+from pftrack.trackers.histogram.camera import first_view, follow_camera
+from pftrack.trackers.histogram.model import counted, first_look, judge, with_model
 from pftrack.trackers.histogram.parameters import HistogramTrackerParameters
 from pftrack.trackers.histogram.reports import SERIES, measure
 from pftrack.trackers.histogram.state import SIZE, HistogramState
@@ -36,9 +37,8 @@ def start(target: Target, frame: Frame, parameters: HistogramTrackerParameters, 
         _belief_at_rest(target.position[0], target.position[1], 0.0),
         2,
         look=look,
-        space=parameters.colour_space,
-        kernel=parameters.spatial_kernel,
-        model=model_of(look, parameters),
+        view=first_view(image, parameters),
+        **counted(look, parameters),
     )
     return judge(state, image, parameters)
 
@@ -47,7 +47,7 @@ def step(state: HistogramState, frame: Frame, parameters: HistogramTrackerParame
     """Go to the place within reach whose window is most like the model; the nearest among equals."""
     del rng
     image = picture_of(frame)
-    state = with_model(state, parameters)
+    state = follow_camera(with_model(state, parameters), image, parameters)
     reach = np.arange(-parameters.search_reach_px, parameters.search_reach_px + 1.0)
     across, down = (axis.ravel() for axis in np.meshgrid(reach, reach))
     nearest_first = np.argsort(across * across + down * down, kind="stable")
@@ -60,8 +60,10 @@ def step(state: HistogramState, frame: Frame, parameters: HistogramTrackerParame
         np.full(len(columns), float(window.reach_across_px)),
         np.full(len(columns), float(window.reach_down_px)),
         bin_table(state.space),
-        np.sqrt(state.model),
+        roots_of(state.model, state.background),
         window.kernel,
+        window.parts,
+        state.background,
     )
     best = int(found.argmax())
     moved = replace(

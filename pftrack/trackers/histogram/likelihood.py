@@ -5,8 +5,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.likelihoods.background import Background
 from pftrack.likelihoods.colour_bins import bin_table
-from pftrack.likelihoods.histogram import similarities
+from pftrack.likelihoods.histogram import roots_of, similarities
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.elementary import exponentials
 from pftrack.trackers.histogram.state import SIZE, HistogramState
@@ -27,6 +28,8 @@ class Packed(NamedTuple):
     half_height: float
     sharpness: float
     kernel: bool
+    parts: tuple[int, int]
+    background: Background
 
 
 def pack(state: HistogramState, sharpness: float) -> Packed:
@@ -34,11 +37,13 @@ def pack(state: HistogramState, sharpness: float) -> Packed:
     window = state.first_window
     return Packed(
         bin_table(state.space),
-        np.sqrt(state.model),
+        roots_of(state.model, state.background),
         float(window.reach_across_px),
         float(window.reach_down_px),
         float(sharpness),
         state.kernel,
+        state.parts,
+        state.background,
     )
 
 
@@ -56,7 +61,16 @@ def _log_likelihood(image_rgb: NDArray[np.uint8], states: NDArray[np.float64], t
     for n in range(count):
         half_widths[n], half_heights[n] = target.half_width * factors[n], target.half_height * factors[n]
     scores = similarities(
-        image_rgb, columns, rows, half_widths, half_heights, target.table, target.root_model, target.kernel
+        image_rgb,
+        columns,
+        rows,
+        half_widths,
+        half_heights,
+        target.table,
+        target.root_model,
+        target.kernel,
+        target.parts,
+        target.background,
     )
     for n in range(count):
         scores[n] = -target.sharpness * (1.0 - scores[n])

@@ -6,16 +6,21 @@ that is renewed forgets it little by little; when another space is chosen, it be
 
 from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.likelihoods.background import NO_BACKGROUND, Background, background_of
 from pftrack.likelihoods.colour_bins import Space
 from pftrack.likelihoods.histogram import Window, fit, shares, similarity
 from pftrack.trackers.histogram.parameters import HistogramTrackerParameters
 from pftrack.trackers.histogram.state import HistogramState, Look
 
-__all__ = ["first_likeness", "first_look", "judge", "with_model"]
+__all__ = ["counted", "first_likeness", "first_look", "judge", "model_of", "with_model"]
+
+SURROUNDINGS = 2
+"""Sides of the part of the picture that a first look keeps, in sides of the window."""
 
 
 def first_look(
@@ -25,10 +30,12 @@ def first_look(
     window = Window(int(parameters.window_width_px) // 2, int(parameters.window_height_px) // 2)
     height, width, _ = image_rgb.shape
     column, row = (int(np.floor(value + 0.5)) for value in position)
-    left, right = max(column - window.reach_across_px, 0), min(column + window.reach_across_px + 1, width)
-    top, bottom = max(row - window.reach_down_px, 0), min(row + window.reach_down_px + 1, height)
+    across, down = SURROUNDINGS * window.reach_across_px, SURROUNDINGS * window.reach_down_px
+    left, right = max(column - across, 0), min(column + across + 1, width)
+    top, bottom = max(row - down, 0), min(row + down + 1, height)
     patch = image_rgb[top:bottom, left:right].copy()
-    return Look(patch, np.array([column - left, row - top], np.float64), window)
+    size_px = parameters.window_width_px, parameters.window_height_px
+    return Look(patch, np.array([column - left, row - top], np.float64), window, size_px)
 
 
 def with_model(state: HistogramState, parameters: HistogramTrackerParameters) -> HistogramState:
@@ -37,21 +44,56 @@ def with_model(state: HistogramState, parameters: HistogramTrackerParameters) ->
     Raises:
         ValueError: Too little of the target's window lay within the picture.
     """
-    space, kernel = parameters.colour_space, parameters.spatial_kernel
-    if (state.space, state.kernel) == (space, kernel):
+    counting = parameters.colour_space, parameters.spatial_kernel, parts_of(parameters)
+    same = (state.space, state.kernel, state.parts) == counting
+    if same and state.background_use == _use(parameters):
         return state
-    return replace(state, space=space, kernel=kernel, model=model_of(state.look, parameters))
+    wanted = counted(state.first_look, parameters)
+    return replace(state, **({**wanted, "model": state.model} if same else wanted))
+
+
+def counted(look: Look, parameters: HistogramTrackerParameters) -> dict[str, Any]:
+    """Return how a target counts, by the names of a state's fields: space, kernel, parts, model and background."""
+    use = _use(parameters)
+    return {
+        "space": parameters.colour_space,
+        "kernel": parameters.spatial_kernel,
+        "parts": parts_of(parameters),
+        "model": model_of(look, parameters),
+        "background": _background(look, parameters.colour_space, parameters.spatial_kernel, *use),
+        "background_use": use,
+    }
+
+
+def _use(parameters: HistogramTrackerParameters) -> tuple[bool, float]:
+    """Return whether bins are weighed by the background, and how much contrast counts."""
+    return bool(parameters.weigh_background), float(parameters.surround_contrast)
+
+
+def parts_of(parameters: HistogramTrackerParameters) -> tuple[int, int]:
+    """Return into how many parts a window is divided, across and down."""
+    return int(parameters.parts_across), int(parameters.parts_down)
+
+
+@lru_cache(maxsize=64)
+def _background(look: Look, space: Space, kernel: bool, weigh: bool, contrast: float) -> Background:
+    """Return what the surroundings in the first picture tell, as far as it counts."""
+    if not (weigh or contrast > 0.0):
+        return NO_BACKGROUND
+    target = fit(look.patch_rgb, look.middle, replace(look.window, kernel=kernel), space)
+    reach = look.window.reach_across_px, look.window.reach_down_px
+    return background_of(look.patch_rgb, look.middle, reach, space, target, weigh=weigh, contrast=contrast)
 
 
 def model_of(look: Look | None, parameters: HistogramTrackerParameters) -> NDArray[np.float64]:
-    """Return the model (110,) of a look.
+    """Return the model (110 in each part) of a look.
 
     Raises:
         ValueError: There is none, or too little of the window lay within the picture.
     """
     if look is None:
         raise ValueError("a target's model is made of its first look, got a state without one")
-    window = replace(look.window, kernel=parameters.spatial_kernel)
+    window = replace(look.window, kernel=parameters.spatial_kernel, parts=parts_of(parameters))
     return fit(look.patch_rgb, look.middle, window, parameters.colour_space)
 
 
@@ -59,13 +101,14 @@ def first_likeness(state: HistogramState) -> float:
     """Return rho between the model and the first look: 1 until something is renewed, and less as the model drifts."""
     if state.look is None:
         return 1.0
-    return min(float((np.sqrt(state.model) * _first_roots(state.look, state.space, state.kernel)).sum()), 1.0)
+    first = _first_roots(state.look, state.space, state.kernel, state.parts)
+    return min(float((np.sqrt(state.model) * first).sum()), 1.0)
 
 
 @lru_cache(maxsize=64)
-def _first_roots(look: Look, space: Space, kernel: bool) -> NDArray[np.float64]:
-    """Return the square roots (110,) of what a first look counts to."""
-    return np.sqrt(fit(look.patch_rgb, look.middle, replace(look.window, kernel=kernel), space))
+def _first_roots(look: Look, space: Space, kernel: bool, parts: tuple[int, int]) -> NDArray[np.float64]:
+    """Return the square roots (110 in each part) of what a first look counts to."""
+    return np.sqrt(fit(look.patch_rgb, look.middle, replace(look.window, kernel=kernel, parts=parts), space))
 
 
 def judge(
@@ -76,7 +119,7 @@ def judge(
     What is renewed by mistake is followed from then on, so only a window that is like the model counts, and only while
     the particles agree where it is.
     """
-    likeness = similarity(image_rgb, state.estimate, state.window, state.space, state.model)
+    likeness = similarity(image_rgb, state.estimate, state.window, state.space, state.model, state.background)
     missed = state.missed + 1 if likeness < parameters.lost_likeness else 0
     searching = bool(parameters.find_again and missed >= parameters.lost_after_frames)
     state = replace(state, likeness=likeness, missed=missed, searching=searching)

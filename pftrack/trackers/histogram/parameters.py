@@ -82,6 +82,34 @@ class _Motion(Parameters):
         group=MODEL,
         trackers=("pc-pf",),
     )
+    wide_share: float = parameter(
+        0,
+        "Wide share",
+        "Share of the particles that the wide noise moves, for jumps that no velocity foretells.",
+        ge=0,
+        le=0.5,
+        step=0.05,
+        group=MODEL,
+        trackers=PARTICLE,
+    )
+    wide_noise_px: float = parameter(
+        12,
+        "Wide noise",
+        "Standard deviation of the noise on the position of that share, each frame and axis.",
+        unit="px",
+        ge=0.01,
+        le=500,
+        step=0.5,
+        group=MODEL,
+        trackers=PARTICLE,
+    )
+    follow_camera: bool = parameter(
+        False,
+        "Follow the camera",
+        "Move all places as the whole picture has moved since the last frame, by block matching; the target must not "
+        "fill it.",
+        group=MODEL,
+    )
     initial_velocity_px: float = parameter(
         1,
         "Initial velocity",
@@ -148,6 +176,39 @@ class _Colour(Parameters):
         False,
         "Weigh the middle",
         "Count pixels in the middle of the window more than those near its edge, by Epanechnikov's kernel.",
+        group=COLOUR,
+    )
+    parts_across: int = parameter(
+        1,
+        "Parts across",
+        "Into how many columns of parts the window is divided, each with a histogram of its own.",
+        ge=1,
+        le=4,
+        step=1,
+        group=COLOUR,
+    )
+    parts_down: int = parameter(
+        1,
+        "Parts down",
+        "Into how many rows of parts the window is divided.",
+        ge=1,
+        le=6,
+        step=1,
+        group=COLOUR,
+    )
+    weigh_background: bool = parameter(
+        False,
+        "Weigh against the background",
+        "Count colours less that were also around the target in the first picture.",
+        group=COLOUR,
+    )
+    surround_contrast: float = parameter(
+        0,
+        "Contrast",
+        "How much likeness it costs if a window stands out from its surroundings less than the first one did.",
+        ge=0,
+        le=2,
+        step=0.05,
         group=COLOUR,
     )
     window_width_px: float = parameter(

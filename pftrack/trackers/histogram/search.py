@@ -31,7 +31,7 @@ def search(
     """Look for the target all over a picture, and begin again where it is found."""
     window = state.first_window
     step = max(min(window.size_px) // STEPS_A_WINDOW, 1)
-    found = rho_map(image_rgb, window, state.space, state.model, step)
+    found = rho_map(image_rgb, window, state.space, state.model, step, state.background)
     rows, columns = np.unravel_index(np.arange(found.size), found.shape)
     places = np.column_stack([columns, rows]) * float(step) + step // 2
     best = int(found.argmax())

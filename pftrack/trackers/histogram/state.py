@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.likelihoods.background import NO_BACKGROUND, Background
 from pftrack.likelihoods.colour_bins import BINS, Space
 from pftrack.likelihoods.histogram import Window
 from pftrack.numerics.elementary import exponential
@@ -24,14 +25,16 @@ class Look:
     """What the target looked like when it was marked.
 
     Attributes:
-        patch_rgb: (h, w, 3) the window's part of the picture.
+        patch_rgb: (h, w, 3) the part of the picture in which the window and its surroundings lie.
         middle: (2,) of the window within the patch, px.
-        window: Its shape; the kernel is chosen later.
+        window: Its shape; kernel and parts are chosen later.
+        size_px: Width and height as they were marked; those of the window are odd.
     """
 
     patch_rgb: NDArray[np.uint8]
     middle: NDArray[np.float64]
     window: Window
+    size_px: tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +45,11 @@ class HistogramState(PointState):
         look: How the target looked first.
         space: Of the colours that the model counts.
         kernel: Whether it counts the middle more.
-        model: q (110,).
+        parts: Into how many parts it divides the window, across and down.
+        model: q (110 in each part).
+        background: What is around the target, as far as it counts.
+        background_use: Whether bins are weighed by it, and how much contrast counts.
+        view: The last picture, small and grey, if the camera is followed.
         likeness: rho of the window at the estimate.
         missed: For how many frames in a row that has been too low.
         searching: Whether the target is lost, and looked for.
@@ -51,7 +58,11 @@ class HistogramState(PointState):
     look: Look | None = None
     space: Space = "hsv"
     kernel: bool = False
+    parts: tuple[int, int] = (1, 1)
     model: NDArray[np.float64] = field(default_factory=lambda: np.full(BINS, 1.0 / BINS))
+    background: Background = NO_BACKGROUND
+    background_use: tuple[bool, float] = (False, 0.0)
+    view: NDArray[np.uint8] | None = None
     likeness: float = 1.0
     missed: int = 0
     searching: bool = False
@@ -68,7 +79,7 @@ class HistogramState(PointState):
         half_width, half_height = (
             int(np.floor(self.scale * half + 0.5)) for half in (first.reach_across_px, first.reach_down_px)
         )
-        return Window(half_width, half_height, self.kernel)
+        return Window(half_width, half_height, self.kernel, self.parts)
 
     @property
     def first_window(self) -> Window:
@@ -77,12 +88,27 @@ class HistogramState(PointState):
         Raises:
             ValueError: The state was made without a target.
         """
+        first = self.first_look.window
+        return Window(first.reach_across_px, first.reach_down_px, self.kernel, self.parts)
+
+    @property
+    def first_look(self) -> Look:
+        """How the target looked first.
+
+        Raises:
+            ValueError: The state was made without a target.
+        """
         if self.look is None:
             raise ValueError("a target's window is known from its start on, got a state without one")
-        return Window(self.look.window.reach_across_px, self.look.window.reach_down_px, self.kernel)
+        return self.look
+
+    @property
+    def whole_model(self) -> NDArray[np.float64]:
+        """The model of all parts together, (110,)."""
+        return np.asarray(self.model.reshape(-1, BINS).sum(axis=0))
 
     @property
     def box_px(self) -> tuple[float, float]:
-        """Width and height of the window at the estimate, px."""
-        first = self.first_window
-        return self.scale * first.size_px[0], self.scale * first.size_px[1]
+        """Width and height of what was marked, at the size of the estimate, px."""
+        width, height = self.first_look.size_px
+        return self.scale * width, self.scale * height

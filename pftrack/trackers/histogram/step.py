@@ -18,9 +18,10 @@ from pftrack.numerics.compiled import read_only
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.random import Stream
 from pftrack.particles import ParticleSet, normalise
+from pftrack.trackers.histogram.camera import first_view, follow_camera
 from pftrack.trackers.histogram.greedy import GREEDY
 from pftrack.trackers.histogram.likelihood import HISTOGRAM, pack
-from pftrack.trackers.histogram.model import first_look, judge, model_of, with_model
+from pftrack.trackers.histogram.model import counted, first_look, judge, with_model
 from pftrack.trackers.histogram.parameters import HistogramTrackerParameters
 from pftrack.trackers.histogram.reports import PARTICLE_SERIES, measure_particles
 from pftrack.trackers.histogram.search import search
@@ -44,9 +45,8 @@ def start(target: Target, frame: Frame, parameters: HistogramTrackerParameters, 
         Gaussian(np.zeros(DIMENSION), np.eye(DIMENSION)),
         2,
         look=look,
-        space=parameters.colour_space,
-        kernel=parameters.spatial_kernel,
-        model=model_of(look, parameters),
+        view=first_view(image, parameters),
+        **counted(look, parameters),
     )
     known = pack(state, parameters.sharpness)
     log_weights, log_sum = normalise(HISTOGRAM.log_likelihood(read_only(image), coordinates.T, known))
@@ -61,7 +61,7 @@ def step(
 ) -> HistogramState:
     """Take one frame by prediction, by observation, or by what the rule makes of the last posterior."""
     image = picture_of(frame)
-    state = with_model(state, parameters)
+    state = follow_camera(with_model(state, parameters), image, parameters)
     if state.searching and parameters.find_again:
         return search(state, image, parameters, rng)
     state = replace(state, particles=particles_of(state, parameters, rng))
@@ -78,7 +78,7 @@ def fold_loop(
     first_frame: int,
 ) -> Fold | None:
     """Take many frames at once, unless something is to be decided or learned between them."""
-    if parameters.follow_size or parameters.find_again or parameters.renewal_rate > 0.0:
+    if parameters.follow_size or parameters.follow_camera or parameters.find_again or parameters.renewal_rate > 0.0:
         return None
     result = _loop(rule, state, pictures_rgb, parameters, seed, first_frame)
     last = judge(advance(state, result), pictures_rgb[-1], parameters)
@@ -104,11 +104,17 @@ def _loop(
         state.sigma,
         _motion(parameters),
         pack(state, parameters.sharpness),
-        scheme(rule, parameters),
+        scheme(rule, parameters, *_wide(parameters)),
         seed,
         first_frame,
     )
     return result
+
+
+def _wide(parameters: HistogramTrackerParameters) -> tuple[int, float]:
+    """Return which of how many particles moves further, 0 for none, and how many times as far."""
+    every = round(1.0 / parameters.wide_share) if parameters.wide_share > 0.0 else 0
+    return every, parameters.wide_noise_px / parameters.process_noise_px
 
 
 @lru_cache(maxsize=64)

@@ -44,7 +44,11 @@ class Rule(IntEnum):
 
 
 class Scheme(NamedTuple):
-    """How particles are drawn and weighed; thresholds in px."""
+    """How particles are drawn and weighed; thresholds in px.
+
+    One in `wide_every` particles gets noise on its position that is `wide_factor` times as large: a mixture of two
+    process noises, drawn in strata. Where the posterior is in doubt and all noise is large, there is no such share.
+    """
 
     rule: int
     sample_count: int
@@ -55,6 +59,8 @@ class Scheme(NamedTuple):
     balanced: bool
     resampling: int
     threshold: float
+    wide_every: int
+    wide_factor: float
 
 
 class Motion(NamedTuple):
@@ -152,7 +158,9 @@ def _loop(
         else:
             ancestors = np.arange(scheme.sample_count)
         normals = standard_normals(*place, TRACK, draws, scheme.sample_count * noise.shape[1])
-        states = diffuse(centres, ancestors, noise, normals.reshape(noise.shape[1], scheme.sample_count))
+        normals = normals.reshape(noise.shape[1], scheme.sample_count)
+        _widen(normals, scheme, alert[t])
+        states = diffuse(centres, ancestors, noise, normals)
         scores = _log_likelihood(picture, states, likelihood)
         if by_observation > 0 and scheme.corrected:
             scores += correction(log_g[ancestors], log_mean_g, scheme.sample_count - by_observation, scheme.balanced)
@@ -212,6 +220,15 @@ def _choose(scheme: Scheme, sigma: NDArray[np.float64]) -> tuple[int, bool]:
         by_observation = soft(sigma, scheme.gamma_min, scheme.gamma_max, scheme.sample_count)
         return by_observation, by_observation > 0
     return 0, scheme.rule == Rule.NOISE and exceeds(sigma, scheme.gamma)
+
+
+@compiled
+def _widen(normals: NDArray[np.float64], scheme: Scheme, alert: bool) -> None:
+    """Make the noise on the position (the first two rows) of some of the particles larger."""
+    if scheme.wide_every > 0 and not (scheme.rule == Rule.NOISE and alert):
+        for n in range(0, scheme.sample_count, scheme.wide_every):
+            for axis in range(2):
+                normals[axis, n] *= scheme.wide_factor
 
 
 @compiled

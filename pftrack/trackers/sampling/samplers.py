@@ -99,8 +99,15 @@ SAMPLERS = (
 
 
 @lru_cache(maxsize=64)
-def scheme(rule: Rule, parameters: Any) -> Scheme:  # noqa: ANN401 - a model with the parameters of `sampling.parameters`
-    """Return how particles are drawn and weighed by a rule."""
+def scheme(rule: Rule, parameters: Any, wide_every: int = 0, wide_factor: float = 1.0) -> Scheme:  # noqa: ANN401
+    """Return how particles are drawn and weighed by a rule.
+
+    Args:
+        rule: How the samplers are chosen.
+        parameters: A model with those of `sampling.parameters`.
+        wide_every: One of so many particles moves further than the others; 0 if none does.
+        wide_factor: How many times as far.
+    """
     return Scheme(
         rule.value,
         parameters.sample_count,
@@ -112,6 +119,8 @@ def scheme(rule: Rule, parameters: Any) -> Scheme:  # noqa: ANN401 - a model wit
         parameters.apf_weights == "balanced",
         list(RESAMPLERS).index(parameters.resampling),
         float(parameters.resampling_threshold),
+        wide_every,
+        float(wide_factor),
     )
 
 
