@@ -14,6 +14,7 @@ from pftrack.experiment import ExampleSweep, Experiment, Setup
 from pftrack.experiments.histogram.failures import FAILURES
 from pftrack.experiments.histogram.measures import HELD_AT_END
 from pftrack.experiments.histogram.presets import PRESETS
+from pftrack.experiments.histogram.settings import PICTURES
 from pftrack.experiments.histogram.sketch import LAYERS, draw
 from pftrack.experiments.histogram.suitability import suits
 from pftrack.experiments.histogram.world import HISTOGRAM_WORLD
@@ -54,8 +55,9 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
     """Wire a recording: the window is the box, and lengths are scaled to it.
 
     A box holds background in its corners, which differs from place to place, so the middle of the window is weighed
-    more; and real targets move and turn faster for their size than the simulated one, under a sharper likelihood. All
-    of these are starting values: every parameter but the window's is live.
+    more, and colours less that are around the target as well; what has an upper and a lower end is counted in parts;
+    and real targets and cameras move and turn faster than simulated ones. All of these are starting values: every
+    parameter but the window's is live.
 
     Args:
         sequence: The pictures.
@@ -84,15 +86,7 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
             "gamma_px": min(0.2 * side, 1000.0),
             "gamma_min_px": min(0.15 * side, 1000.0),
             "gamma_max_px": min(0.5 * side, 1000.0),
-            "sharpness": 50,
-            "spatial_kernel": True,
-            "parts_across": 2,
-            "parts_down": 3,
-            "weigh_background": True,
-            "surround_contrast": 0.2,
-            "follow_size": True,
-            "follow_camera": True,
-            "wide_share": 0.1,
+            **PICTURES,
             "wide_noise_px": min(max(0.35 * side, 1.0), 500.0),
             "distracter_colour": chromaticity.median_colour(sequence.picture(start), box),
         },

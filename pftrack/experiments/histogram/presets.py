@@ -1,6 +1,7 @@
 """Starting points on the lawn; what each says to watch holds for its own seed."""
 
 from pftrack.experiment import Preset
+from pftrack.experiments.histogram.settings import LECTURE, PICTURES
 
 __all__ = ["PRESETS"]
 
@@ -13,6 +14,28 @@ PRESETS = (
         watch=(
             "Watch frames 87 to 96: nothing of the target is seen, and the cloud drifts on behind the column, wider "
             "and wider, until it meets the target on the other side."
+        ),
+    ),
+    Preset(
+        "lecture",
+        "works: the lecture's settings",
+        "condensation",
+        LECTURE,
+        about=("sharpness", "spatial_kernel"),
+        watch=(
+            "Watch the same as before: the lawn has these values by itself. A recording begins with others, and with "
+            "this preset it is followed as the lecture would."
+        ),
+    ),
+    Preset(
+        "pictures",
+        "works: the settings of recordings",
+        "condensation",
+        PICTURES,
+        about=("sharpness", "parts_down", "surround_contrast"),
+        watch=(
+            "Watch the box: it has a size of its own and is counted in two by three parts, and colours that the lawn "
+            "has as well count less."
         ),
     ),
     Preset(

@@ -1,0 +1,50 @@
+"""Two sets of values: those of the lecture, which the lawn has, and the best that we know, which recordings have.
+
+The lawn keeps those of the lecture: it is the lecture's scene, and what it shows (a sharp likelihood that clings, a
+velocity that carries) would be hidden by what helps on real pictures.
+"""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from pftrack.model.parameters import Value
+
+__all__ = ["LECTURE", "PICTURES"]
+
+LECTURE: Mapping[str, Value] = MappingProxyType(
+    {
+        "sample_count": 300,
+        "sharpness": 20,
+        "colour_space": "hsv",
+        "spatial_kernel": False,
+        "parts_across": 1,
+        "parts_down": 1,
+        "weigh_background": False,
+        "surround_contrast": 0,
+        "process_noise_px": 1.5,
+        "velocity_noise_px": 0.3,
+        "velocity_retention": 1,
+        "initial_velocity_px": 1,
+        "wide_share": 0,
+        "follow_size": False,
+        "follow_camera": False,
+        "find_again": False,
+        "renewal_rate": 0,
+    }
+)
+"""One histogram of all pixels alike, constant velocity and a window that keeps its size (Kagami 2012)."""
+
+PICTURES: Mapping[str, Value] = MappingProxyType(
+    {
+        "sharpness": 50,
+        "spatial_kernel": True,
+        "parts_across": 2,
+        "parts_down": 3,
+        "weigh_background": True,
+        "surround_contrast": 0.2,
+        "follow_size": True,
+        "follow_camera": True,
+        "wide_share": 0.1,
+    }
+)
+"""Parts, colours beside their background, contrast, size and camera; each helped on clips that were chosen by."""
