@@ -344,9 +344,11 @@ def test_what_is_found_is_found_without_an_offset() -> None:
     assert np.hypot(*(after.estimate - [135, 125])) < 2
 
 
-@pytest.mark.parametrize("values", [{"renewal_rate": 0.1}, {"find_again": True}, {"follow_size": True}])
+@pytest.mark.parametrize(
+    "values", [{"renewal_rate": 0.1}, {"find_again": True}, {"follow_size": True}, {"follow_camera": True}]
+)
 def test_what_is_decided_between_frames_is_not_folded(values: dict[str, Any]) -> None:
-    """Renewal, search and size take frames one by one."""
+    """Renewal, search, size and camera take frames one by one."""
     parameters, pictures = revise(SMALL, values), np.stack([patch(40, 40).image_rgb] * 2)
     fold = TRACKERS["condensation"].fold
     assert fold is not None
@@ -376,3 +378,54 @@ def test_a_model_is_its_first_look_until_it_is_renewed() -> None:
     expected = np.sqrt(first * renewed.current.state.model).sum()
     assert renewed.diagnostics[-1].number("first_likeness") == pytest.approx(expected, abs=1e-12)
     assert expected < 0.999
+
+
+def test_some_particles_move_further() -> None:
+    """One in five gets the wide noise, the others the usual one; while all noise is large there is no such share."""
+    wide = revise(SMALL, {"process_noise_px": 0.5, "velocity_noise_px": 0, "wide_share": 0.2, "wide_noise_px": 50})
+    state = begun(wide)
+    after = TRACKERS["condensation"].step(state, patch(40, 40), wide, Stream(1, 1, Purpose.TRACK))
+    parents = state.particles.states[after.particles.ancestors]
+    off = np.abs(after.particles.states[:, :2] - parents[:, :2] - parents[:, 2:4])
+    assert off[::5].max() > 20
+    assert np.delete(off, np.s_[::5], axis=0).max() < 3
+
+
+def test_the_camera_is_followed() -> None:
+    """A picture that jumps by 20 px takes the cloud along; without that, the cloud is left behind."""
+    rng = np.random.default_rng(0)
+    ground = np.repeat(np.repeat(rng.integers(40, 90, (30, 40, 1), np.uint8), 8, axis=0), 8, axis=1)
+    world = np.repeat(ground, 3, axis=2)
+    world[110:127, 140:157] = (230, 30, 30)
+    off = {}
+    for follow in (False, True):
+        parameters = revise(SMALL, {"follow_camera": follow, "process_noise_px": 0.5, "velocity_noise_px": 0})
+        first = np.ascontiguousarray(world[60:180, 80:240])
+        later = np.ascontiguousarray(world[50:170, 60:220])
+        for tracker in ("condensation", "greedy"):
+            state = TRACKERS[tracker].start(
+                Target(np.array([68.0, 58.0]), 17.0),
+                Frame(0, 0.0, image_rgb=first),
+                parameters,
+                Stream(1, 0, Purpose.START),
+            )
+            state = TRACKERS[tracker].step(
+                state, Frame(1, 0.1, image_rgb=later), parameters, Stream(1, 1, Purpose.TRACK)
+            )
+            off[tracker, follow] = float(np.hypot(*(state.estimate - (88.0, 68.0))))
+    assert max(off["condensation", True], off["greedy", True]) < 3
+    assert min(off["condensation", False], off["greedy", False]) > 10
+
+
+def test_ways_of_counting_may_change_in_mid_run() -> None:
+    """Parts, weights and contrast take effect in the next frame, and back again."""
+    state, plain = begun(), begun()
+    parts = revise(SMALL, {"parts_across": 2, "parts_down": 3, "weigh_background": True, "surround_contrast": 0.2})
+    state = TRACKERS["condensation"].step(state, patch(40, 40), parts, Stream(1, 1, Purpose.TRACK))
+    assert state.parts == (2, 3)
+    assert len(state.model) == 6 * len(plain.model)
+    assert np.allclose(state.whole_model, plain.model)
+    assert state.background.contrast == 0.2
+    state = TRACKERS["condensation"].step(state, patch(40, 40), SMALL, Stream(1, 2, Purpose.TRACK))
+    assert np.array_equal(state.model, plain.model)
+    assert state.background_use == (False, 0.0)
