@@ -36,13 +36,14 @@ LECTURE: Mapping[str, Value] = MappingProxyType(
 
 PICTURES: Mapping[str, Value] = MappingProxyType(
     {
-        "sharpness": 50,
+        "sharpness": 70,
         "spatial_kernel": True,
         "parts_across": 2,
         "parts_down": 3,
         "weigh_background": True,
-        "surround_contrast": 0.2,
+        "surround_contrast": 0.4,
         "follow_size": True,
+        "size_noise": 0.012,
         "follow_camera": True,
         "wide_share": 0.1,
     }
