@@ -5,6 +5,9 @@ from pftrack.experiments.histogram.settings import LECTURE, PICTURES
 
 __all__ = ["PRESETS"]
 
+ABOUT = ("sharpness", "parts_down", "weigh_background", "surround_contrast", "follow_size")
+"""Of the lecture's settings and those of recordings, what is worth turning."""
+
 PRESETS = (
     Preset(
         "works",
@@ -21,7 +24,8 @@ PRESETS = (
         "works: the lecture's settings",
         "condensation",
         LECTURE,
-        about=("sharpness", "spatial_kernel"),
+        about=ABOUT,
+        scene=tuple(name for name in LECTURE if name not in ABOUT),
         watch=(
             "Watch the same as before: the lawn has these values by itself. A recording begins with others, and with "
             "this preset it is followed as the lecture would."
@@ -32,7 +36,8 @@ PRESETS = (
         "works: the settings of recordings",
         "condensation",
         PICTURES,
-        about=("sharpness", "parts_down", "surround_contrast"),
+        about=ABOUT,
+        scene=tuple(name for name in PICTURES if name not in ABOUT),
         watch=(
             "Watch the box: it has a size of its own and is counted in two by three parts, and colours that the lawn "
             "has as well count less."

@@ -13,7 +13,6 @@ __all__ = ["LECTURE", "PICTURES"]
 
 LECTURE: Mapping[str, Value] = MappingProxyType(
     {
-        "sample_count": 300,
         "sharpness": 20,
         "colour_space": "hsv",
         "spatial_kernel": False,
@@ -21,10 +20,7 @@ LECTURE: Mapping[str, Value] = MappingProxyType(
         "parts_down": 1,
         "weigh_background": False,
         "surround_contrast": 0,
-        "process_noise_px": 1.5,
-        "velocity_noise_px": 0.3,
         "velocity_retention": 1,
-        "initial_velocity_px": 1,
         "wide_share": 0,
         "follow_size": False,
         "follow_camera": False,
@@ -32,7 +28,10 @@ LECTURE: Mapping[str, Value] = MappingProxyType(
         "renewal_rate": 0,
     }
 )
-"""One histogram of all pixels alike, constant velocity and a window that keeps its size (Kagami 2012)."""
+"""One histogram of all pixels alike, constant velocity and a window that keeps its size (Kagami 2012).
+
+Lengths are not among them: those of the lawn are the defaults, and those of a recording fit its box.
+"""
 
 PICTURES: Mapping[str, Value] = MappingProxyType(
     {

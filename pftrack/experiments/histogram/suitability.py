@@ -17,6 +17,8 @@ from pftrack.numerics.elementary import exponential
 
 __all__ = ["suits"]
 
+SHARPNESS = 50.0
+"""Lambda for which the grades were set, of a window without parts; trackers may have another."""
 STEPS_A_WINDOW = 6
 """So many places are looked at along the shorter side of a window."""
 
@@ -45,7 +47,6 @@ class _View:
         self._pictures = [sequence.picture(number) for number in frames_of_a_second(sequence, footage.start)]
         self._box = Box.model_validate(footage.mark).corner_and_size
         self._reach = int(parameters.window_width_px) // 2, int(parameters.window_height_px) // 2
-        self._sharpness = float(parameters.sharpness)
 
     def separation(self, space: Space, kernel: bool) -> tuple[NDArray[np.float64], Separation]:
         """Return the likelihood over the first picture, and how it separates the target, for a way of counting."""
@@ -56,7 +57,7 @@ class _View:
         step = max(min(window.size_px) // STEPS_A_WINDOW, 1)
 
         def likelihood(picture: NDArray[np.uint8]) -> NDArray[np.float64]:
-            return exponential(self._sharpness * (rho_map(picture, window, space, model, step) - 1.0))
+            return exponential(SHARPNESS * (rho_map(picture, window, space, model, step) - 1.0))
 
         begun = likelihood(first)
         scaled = x / step, y / step, w / step, h / step
