@@ -3,7 +3,8 @@
 - `step`: the trackers by name, out of those of `pftrack.trackers.sampling`; `likelihood`: what they weigh particles by;
   `greedy`: a search for the best place near the last one, which predicts nothing;
 - `state`: what is known of the target; `model`: what it looked like, and how that is renewed;
-- `search`: how a lost target is noticed and found again; `parameters`: all that can be set.
+- `search`: how a lost target is noticed and found again; `camera`: how a camera that moves is followed;
+- `parameters` and `motion`: all that can be set.
 """
 
 __all__: list[str] = []

@@ -2,6 +2,7 @@
 
 from pftrack.likelihoods.colour_bins import Space
 from pftrack.model.parameters import Parameters, parameter
+from pftrack.trackers.histogram.motion import PARTICLE, MotionParameters
 from pftrack.trackers.parameters import loss_share, particle_count
 from pftrack.trackers.sampling.parameters import (
     SAMPLING,
@@ -14,9 +15,6 @@ from pftrack.trackers.sampling.parameters import (
 
 __all__ = ["SCORING", "HistogramTrackerParameters"]
 
-PARTICLE = ("condensation", "apf", "pc-pf", "h-spf", "s-spf")
-
-MODEL = "Motion model"
 COLOUR = "Colour model"
 LOSS = "Loss and renewal"
 SCORING = "Scoring"
@@ -34,122 +32,6 @@ class _Switching(SwitchingParameters):
     gamma_px: float = gamma(6)
     gamma_min_px: float = gamma_min(5)
     gamma_max_px: float = gamma_max(12)
-
-
-class _Motion(Parameters):
-    """How the target is expected to move."""
-
-    process_noise_px: float = parameter(
-        1.5,
-        "Process noise",
-        "Standard deviation of the noise on the position, each frame and axis.",
-        unit="px",
-        ge=0.01,
-        le=200,
-        step=0.1,
-        group=MODEL,
-        trackers=PARTICLE,
-    )
-    velocity_noise_px: float = parameter(
-        0.3,
-        "Velocity noise",
-        "Standard deviation of the noise on the velocity, each frame and axis.",
-        unit="px/frame",
-        ge=0,
-        le=100,
-        step=0.05,
-        group=MODEL,
-        trackers=PARTICLE,
-    )
-    velocity_retention: float = parameter(
-        1.0,
-        "Velocity retention",
-        "Share of the velocity kept from frame to frame: 1 is constant velocity, 0 a random walk.",
-        ge=0,
-        le=1,
-        step=0.05,
-        group=MODEL,
-        trackers=PARTICLE,
-    )
-    large_process_noise_px: float = parameter(
-        5,
-        "Large process noise",
-        "Noise on the position while the posterior is wider than gamma.",
-        unit="px",
-        ge=0.01,
-        le=200,
-        step=0.1,
-        group=MODEL,
-        trackers=("pc-pf",),
-    )
-    wide_share: float = parameter(
-        0,
-        "Wide share",
-        "Share of the particles that the wide noise moves, for jumps that no velocity foretells.",
-        ge=0,
-        le=0.5,
-        step=0.05,
-        group=MODEL,
-        trackers=PARTICLE,
-    )
-    wide_noise_px: float = parameter(
-        12,
-        "Wide noise",
-        "Standard deviation of the noise on the position of that share, each frame and axis.",
-        unit="px",
-        ge=0.01,
-        le=500,
-        step=0.5,
-        group=MODEL,
-        trackers=PARTICLE,
-    )
-    follow_camera: bool = parameter(
-        False,
-        "Follow the camera",
-        "Move all places as the whole picture has moved since the last frame, by block matching; the target must not "
-        "fill it.",
-        group=MODEL,
-    )
-    initial_velocity_px: float = parameter(
-        1,
-        "Initial velocity",
-        "Standard deviation of the particles' velocities at the start.",
-        unit="px/frame",
-        ge=0,
-        le=100,
-        step=0.1,
-        live=False,
-        group=MODEL,
-        trackers=PARTICLE,
-    )
-    follow_size: bool = parameter(
-        False,
-        "Follow the size",
-        "Let the size of the window be part of the state; switched off, each particle keeps the size it has.",
-        group=MODEL,
-        trackers=PARTICLE,
-    )
-    size_noise: float = parameter(
-        0.02,
-        "Size noise",
-        "Standard deviation of the noise on the logarithm of the size, each frame, while it is followed.",
-        ge=0,
-        le=1,
-        step=0.005,
-        group=MODEL,
-        trackers=PARTICLE,
-    )
-    search_reach_px: int = parameter(
-        8,
-        "Search reach",
-        "How far from the last place the greedy search looks, across and down.",
-        unit="px",
-        ge=1,
-        le=64,
-        step=1,
-        group=MODEL,
-        trackers=("greedy",),
-    )
 
 
 class _Colour(Parameters):
@@ -306,5 +188,5 @@ class _Scoring(Parameters):
     lost_share: float = loss_share(0, group=SCORING)
 
 
-class HistogramTrackerParameters(_Scoring, _Loss, _Colour, _Motion, _Switching, _Sampling):
+class HistogramTrackerParameters(_Scoring, _Loss, _Colour, MotionParameters, _Switching, _Sampling):
     """Everything that can be turned on the trackers by colour histograms."""
