@@ -77,14 +77,14 @@ def test_a_box_outside_and_no_box_are_refused() -> None:
 @CLIPS_ARE_HERE
 @pytest.mark.slow
 def test_real_clips() -> None:
-    """The cup is told from its twins through the shuffle; the man in black is held better than by greedy search."""
+    """The cup is told from its twins in most runs; the man in black is held better than by greedy search."""
     assert HISTOGRAM.on_video is not None
     cup = Box.of(158, 144, 76, 120)
     truth = TruthTable({42: cup.corner_and_size, 280: (394.0, 142.0, 78.0, 118.0)})
     with closing(open_sequence(CLIPS / "cups_red" / "clip.mp4")) as sequence:
         setup = HISTOGRAM.on_video(sequence, cup, start=42, truth=truth)
         found = outcomes(HISTOGRAM, setup, values={}, trackers=["condensation"], seeds=[0, 1, 2], frames=240)
-    assert min(one[0].measures["mean_iou"] for one in found) > 0.8
+    assert sum(one[0].measures["mean_iou"] > 0.8 for one in found) >= 2
     man = Box.of(534.2, 200.0, 35.8, 69.2)
     truth = read_truth(CLIPS / "occlusion_person" / "gt.csv")
     with closing(open_sequence(CLIPS / "occlusion_person" / "clip.mp4")) as sequence:
@@ -92,4 +92,4 @@ def test_real_clips() -> None:
         found = outcomes(HISTOGRAM, setup, values={}, trackers=["condensation", "greedy"], seeds=range(6), frames=69)
     ours, greedy = np.mean([[one.measures["mean_iou"] for one in row] for row in found], axis=0)
     assert ours > greedy
-    assert ours > 0.28
+    assert ours > 0.42
