@@ -35,7 +35,7 @@ def reproduce(
 ) -> None:
     """Compute published results again and compare them within their tolerances."""
     processes = whole("--jobs", jobs or str(os.cpu_count() or 1), 1, 256)
-    from pftrack.reproduce import RESULTS
+    from pftrack.reproduce import RESULTS, describe_verdicts
     from pftrack.reproduce import reproduce as compute
 
     for name in results or ():
@@ -47,11 +47,11 @@ def reproduce(
     if json:
         emit(findings)
     else:
-        columns = "result", "ours", "reference", "tolerance", "status", "source"
-        table("", columns, [[_cell(finding[column]) for column in columns] for finding in findings])
-    failed = [finding for finding in findings if finding["status"] == "fail"]
-    if failed:
-        note(f"pftrack: {len(failed)} of {len(findings)} results lie outside their tolerances")
+        columns = "result", "ours", "reference", "tolerance", "verdict", "reason", "source"
+        shown = [finding for finding in findings if finding["verdict"] != "not run"]
+        table("", columns, [[_cell(finding[column]) for column in columns] for finding in shown])
+    note(f"pftrack: {describe_verdicts(computed)}")
+    if any(finding.fails for finding in computed):
         raise typer.Exit(FAILED)
 
 

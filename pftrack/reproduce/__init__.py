@@ -3,7 +3,7 @@
 Each module here reproduces one published study and knows the reference figures. Where the publication has none, and for
 what it leaves open, these were measured on the same protocol by an independent implementation, the *reference
 implementation*, of the readings in docs/methods. A *finding* holds ours and theirs side by side. A published claim that
-could not be confirmed is computed all the same and reported as a known negative, never hidden.
+could not be confirmed is computed all the same and reported as different, never hidden.
 
 - `signals`: the Kalman and particle filters of Bando 2007, ch. 2;
 - `oracle`: one step whose exact answer is known by quadrature;
@@ -28,7 +28,7 @@ from pathlib import Path
 
 from pftrack.reproduce import calibration, signals
 from pftrack.reproduce.ball import counts, maps, motion, occlusion, oracle, other_scene, sensitivity
-from pftrack.reproduce.finding import Finding
+from pftrack.reproduce.finding import Finding, describe_verdicts, not_run
 from pftrack.reproduce.fish import learning as fish_learning
 from pftrack.reproduce.fish import success as fish
 from pftrack.reproduce.hand import steps as hand_steps
@@ -43,7 +43,7 @@ from pftrack.reproduce.structure import shape as structure
 from pftrack.reproduce.trajectories import pictures as corners
 from pftrack.reproduce.trajectories import tracks as trajectories
 
-__all__ = ["RESULTS", "Finding", "reproduce"]
+__all__ = ["RESULTS", "Finding", "describe_verdicts", "reproduce"]
 
 RESULTS: dict[str, Callable[[Pool, bool], list[Finding]]] = {
     "kalman-sine": signals.kalman_sine,
@@ -98,7 +98,7 @@ def reproduce(
     progress: Callable[[int, int], object] | None = None,
     folder: Path | None = None,
 ) -> list[Finding]:
-    """Compute results again.
+    """Compute results again; those that were not asked for come last, as not run.
 
     Args:
         names: Which; all if none.
@@ -118,4 +118,5 @@ def reproduce(
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
     with Pool(jobs, progress, folder) as pool:
-        return [finding for name in names or RESULTS for finding in RESULTS[name](pool, full)]
+        findings = [finding for name in names or RESULTS for finding in RESULTS[name](pool, full)]
+    return findings + [not_run(name) for name in RESULTS if names and name not in names]

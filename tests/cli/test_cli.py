@@ -70,9 +70,9 @@ def test_a_command_that_cannot_be_loaded_does_not_hide_the_others(call: Call, mo
     refused(call("serve"), 1, "the command serve cannot be loaded")
 
 
-@pytest.mark.parametrize(("ours", "status", "code"), [(1.95, "pass", 0), (1.0, "fail", 1)])
+@pytest.mark.parametrize(("ours", "verdict", "code"), [(1.95, "reproduced", 0), (1.0, "differs", 1)])
 def test_reproduce_sets_ours_beside_the_reference(
-    call: Call, monkeypatch: pytest.MonkeyPatch, ours: float, status: str, code: int
+    call: Call, monkeypatch: pytest.MonkeyPatch, ours: float, verdict: str, code: int
 ) -> None:
     """`reproduce --json` gives one list of findings, people get a table, and one that is off ends with status 1."""
     from pftrack import reproduce
@@ -82,9 +82,12 @@ def test_reproduce_sets_ours_beside_the_reference(
         reproduce.RESULTS, "one-step", lambda _pool, _full: [compare("mean", ours, 2.0, 0.1, "made up")]
     )
     ended, out, err = call("reproduce", "one-step", "--json")
-    expected = {"result": "mean", "ours": ours, "reference": 2.0, "tolerance": 0.1, "source": "made up"}
-    assert (ended, json.loads(out)) == (code, [expected | {"status": status}])
-    assert err == ("pftrack: 1 of 1 results lie outside their tolerances\n" if code else "")
+    first, *others = json.loads(out)
+    expected = {"result": "mean", "ours": ours, "reference": 2.0, "tolerance": 0.1, "source": "made up", "reason": ""}
+    assert (ended, first) == (code, expected | {"verdict": verdict, "known": False})
+    assert {other["verdict"] for other in others} == {"not run"}
+    assert err.startswith(f"pftrack: 1 {verdict}, ")
+    assert err.endswith(f"of the differences {'1 is' if code else '0 are'} not known\n")
     assert "made up" in call("reproduce", "one-step")[1]
 
 
@@ -93,7 +96,7 @@ def test_reproduce_computes(call: Call) -> None:
     """A real result is computed and holds."""
     code, out, _ = call("reproduce", "kalman-sine", "--quick", "--json")
     assert code == 0
-    assert {finding["status"] for finding in json.loads(out)} <= {"pass", "known-negative"}
+    assert {finding["verdict"] for finding in json.loads(out)} <= {"reproduced", "differs", "our own figure", "not run"}
 
 
 def test_doctor_reports_every_check(call: Call) -> None:

@@ -83,13 +83,13 @@ def test_a_curve_is_compared_by_its_place() -> None:
         findings = {finding.result: finding for finding in head_curves.curves(given)}
         pitch = findings["head: success curve of pitch, mean model, by how much it lies elsewhere, degrees"]
         assert pitch.ours == pytest.approx(wanted, abs=0.02)
-        assert pitch.status == "pass"
+        assert pitch.verdict == "reproduced"
 
 
 def test_a_curve_that_is_far_off_fails() -> None:
     """Errors of five degrees are no success within three."""
     findings = head_curves.curves({"mean": [made_up(5.0)] * 20, "individual": [made_up(1.45)] * 20})
-    assert "fail" in {finding.status for finding in findings if "pitch, mean" in finding.result}
+    assert any(finding.fails for finding in findings if "pitch, mean" in finding.result)
 
 
 def test_figures_can_be_drawn(tmp_path: Path) -> None:

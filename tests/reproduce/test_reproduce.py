@@ -6,7 +6,7 @@ from typing import NamedTuple
 import pytest
 
 from pftrack.reproduce import RESULTS, reproduce, signals
-from pftrack.reproduce.finding import Finding, claim, compare
+from pftrack.reproduce.finding import Finding, Own, claim, compare, describe_verdicts, not_run
 from tests.pooling import fork_server, shared_fork_server
 
 __all__ = ["fork_server", "shared_fork_server"]
@@ -30,15 +30,16 @@ def cheap() -> Computed:
 def test_a_cheap_result_holds(cheap: Computed) -> None:
     """Every finding of the study lies within its tolerance."""
     assert cheap.findings
-    assert [finding for finding in cheap.findings if finding.status != "pass"] == []
+    assert [finding for finding in cheap.findings if finding.verdict in {"differs", "better"}] == []
 
 
 def test_another_holds_on_few_trials(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of the Kalman filter on a sine a fifth of the trials is enough for its mean errors and its spread."""
     monkeypatch.setattr(signals, "QUICK_TRIALS_OF_KALMAN", 40)
     findings = reproduce(["kalman-sine"])
-    assert len(findings) == 4
-    assert [finding for finding in findings if finding.status != "pass"] == []
+    computed = [finding for finding in findings if finding.verdict != "not run"]
+    assert [finding.verdict for finding in computed] == ["reproduced"] * 4
+    assert [finding.result for finding in findings[4:]] == [name for name in RESULTS if name != "kalman-sine"]
 
 
 @pytest.mark.slow
@@ -46,7 +47,7 @@ def test_another_holds_on_few_trials(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_quick_results_hold(name: str) -> None:
     """No finding of the study, run with fewer trials, is outside its tolerance."""
     findings = reproduce([name], jobs=2)
-    assert [finding for finding in findings if finding.status == "fail"] == []
+    assert [finding for finding in findings if finding.fails] == []
 
 
 def test_jobs_do_not_change_results(cheap: Computed) -> None:
@@ -66,14 +67,44 @@ def test_unknown_results_are_refused() -> None:
 
 
 def test_findings_are_judged_honestly() -> None:
-    """Outside the tolerance fails, no number fails, and an unconfirmed claim that does not hold is a known negative."""
-    assert compare("x", 1.04, 1.0, 0.05, "here").status == "pass"
-    assert compare("x", 1.06, 1.0, 0.05, "here").status == "fail"
+    """Outside the tolerance fails, no number fails, and an unconfirmed claim that does not hold differs as is known."""
+    assert compare("x", 1.04, 1.0, 0.05, "here").verdict == "reproduced"
+    assert compare("x", 1.06, 1.0, 0.05, "here").fails
     nothing = compare("x", math.nan, 1.0, 0.05, "here")
-    assert nothing.status == "fail"
+    assert nothing.fails
     assert nothing.as_dict()["ours"] is None
-    assert compare("x", 1.06, 1.0, 0.05, "here", confirmed=False).status == "known-negative"
-    assert compare("x", 1.04, 1.0, 0.05, "here", confirmed=False).status == "pass"
-    assert claim("x", 1.0, holds=False, source="here").status == "fail"
-    assert claim("x", 1.0, holds=False, source="here", confirmed=False).status == "known-negative"
-    assert claim("x", 1.0, holds=True, source="here", confirmed=False).status == "pass"
+    assert compare("x", 1.06, 1.0, 0.05, "here", confirmed=False).verdict == "differs"
+    assert compare("x", 1.04, 1.0, 0.05, "here", confirmed=False).verdict == "reproduced"
+    assert claim("x", 1.0, holds=False, source="here").fails
+    assert claim("x", 1.0, holds=False, source="here", confirmed=False).verdict == "differs"
+    assert not claim("x", 1.0, holds=False, source="here", confirmed=False).fails
+    assert claim("x", 1.0, holds=True, source="here", confirmed=False).verdict == "reproduced"
+
+
+def test_better_needs_a_reason_and_a_side() -> None:
+    """A figure on the good side of its tolerance is better, for a stated reason; on the bad side it fails as ever."""
+    why = "an easier scene"
+    higher, lower = (compare("x", ours, 1.0, 0.05, "here", better="higher", reason=why) for ours in (1.2, 0.8))
+    assert (higher.verdict, higher.reason, higher.fails) == ("better", why, False)
+    assert lower.fails
+    assert compare("x", 0.8, 1.0, 0.05, "here", better="lower", reason=why).verdict == "better"
+    with pytest.raises(ValueError, match="a reason must be stated"):
+        compare("x", 1.2, 1.0, 0.05, "here", better="higher")
+
+
+def test_an_own_figure_is_no_reference() -> None:
+    """It guards against mistakes: as it was it is counted apart, and otherwise it fails."""
+    before = Own("this project")
+    assert compare("x", 1.0, 1.0, 0.05, before).verdict == "our own figure"
+    assert claim("x", 1.0, holds=True, source=before).verdict == "our own figure"
+    assert compare("x", 2.0, 1.0, 0.05, before).fails
+
+
+def test_verdicts_are_counted_apart() -> None:
+    """Each has its number, in one line, and so have the differences that nobody expected."""
+    found = [claim("a", 1, holds=True, source="here"), claim("b", 1, holds=True, source=Own("ours")), not_run("c")]
+    assert describe_verdicts(found) == "1 reproduced, 1 our own figure, 1 not run; of the differences 0 are not known"
+    found.append(claim("d", 1, holds=False, source="here"))
+    assert describe_verdicts(found).endswith(
+        "1 differs, 1 our own figure, 1 not run; of the differences 1 is not known"
+    )

@@ -18,12 +18,12 @@ def test_the_table_within_the_tolerances_for_few_runs() -> None:
             method, np.repeat(REFERENCE_PX[:, None], count, axis=1), Settings(noise, 1.0, count=1000)
         )
     table = {name: tracks._medians(one) for name, one in found.items()}
-    assert [finding.status for finding in tracks._compare("lg", table["lg"])] == ["pass", "pass"]
+    assert [finding.verdict for finding in tracks._compare("lg", table["lg"])] == ["reproduced", "reproduced"]
     # Ichimura and Ikoma's own figure for the smoothed linear filter comes out by no reading.
-    assert [finding.status for finding in tracks._orderings(table)][:4] == ["pass"] * 4
-    assert tracks._orderings(table)[-1].status == "known-negative"
+    assert [finding.verdict for finding in tracks._orderings(table)][:4] == ["reproduced"] * 4
+    assert tracks._orderings(table)[-1].verdict == "differs"
     surface = likelihood_surface("lg", REFERENCE_PX, Settings())
-    assert tracks._maximum("lg", surface, (10.0, 1.0), "").status == "pass"
+    assert tracks._maximum("lg", surface, (10.0, 1.0), "").verdict == "reproduced"
     assert set(draw(found, {"lg": surface})) == {"trajectories-track", "trajectories-likelihood"}
 
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 from pftrack.figures.picture import save
 from pftrack.model.parameters import Value
 from pftrack.rendering import png
-from pftrack.reproduce.finding import Finding, claim, compare
+from pftrack.reproduce.finding import Finding, Own, claim, compare
 from pftrack.reproduce.fish.figures import draw, ten_particles
 from pftrack.reproduce.fish.learning import learn_from_tracks
 from pftrack.reproduce.fish.trials import Condition, Successes, learn_from_truth, successes, track_training_clips
@@ -25,7 +25,7 @@ __all__ = ["ablations", "table"]
 
 SOURCE = "Mitsugami et al. 2009, section 5; reference implementation"
 ABLATIONS = "reference implementation"
-OURS = "this project"
+OURS = Own("this project")
 OTHER_CLIPS = "reference implementation; our clips are easier for the ordinary filter with few particles"
 MAIN, FRESH = 200, 3200
 """First clips of the two test sets; each learns from the ten clips a hundred before."""

@@ -7,14 +7,14 @@ which it can at best come near. The people are others than those on which the mo
 
 import numpy as np
 
-from pftrack.reproduce.finding import Finding, claim
+from pftrack.reproduce.finding import Finding, Own, claim
 from pftrack.reproduce.head.people import errors_of
 from pftrack.reproduce.head.trials import Model, Trial, VideoTrials, run_trials
 from pftrack.reproduce.pool import Pool
 
 __all__ = ["growth"]
 
-OURS = "this project, beyond Bando 2007, ch. 4 section 5.5"
+OURS = Own("this project, beyond Bando 2007, ch. 4 section 5.5")
 PEOPLE = range(300, 306)
 TRIALS = 2
 MODELS: tuple[Model, ...] = ("mean", "growing", "individual")

@@ -22,7 +22,7 @@ from pftrack.model.sequence import FrameIndex
 from pftrack.numerics.angles import wrap
 from pftrack.numerics.matrices import product
 from pftrack.numerics.random import Purpose, Stream
-from pftrack.reproduce.finding import Finding, claim
+from pftrack.reproduce.finding import Finding, Own, claim
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Change, Run
 from pftrack.sources.head import HeadSceneParameters, HeadSource
@@ -32,7 +32,7 @@ from pftrack.trackers.head.parameters import AS_PUBLISHED
 
 __all__ = ["RELIEF", "Clip", "Outcome", "film", "turns", "watch"]
 
-OURS = "this project, beyond Bando 2007"
+OURS = Own("this project, beyond Bando 2007")
 PEOPLE = range(320, 326)
 SEEDS = range(20)
 FRAMES = 150

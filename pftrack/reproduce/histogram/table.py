@@ -3,7 +3,7 @@
 The reference's lawns are random, and of its generator no more than the law is known. Scenes 0 to 3 here are lawns of
 the same law as they come. The fifth of the reference is a hard one; scene 17, which was found among sixty, stands for
 it here. What hangs on the single lawn differs as much as it can from scene to scene in the reference itself, such as
-the success at lambda 100: .03, 1, 1, 1 and 0. Such rows, and the errors of single scenes, are known negatives where
+the success at lambda 100: .03, 1, 1, 1 and 0. Such rows, and the errors of single scenes, are known to differ where
 they are not met.
 
 The last rows are ours: the filters that draw by observation, with the same likelihood. They gain nothing. While the
@@ -17,7 +17,7 @@ import numpy as np
 
 from pftrack.figures.picture import save
 from pftrack.model.parameters import Value
-from pftrack.reproduce.finding import Finding, claim, compare
+from pftrack.reproduce.finding import Finding, Own, claim, compare
 from pftrack.reproduce.histogram.figures import draw
 from pftrack.reproduce.histogram.trials import Case, Outcome, runs
 from pftrack.reproduce.pool import Pool
@@ -25,7 +25,7 @@ from pftrack.reproduce.pool import Pool
 __all__ = ["table", "trackers"]
 
 SOURCE = "Kagami 2012; reference implementation"
-OURS = "this project, the switching filters on the same likelihood"
+OURS = Own("this project, the switching filters on the same likelihood")
 SCENES = (0, 1, 2, 3, 17)
 HARD = 4
 """Place of the hard one."""

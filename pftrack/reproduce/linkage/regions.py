@@ -3,7 +3,7 @@
 Containment, splits and refutation come out as Shimada has them. That all lengths come within some 5 px, and that
 two objects are told apart by them, does not by his ellipsoids: their guides shrink by the extent of
 the ellipsoid alone, and learn no length. It does with guides that interval arithmetic shrinks, and then the ellipsoids
-add nothing. These of his claims are known negatives here, with what his own method comes to.
+add nothing. These of his claims are known to differ here, with what his own method comes to.
 """
 
 from collections.abc import Sequence

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from pftrack.figures.picture import save
 from pftrack.numerics.random import Purpose, Stream
-from pftrack.reproduce.finding import Finding, claim, compare
+from pftrack.reproduce.finding import Finding, Own, claim, compare
 from pftrack.reproduce.pool import Pool
 from pftrack.reproduce.structure.figures import draw
 from pftrack.reproduce.structure.scenes.prism import CENTRES
@@ -39,7 +39,7 @@ __all__ = ["faces", "prism"]
 SOURCE = "Bando 2007, ch. 4 section 5.3; reference implementation"
 SOURCE_FACE = "Bando 2007, ch. 4 section 5.4; reference implementation"
 NOT_REPRODUCED = "Bando 2007, ch. 4 section 5.3; not reproduced"
-OURS = "this project, beyond Bando 2007, ch. 4 section 5.5"
+OURS = Own("this project, beyond Bando 2007, ch. 4 section 5.5")
 
 TOLERANCE = {"svd": 0.03, "batch": 0.003, "online": 0.03}
 MOST_RELATIVE = {"svd": 0.3, "batch": 0.3, "online": 1.0}

@@ -8,7 +8,7 @@ seed; so means over several are compared, within a quarter. What must hold of ne
 Ours are drawn from the same description with other random numbers, and are a little harder: where one jump of the light
 follows another, a match gets two cells away, further than the search reaches back, and goes on from there. Such tracks
 weigh most where the filters have removed all else, so that the smoothed errors under Cauchy noise come out up to a
-third above the reference's. These rows are known negatives.
+third above the reference's. These rows are known to differ.
 
 A track is *mixed* if it is mismatched, more than 5 px off, in some but fewer than 30 % of the frames.
 """
