@@ -37,7 +37,9 @@ def otb(
     folder: Annotated[
         Path, typer.Argument(metavar="DIR", help="A sequence in the form of OTB or VOT, or a folder of such sequences.")
     ],
-    experiment: Annotated[str, typer.Option(help="An experiment's name, as `list` prints it.")] = "histogram",
+    experiment: Annotated[
+        str | None, typer.Option(help="An experiment's name; the first that believes in a box if not given.")
+    ] = None,
     tracker: Annotated[str | None, typer.Option(help="A tracker's name, as `show` prints it.")] = None,
     seeds: Annotated[str, typer.Option(metavar="N", help="Runs of each sequence, with the seeds 0 to N - 1.")] = "10",
     assignments: Annotated[
@@ -49,10 +51,19 @@ def otb(
 
     The pictures are yours to bring: https://github.com/jwlim/tracker_benchmark says where they are.
     """
-    from pftrack.evaluation import PUBLISHED_SOURCE, BenchmarkError, evaluate_sequence, find_sequences, published
+    from pftrack.evaluation import (
+        PUBLISHED_SOURCE,
+        BenchmarkError,
+        evaluate_sequence,
+        find_sequences,
+        follows_boxes,
+        published,
+    )
+    from pftrack.experiments import EXPERIMENTS
     from pftrack.sources.sequence import SourceError
 
-    followed, count = find_experiment(experiment), whole("--seeds", seeds, 1, 1000)
+    chosen = experiment or next(one.id for one in EXPERIMENTS.values() if follows_boxes(one))
+    followed, count = find_experiment(chosen), whole("--seeds", seeds, 1, 1000)
     name = tracker or followed.default_tracker
     if name not in followed.trackers:
         raise wrong_use(f"a tracker of {followed.id} must be one of {', '.join(followed.trackers)}, got {name!r}")

@@ -7,7 +7,7 @@
 The pictures of these benchmarks have no licence, so none comes along.
 """
 
-from pftrack.evaluation.protocol import PRECISION, SUCCESS, Score, evaluate_sequence
+from pftrack.evaluation.protocol import PRECISION, SUCCESS, Score, evaluate_sequence, follows_boxes
 from pftrack.evaluation.published import PUBLISHED_SOURCE, published
 from pftrack.evaluation.sequences import BenchmarkError, BenchmarkSequence, find_sequences
 
@@ -20,5 +20,6 @@ __all__ = [
     "Score",
     "evaluate_sequence",
     "find_sequences",
+    "follows_boxes",
     "published",
 ]

@@ -21,11 +21,11 @@ from pftrack.model.measures import MEAN_IOU, PICTURE_MEASURES, EvaluatedRun, Mea
 from pftrack.model.parameters import Value
 from pftrack.model.timeline import Change
 from pftrack.runs.run import Run
-from pftrack.runs.scoring import evaluated_run
+from pftrack.runs.scoring import evaluated_run, extent_series
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthTable
 
-__all__ = ["PRECISION", "SUCCESS", "Score", "evaluate_sequence"]
+__all__ = ["PRECISION", "SUCCESS", "Score", "evaluate_sequence", "follows_boxes"]
 
 THRESHOLDS = np.arange(21) / 20.0
 GREY_LEVELS = 3.0
@@ -83,6 +83,12 @@ class Score:
             "precision_mean": fmean(self.precision),
             "frames_per_second": self.frames_per_second,
         }
+
+
+def follows_boxes(experiment: Experiment) -> bool:
+    """Return whether an experiment takes a box on a recording and believes in one, which overlap needs."""
+    believed = extent_series(experiment.all_series()) is not None
+    return experiment.on_video is not None and Box in experiment.marks and believed
 
 
 def evaluate_sequence(
