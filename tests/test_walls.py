@@ -49,7 +49,6 @@ HOMONYMS = {
 """Names of parameters that are names of something general as well."""
 
 PLACES = {
-    ("pftrack/cli/evaluate.py", "histogram"): "the experiment that the benchmark's sequences are for, if none is named",
     ("pftrack/model/marks/body.py", "head"): "the front end of a body",
     ("pftrack/likelihoods/__init__.py", "histogram"): "a likelihood, by the field's name for it",
     ("pftrack/lessons/figure.py", "histogram"): "a kind of trace, by the field's name for it",
