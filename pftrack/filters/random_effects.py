@@ -14,6 +14,9 @@ and tau^2 is the number for which the sum is just that, or 0 if it is smaller al
 regressions R. DerSimonian and R. Kacker 2007). The sum is convex and falls with tau^2, and its slope is
 -sum_i w_i^2 e_i^2, since the fit minimises it: Newton's method from 0 approaches the root from one side.
 
+Measurements of what may not be there at all, each said with probability s_i, are expected to add sum_i s_i in place of
+m: one that is surely missing has a huge v_i, adds nothing to the sum, and may not be counted as one that fits.
+
 What a fit with other weights u comes to has then the covariance G diag(v + tau^2) G^T, G = (J^T U J)^-1 J^T U.
 
 The limit of this: an error that looks like a change of the unknowns leaves no residual, and is seen by nobody.
@@ -29,7 +32,7 @@ __all__ = ["excess_variance", "fit_covariance", "fit_gain"]
 
 MOST_ROUNDS = 60
 CLOSE = 1e-6
-"""Of the sum to m - p, relative: where Newton's method ends."""
+"""Of the sum to what is expected, relative: where Newton's method ends."""
 
 
 @compiled
@@ -49,7 +52,10 @@ def fit_gain(jacobian: NDArray[np.float64], weights: NDArray[np.float64]) -> tup
 
 @compiled
 def excess_variance(
-    residuals: NDArray[np.float64], jacobian: NDArray[np.float64], variances: NDArray[np.float64]
+    residuals: NDArray[np.float64],
+    jacobian: NDArray[np.float64],
+    variances: NDArray[np.float64],
+    shown: NDArray[np.float64],
 ) -> float:
     """Return tau^2, the variance that measurements have beyond their own; 0 if none shows, NaN if none can be told.
 
@@ -57,13 +63,17 @@ def excess_variance(
         residuals: (m,) measured less expected at any point near the fit.
         jacobian: (m, p) derivatives of what is expected.
         variances: (m,) of each measurement as it is known, above 0.
+        shown: (m,) how likely each is a measurement at all, 0..1.
     """
     count, unknowns = jacobian.shape
+    freedom = -float(unknowns)
+    for i in range(count):
+        freedom += shown[i]
     excess = 0.0
     for _ in range(MOST_ROUNDS):
         weights = 1.0 / (variances + excess)
         gain, regular = fit_gain(jacobian, weights)
-        if count <= unknowns or not regular:
+        if freedom < 1.0 or not regular:
             return np.nan
         found = multiply(gain, residuals.copy().reshape(count, 1))
         fitted = multiply(jacobian, found)
@@ -72,8 +82,8 @@ def excess_variance(
             square = weights[i] * (residuals[i] - fitted[i, 0]) ** 2
             squares += square
             slope += weights[i] * square
-        surplus = squares - (count - unknowns)
-        if not surplus > CLOSE * (count - unknowns):
+        surplus = squares - freedom
+        if not surplus > CLOSE * freedom:
             break
         excess += surplus / slope
     return excess

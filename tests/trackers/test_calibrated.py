@@ -1,17 +1,26 @@
 """The calibrated band of the pose: what it changes, what it leaves alone, and how often it holds the truth."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy import stats
 
 from pftrack.experiments import find
+from pftrack.filters.affine import AffineLayer
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.rotation import rotation
-from pftrack.model.parameters import Value
+from pftrack.model.parameters import Value, revise
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.random import Purpose, Stream
 from pftrack.runs.run import Change, Run
 from pftrack.sources.prism import VERTICES_MM
-from pftrack.trackers.pose.calibrated import depth_slopes, nearness, pin
-from pftrack.trackers.pose.solid import GAUSSIAN, STUDENT_4
+from pftrack.trackers.pose import layered
+from pftrack.trackers.pose.beliefs import AffineLayers
+from pftrack.trackers.pose.calibrated import depth_slopes, nearness, pin, pose_and_band, seen_moments
+from pftrack.trackers.pose.parameters import PoseTrackerParameters
+from pftrack.trackers.pose.solid import GAUSSIAN, STUDENT_4, Solid
 
 SLOPES = np.array([[4.0, 0.3, 0.2], [-0.1, 5.0, 0.4]])
 
@@ -48,6 +57,45 @@ def test_a_wrong_depth_shows_only_when_the_solid_turns() -> None:
     """At theta = 0 nothing moves, whatever the depth is."""
     assert depth_slopes(VERTICES_MM, np.zeros(3), SLOPES) == pytest.approx(0.0, abs=1e-12)
     assert np.abs(depth_slopes(VERTICES_MM, np.array([0.0, 0.5, 0.0]), SLOPES)).max() > 1.0
+
+
+def believe(hidden: NDArray[np.float64], points: int = 8) -> tuple[Solid, AffineLayers]:
+    """A belief in a prism whose points, where they are seen, are told by the same particles, however surely hidden."""
+    random = np.random.default_rng(3)
+    theta, count = np.array([0.1, -0.2, 0.05]), 50
+    camera = np.column_stack([SLOPES, [160.0, 120.0]])
+    solid = Solid(VERTICES_MM[:points], camera, 400.0, camera[:, 3], np.array([0.0, 0.0, 80.0]), depth_doubt=0.0)
+    seen = VERTICES_MM @ (SLOPES @ rotation(theta)).T + camera[:, 3] + random.normal(scale=2.0, size=(8, 2))
+    positions = seen[:, None] + random.normal(scale=3.0, size=(8, count, 2))
+    weights = random.random((8, count))
+    weights = (1.0 - hidden[:, None]) * weights / weights.sum(axis=1)[:, None] + hidden[:, None] / count
+    layer = AffineLayer(solid.points_mm, camera)
+    begun = layered.begin(layer, layer.begin(), seen[:points], layered.Settings(), Stream(0, 0, Purpose.START))
+    coordinates = np.concatenate([positions, positions], axis=2).transpose(0, 2, 1)[:points]
+    features = replace(begun.features, coordinates=coordinates, log_weights=np.log(weights[:points]))
+    pose = Gaussian(theta, np.eye(3))
+    return solid, AffineLayers(replace(begun, features=features, hidden=hidden[:points], pose=pose))
+
+
+def test_the_moments_of_a_hidden_point_are_those_of_it_seen() -> None:
+    """What all its particles have in common is taken off their weights."""
+    shown, doubted = (seen_moments(believe(np.full(8, hidden))[1]) for hidden in (0.0, 0.9))
+    for one, other in zip(shown, doubted, strict=True):
+        assert one == pytest.approx(other)
+
+
+def test_a_point_that_is_hidden_tells_nothing_of_the_pose() -> None:
+    """The more surely a point is hidden the wider the band, up to that of the other points alone."""
+    wanted = revise(PoseTrackerParameters(), {"pose_band": "calibrated", "upper_layer": "affine"})
+    hidden = [np.where(np.arange(8) == 7, how, 0.0) for how in (0.0, 0.8, 0.9999)]
+    sides = []
+    for known, belief in (*map(believe, hidden), believe(np.zeros(8), points=7)):
+        solid = replace(known, pinned_mm=known.points_mm)  # it is not known any more, so that no camera is mended
+        band, _ = pose_and_band(None, solid, belief, wanted)
+        sides.append(np.linalg.det(band.covariance))
+    assert sides[0] < sides[1] < sides[2]
+    assert sides[2] == pytest.approx(sides[3], rel=0.05)
+    assert sides[0] < 0.8 * sides[3]
 
 
 @pytest.mark.parametrize("tracker", ["pf-asd", "rb-pf"])

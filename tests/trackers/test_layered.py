@@ -104,6 +104,30 @@ def test_the_ratios_are_judged_by_the_prediction() -> None:
     assert np.array_equal(stepped.mixture.ratios, learned.ratios)
 
 
+def test_a_hidden_feature_is_where_the_solid_has_it() -> None:
+    """The ratio of a feature that fits nothing rises to how surely it is hidden; those of the others are as learned."""
+    settings = Settings(hidden_weight=0.25)
+    state, now, random = begun(settings=settings), sight(0, 1, SCENE), rng(1)
+    proposed = layered.propose(state, AFFINE, settings, random)
+    scores = of(now)(proposed.drawn.positions)
+    covered = 3
+    scores[covered] = scores.max() - 20.0 + 0.01 * scores[covered]
+    found = layered.conclude(state, proposed, AFFINE, scores, settings, random)
+    learned = layered.mixture_em.adapt(
+        state.mixture,
+        adaptive.surviving(found.features),
+        (proposed.projection.positions, proposed.projection.variances),
+        adaptive.propagate(state.features),
+        settings.noise_sd_px,
+        layered.mixture_em.Settings(),
+    )
+    assert found.hidden[covered] > 0.99
+    assert found.hidden[np.arange(8) != covered].max() < 0.5
+    most = 1.0 - layered.mixture_em.Settings().clip
+    assert learned.ratios[covered] < 0.6 < most
+    assert np.array_equal(found.mixture.ratios, np.maximum(learned.ratios, np.minimum(found.hidden, most)))
+
+
 def test_the_upper_layer_is_never_made_sure_of_itself() -> None:
     """Features whose particles agree to the last are given upwards with the floor's standard deviation."""
     state, now = begun(), sight(0, 1, SCENE)

@@ -98,15 +98,16 @@ def pose_and_band(
         expected, slopes = perspective.features(state, points_mm, float(solid.focal_px))
         expected, jacobian = expected + principal_px, slopes.reshape(-1, 6)
     means, own, scarce = seen_moments(belief)
-    shown = np.maximum(1.0 - belief.hidden, LEAST_SHOWN)[:, None]
-    told = np.maximum(own, parameters.sd_floor_px**2) / shown
-    variances = contiguous_copy(told * scarce[:, None]).ravel()
-    excess = excess_variance(contiguous_copy(means - expected - bend).ravel(), jacobian, variances)
-    gain, _ = fit_gain(jacobian, 1.0 / contiguous_copy(told).ravel())
-    if not np.isfinite(gain).all() or not np.isfinite(excess):
+    shown = np.repeat(np.maximum(1.0 - belief.hidden, LEAST_SHOWN), 2)
+    told = contiguous_copy(np.maximum(own, parameters.sd_floor_px**2)).ravel() / shown
+    variances = told * np.repeat(scarce, 2)
+    excess = excess_variance(contiguous_copy(means - expected - bend).ravel(), jacobian, variances, shown)
+    gain, _ = fit_gain(jacobian, 1.0 / told)
+    if not np.isfinite(gain).all() or (before is None and not np.isfinite(excess)):
         return belief.pose, before
     if before is not None:
-        excess = before.excess_px2 + (1.0 - PERSISTENCE) * (excess - before.excess_px2)
+        news = excess - before.excess_px2 if np.isfinite(excess) else 0.0  # too few points may be seen to tell it
+        excess = before.excess_px2 + (1.0 - PERSISTENCE) * news
     deeper = product(gain, depth_slopes(points_mm, theta, reference).ravel())[:3]
     doubt = solid.depth_doubt**2 * deeper[:, None] * deeper
     band = solid.misfit_share * fit_covariance(gain, variances + excess)[:3, :3] + doubt
