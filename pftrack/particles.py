@@ -43,6 +43,11 @@ class ParticleSet:
         """Return the number of particles N."""
         return len(self.log_weights)
 
+    @property
+    def nbytes(self) -> int:
+        """About how much memory it takes, bytes."""
+        return self.states.nbytes + 2 * self.log_weights.nbytes + self.ancestors.nbytes
+
     @cached_property
     def weights(self) -> NDArray[np.float64]:
         """(N,) normalised weights."""

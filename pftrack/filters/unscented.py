@@ -5,7 +5,7 @@ root of its covariance. Sent through a function, their weighted mean and covaria
 derivatives (Julier and Uhlmann 1997). For a linear function they are exact, so that this filter is then the Kalman
 filter.
 
-The transform works on a batch of Gaussians at once, since the unscented particle filter needs one for every particle.
+The transform works on a batch of Gaussians at once, since the unscented particle filter has one for every particle.
 """
 
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.gaussian import Gaussian, log_density, symmetrise
-from pftrack.numerics.matrices import cholesky, multiply, solve
+from pftrack.numerics.matrices import factorise, multiply, solve
 
 __all__ = ["Function", "predict", "transform", "update", "update_batch"]
 
@@ -24,13 +24,13 @@ Function: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
 def transform(
-    means: NDArray[np.float64], covariance: NDArray[np.float64], function: Function, kappa: float | None = None
+    means: NDArray[np.float64], covariances: NDArray[np.float64], function: Function, kappa: float | None = None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Send Gaussians of one covariance through a function.
+    """Send Gaussians through a function.
 
     Args:
         means: (n, d).
-        covariance: (d, d), shared; may be singular.
+        covariances: (n, d, d), or (1, d, d) shared by all; may be singular.
         function: (..., d) -> (..., m).
         kappa: Spread; d + kappa must be positive. By default max(3 - d, 0), which matches a Gaussian's kurtosis for
             d <= 3 and keeps all weights positive beyond.
@@ -45,12 +45,25 @@ def transform(
     spread = max(3.0 - dimension, 0.0) if kappa is None else kappa
     if dimension + spread <= 0:
         raise ValueError(f"dimension + kappa must be positive, got {dimension} + {spread}")
-    directions = cholesky(covariance).T * np.sqrt(dimension + spread)
-    offsets = np.concatenate([np.zeros((1, dimension)), directions, -directions])
+    offsets = _sigma_points(np.ascontiguousarray(covariances, np.float64), np.sqrt(dimension + spread))
     weights = np.full(2 * dimension + 1, 0.5 / (dimension + spread))
     weights[0] = spread / (dimension + spread)
     images = np.array(function(means[:, None, :] + offsets), np.float64, order="C")
     return _weight(weights, offsets, images)
+
+
+@compiled
+def _sigma_points(covariances: NDArray[np.float64], scale: float) -> NDArray[np.float64]:
+    """Return where the sigma points (n, 2 d + 1, d) are of Gaussians (n, d, d), from their means."""
+    count, dimension, _ = covariances.shape
+    offsets = np.zeros((count, 2 * dimension + 1, dimension))
+    for n in range(count):
+        root, _ = factorise(covariances[n])
+        for i in range(dimension):
+            for k in range(i + 1):
+                offsets[n, 1 + k, i] = root[i, k] * scale
+                offsets[n, 1 + dimension + k, i] = -offsets[n, 1 + k, i]
+    return offsets
 
 
 @compiled
@@ -61,14 +74,15 @@ def _weight(
 
     Args:
         weights: (s,) of the sigma points.
-        offsets: (s, d) of the sigma points from their means.
+        offsets: (n, s, d) or (1, s, d) of the sigma points from their means.
         images: (n, s, m) what became of them.
     """
     count, points, size = images.shape
-    dimension = offsets.shape[1]
+    dimension = offsets.shape[2]
     means = np.zeros((count, size))
     covariances, cross = np.zeros((count, size, size)), np.zeros((count, dimension, size))
     for n in range(count):
+        own = min(n, offsets.shape[0] - 1)
         for s in range(points):
             for i in range(size):
                 means[n, i] += weights[s] * images[n, s, i]
@@ -78,7 +92,7 @@ def _weight(
                 for j in range(size):
                     covariances[n, i, j] += share * (images[n, s, j] - means[n, j])
                 for d in range(dimension):
-                    cross[n, d, i] += offsets[s, d] * share
+                    cross[n, d, i] += offsets[own, s, d] * share
     return means, covariances, cross
 
 
@@ -86,7 +100,7 @@ def predict(
     posterior: Gaussian, transition: Function, noise_covariance: NDArray[np.float64], kappa: float | None = None
 ) -> Gaussian:
     """Return p(x_t | z_{1:t-1}) for x_t = f(x_{t-1}) + noise of covariance Q (d, d); f maps (..., d) -> (..., d)."""
-    means, covariances, _ = transform(posterior.mean[None], posterior.covariance, transition, kappa)
+    means, covariances, _ = transform(posterior.mean[None], posterior.covariance[None], transition, kappa)
     return Gaussian(means[0], symmetrise(covariances[0] + noise_covariance))
 
 
@@ -113,58 +127,61 @@ def update(
         numpy.linalg.LinAlgError: The innovation covariance is singular.
     """
     means, covariances, log_evidences = update_batch(
-        prior.mean[None], prior.covariance, measurement, observe, noise_covariance, kappa
+        prior.mean[None], prior.covariance[None], measurement, observe, noise_covariance, kappa
     )
     return Gaussian(means[0], covariances[0]), float(log_evidences[0])
 
 
 def update_batch(
     means: NDArray[np.float64],
-    covariance: NDArray[np.float64],
+    covariances: NDArray[np.float64],
     measurement: NDArray[np.float64],
     observe: Function,
     noise_covariance: NDArray[np.float64],
     kappa: float | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Condition n Gaussians of one covariance on the same measurement; arguments as for `update`.
+    """Condition n Gaussians on the same measurement: means (n, d) and covariances (n, d, d), or (1, d, d) of all.
+
+    The other arguments are those of `update`.
 
     Returns:
         Means (n, d), covariances (n, d, d) and log p(z), (n,).
     """
-    predicted, spreads, cross = transform(means, covariance, observe, kappa)
+    predicted, spreads, cross = transform(means, covariances, observe, kappa)
     innovation_covariances = symmetrise(spreads + noise_covariance)
-    updated, covariances, regular = _condition(
+    updated, remaining, regular = _condition(
         np.array(means, np.float64, order="C"),
-        np.array(covariance, np.float64, order="C"),
+        np.array(covariances, np.float64, order="C"),
         innovation_covariances,
         cross,
         np.array(measurement - predicted, np.float64, order="C"),
     )
     if not regular:
         raise np.linalg.LinAlgError("Singular matrix")
-    return updated, symmetrise(covariances), log_density(measurement, predicted, innovation_covariances)
+    return updated, symmetrise(remaining), log_density(measurement, predicted, innovation_covariances)
 
 
 @compiled
 def _condition(
     means: NDArray[np.float64],
-    covariance: NDArray[np.float64],
+    covariances: NDArray[np.float64],
     innovation_covariances: NDArray[np.float64],
     cross: NDArray[np.float64],
     innovations: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
     """Return means (n, d) and covariances (n, d, d) of the posteriors, and whether there are any."""
     count, dimension = means.shape
-    updated, covariances = means.copy(), np.empty((count, dimension, dimension))
+    updated, remaining = means.copy(), np.empty((count, dimension, dimension))
     for n in range(count):
+        own = min(n, covariances.shape[0] - 1)
         # The gain, transposed, and what it takes off the covariance: K S K^T, of which S K^T is the cross covariance.
         gain, regular = solve(innovation_covariances[n], cross[n].T.copy())
         if not regular:
-            return updated, covariances, False
+            return updated, remaining, False
         known = multiply(cross[n], gain)
         for i in range(dimension):
             for k in range(gain.shape[0]):
                 updated[n, i] += gain[k, i] * innovations[n, k]
             for j in range(dimension):
-                covariances[n, i, j] = covariance[i, j] - known[i, j]
-    return updated, covariances, True
+                remaining[n, i, j] = covariances[own, i, j] - known[i, j]
+    return updated, remaining, True

@@ -1,14 +1,19 @@
-"""The unscented particle filter: every particle proposed from an unscented update of its own prediction.
+"""The unscented particle filter: every particle proposed by an unscented Kalman filter of its own.
 
 The proposal already looks at a measurement, so particles move towards it, and the weights take the proposal back out:
-w = p(z | x) p(x | parent) / q(x | parent, measurement). Source: Bando 2007, ch. 3 section 4, eq. 3.13; van der Merwe,
-Doucet, de Freitas and Wan 2000.
+w = p(z | x) p(x | parent) / q(x | parent, measurement). A particle's filter begins at the particle. Its covariance is
+what the process noise of one frame leaves open or, as in Bando 2007, ch. 3 section 4, eq. 3.13 (van der Merwe, Doucet,
+de Freitas and Wan 2000, fig. 1), handed down: what measurements have told the particle's ancestors, and the dynamics
+have blurred since. Then the gain is that of a Kalman filter that runs along. That is not better for it: a particle
+stands for one position, so its next one is as uncertain as the noise and no more, and what is proposed further away is
+given hardly any weight.
 
 The first coordinates of the state are the ones that receive process noise; lagged coordinates (the previous position of
 a second-order model) follow their parent exactly and are left out of the densities.
 """
 
 import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +24,28 @@ from pftrack.filters.posterior import LogLikelihood, Posterior
 from pftrack.filters.unscented import Function, update_batch
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.gaussian import log_density
-from pftrack.numerics.matrices import factorise
+from pftrack.numerics.matrices import factorise, multiply
 from pftrack.numerics.random import Generator
 from pftrack.particles import ParticleSet, normalise
 from pftrack.resampling import Resampler, systematic
 
-__all__ = ["step"]
+__all__ = ["UnscentedParticles", "step"]
+
+
+@dataclass(frozen=True)
+class UnscentedParticles(ParticleSet):
+    """Particles, each with what its own filter makes of it.
+
+    Attributes:
+        covariances: (N, d, d) of the filters, whose means are the states.
+    """
+
+    covariances: NDArray[np.float64]
+
+    @property
+    def nbytes(self) -> int:
+        """About how much memory it takes, bytes."""
+        return super().nbytes + self.covariances.nbytes
 
 
 def step(
@@ -36,6 +57,7 @@ def step(
     measurement: NDArray[np.float64] | None,
     observe: Function,
     noise_covariance: NDArray[np.float64],
+    recursive: bool = False,
     count: int | None = None,
     resample: Resampler = systematic,
 ) -> Posterior:
@@ -49,34 +71,70 @@ def step(
         measurement: A crude measurement (m,) for the proposal, or None to propose from the prediction.
         observe: h, what the measurement would be for the noisy coordinates, (..., k) -> (..., m).
         noise_covariance: R of the measurement, (m, m).
+        recursive: Whether the particles' covariances are handed down. Where none have been, they begin at zero.
         count: Number of particles wanted; as many as there are if not given.
         resample: How parents are drawn.
 
     Returns:
-        The posterior, `count` particles. All count as drawn by the prediction sampler: parents are chosen by weight
-        alone.
+        The posterior, `count` particles, which are `UnscentedParticles` if they are recursive. All count as drawn by
+        the prediction sampler: parents are chosen by weight alone.
 
     Raises:
         ValueError: The noise is not of the form described.
     """
-    if measurement is None:
-        return bootstrap.step(particles, dynamics, log_likelihood, rng, count=count, resample=resample)
     driven = dynamics.noise.shape[1]
     if dynamics.noise[driven:].any():
         raise ValueError("the process noise must drive the first coordinates of the state only")
     count = count or len(particles)
+    predicted = _hand_down(particles, dynamics) if recursive else None
+    if measurement is None:
+        posterior = bootstrap.step(particles, dynamics, log_likelihood, rng, count=count, resample=resample)
+        return posterior if predicted is None else _keep(posterior, predicted[posterior.particles.ancestors])
     ancestors = resample(rng, particles.log_weights, count)
     means = dynamics.predict(particles.states)[ancestors]
-    prior_covariance = dynamics.noise_covariance[:driven, :driven]
-    proposed, covariances, _ = update_batch(means[:, :driven], prior_covariance, measurement, observe, noise_covariance)
+    noise = dynamics.noise_covariance[:driven, :driven]
+    # Without memory nothing else than the noisy coordinates is uncertain.
+    prior = noise[None] if predicted is None else predicted[ancestors]
+    proposed, covariances, _ = update_batch(
+        means[:, : prior.shape[1]], prior, measurement, lambda states: observe(states[..., :driven]), noise_covariance
+    )
     states = _propose(means, proposed, covariances, rng.standard_normal((driven, count)))
     log_weights = (
         log_likelihood(states)
-        + log_density(states[:, :driven], means[:, :driven], prior_covariance)
-        - log_density(states[:, :driven], proposed, covariances)
+        + log_density(states[:, :driven], means[:, :driven], noise)
+        - log_density(states[:, :driven], proposed[:, :driven], covariances[:, :driven, :driven])
     )
     log_weights, log_sum = normalise(log_weights)
-    return Posterior(ParticleSet(states, log_weights, ancestors), log_sum - math.log(count), 0, resampled=True)
+    posterior = Posterior(ParticleSet(states, log_weights, ancestors), log_sum - math.log(count), 0, resampled=True)
+    return posterior if predicted is None else _keep(posterior, covariances)
+
+
+def _hand_down(particles: ParticleSet, dynamics: LinearDynamics) -> NDArray[np.float64]:
+    """Return the covariances (N, d, d) of the particles' filters, predicted."""
+    before = (
+        particles.covariances
+        if isinstance(particles, UnscentedParticles)
+        else np.zeros((len(particles), *dynamics.transition.shape))
+    )
+    return _predict(before, dynamics.transition, dynamics.noise_covariance)
+
+
+def _keep(posterior: Posterior, covariances: NDArray[np.float64]) -> Posterior:
+    particles = posterior.particles
+    kept = UnscentedParticles(particles.states, particles.log_weights, particles.ancestors, covariances)
+    return replace(posterior, particles=kept)
+
+
+@compiled
+def _predict(
+    covariances: NDArray[np.float64], transition: NDArray[np.float64], noise_covariance: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return A P A^T + Q of covariances P (N, d, d)."""
+    predicted = np.empty(covariances.shape)
+    across = transition.T.copy()
+    for n in range(covariances.shape[0]):
+        predicted[n] = multiply(multiply(transition, covariances[n]), across) + noise_covariance
+    return predicted
 
 
 @compiled
@@ -90,11 +148,11 @@ def _propose(
 
     Args:
         means: (N, d) of the predictions.
-        proposed: (N, k) means of the proposals.
-        covariances: (N, k, k) of the proposals.
+        proposed: (N, k) or more, means of the proposals.
+        covariances: (N, k, k) or more, of the proposals.
         normals: (k, N).
     """
-    count, driven = proposed.shape
+    driven, count = normals.shape
     states = means.copy()
     for n in range(count):
         lower, _ = factorise(covariances[n])

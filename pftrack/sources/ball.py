@@ -30,6 +30,14 @@ __all__ = ["BallSceneParameters", "BallSource"]
 
 GROUP = "Scene"
 
+MOST_CLUTTER = 60
+CLUTTER_RADII = 0.4, 1.6
+"""Of the least and of the greatest thing that lies about, as shares of the ball's."""
+LEAST_LIGHT = 0.6
+"""Of such a thing, as a share of the ball's."""
+CLEARANCE_PX = 2
+"""Between the ball and what lies above and below its swing."""
+
 UPRIGHT_SHARE = 0.618
 """How often a bouncing ball goes up and down in the time to the other side and back: its path does not soon repeat."""
 
@@ -81,6 +89,15 @@ class BallSceneParameters(OverlayParameters):
         step=1,
         group=GROUP,
     )
+    clutter_count: int = parameter(
+        0,
+        "Clutter",
+        "How many more things in the ball's colour lie about, above and below its swing; each seed has others.",
+        ge=0,
+        le=MOST_CLUTTER,
+        step=1,
+        group=GROUP,
+    )
     ball_colour: str = parameter(
         "#c83232", "Ball colour", "Colour of the ball and of its look-alikes.", colour=True, group=GROUP
     )
@@ -103,7 +120,7 @@ class BallSource:
         frame_rate_hz: Frames a second.
         frame_count: None; the ball never stops.
         start: The ball at frame 0, a turning point of its path.
-        noisy: Whether there is pixel noise, which depends on the seed.
+        noisy: Whether there is pixel noise or clutter, which depends on the seed.
     """
 
     def __init__(
@@ -112,7 +129,7 @@ class BallSource:
         """Set the scene.
 
         Args:
-            seed: Of the pixel noise.
+            seed: Of pixel noise and clutter.
             parameters: In force at frame 0.
             look_alikes: Further discs in the ball's colour, away from the six slots: u, v and radius, px.
         """
@@ -122,7 +139,8 @@ class BallSource:
         self.frame_rate_hz = parameters.frame_rate_hz
         self.frame_count: int | None = None
         self.start = _target(parameters, 0.0)
-        self.noisy = parameters.image_noise_sd > 0
+        self.noisy = parameters.image_noise_sd > 0 or parameters.clutter_count > 0
+        self._chances = Stream(seed, 0, Purpose.SCENE).random((MOST_CLUTTER, 4))
 
     def frame(self, index: int, history: History[BallSceneParameters]) -> Frame:
         """Return the scene at an instant; the same arguments give the same frame, to the bit."""
@@ -130,7 +148,7 @@ class BallSource:
         spans = history.spans(index)
         turns = sum(steps / (past.frame_rate_hz * past.period_s) for steps, past in spans)
         time_s = sum(steps / past.frame_rate_hz for steps, past in spans)
-        image = _picture(parameters, turns, self._look_alikes)
+        image = _picture(parameters, turns, (*self._look_alikes, *_clutter(parameters, self._chances)))
         if parameters.image_noise_sd > 0:
             noise = Stream(self._seed, index, Purpose.SCENE).standard_normal(image.shape)
             noisy = np.rint(image + parameters.image_noise_sd * noise)
@@ -149,6 +167,19 @@ def _centre(parameters: BallSceneParameters, turns: float) -> tuple[float, float
     return float(u), parameters.image_height_px / 2
 
 
+def _clutter(parameters: BallSceneParameters, chances: NDArray[np.float64]) -> list[tuple[float, float, float, float]]:
+    """Return u, v and radius, px, and light of what lies about, given numbers uniform in [0, 1), (count, 4)."""
+    ball, (least, greatest) = parameters.ball_radius_px, CLUTTER_RADII
+    found = []
+    for across, along, size, shade in chances[: parameters.clutter_count].tolist():
+        radius = ball * (least + (greatest - least) * size)
+        gap = ball + radius + CLEARANCE_PX if parameters.ball_path == "swings" else 0.0
+        away = (2 * along - 1) * max(parameters.image_height_px / 2 - gap, 0.0)
+        v = parameters.image_height_px / 2 + away + (gap if away >= 0 else -gap)
+        found.append((parameters.image_width_px * across, v, radius, LEAST_LIGHT + (1 - LEAST_LIGHT) * shade))
+    return found
+
+
 def _zigzag(turns: float) -> float:
     """Return what goes evenly from 1 to -1 and back within a turn."""
     return 4 * abs(turns % 1.0 - 0.5) - 1
@@ -164,12 +195,14 @@ def _target(parameters: BallSceneParameters, turns: float) -> Target:
 
 @lru_cache(maxsize=64)
 def _picture(
-    parameters: BallSceneParameters, turns: float, look_alikes: tuple[tuple[float, float, float], ...]
+    parameters: BallSceneParameters, turns: float, look_alikes: tuple[tuple[float, ...], ...]
 ) -> NDArray[np.uint8]:
     """Draw the scene without noise; two periods of Bando's scene stay in the cache for the next run."""
     image = _ground(parameters.image_width_px, parameters.image_height_px, parameters.background_colour).copy()
-    for u, v, radius in (*look_alikes, (*_centre(parameters, turns), parameters.ball_radius_px)):
-        paint_disc(image, u, v, float(radius), rgb(parameters.ball_colour))
+    colour = np.array(rgb(parameters.ball_colour))
+    for u, v, radius, *light in (*look_alikes, (*_centre(parameters, turns), parameters.ball_radius_px)):
+        shade = np.rint(colour * (light[0] if light else 1.0)).astype(int).tolist()
+        paint_disc(image, u, v, float(radius), tuple(shade))
     paint(image, parameters, parameters.ball_colour)
     image.flags.writeable = False
     return image

@@ -61,8 +61,7 @@ class PointState:
         """About how much memory it takes, bytes."""
         size = 1024
         if self.particles is not None:
-            particles = self.particles
-            size += particles.states.nbytes + 2 * particles.log_weights.nbytes + particles.ancestors.nbytes
+            size += self.particles.nbytes
         if self.lineage is not None:
             size += self.lineage.paths.nbytes
         return size

@@ -67,7 +67,7 @@ def test_linear_models_make_all_three_the_same() -> None:
 def test_unscented_transform_is_right_to_second_order() -> None:
     """The mean and variance of the square of a Gaussian are exact: m^2 + s^2 and 4 m^2 s^2 + 2 s^4."""
     mean, variance = 1.5, 0.49
-    means, covariances, cross = unscented.transform(np.array([[mean]]), np.array([[variance]]), np.square)
+    means, covariances, cross = unscented.transform(np.array([[mean]]), np.array([[[variance]]]), np.square)
     assert means[0, 0] == pytest.approx(mean**2 + variance)
     assert covariances[0, 0, 0] == pytest.approx(4 * mean**2 * variance + 2 * variance**2)
     assert cross[0, 0, 0] == pytest.approx(2 * mean * variance)

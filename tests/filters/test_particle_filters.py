@@ -56,16 +56,26 @@ def _auxiliary(rule: auxiliary.WeightRule, share: float) -> Step:
     return step
 
 
-def _unscented(
-    particles: ParticleSet,
-    model: LinearDynamics,
-    likelihood: LogLikelihood,
-    rng: np.random.Generator,
-    seen: NDArray[np.float64],
-) -> Posterior:
-    return unscented_particle.step(
-        particles, model, likelihood, rng, measurement=seen, observe=lambda x: x, noise_covariance=NOISE
-    )
+def _unscented(*, recursive: bool) -> Step:
+    def step(
+        particles: ParticleSet,
+        model: LinearDynamics,
+        likelihood: LogLikelihood,
+        rng: np.random.Generator,
+        seen: NDArray[np.float64],
+    ) -> Posterior:
+        return unscented_particle.step(
+            particles,
+            model,
+            likelihood,
+            rng,
+            measurement=seen,
+            observe=lambda x: x,
+            noise_covariance=NOISE,
+            recursive=recursive,
+        )
+
+    return step
 
 
 CONSISTENT: dict[str, Step] = {
@@ -74,7 +84,8 @@ CONSISTENT: dict[str, Step] = {
     "auxiliary, corrected": _auxiliary("corrected", 1.0),
     "mixed, corrected": _auxiliary("corrected", 0.5),
     "mixed, balanced": _auxiliary("balanced", 0.5),
-    "unscented": _unscented,
+    "unscented": _unscented(recursive=False),
+    "unscented, recursive": _unscented(recursive=True),
 }
 
 
@@ -177,6 +188,32 @@ def test_unscented_filter_with_useless_measurement_is_the_bootstrap_filter() -> 
         ).particles
         assert np.abs(plain.states - nudged.states).max() <= 1e-12
         assert np.abs(plain.mean - nudged.mean).max() <= 1e-12
+
+
+def test_the_covariance_of_a_recursive_unscented_filter_is_that_of_a_kalman_filter() -> None:
+    """Handed down from one particle to the next it comes, frame by frame, to what a Kalman filter's does."""
+    one = np.eye(2)
+    model = autoregression(2 * one, -one, np.zeros(2), 3 * one)
+    exact = Gaussian(np.zeros(4), np.zeros((4, 4)))
+    particles = ParticleSet.uniform(np.zeros((20, 4)))
+    for t in range(12):
+        seen = None if t in (4, 5) else np.array([1.0 * t, 0.0])
+        exact = kalman.predict(exact, model)
+        if seen is not None:
+            exact, _ = kalman.update(exact, seen, np.eye(2, 4), 100.0 * one)
+        particles = unscented_particle.step(
+            particles,
+            model,
+            lambda states: np.zeros(len(states)),
+            np.random.default_rng(t),
+            measurement=seen,
+            observe=lambda x: x,
+            noise_covariance=100.0 * one,
+            recursive=True,
+        ).particles
+        assert isinstance(particles, unscented_particle.UnscentedParticles)
+        assert particles.covariances == pytest.approx(np.broadcast_to(exact.covariance, (20, 4, 4)))
+    assert exact.covariance[0, 0] > 4 * 9.0
 
 
 def test_unscented_filter_refuses_noise_it_cannot_handle() -> None:

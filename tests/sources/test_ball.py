@@ -121,3 +121,16 @@ def test_a_bouncing_ball_flies_evenly_between_four_walls() -> None:
     assert np.abs(np.diff(places, axis=0)).max(axis=0) == pytest.approx([400 / 90, 0.618 * 400 / 90])
     low = scene(ball_path="bounces", image_height_px=60, amplitude_px=100)
     assert np.ptp([BallSource(0, low).frame(t, History(((0, low),))).target.position[1] for t in range(60)]) <= 50
+
+
+def test_clutter_lies_clear_of_the_swing() -> None:
+    """Each thing more leaves the others where they are, none touches the ball's way, and another seed has others."""
+    bare, few, many = (shown(0, clutter_count=count) for count in (0, 10, 30))
+    added = (few != bare).any(axis=-1)
+    assert added.any()
+    assert (many[added] != bare[added]).any(axis=-1).all()
+    rows = np.flatnonzero((many != bare).any(axis=(1, 2)))
+    assert np.abs(rows - 120).min() > 5
+    assert not np.array_equal(many, shown(0, seed=1, clutter_count=30))
+    shares = many[(many != bare).any(axis=-1)] @ [1.0, 0.0, 0.0] / many[(many != bare).any(axis=-1)].sum(axis=-1)
+    assert shares == pytest.approx(2 / 3, abs=0.01)

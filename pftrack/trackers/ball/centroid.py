@@ -36,6 +36,7 @@ def step_unscented(state: PointState, frame: Frame, parameters: BallTrackerParam
         measurement=chromaticity.centroid(image, model),
         observe=lambda positions: positions,
         noise_covariance=parameters.measurement_noise_px**2 * np.eye(TRACKED),
+        recursive=parameters.recursive_covariance,
         count=parameters.sample_count,
         resample=RESAMPLERS[parameters.resampling],
     )

@@ -193,6 +193,14 @@ class ColourParameters(Parameters):
         group=MODEL,
         trackers=MEASURING,
     )
+    recursive_covariance: bool = parameter(
+        False,
+        "Recursive covariance",
+        "Whether the covariance of each particle's unscented filter is handed down from frame to frame, as Bando has "
+        "it, or begins anew with the process noise, which holds the ball longer.",
+        group=SAMPLING,
+        trackers=("upf",),
+    )
     background_level: float = parameter(
         0.1,
         "Background level rho",

@@ -248,7 +248,7 @@ def unscented_step(
             flat = observations(contiguous_copy(states.reshape(-1, states.shape[-1])), chain.attitude)
             return np.asarray(flat[:, rows].reshape(*states.shape[:-1], len(rows)))
 
-        expected, covariances, _ = unscented.transform(mean[None], covariance, observe)
+        expected, covariances, _ = unscented.transform(mean[None], covariance[None], observe)
         whitened = solve_system(covariances[0] + spread, seen[rows] - expected[0])
         outlier = float(((seen[rows] - expected[0]) * whitened).sum()) > parameters.outlier_limit_sd**2
         if not outlier:

@@ -102,8 +102,8 @@ class LengthParticles(ParticleSet):
 
     @property
     def nbytes(self) -> int:
-        """About how much memory it takes beyond states and weights, bytes."""
-        return sum(one.nbytes for one in (*self.chains, self.values, self.history, self.origins))
+        """About how much memory it takes, bytes."""
+        return super().nbytes + sum(one.nbytes for one in (*self.chains, self.values, self.history, self.origins))
 
     def arrays(self) -> Mapping[str, NDArray[Any]]:
         """Return what a file holds beside the states and weights."""

@@ -108,8 +108,7 @@ class LinkageState:
     def nbytes(self) -> int:
         """About how much memory it takes, bytes."""
         if isinstance(self.belief, ParticleSet):
-            held = self.belief.nbytes if isinstance(self.belief, LengthParticles) else 0
-            return 2048 + self.belief.states.nbytes + 3 * self.belief.log_weights.nbytes + held
+            return 2048 + self.belief.nbytes
         members: tuple[Hypothesis, ...] = self.belief.members
         return 2048 + sum(member.nbytes for member in members)
 
