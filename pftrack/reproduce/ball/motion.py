@@ -216,7 +216,7 @@ def clutter(pool: Pool, full: bool) -> list[Finding]:
 
 
 def _among_many(pool: Pool) -> list[Finding]:
-    """Look for the collapse of the sharpened auxiliary filter among many things of the ball's colour, as in fig. 3.14."""
+    """Look for the collapse of the sharpened APF among many things of the ball's colour, as in fig. 3.14."""
     trackers = "apf", "h-spf", "upf recursive"
     success = {}
     for learning, values in (("no learning", {}), ("fast learning, weak guard", FAST)):
