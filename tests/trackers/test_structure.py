@@ -87,7 +87,7 @@ def test_what_is_missing_may_be_anything(tracker: str) -> None:
 @pytest.mark.parametrize(
     ("seed", "frames", "values"),
     [
-        (2, 216, {"tracked_body": "cloud", "body_seed": 14, "body_points": 6, "slip_share": 0.1}),
+        (2, 216, {"tracked_body": "cloud", "body_seed": 14, "body_points": 6, "slip_share": 0.1, "wrong_odds": 0}),
         (3, 24, {"missing_share": 0.6, "unseen_missing": True, "burst_frames": 60}),
     ],
     ids=["slips", "missing"],

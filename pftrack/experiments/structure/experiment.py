@@ -312,11 +312,11 @@ EXPERIMENT = Experiment(
             "slips",
             "breaks: wrong tracks",
             "growing",
-            {"slip_share": 0.15},
-            about=("trust_px",),
+            {"slip_share": 0.15, "wrong_odds": 0},
+            about=("wrong_odds",),
             watch=(
-                "Watch the shape error: measurements 40 px off that claim to be exact are believed. A least noise of "
-                "20 px mends most of it."
+                "Watch the shape error: measurements 40 px off that claim to be exact are believed. A share of 0.02 "
+                "that may be silently wrong, as by default, mends it."
             ),
         ),
     ),

@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 
 from pftrack.numerics.matrices import cholesky, product, solve_system
 from pftrack.numerics.singular import eigenvalues, singular_values
-from pftrack.structure import growing, online_variational, recursive, variational
+from pftrack.structure import growing, online_variational, recursive
 from pftrack.structure.accumulated import principal_shape
 from pftrack.structure.cameras import residuals_and_slopes
 from pftrack.structure.factorization import metric_transform
 from pftrack.structure.first_window import from_window, pinhole_of
 from pftrack.structure.growing import Growing
 from pftrack.structure.online_variational import Forgetting, Online
+from pftrack.structure.outliers import fit_despite_outliers
 from pftrack.structure.recursive import Recursive
 from pftrack.structure.tracks import FEWEST_VIEWS, Tracks
 from pftrack.structure.variational import strengths_of, transform_covariances
@@ -196,18 +197,17 @@ def windowed(
         for positions, variances in zip(seen.positions[-window:], seen.variances[-window:], strict=True):
             known = online_variational.step(known, positions, variances)
     else:
-        return _batch(seen, prior)
+        return _batch(seen, prior, parameters.wrong_odds)
     strength = _strength(known.rows, known.precisions, known.shape, known.motion)
     newest = known.motion[-2:]
     found = _upgrade(known.shape, known.shape_covariances, known.motion[:, :3], newest, prior.focal_px)
     return Windowed(found, strength, known, known.free_energy)
 
 
-def _batch(seen: Observed, prior: Prior) -> Windowed:
+def _batch(seen: Observed, prior: Prior, wrong: float) -> Windowed:
     if len(seen.positions) < FEWEST_VIEWS:
         return Windowed()
-    tracks = Tracks(seen.positions, seen.variances)
-    fit = variational.fit(tracks)
+    tracks, fit = fit_despite_outliers(Tracks(seen.positions, seen.told), wrong)
     strength = _strength(tracks.matrix, tracks.precisions, fit.shape, fit.motion)
     found = _upgrade(fit.shape, fit.shape_covariances, fit.motion[:, :3], fit.motion[-2:], prior.focal_px)
     return Windowed(found, strength, free_energy=float(fit.free_energies[-1]))
@@ -249,8 +249,7 @@ def grow(belief: Belief, seen: Observed, prior: Prior, parameters: StructureTrac
         return _grown_shape(_after(begun, seen, first, prior, parameters), seen, prior)
     if last + 1 < max(parameters.first_frames, FIRST_VIEWS):
         return Grown()
-    tracks = Tracks(seen.positions[first:], seen.variances[first:])
-    fit = variational.fit(tracks)
+    tracks, fit = fit_despite_outliers(Tracks(seen.positions[first:], seen.told[first:]), parameters.wrong_odds)
     strength = _strength(tracks.matrix, tracks.precisions, fit.shape, fit.motion)
     if not strength > SURE_STRENGTH:
         # The body has not turned, or its points lie in one plane.

@@ -22,7 +22,8 @@ class Observed:
 
     Attributes:
         positions: (W, n, 2) px from the principal point; 0 where the variance is infinite.
-        variances: (W, n, 2) px^2, infinite where a point was not measured.
+        told: (W, n, 2) px^2, infinite where a point was not measured.
+        variances: (W, n, 2) px^2, the same over how likely each measurement is right.
         filled: (W, n, 2) px, a point that was not measured where it was last.
         everything: The same of all frames, as the plain factorization needs it.
         frames: How many there were.
@@ -30,6 +31,7 @@ class Observed:
     """
 
     positions: NDArray[np.float64]
+    told: NDArray[np.float64]
     variances: NDArray[np.float64]
     filled: NDArray[np.float64]
     everything: Accumulated
@@ -39,14 +41,14 @@ class Observed:
     @property
     def nbytes(self) -> int:
         """How much memory it takes."""
-        arrays = self.positions, self.variances, self.filled, self.everything.gram, self.counts
+        arrays = self.positions, self.told, self.variances, self.filled, self.everything.gram, self.counts
         return sum(array.nbytes for array in arrays)
 
 
 def begin(count: int) -> Observed:
     """Return what is known before the first frame of `count` points."""
     nothing = np.zeros((0, count, 2))
-    return Observed(nothing, nothing, nothing, empty(count), 0, np.zeros(count, np.int64))
+    return Observed(nothing, nothing, nothing, nothing, empty(count), 0, np.zeros(count, np.int64))
 
 
 def take(seen: Observed, positions: NDArray[np.float64], variances: NDArray[np.float64]) -> Observed:
@@ -65,6 +67,7 @@ def take(seen: Observed, positions: NDArray[np.float64], variances: NDArray[np.f
     filled = np.where(measured, positions, before)
     return Observed(
         _append(seen.positions, known),
+        _append(seen.told, variances),
         _append(seen.variances, variances),
         _append(seen.filled, filled),
         accumulate(seen.everything, filled),

@@ -30,6 +30,10 @@ class StructureTrackerParameters(Parameters):
     trust_px: float = parameter(
         0, "Least noise", "No measurement is taken as more exact than this, in case the variances are too small.",
         unit="px", ge=0, le=50, step=0.5, group=METHOD)
+    wrong_odds: float = parameter(
+        0.02, "Silently wrong", "What share of the measurements is taken to be wrong without their variance saying so; "
+        "at 0 all are believed, as Bando does.",
+        ge=0, le=0.5, step=0.01, group=METHOD, trackers=("growing", *WINDOWED))
     lens_factor: float = parameter(
         1, "Focal length", "What the camera is assumed to have, as a multiple of what is known of it.",
         ge=0.1, le=10, step=0.05, group=CAMERA)

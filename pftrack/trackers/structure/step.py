@@ -14,9 +14,11 @@ from pftrack.geometry.rotation import angles
 from pftrack.model.frame import Frame, Target
 from pftrack.model.series import Series, SeriesValue
 from pftrack.model.tracker import Tracker
+from pftrack.numerics.matrices import contiguous_copy
 from pftrack.numerics.random import Stream
 from pftrack.sources.tracks.target import BodyTarget
 from pftrack.structure.growing import Growing
+from pftrack.structure.outliers import find_right
 from pftrack.structure.tracks import check_view
 from pftrack.trackers.structure import observed as frames
 from pftrack.trackers.structure.methods import Belief, Grown, Plain, Prior, Windowed, grow, plain, windowed
@@ -57,7 +59,7 @@ def start(
     focal = prior.focal_px * parameters.lens_factor
     guess = flat(seen.filled[-1], rows, precisions, focal)
     state = StructureState(shape, prior, target.principal_px, seen, Plain(), guess, focal)
-    return _take(method, state, (rows, precisions), parameters)
+    return _take(method, state, parameters)
 
 
 def step(
@@ -66,19 +68,42 @@ def step(
     """Take a further view."""
     positions, variances = _measure(frame, state.principal_px, parameters)
     seen = frames.take(state.seen, positions, variances)
-    view = check_view(positions, variances, len(state.body.names))
-    return _take(method, replace(state, seen=seen), view, parameters)
+    return _take(method, replace(state, seen=seen), parameters)
 
 
-def _take(method: Method, state: StructureState, view: View, parameters: StructureTrackerParameters) -> StructureState:
+def _take(method: Method, state: StructureState, parameters: StructureTrackerParameters) -> StructureState:
     focal = float(state.prior.focal_px * parameters.lens_factor)
-    belief = method(state.belief, state.seen, replace(state.prior, focal_px=focal), parameters)
+    prior = replace(state.prior, focal_px=focal)
+    robust = parameters.wrong_odds > 0.0
+    seen = doubt(state.seen, state.belief, focal, parameters.wrong_odds) if robust else state.seen
+    belief = method(state.belief, seen, prior, parameters)
+    state = replace(state, seen=seen)
+    view = check_view(seen.positions[-1], seen.variances[-1], len(state.body.names))
     if belief.found is None:
         shape = place_again(state.placed, *view, focal)
     else:
         shape = place(state.placed, belief.found, *view, focal)
     evidence = belief.log_evidence if isinstance(belief, Grown) else 0.0
     return replace(state, belief=belief, placed=shape, focal_px=focal, log_evidence=evidence)
+
+
+def doubt(seen: frames.Observed, belief: Belief, focal_px: float, wrong: float) -> frames.Observed:
+    """Return what was seen, with the last frame's variances over how likely each measurement is right.
+
+    Args:
+        seen: The frames so far.
+        belief: In the shape before it; nothing is doubted if nothing is known of it yet.
+        focal_px: Of the camera.
+        wrong: Share of the measurements that are wrong.
+    """
+    if belief.found is None:
+        return seen
+    shape, covariances = contiguous_copy(belief.found.points), contiguous_copy(belief.found.covariances)
+    rows, precisions = check_view(seen.positions[-1], seen.told[-1], len(shape))
+    right = find_right(focal_px, contiguous_copy(belief.found.camera), shape, covariances, rows, precisions, wrong)
+    variances = seen.variances.copy()
+    variances[-1] = seen.told[-1] / right[:, None]
+    return replace(seen, variances=variances)
 
 
 def _measure(frame: Frame, principal_px: NDArray[np.float64], parameters: StructureTrackerParameters) -> View:
