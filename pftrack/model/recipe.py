@@ -9,11 +9,12 @@ Everything but the experiment may be left out. Of a recording it says in `footag
 in it; the file itself is found by whoever makes the run.
 """
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
-from pftrack.model.parameters import ParameterError
+from pftrack.model.parameters import ParameterError, Value
 from pftrack.model.timeline import LONGEST_RUN, Change
 from pftrack.numerics.random import LARGEST_SEED
 
@@ -75,6 +76,8 @@ class Recipe(BaseModel):
         frames: Length; None for the recording's or the experiment's own.
         timeline: Changes by ascending frame; those of frame 0 are the initial values.
         footage: The recording; None for the experiment's simulated scene.
+        defaults: Values of the parameters that the timeline does not set, where the run has to come to the same numbers
+            with a version that has other defaults. What that version does not have any more counts for nothing.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -85,6 +88,7 @@ class Recipe(BaseModel):
     frames: Annotated[int, Field(ge=1, le=LONGEST_RUN)] | None = None
     timeline: Annotated[tuple[Change, ...], Field(max_length=10_000)] = ()
     footage: Footage | None = None
+    defaults: dict[Annotated[str, Field(max_length=64)], Value] = {}
 
     @field_validator("seed")
     @classmethod
@@ -112,6 +116,19 @@ class Recipe(BaseModel):
                 raise ParameterError(place, first["input"], "left out: a recipe has no such field") from None
             message = first["msg"][:1].lower() + first["msg"][1:]
             raise ParameterError(place, first["input"], f"as a recipe has it ({message})") from None
+
+    def changes(self, known: Mapping[str, Value]) -> tuple[Change, ...]:
+        """Return the timeline, its beginning filled with those of the recipe's defaults that are other ones today.
+
+        Args:
+            known: Today's values by name.
+        """
+        first = self.timeline[0] if self.timeline and self.timeline[0].frame == 0 else Change(0, {})
+        moved = {name: value for name, value in self.defaults.items() if name in known and known[name] != value}
+        if not moved:
+            return self.timeline
+        later = self.timeline[1:] if first in self.timeline else self.timeline
+        return (Change(0, {**moved, **first.values}), *later)
 
     def with_footage(self, **changes: Any) -> Self:  # noqa: ANN401 - fields of the footage
         """Return the recipe with other fields of its footage; the same recipe if it has none."""

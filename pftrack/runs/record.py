@@ -22,7 +22,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pftrack.experiment import Experiment, Setup
 from pftrack.experiments import find
 from pftrack.files import part_of, settle
-from pftrack.model.parameters import ParameterError
+from pftrack.model.parameters import ParameterError, Value, flat
 from pftrack.model.recipe import Footage, Recipe
 from pftrack.model.sequence import FrameSequence
 from pftrack.model.truth import Truth
@@ -107,11 +107,17 @@ def describe(run: Run, *, path: str | None = None) -> Record:
         path: Where the recording is, seen from the file to be written, if it is to be found there.
     """
     return Record.model_construct(
-        recipe=run.recipe.with_footage(path=path),
+        recipe=run.recipe.with_footage(path=path).model_copy(update={"defaults": _defaults(run)}),
         computed=run.computed + 1,
         estimates_sha256=run.estimates_sha256,
         computed_on=dict(machine.describe_platform()),
     )
+
+
+def _defaults(run: Run) -> dict[str, Value]:
+    """Return the values of the parameters that the run's beginning does not set."""
+    chosen = {name for change in run.timeline.changes if change.frame == 0 for name in change.values}
+    return {name: value for name, value in flat(run.setup.parameters).items() if name not in chosen}
 
 
 def save(run: Run, path: Path, *, states: bool = False, footage_path: str | None = None) -> None:

@@ -108,7 +108,7 @@ class Run:
             tracker=recipe.tracker,
             seed=recipe.seed,
             frames=recipe.frames,
-            timeline=recipe.timeline,
+            timeline=recipe.changes(flat(setup.parameters)),
         )
 
     @property

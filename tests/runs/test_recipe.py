@@ -33,6 +33,7 @@ FULL = Recipe(
         truth={1: (60.0, 30.0, 40.0, 50.0)},
         square=True,
     ),
+    defaults={"forgetting": 0.99},
 )
 
 
@@ -53,9 +54,13 @@ def test_no_field_has_its_default_value() -> None:
 def test_it_is_whole_wherever_a_run_is_kept(tmp_path: Path) -> None:
     """A run, its file, a request and a stored session give back every field."""
     run = make(FULL, open_sequence=opened)
-    assert run.recipe.with_footage(path="clips/face.mp4") == FULL
+    # The default is today's, so that a run need not say it. A file says all of them.
+    short = FULL.model_copy(update={"defaults": {}})
+    assert run.recipe.with_footage(path="clips/face.mp4") == short
     save(run, tmp_path / "a.pft", footage_path="clips/face.mp4")
-    assert read(tmp_path / "a.pft").recipe == FULL
+    kept = read(tmp_path / "a.pft").recipe
+    assert kept.model_copy(update={"defaults": {}}) == short
+    assert kept.defaults.items() >= FULL.defaults.items()
     assert load(tmp_path / "a.pft", open_sequence=opened).recipe == run.recipe
     assert SessionCreate.model_validate({"recipe": json.loads(FULL.model_dump_json())}).recipe == FULL
     branch = BranchSpec(title="Main", run=RunSnapshot(recipe=FULL, tracker="apf"))

@@ -48,6 +48,24 @@ def test_a_saved_run_computes_to_the_same_numbers(run: Run, tmp_path: Path) -> N
     assert again.summary().as_dict()["mean_error_px"] == run.summary().as_dict()["mean_error_px"]
 
 
+def test_a_saved_run_keeps_the_defaults_that_it_had(run: Run, tmp_path: Path) -> None:
+    """Where a default was another one when the run was saved, it counts; what was chosen counts more."""
+    save(run, tmp_path / "a.pft")
+    defaults = read(tmp_path / "a.pft").recipe.defaults
+    assert defaults["gamma_px"] == run.parameters_at(0).gamma_px
+    assert "sample_count" not in defaults
+    assert load(tmp_path / "a.pft").timeline == run.timeline
+    older = {**defaults, "gamma_px": 7.5, "sample_count": 9, "given_up": 3}
+    again = load(_rewritten(tmp_path / "a.pft", defaults=older))
+    first = again.parameters_at(0)
+    assert (first.gamma_px, first.sample_count, first.ball_radius_px) == (7.5, 150, run.parameters_at(0).ball_radius_px)
+    assert again.recipe.timeline[0].values == {"gamma_px": 7.5, "sample_count": 150}
+    assert again.parameters_at(12).gamma_px == 7.5
+    bare = Run(BALL, BALL.simulate(), seed=9, frames=30, timeline=CHANGES[1:])
+    save(bare, tmp_path / "b.pft")
+    assert load(_rewritten(tmp_path / "b.pft", defaults={"gamma_px": 7.5})).parameters_at(0).gamma_px == 7.5
+
+
 def test_diagnostics_and_states_come_along(run: Run, tmp_path: Path) -> None:
     """The file holds every frame's numbers and, on request, every frame's particles."""
     run.seek(4)
