@@ -99,6 +99,38 @@ def test_a_form_says_how_well_the_hand_covers_what_is_seen(clip: FrameSequence) 
     assert "nothing in the picture is classified as a hand" in bad.remark
 
 
+def test_fingers_that_are_taken_for_others_do_not_suit(clip: FrameSequence) -> None:
+    """Tips that are marked in the wrong order are further from the hand that fits than marks are, and it is said so."""
+    setup = wired(clip)
+    assert HAND.suits is not None
+    assert setup.footage is not None
+    tips = HandTips.read(setup.footage.mark).tips
+    exchanged = wired(clip, HandTips.of(tips[[0, 2, 1, 4, 3]]))
+    assert exchanged.footage is not None
+    found = HAND.suits(clip, exchanged.footage, exchanged.parameters)
+    assert found.grade != "well"
+    assert "palms from its mark" in found.remark
+
+
+@pytest.mark.skipif(not CLIP.exists(), reason="the sample clips are not beside this checkout")
+def test_reversed_tips_of_a_real_hand_do_not_suit() -> None:
+    """Two raised fingers cover as much whichever they are taken for; the right order is told, and offered."""
+    sequence = open_sequence(CLIP)
+    for start in (0, 39, 79):
+        [proposed] = sightings(sequence, [start])
+        assert isinstance(proposed.mark, HandTips)
+        turned = HandTips.of(proposed.mark.tips[::-1].copy())
+        found = {}
+        for name, mark in (("right", proposed.mark), ("reversed", turned)):
+            setup = wired(sequence, mark, start=start)
+            assert setup.footage is not None
+            assert HAND.suits is not None
+            found[name] = HAND.suits(sequence, setup.footage, setup.parameters)
+        assert found["right"].grade == "well"
+        assert found["reversed"].grade != "well"
+        assert found["reversed"].better == proposed.mark
+
+
 def test_marked_tips_go_before_what_is_found(clip: FrameSequence) -> None:
     """A thumb that is marked on the other side makes it the other hand; a box is no mark of a hand."""
     setup = wired(clip)

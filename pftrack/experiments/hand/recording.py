@@ -6,12 +6,16 @@ tips corrects that, or begins with a hand that is not open.
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
 from pftrack.detection.open_hand import NoOpenHandError, OpenHand, find_open_hand
 from pftrack.detection.protrusions import HandFeatures, features_of
 from pftrack.detection.raised_fingers import propose
 from pftrack.detection.silhouette import suggest_parameters
 from pftrack.experiment import Setup
 from pftrack.experiments.hand.marks import TIPS, HandTips
+from pftrack.geometry.hand_model import FINGERS
 from pftrack.model.finder import Finder, Sighting
 from pftrack.model.marks import Mark
 from pftrack.model.parameters import ParameterError, revise
@@ -27,6 +31,9 @@ __all__ = ["FINDER", "RecordedHandParameters", "on_video", "suits"]
 
 CLOSELY_SEARCHED, THEN_EVERY, MOST_SEARCHED = 60, 5, 400
 """Pictures that are looked into one by one, then every so-many-th, and in all; each takes some ms."""
+
+FAR_MARK, LOST_MARK = 0.25, 0.6
+"""How far a tip may be from its mark, in palm axes, in a hand that fits well, and in one that fits at all."""
 
 GROWTH_SD = 0.015
 """By which share a hand may grow from picture to picture, as it does when it comes nearer to a real camera."""
@@ -106,10 +113,13 @@ FINDER = Finder(frames_to_search, search, lambda _sequence, sighting: sighting, 
 
 
 def suits(sequence: FrameSequence, footage: Footage, parameters: RecordedHandParameters) -> Suitability:
-    """Return how well the hand that a recording begins with covers the silhouette that is seen."""
-    features = _features(sequence, footage.start, parameters)
+    """Return how well the hand that a recording begins with fits what is seen: its silhouette, and its marked tips.
+
+    Two fingers of a hand cover about the same whichever they are taken for, but then some tip is far from its mark.
+    """
+    features, tips = _features(sequence, footage.start, parameters), HandTips.read(footage.mark).tips
     try:
-        hand = find_open_hand(features, HandTips.read(footage.mark).tips)
+        hand = find_open_hand(features, tips)
     except NoOpenHandError as error:
         return Suitability(
             0.0, str(error), ("change how the hand is separated from the background, or begin with another picture",)
@@ -117,10 +127,34 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: RecordedHandPar
     seen = len(features.protrusions)
     fingers = "1 finger is" if seen == 1 else f"{seen} fingers are"
     remark = f"{fingers} seen, and the hand differs from the silhouette in {100 * hand.misfit:.0f} % of its area"
-    advice = list(hand.remarks)
+    advice, better = list(hand.remarks), None
+    away, value = _distances(hand, tips), _fit(hand, tips)
+    if away.max() > FAR_MARK:
+        worst = int(away.argmax())
+        remark += f"; where it fits best the tip of the {FINGERS[worst]} is {away[worst]:.2f} palms from its mark"
+        turned = tips[::-1].copy()
+        try:
+            other = _fit(find_open_hand(features, turned), turned)
+        except NoOpenHandError:
+            other = 0.0
+        if other > value:
+            better = HandTips.of(turned)
+            advice.append("the marks fit better the other way round, with the thumb at the other end")
     if seen < len(TIPS):
         advice.append("begin with a picture in which all five fingers are spread, which tells how long they are")
-    return Suitability(grade(max(1.0 - hand.misfit, 0.0), 0.5, 0.8), remark, tuple(advice))
+    return Suitability(value, remark, tuple(advice), better)
+
+
+def _fit(hand: OpenHand, tips: NDArray[np.float64]) -> float:
+    """Return how well a hand fits, 0..1: the worse of its cover of the silhouette and its tips' distance from marks."""
+    covered = grade(max(1.0 - hand.misfit, 0.0), 0.5, 0.8)
+    return min(covered, grade(max(1.0 - float(_distances(hand, tips).max()), 0.0), 1.0 - LOST_MARK, 1.0 - FAR_MARK))
+
+
+def _distances(hand: OpenHand, tips: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how far the tips of a hand are from those that are marked (5, 2), px, in palms (5,)."""
+    own = HandTarget.of(hand.pose, hand.scale, hand.shape, hand.shape).tips
+    return np.asarray(np.hypot(*(own - tips).T) / hand.scale)
 
 
 def _first(sequence: FrameSequence, start: int) -> tuple[int, Mark]:
