@@ -75,6 +75,16 @@ class HeadSceneParameters(Parameters):
         step=0.5,
         group=LOOK,
     )
+    blur_px: float = parameter(
+        0,
+        "Blur",
+        "How far the lens is out of focus: standard deviation of a Gaussian, in px of a picture 640 px wide.",
+        unit="px",
+        ge=0,
+        le=8,
+        step=0.25,
+        group=LOOK,
+    )
     image_width_px: int = parameter(
         640,
         "Picture width",

@@ -22,7 +22,7 @@ from pftrack.sources.head.motion import angles_rad, eased_amplitude, script_time
 from pftrack.sources.head.occluders import cover, with_lenses, with_sunglasses
 from pftrack.sources.head.parameters import HeadSceneParameters
 from pftrack.sources.head.rasteriser import lit, project, rasterise
-from pftrack.sources.head.sensor import expose
+from pftrack.sources.head.sensor import blur, expose
 from pftrack.sources.head.texture import LEFT_MM, STEP_MM, TOP_MM, albedo
 from pftrack.sources.head.truth import HeadTarget
 
@@ -133,7 +133,7 @@ class HeadSource:
         )
         hidden = np.zeros(grey.shape, np.bool_)
         cover(grey, hidden, parameters)
-        grey *= np.float32(gain)
+        grey = blur(grey * np.float32(gain), parameters.blur_px * self.size[0] / REFERENCE_WIDTH)
         points, depths = project(product(self.model.points_mm, turn.T) + translation, self.focal_px, centre)
         visible = _visible(points, 1.0 / depths, depth_buffer, hidden)
         return grey, HeadTarget.observe(self.model, theta, translation, points, visible)

@@ -1,3 +1,4 @@
+import cv2
 import numpy as np
 import pytest
 
@@ -7,6 +8,7 @@ from pftrack.model.frame import Frame
 from pftrack.model.parameters import revise
 from pftrack.model.source import History
 from pftrack.sources.head import HeadSceneParameters, HeadSource
+from pftrack.sources.head.sensor import blur
 
 LEFT, RIGHT = FEATURES.index("leye"), FEATURES.index("reye")
 TURNED_LEFT, TURNED_RIGHT = 75, 135
@@ -157,3 +159,20 @@ def test_start_is_frame_0() -> None:
     source = HeadSource(0, HeadSceneParameters())
     assert not source.start.position.any()
     assert np.array_equal(source.start.landmarks.points_px, shown(0).target.landmarks.points_px)
+
+
+def test_a_lens_out_of_focus_blurs_like_a_gaussian() -> None:
+    """The same as OpenCV's Gaussian of that width, in px of a picture 640 px wide; at 0 nothing is done."""
+    sharp = np.random.default_rng(0).uniform(0, 255, (60, 80)).astype(np.float32)
+    assert blur(sharp, 0.0) is sharp
+    expected = cv2.GaussianBlur(sharp, (0, 0), 1.5, borderType=cv2.BORDER_REPLICATE)
+    assert np.abs(blur(sharp, 1.5) - expected).max() < 0.5
+    assert blur(np.full((60, 80), 7.0, np.float32), 2.0) == pytest.approx(7.0, abs=1e-4)
+    rough = {
+        width: np.abs(
+            np.diff(shown(0, image_noise_sd=0, image_width_px=width, blur_px=sd).image_rgb[:, :, 0].astype(int))
+        )
+        for width, sd in ((640, 0), (640, 3), (320, 3))
+    } | {"sharp": np.abs(np.diff(shown(0, image_noise_sd=0).image_rgb[:, :, 0].astype(int)))}
+    assert rough[640].mean() < 0.7 * rough["sharp"].mean()
+    assert rough[320].mean() > rough[640].mean()  # twice as coarse, and blurred by half as many px
