@@ -2,11 +2,30 @@
 
 import math
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Literal, TypeAlias
 
-__all__ = ["Finding", "Own", "Verdict", "claim", "compare", "describe_verdicts", "not_run", "share"]
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "FEWER",
+    "OWN",
+    "PROTOCOL",
+    "SHARE",
+    "TRIALS",
+    "VERDICTS",
+    "Finding",
+    "Own",
+    "Verdict",
+    "claim",
+    "compare",
+    "describe_verdicts",
+    "not_run",
+    "share",
+    "three_errors",
+]
 
 Verdict: TypeAlias = Literal["reproduced", "better", "differs", "our own figure", "not run"]
 VERDICTS: tuple[Verdict, ...] = ("reproduced", "better", "differs", "our own figure", "not run")
@@ -16,6 +35,14 @@ class Own(str):
     """A source that is no reference: a figure of this project, which guards against its own mistakes."""
 
     __slots__ = ()
+
+
+PROTOCOL = "stated with the reference"
+SHARE = "three standard errors of the runs of both sides, and 0.03"
+TRIALS = "three standard errors of the trials of both sides"
+FEWER = "the reference's, wider by as much as fewer trials scatter more"
+OWN = "this project: far below what the statement is about"
+"""Grounds of a tolerance."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,10 +57,11 @@ class Finding:
         verdict: What comes of it. "reproduced" is within the tolerance, or holds; "better" is outside of it on the good
             side, for a stated reason, since a criterion may have become easier; "differs" is neither; "our own figure"
             has no reference and is as it was.
-        source: Where the reference comes from; of a known difference also what is known of it.
-        known: Whether a difference was expected: the reference could not confirm the claim either, or it is known why
-            it comes out otherwise. A difference that is not known is a mistake somewhere.
-        reason: Why it is better.
+        source: Where the reference comes from.
+        known: Whether a difference was expected. A difference that is not known is a mistake somewhere.
+        reason: Why it is better, why it was expected to differ, or why it was not run.
+        ground: Why the tolerance is what it is.
+        timed: Whether it is a time, which no second run repeats.
     """
 
     result: str
@@ -42,8 +70,10 @@ class Finding:
     tolerance: float | None
     verdict: Verdict
     source: str
-    known: bool = True
+    known: bool = False
     reason: str = ""
+    ground: str = ""
+    timed: bool = False
 
     @property
     def fails(self) -> bool:
@@ -65,9 +95,10 @@ def compare(
     tolerance: float,
     source: str,
     *,
-    confirmed: bool = True,
+    known: str = "",
     better: Literal["higher", "lower"] | None = None,
     reason: str = "",
+    ground: str = PROTOCOL,
 ) -> Finding:
     """Judge a figure by its distance from the reference; NaN differs.
 
@@ -77,23 +108,25 @@ def compare(
         reference: What it should be.
         tolerance: How far ours may be from that.
         source: Where the reference comes from.
-        confirmed: Whether it should hold; if not, it is known why.
+        known: Why it may differ; without a reason it must not.
         better: Which side is the good one, if a figure that is outside of the tolerance there is better.
         reason: Why it is.
+        ground: Why the tolerance is what it is.
 
     Raises:
         ValueError: It may be better and there is no reason.
     """
     if better is not None and not reason:
         raise ValueError(f"{result} may be better than its reference, for which a reason must be stated")
+    ours, tolerance = float(ours), float(tolerance)
     if abs(ours - reference) <= tolerance:
         verdict = _held(source)
     elif (better == "higher" and ours > reference) or (better == "lower" and ours < reference):
         verdict = "better"
     else:
         verdict = "differs"
-    said = reason if verdict == "better" else ""
-    return Finding(result, ours, reference, tolerance, verdict, source, known=not confirmed, reason=said)
+    said = reason if verdict == "better" else known if verdict == "differs" else ""
+    return Finding(result, ours, reference, tolerance, verdict, source, bool(known), said, ground)
 
 
 def share(
@@ -104,17 +137,29 @@ def share(
     reference_runs: int,
     source: str,
     *,
-    confirmed: bool = True,
+    known: str = "",
 ) -> Finding:
     """Judge a success rate by the reference's: within three standard errors of the difference, and 0.03.
 
     The allowance is that of a cell of a map; it grows as either side has fewer runs.
     """
     spread = math.sqrt(reference * (1 - reference) * (1 / runs + 1 / reference_runs))
-    return compare(result, successes / runs, reference, 3 * spread + 0.03, source, confirmed=confirmed)
+    return compare(result, successes / runs, reference, 3 * spread + 0.03, source, known=known, ground=SHARE)
 
 
-def claim(result: str, ours: float, *, holds: bool, source: str, confirmed: bool = True) -> Finding:
+def three_errors(values: Sequence[float] | NDArray[np.float64], reference_trials: int) -> float:
+    """Return three standard errors of the difference of two means of trials, ours and as many of the reference.
+
+    The trials of the reference are taken to scatter as ours do.
+
+    Args:
+        values: Of our trials.
+        reference_trials: How many the reference has.
+    """
+    return 3.0 * float(np.std(values, ddof=1)) * math.sqrt(1 / len(values) + 1 / reference_trials)
+
+
+def claim(result: str, ours: float, *, holds: bool, source: str, known: str = "", timed: bool = False) -> Finding:
     """Judge a statement: an ordering, or a count that has to be reached.
 
     Args:
@@ -122,14 +167,17 @@ def claim(result: str, ours: float, *, holds: bool, source: str, confirmed: bool
         ours: The figure that it is judged by.
         holds: Whether it holds for us.
         source: Where it is made.
-        confirmed: Whether the reference could confirm it; if not, it is known that it may not hold.
+        known: Why it may not hold; without a reason it must.
+        timed: Whether it is a time, which no second run repeats.
     """
-    return Finding(result, ours, None, None, _held(source) if holds else "differs", source, known=not confirmed)
+    verdict: Verdict = _held(source) if holds else "differs"
+    said = "" if holds else known
+    return Finding(result, float(ours), None, None, verdict, source, bool(known), said, timed=timed)
 
 
-def not_run(result: str) -> Finding:
-    """Return what is said of a result that was not asked for."""
-    return Finding(result, math.nan, None, None, "not run", "")
+def not_run(result: str, reason: str = "") -> Finding:
+    """Return what is said of a result that was not asked for, or not computed in this form for a reason."""
+    return Finding(result, math.nan, None, None, "not run", "", reason=reason)
 
 
 def describe_verdicts(findings: Iterable[Finding]) -> str:

@@ -18,12 +18,12 @@ class Computed(NamedTuple):
     """What came of a result, and what was told on the way: work done, out of that known so far."""
 
     findings: list[Finding]
-    told: list[tuple[int, int]]
+    told: list[tuple[float, float]]
 
 
 @pytest.fixture(scope="module")
 def cheap() -> Computed:
-    told: list[tuple[int, int]] = []
+    told: list[tuple[float, float]] = []
     return Computed(reproduce([CHEAP], progress=lambda done, known: told.append((done, known))), told)
 
 
@@ -56,8 +56,8 @@ def test_jobs_do_not_change_results(cheap: Computed) -> None:
 
 
 def test_progress_is_told(cheap: Computed) -> None:
-    """Every piece of work done is told, out of those known so far."""
-    assert cheap.told == [(done, 6) for done in range(1, 7)]
+    """Every piece of work done is told, as a share of what all is taken to cost."""
+    assert [done / total for done, total in cheap.told] == pytest.approx([done / 6 for done in range(1, 7)])
 
 
 def test_unknown_results_are_refused() -> None:
@@ -73,12 +73,13 @@ def test_findings_are_judged_honestly() -> None:
     nothing = compare("x", math.nan, 1.0, 0.05, "here")
     assert nothing.fails
     assert nothing.as_dict()["ours"] is None
-    assert compare("x", 1.06, 1.0, 0.05, "here", confirmed=False).verdict == "differs"
-    assert compare("x", 1.04, 1.0, 0.05, "here", confirmed=False).verdict == "reproduced"
+    expected = compare("x", 1.06, 1.0, 0.05, "here", known="another scene")
+    assert (expected.verdict, expected.fails, expected.reason) == ("differs", False, "another scene")
+    assert compare("x", 1.04, 1.0, 0.05, "here", known="another scene").verdict == "reproduced"
     assert claim("x", 1.0, holds=False, source="here").fails
-    assert claim("x", 1.0, holds=False, source="here", confirmed=False).verdict == "differs"
-    assert not claim("x", 1.0, holds=False, source="here", confirmed=False).fails
-    assert claim("x", 1.0, holds=True, source="here", confirmed=False).verdict == "reproduced"
+    assert claim("x", 1.0, holds=False, source="here", known="why").verdict == "differs"
+    assert not claim("x", 1.0, holds=False, source="here", known="why").fails
+    assert claim("x", 1.0, holds=True, source="here", known="why").verdict == "reproduced"
 
 
 def test_better_needs_a_reason_and_a_side() -> None:

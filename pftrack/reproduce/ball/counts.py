@@ -8,7 +8,7 @@ well depends on which of them is taken.
 from dataclasses import replace
 
 from pftrack.reproduce.ball.study import SIXTEEN, cells, compare_cells, rows, tally
-from pftrack.reproduce.finding import Finding, claim, compare
+from pftrack.reproduce.finding import FEWER, PROTOCOL, Finding, claim, compare
 from pftrack.reproduce.pool import Pool
 from pftrack.sweep import Axis
 
@@ -19,6 +19,12 @@ CELL_RUNS = 80
 SHARED_SEEDS_ALLOWANCE = 0.08
 """With a hundred particles runs with the same seed are lost alike in all cells, and the reference shares eighty seeds
 between cells, where ours differ: ours is 0.32 whatever the seeds."""
+
+SHARED_SEEDS = "three standard errors of the reference's eighty seeds, which all of its cells share"
+QUICK_WIDER = 2.0
+"""Of five layouts of twenty."""
+
+OTHER_READING = "it holds in the other reading of the scene only, and so it does in the reference"
 
 SUCCESS: dict[str, dict[int, float]] = {
     "h-spf": {50: 0.040, 100: 0.267, 200: 0.622, 400: 0.596, 800: 0.523, 1200: 0.460, 1600: 0.381},
@@ -38,15 +44,16 @@ CELLS: dict[str, tuple[tuple[float, ...], ...]] = {
 def sample_count(pool: Pool, full: bool) -> list[Finding]:
     """Success and error over the number of particles, pooled over sixteen cells, and the cells with 800 particles."""
     counts = tuple(SUCCESS["h-spf"]) if full else (50, 100, 200, 800, 1600)
-    scene = replace(SIXTEEN, axes=(Axis("sample_count", counts),))
+    scene = replace(SIXTEEN, layouts=20 if full else 5, axes=(Axis("sample_count", counts),))
     table = rows(pool, scene.plan(("h-spf", "s-spf"), 4 if full else 1))
     findings = []
     for tracker, references in SUCCESS.items():
         pooled = {count: tally(table, tracker=tracker, sample_count=count) for count in counts}
         for count, whole in pooled.items():
             name = f"sample-count: {tracker}, success with N = {count}"
-            allowed = SHARED_SEEDS_ALLOWANCE if count == 100 else 0.05
-            findings.append(compare(name, whole.success, references[count], allowed, SOURCE))
+            allowed = (SHARED_SEEDS_ALLOWANCE if count == 100 else 0.05) * (1.0 if full else QUICK_WIDER)
+            ground = FEWER if not full else SHARED_SEEDS if count == 100 else PROTOCOL
+            findings.append(compare(name, whole.success, references[count], allowed, SOURCE, ground=ground))
             if full and count >= 200:
                 name = f"sample-count: {tracker}, error with N = {count}, px"
                 findings.append(compare(name, whole.error, ERROR[tracker][count], 0.5, SOURCE))
@@ -60,6 +67,6 @@ def sample_count(pool: Pool, full: bool) -> list[Finding]:
         findings.append(claim(name, success[200] - success[1600], holds=holds, source=SOURCE))
         name = f"sample-count: {tracker}, the error falls as well with N from 1600 to 200, px"
         change = pooled[200].error - pooled[1600].error
-        source = "Bando 2007, ch. 3 section 3.3; in the other reading of the scene only"
-        findings.append(claim(name, change, holds=change < -0.25, source=source, confirmed=False))
+        holds = change < -0.25
+        findings.append(claim(name, change, holds=holds, source="Bando 2007, ch. 3 section 3.3", known=OTHER_READING))
     return findings

@@ -5,12 +5,14 @@ Condensation and the auxiliary filter stand beside the switching filters, althou
 simulation, because the sharpened auxiliary filter beats both of them.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pyarrow as pa
 
 from pftrack.numerics.statistics import chi_square, rank_sum
 from pftrack.reproduce.ball.study import COARSE, Tally, cells, compare_cells, rows, tally
-from pftrack.reproduce.finding import Finding, claim, compare
+from pftrack.reproduce.finding import FEWER, PROTOCOL, Finding, claim, compare
 from pftrack.reproduce.pool import Pool
 
 __all__ = ["coarse_map"]
@@ -66,6 +68,9 @@ POOLED: dict[str, tuple[float, float, float]] = {
 }
 """Over all cells: success, error of successful runs in px, share of particles from the observation sampler."""
 
+QUICK_WIDER = 2.2
+"""Of four layouts of twenty."""
+
 CORRECTED = {"apf": 0.045, "h-spf": 0.040, "s-spf": 0.056}
 """Pooled success with corrected weights."""
 
@@ -73,28 +78,32 @@ CORRECTED = {"apf": 0.045, "h-spf": 0.040, "s-spf": 0.056}
 def coarse_map(pool: Pool, full: bool) -> list[Finding]:
     """Success, error and sampler shares on 25 cells, for every tracker and weight rule of the reference.
 
-    The quick form has one run for each cell and layout, which is enough for pooled figures but not for single cells.
+    The quick form has a run for each cell and every fifth layout, for pooled figures but not for single cells.
     """
-    table = rows(pool, COARSE.plan(tuple(POOLED), 10 if full else 1))
+    scene = COARSE if full else replace(COARSE, layouts=4)
+    table = rows(pool, scene.plan(tuple(POOLED), 10 if full else 1))
+    wider, ground = (1.0, PROTOCOL) if full else (QUICK_WIDER, FEWER)
     findings = []
     pooled: dict[str, float] = {}
     for tracker, (success, error, observed) in POOLED.items():
         whole = tally(table, tracker=tracker)
         pooled[tracker] = whole.success
         findings += [
-            compare(f"occlusion: {tracker}, pooled success", whole.success, success, 0.04, SOURCE),
-            compare(f"occlusion: {tracker}, pooled error, px", whole.error, error, 0.5, SOURCE),
+            compare(
+                f"occlusion: {tracker}, pooled success", whole.success, success, 0.04 * wider, SOURCE, ground=ground
+            ),
+            compare(f"occlusion: {tracker}, pooled error, px", whole.error, error, 0.5 * wider, SOURCE, ground=ground),
             compare(f"occlusion: {tracker}, observation share", whole.observation_share, observed, 0.05, SOURCE),
         ]
         if full:
             found = cells(table, COARSE, tracker=tracker)
             title = f"occlusion: {tracker}, success"
             findings += compare_cells(title, found, COARSE, CELLS[tracker], REFERENCE_RUNS, SOURCE)
-    corrected = rows(pool, COARSE.plan(tuple(CORRECTED), 5 if full else 1, apf_weights="corrected"))
+    corrected = rows(pool, scene.plan(tuple(CORRECTED), 5 if full else 1, apf_weights="corrected"))
     for tracker, success in CORRECTED.items():
         whole = tally(corrected, tracker=tracker)
         name = f"occlusion: {tracker} with corrected weights, pooled success"
-        findings.append(compare(name, whole.success, success, 0.04, SOURCE))
+        findings.append(compare(name, whole.success, success, 0.04 * wider, SOURCE, ground=ground))
         pooled[f"{tracker} corrected"] = whole.success
     return findings + _claims(pooled) + (_tests(table) if full else [])
 
@@ -110,15 +119,15 @@ def _claims(pooled: dict[str, float]) -> list[Finding]:
             "occlusion: switching succeeds more often than always drawing by observation (h-SPF less APF)",
             over_apf,
             holds=over_apf > 0,
-            source="implied by Bando 2007; not supported",
-            confirmed=False,
+            source="implied by Bando 2007, ch. 3",
+            known="not in the reference either: with sharpened weights always drawing by observation is best here",
         ),
         claim(
             "occlusion: h-SPF succeeds more often than s-SPF with corrected weights too (gap)",
             corrected_gap,
             holds=corrected_gap > 0.04,
-            source="implied by Bando 2007; gone with corrected weights",
-            confirmed=False,
+            source="implied by Bando 2007, ch. 3",
+            known="not in the reference either: with weights that are a valid importance sampler the gap is gone",
         ),
     ]
 

@@ -28,6 +28,7 @@ __all__ = [
     "Outcome",
     "Successes",
     "TrainingClip",
+    "edge_ms",
     "follow",
     "learn_from_truth",
     "successes",
@@ -120,6 +121,17 @@ def follow(work: tuple[Clip, tuple[Condition, ...], int]) -> list[Outcome]:
                         break
         outcomes.append(Outcome(found, 1e3 * (process_time() - began) / frames))
     return outcomes
+
+
+def edge_ms(shown: Clip, frames: int = 30) -> float:
+    """Return the processor time of finding the edges of a frame, ms."""
+    parameters: Any = revise(find("fish").simulate().parameters, {"tank_number": shown.number, "lively": shown.lively})
+    source, history = FishSource(0, parameters), History(((0, parameters),))
+    pictures = [source.frame(frame, history) for frame in range(frames)]
+    began = process_time()
+    for picture in pictures:
+        find_edges(picture, parameters)
+    return 1e3 * (process_time() - began) / frames
 
 
 class Successes(NamedTuple):

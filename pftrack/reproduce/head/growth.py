@@ -40,7 +40,6 @@ def growth(pool: Pool) -> list[Finding]:
             by_grown / by_own,
             holds=by_grown < 1.2 * by_own,
             source=OURS,
-            confirmed=False,
         ),
         claim(
             f"{name}: share whom it tracks better than the mean model (more than half)",

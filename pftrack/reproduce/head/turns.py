@@ -54,6 +54,8 @@ PACES = ((1.0, 1.3, 0.8), (1.0, -0.7, 1.2), (-1.0, 1.0, -0.9))
 
 MOST_ERROR_DEG, LEAST_TRACKED, LOST_DEG = 5.0, 0.95, 15.0
 
+FLAT = "flat templates look otherwise as soon as the head turns; it is why there are templates in relief"
+
 RELIEF: dict[str, Value] = {**AS_PUBLISHED, "templates": "relief", "upper_layer": "perspective"}
 
 
@@ -125,7 +127,7 @@ class Outcome:
 def turns(pool: Pool) -> list[Finding]:
     """Track six people with twenty seeds each, by flat templates and in relief, and judge the worst."""
     findings = []
-    for name, values, reached in (("templates in relief", RELIEF, True), ("flat templates", AS_PUBLISHED, False)):
+    for name, values, known in (("templates in relief", RELIEF, ""), ("flat templates", AS_PUBLISHED, FLAT)):
         outcomes = [one for each in pool.map(_run_clip, [(person, values) for person in PEOPLE]) for one in each]
         error = max(float(one.errors_deg[0]) for one in outcomes)
         tracked = min(one.tracked_share for one in outcomes)
@@ -136,14 +138,14 @@ def turns(pool: Pool) -> list[Finding]:
                 error,
                 holds=within,
                 source=OURS,
-                confirmed=reached,
+                known=known,
             ),
             claim(
                 f"head: fast turns, {name}: worst share of the frames tracked (at least 0.95)",
                 tracked,
                 holds=tracked >= LEAST_TRACKED,
                 source=OURS,
-                confirmed=reached,
+                known=known,
             ),
         ]
     return findings

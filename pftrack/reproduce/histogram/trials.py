@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from pftrack.experiments import find
+from pftrack.experiments.histogram.settings import LECTURE
 from pftrack.model.parameters import Value, revise
 from pftrack.model.source import History
 from pftrack.numerics.random import Purpose, Stream
@@ -18,6 +20,29 @@ FRAMES, LAST, LOST_PX, SEEN = 120, 10, 14.0, 0.7
 """A success is within 14 px in each of the last 10 frames; errors are taken where 70 % of the target are seen."""
 
 
+SETTINGS: Mapping[str, Value] = MappingProxyType(
+    {
+        "look_alike_red": 0.68,
+        "occlusion_width_px": 46,
+        "occlusion_offset_px": 69,
+        "column_colours": "lawn",
+        "lighting_amplitude": 0.08,
+        "image_noise_sd": 4,
+        "sample_count": 300,
+        "apf_weights": "sharpened",
+        "resampling": "systematic",
+        "resampling_threshold": 1,
+        "process_noise_px": 1.5,
+        "velocity_noise_px": 0.3,
+        "initial_velocity_px": 1,
+        "search_reach_px": 8,
+        "window_width_px": 25,
+        "window_height_px": 33,
+    }
+)
+"""What the reference's protocol says besides the lecture's settings; nothing is left to defaults, which may change."""
+
+
 @dataclass(frozen=True)
 class Case:
     """A condition.
@@ -25,7 +50,7 @@ class Case:
     Attributes:
         scene: Number of the scene.
         tracker: Name of the tracker.
-        values: Of parameters that differ from the defaults.
+        values: Of parameters that differ from `LECTURE` and `SETTINGS`.
         count: Runs, with the seeds from 0 on.
     """
 
@@ -51,7 +76,9 @@ class Outcome:
 def runs(case: Case) -> Outcome:
     """Carry out the runs of a case."""
     experiment = find("histogram")
-    parameters: Any = revise(experiment.simulate().parameters, {"scene_number": case.scene, **case.values})
+    parameters: Any = revise(
+        experiment.simulate().parameters, {**LECTURE, **SETTINGS, "scene_number": case.scene, **case.values}
+    )
     history = History(((0, parameters),))
     source = LawnSource(0, parameters)
     frames = [source.frame(index, history) for index in range(FRAMES)]

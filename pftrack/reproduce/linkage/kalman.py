@@ -138,7 +138,7 @@ def cross(pool: Pool, full: bool) -> list[Finding]:
         if beam != 2:  # half of whose runs succeed, so that the median may be either
             tolerance = 0.02 if beam == 4 else 0.3
             findings.append(compare(f"{title}, median error, rad", float(np.median(errors)), median, tolerance, PLANE))
-    for tracker, before in OWN_CROSS_RATES.items():
+    for tracker, before in OWN_CROSS_RATES.items() if full else ():  # the particles take longer than all else
         successes = int(np.count_nonzero(_last_errors(pool, tracker, CROSS, runs) < SUCCESS_RAD))
         title = f"linkage: cross, {tracker}, share of successes"
         findings.append(share(title, successes, runs, before, OWN_CROSS_RUNS, OURS))
@@ -184,7 +184,15 @@ def recovery(pool: Pool, full: bool) -> list[Finding]:
         courses = pool.map(partial(run_swing, theta=theta, r=r, start=start), conditions)
         failed = float(np.mean([one.errors[-LAST:].mean() >= SUCCESS_RAD for one in courses]))
         result = f"linkage: still for 90 frames, then {title}: share of filters that fail"
-        findings.append(claim(result, failed, holds=failed > 0.5, source=STILL, confirmed=False))
+        findings.append(
+            claim(
+                result,
+                failed,
+                holds=failed > 0.5,
+                source=STILL,
+                known="the filter recovers in all runs, and in the reference",
+            )
+        )
         worst = float(np.max([np.abs(one.lengths[89] - r) / one.deviations[89] for one in courses]))
         result = f"linkage: still for 90 frames, then {title}: worst error of a length before, in sd (at least 3)"
         findings.append(claim(result, worst, holds=worst > 3.0, source=BOTH))

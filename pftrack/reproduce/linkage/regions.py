@@ -48,6 +48,7 @@ SPACE_ENDS = (((62.3, 63.7), (71.9, 75.3)), ((50.0, 50.0), (66.0, 70.0)), ((45.8
 """Ranges over seeds of the ends of the final intervals, px."""
 
 CLAIMED_PX = 5.0
+NO_LENGTH = "guides shrink by the extent of the ellipsoid alone, and learn no length; nor do the reference's"
 
 Worded: TypeAlias = tuple[str, tuple[tuple[str, Value], ...]]
 """A tracker, and values of parameters by name."""
@@ -108,7 +109,15 @@ def _judge_intervals(one: list[RunResult], other: list[RunResult]) -> list[Findi
         findings.append(claim(result, ordered, holds=ordered == 1.0, source=SOURCE))
     apart = sum(bool(a[2, 1] < b[2, 0]) for a, b in pairs) / len(pairs)
     result = "linkage: two objects are distinguished by all lengths, r_3 too"
-    findings.append(claim(result, apart, holds=apart == 1.0, source=APART, confirmed=False))
+    findings.append(
+        claim(
+            result,
+            apart,
+            holds=apart == 1.0,
+            source=APART,
+            known="guides of ellipsoids or boxes alike tell r_3 of no pair, nor do the reference's",
+        )
+    )
     return findings
 
 
@@ -153,7 +162,7 @@ def ingredients(pool: Pool, full: bool) -> list[Finding]:
         findings.append(compare(result, widest, 20.0, 1.0, PARTS))
         claimed = f"linkage: Shimada's ellipsoids{title}, half widths of all lengths, the greatest (about 5), px"
         half = max(float(np.diff(_last(one)).max()) / 2.0 for one in (*first, *second))
-        findings.append(claim(claimed, half, holds=half <= CLAIMED_PX + 1.0, source=CLAIM, confirmed=False))
+        findings.append(claim(claimed, half, holds=half <= CLAIMED_PX + 1.0, source=CLAIM, known=NO_LENGTH))
     kept = [float(np.mean([one.contained.mean() for one in some])) for some in rest[2:]]
     result = "linkage: printed prediction P + du I, frames in which the truth is contained, moving chains (.06 to .16)"
     findings.append(claim(result, max(kept[:-1]), holds=0.0 < max(kept[:-1]) < 0.3, source=PARTS))

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from pftrack.figures.picture import save
 from pftrack.numerics.random import Purpose, Stream
-from pftrack.reproduce.finding import Finding, Own, claim, compare
+from pftrack.reproduce.finding import PROTOCOL, TRIALS, Finding, Own, claim, compare, three_errors
 from pftrack.reproduce.pool import Pool
 from pftrack.reproduce.structure.figures import draw
 from pftrack.reproduce.structure.scenes.prism import CENTRES
@@ -38,13 +38,24 @@ __all__ = ["faces", "prism"]
 
 SOURCE = "Bando 2007, ch. 4 section 5.3; reference implementation"
 SOURCE_FACE = "Bando 2007, ch. 4 section 5.4; reference implementation"
-NOT_REPRODUCED = "Bando 2007, ch. 4 section 5.3; not reproduced"
+CLAIM, CLAIM_FACE = "Bando 2007, ch. 4 section 5.3", "Bando 2007, ch. 4 section 5.4"
+FORGETTING = (
+    "the forgetting is alike for all points, so that the window forgets what it does not see; nor in the reference"
+)
+FORGETTING_PRISM = (
+    "the window forgets all points alike, also those that it does not see: forgetting by information gives a "
+    "fifth; the reference has 6.9"
+)
+AXES = (
+    "how long what is hidden hangs on the axes about which the prism turns, which Bando leaves open: about the others "
+    "centres are even better than corners; the reference has 1.08"
+)
+GREATEST = "the free energy of a window says nothing of the frames before it; nor in the reference"
 OURS = Own("this project, beyond Bando 2007, ch. 4 section 5.5")
 
 TOLERANCE = {"svd": 0.03, "batch": 0.003, "online": 0.03}
-MOST_RELATIVE = {"svd": 0.3, "batch": 0.3, "online": 1.0}
-"""Of the reference: its tolerances are for the prism, and without hidden points the error by singular
-values is far smaller than that."""
+MOST_RELATIVE = 0.15
+"""Of the reference: renderers differ by so much even where trials hardly scatter."""
 
 FACES: dict[Body, tuple[float, float, float]] = {
     99: (0.025, 0.014, 0.029),
@@ -67,31 +78,32 @@ BATCHES: tuple[tuple[str, variational.Initial, float, float], ...] = (
 GAINED = (0.9676, 0.9934)
 """Share of the rise of the free energy over ten passes that two and three have brought."""
 
+QUICK_TRIALS, REFERENCE_TRIALS = 4, 50
+
 REMEMBER = 1.0
 """lambda of the forgetting by information: nothing is forgotten but what is replaced by something better."""
 
 
 def prism(pool: Pool, full: bool) -> list[Finding]:
     """Shape errors of all methods on the prism (figures 4.21 to 4.24)."""
-    trials = [Trial("prism", seed) for seed in range(50 if full else 6)]
+    trials = [Trial("prism", seed) for seed in range(50 if full else QUICK_TRIALS)]
     courses = pool.map(run_trial, trials)
     common, own = _online(pool, trials, 0.5), _online(pool, trials, REMEMBER, own=True)
     ours = _compare("structure: prism", courses, common, (0.204, 0.0156, 0.108), SOURCE)
     steps = _steps(common)
-    points = np.mean([one.residuals_mm for one in common], axis=0)
     published = float(np.mean([one.published for one in common]))
     findings = [
         *ours,
         compare("structure: prism, online, mean over all steps", steps, 0.105, TOLERANCE["online"], SOURCE),
-        compare("structure: prism, online, corners, mm", float(points[: CENTRES.start].mean()), 1.33, 0.3, SOURCE),
-        compare("structure: prism, online, centres of faces, mm", float(points[CENTRES].mean()), 1.44, 0.3, SOURCE),
+        *_residuals(common),
         claim(
             "structure: prism, the shape of the greatest free energy is better than the average step's (gain)",
             steps - published,
             holds=steps - published > 0.01,
-            source=NOT_REPRODUCED,
-            confirmed=False,
+            source=CLAIM,
+            known=GREATEST,
         ),
+        *_online_beside_batch(courses, common),
         *_energies(courses),
         *_beyond("structure: prism", courses, common, own),
     ]
@@ -112,6 +124,43 @@ def prism(pool: Pool, full: bool) -> list[Finding]:
     return findings
 
 
+def _residuals(common: Sequence[OnlineResult]) -> list[Finding]:
+    """Return how far off the corners and the centres of faces are."""
+    findings = []
+    for name, which, reference in (
+        ("corners", slice(0, CENTRES.start), 1.33),
+        ("centres of faces", CENTRES, 1.44),
+    ):
+        off = [float(one.residuals_mm[which].mean()) for one in common]
+        allowed = three_errors(off, REFERENCE_TRIALS)
+        result = f"structure: prism, online, {name}, mm"
+        findings.append(compare(result, _mean(off), reference, allowed, SOURCE, ground=TRIALS))
+    return findings
+
+
+def _online_beside_batch(courses: Sequence[TrialResult], common: Sequence[OnlineResult]) -> list[Finding]:
+    """Judge that the online method is but a little worse than the batch, and mainly at the centres of faces."""
+    ratio = _mean([one.published for one in common]) / _mean([one.batch for one in courses])
+    points = np.mean([one.residuals_mm for one in common], axis=0)
+    centres = float(points[CENTRES].mean() / points[: CENTRES.start].mean())
+    return [
+        claim(
+            "structure: prism, the online error is a little above the batch's (ratio, below 2)",
+            ratio,
+            holds=ratio < 2.0,
+            source=CLAIM,
+            known=FORGETTING_PRISM,
+        ),
+        claim(
+            "structure: prism, the online error is mainly at the centres of faces (over that of corners, above 1.25)",
+            centres,
+            holds=centres > 1.25,
+            source=CLAIM,
+            known=AXES,
+        ),
+    ]
+
+
 def faces(pool: Pool, full: bool) -> list[Finding]:
     """Shape errors on the faces of three drivers, and the pose by a face that grows."""
     findings: list[Finding] = []
@@ -123,7 +172,7 @@ def faces(pool: Pool, full: bool) -> list[Finding]:
         findings += _compare(name, courses, common, references, SOURCE_FACE, ordered=False)
         gain = _mean([one.svd for one in courses]) - _steps(common)
         result = f"{name}, the online method is better than singular values (gain, mean over steps)"
-        findings.append(claim(result, gain, holds=gain > 0.005, source=NOT_REPRODUCED, confirmed=False))
+        findings.append(claim(result, gain, holds=gain > 0.005, source=CLAIM_FACE, known=FORGETTING))
         findings += _beyond(name, courses, common, own)
         findings += _grow(pool, name, trials)
         if pool.folder is not None and full and driver == 99:
@@ -152,10 +201,18 @@ def _compare(
         "online": _mean([one.published for one in common]),
     }
     titles = {"svd": "singular values", "batch": "variational, 10 passes", "online": "online, as published"}
-    findings = [
-        compare(f"{name}, {titles[method]}", ours[method], reference, _tolerance(method, reference), source)
-        for method, reference in zip(ours, references, strict=True)
-    ]
+    trials = {
+        "svd": [one.svd for one in courses],
+        "batch": [one.batch for one in courses],
+        "online": [one.published for one in common],
+    }
+    findings = []
+    for method, reference in zip(ours, references, strict=True):
+        stated = TOLERANCE[method]
+        # What is stated is for the prism with hidden points: beside errors that are far smaller it says nothing.
+        scatter = max(three_errors(trials[method], len(courses)), MOST_RELATIVE * reference)
+        allowed, ground = (stated, PROTOCOL) if stated <= scatter else (scatter, TRIALS)
+        findings.append(compare(f"{name}, {titles[method]}", ours[method], reference, allowed, source, ground=ground))
     if not ordered:
         return findings
     holds = ours["batch"] < ours["online"] < ours["svd"]
@@ -220,7 +277,6 @@ def _grow(pool: Pool, name: str, trials: Sequence[Trial]) -> list[Finding]:
             float(published),
             holds=bool(published < 1.2 * by_truth),
             source=OURS,
-            confirmed=False,
         ),
     ]
 
@@ -246,10 +302,6 @@ def _batch(trial: Trial, initial: variational.Initial, gamma: float) -> float:
     rng = Stream(trial.seed, 0, Purpose.START)
     found = variational.fit(body.tracks, initial=initial, gamma=gamma, rng=rng)
     return shape_error(found.shape, body.shape_mm)
-
-
-def _tolerance(method: str, reference: float) -> float:
-    return min(TOLERANCE[method], MOST_RELATIVE[method] * reference)
 
 
 def _steps(outcomes: Sequence[OnlineResult]) -> float:

@@ -22,7 +22,7 @@ from pftrack.experiments import find
 from pftrack.filters.trajectories.whole import Method, Settings, follow
 from pftrack.model.source import History
 from pftrack.rendering import png, render_beside
-from pftrack.reproduce.finding import Finding, claim, compare
+from pftrack.reproduce.finding import FEWER, PROTOCOL, Finding, claim, compare, not_run
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Change, Run
 from pftrack.sources.corners.motion import FRAMES
@@ -33,11 +33,20 @@ from pftrack.trackers.trajectories.corner_parameters import CornerParameters
 __all__ = ["Scene", "pictures", "scene", "search_figure"]
 
 SOURCE = "Ichimura and Ikoma 2000, section 5.2; reference implementation"
-FEW, MANY = 8, 16
+FEW, MANY = 4, 16
 JUMP = 27
 """A frame in which the light of the preset jumps."""
 QUARTER = 0.25
 FAR_PX, MIXED_BELOW = 5.0, 0.3
+
+QUICK_WIDER = 2.0
+"""Of four scenes of sixteen."""
+HARD = "our scenes are harder: after two jumps of the light in a row a match does not come back"
+
+NO_RECORDING = (
+    "the recording is not part of pftrack; docs/experiments/trajectories.md tells what was measured: none is better, "
+    "since what covers a corner stays for longer than the lag, and a mismatch that lasts is a consistent track"
+)
 
 METHODS: tuple[Method, ...] = ("lg", "lng", "nlng")
 POINTS = 59.75
@@ -78,8 +87,9 @@ class Scene:
 def pictures(pool: Pool, full: bool) -> list[Finding]:
     """Errors of corners on the simulated sequence, measured and smoothed by each filter."""
     scenes = pool.map(scene, range(MANY if full else FEW))
+    wider = 1.0 if full else QUICK_WIDER
     findings = [
-        _compare(what, float(np.mean([getattr(one, name) for one in scenes])), reference)
+        _compare(what, float(np.mean([getattr(one, name) for one in scenes])), reference, wider)
         for what, name, reference in (
             ("followed", "points", POINTS),
             ("mixed tracks", "mixed", MIXED),
@@ -90,7 +100,13 @@ def pictures(pool: Pool, full: bool) -> list[Finding]:
         means = np.mean([one.errors[name] for one in scenes], axis=0)
         title = "measured" if name == "raw" else f"{name} smoothed"
         findings += [
-            _compare(f"{title}, {what}, px", float(mean), reference, confirmed=name not in HARDER or what == CLEAN)
+            _compare(
+                f"{title}, {what}, px",
+                float(mean),
+                reference,
+                wider,
+                known=HARD if name in HARDER and what != CLEAN else "",
+            )
             for what, mean, reference in zip(WHAT, means, references, strict=True)
         ]
     orders = [tuple(one.errors[name][0] for name in TABLE) for one in scenes]
@@ -98,11 +114,17 @@ def pictures(pool: Pool, full: bool) -> list[Finding]:
     if pool.folder is not None:
         (pool.folder / "trajectories-search.png").write_bytes(png(search_figure()))
     statement = "corners: scenes in which each of measured, lg, lng and nlng is better than the one before (share)"
-    return [*findings, claim(statement, ordered, holds=ordered >= 0.75, source=SOURCE)]
+    return [
+        *findings,
+        claim(statement, ordered, holds=ordered >= 0.75, source=SOURCE),
+        not_run("corners: on a recording, each filter is better than the measured track", NO_RECORDING),
+    ]
 
 
-def _compare(what: str, ours: float, reference: float, *, confirmed: bool = True) -> Finding:
-    return compare(f"corners: {what}", ours, reference, QUARTER * reference, SOURCE, confirmed=confirmed)
+def _compare(what: str, ours: float, reference: float, wider: float, *, known: str = "") -> Finding:
+    ground = PROTOCOL if wider == 1.0 else FEWER
+    allowed = QUARTER * wider * reference
+    return compare(f"corners: {what}", ours, reference, allowed, SOURCE, known=known, ground=ground)
 
 
 def scene(seed: int) -> Scene:

@@ -18,7 +18,7 @@ from pftrack.figures.picture import save
 from pftrack.filters.trajectories.cloud import Cloud
 from pftrack.filters.trajectories.modes import logs_mode
 from pftrack.filters.trajectories.whole import Method, Settings, Smoothed, follow, likelihood_surface, track_error
-from pftrack.reproduce.finding import Finding, claim, compare
+from pftrack.reproduce.finding import PROTOCOL, TRIALS, Finding, claim, compare, three_errors
 from pftrack.reproduce.pool import Pool
 from pftrack.reproduce.trajectories.figures import draw
 from pftrack.sources.trajectories.reference import REFERENCE_PX
@@ -30,6 +30,11 @@ SOURCE = "Ichimura and Ikoma 2000, table 1; reference implementation"
 LIKELIHOOD = "Ichimura and Ikoma 2000, section 5.1; reference implementation"
 READING = "reference implementation"
 CHECK = "reference implementation: particles under Gaussian noise"
+
+LEARNED_LATE = (
+    "scales have no noise and begin too wide, so that a smoother of 25 frames cannot undo what the first "
+    "frames cost; the reference is behind by as much, 0.021"
+)
 
 METHODS: tuple[tuple[Method, float], ...] = (("lg", 10.0), ("lng", 1.0), ("nlng", 3.0))
 """With the sigma^2 that is given to each in section 5.1; tau^2 is 1."""
@@ -54,12 +59,16 @@ AT_OUTLIERS = {
     "nlng": (1.5, 0.6, 1.5, 2.4, 1.9, 1.4),
 }
 """Median errors at the six frames with outliers, px."""
+ROUNDED = 0.05 + 1e-9
+MEDIAN = 1.2533
+"""By how much a median of Gaussian numbers scatters more than their mean."""
 
 LAWS = (0.62, 0.54)
 """sigma^2 and tau^2 that the self-organising filter ends with, px^2, medians."""
 
 EXACT_DIFFERENCES = {500: (0.21, 0.58), 2000: (0.09, 0.31), 8000: (0.05, 0.17)}
 """Of particles and the Kalman filter, filtered and smoothed, px, by the number of particles."""
+ELEVEN = "this project: as far as eleven runs of so few particles scatter"
 
 
 def errors(pool: Pool, full: bool) -> list[Finding]:
@@ -69,10 +78,11 @@ def errors(pool: Pool, full: bool) -> list[Finding]:
     findings = [finding for name in TABLE for finding in _compare(name, table[name])]
     findings += _orderings(table)
     for name, one in found.items():
-        errors_px = np.median(np.linalg.norm(one.filtered - TRUE_PATH[:, None], axis=2)[OUTLIERS], axis=1)
-        worst = float(np.abs(errors_px - AT_OUTLIERS[name]).max())
-        row = f"trajectories: {name}, errors at outliers, the furthest from the reference's, px"
-        findings.append(compare(row, worst, 0.0, 0.1 if name == "lg" else 0.8, SOURCE))
+        off = np.linalg.norm(one.filtered - TRUE_PATH[:, None], axis=2)[OUTLIERS]
+        for frame, errors_px, reference in zip(OUTLIERS, off, AT_OUTLIERS[name], strict=True):
+            row = f"trajectories: {name}, error at the outlier in frame {frame}, px"
+            allowed = ROUNDED if name == "lg" else ROUNDED + MEDIAN * three_errors(errors_px, RUNS)
+            findings.append(compare(row, float(np.median(errors_px)), reference, allowed, SOURCE, ground=TRIALS))
     findings += _laws(found["nlng"])
     methods: tuple[Method, ...] = ("lg", "lng")
     surfaces = pool.map(_surface, methods)
@@ -80,10 +90,9 @@ def errors(pool: Pool, full: bool) -> list[Finding]:
         _maximum("lg", surfaces[0], (10.0, 1.0), LIKELIHOOD),
         _maximum("lng", surfaces[1], (1.0, 1.0), LIKELIHOOD),
         *_beside_the_exact(pool, full),
-        *_readings(pool, full),
     ]
     if full:
-        findings += _ensemble(pool)
+        findings += [*_readings(pool), *_ensemble(pool)]
     if pool.folder is not None:
         for name, figure in draw(found, dict(zip(("lg", "lng"), surfaces, strict=True))).items():
             save(figure, pool.folder / f"{name}.png", name)
@@ -121,8 +130,16 @@ def _orderings(table: dict[str, tuple[float, float]]) -> list[Finding]:
         ("the best scales beat learned ones, filtered (gain)", nlng[0] - lng[0]),
     ]
     rows = [claim(f"trajectories: {text}", gain, holds=gain > 0.0, source=SOURCE) for text, gain in gains]
+    behind = nlng[1] - lng[1]
+    statement = "trajectories: learned scales are as good as the best ones, smoothed (behind by at most 0.008)"
+    rows.append(claim(statement, behind, holds=behind <= TABLE["lng"][3], source=SOURCE, known=LEARNED_LATE))
     statement = "trajectories: lg, smoothed, error E as published"
-    return [*rows, compare(statement, lg[1], 0.277, 0.02, f"{SOURCE}; by no reading", confirmed=False)]
+    return [
+        *rows,
+        compare(
+            statement, lg[1], 0.277, 0.02, SOURCE, known="no reading of the paper gives it; an exact smoother is better"
+        ),
+    ]
 
 
 def _laws(found: Smoothed) -> list[Finding]:
@@ -160,9 +177,10 @@ def _beside_the_exact(pool: Pool, full: bool) -> list[Finding]:
     for count, ours in zip(counts, pool.map(_difference, counts), strict=True):
         for what, value, reference in zip(("filtered", "smoothed"), ours, EXACT_DIFFERENCES[count], strict=False):
             row = f"trajectories: Gaussian noise, {what} from the exact, {count} particles, px"
-            findings.append(compare(row, value, reference, 0.3 * reference, CHECK))
+            findings.append(compare(row, value, reference, 0.3 * reference, CHECK, ground=ELEVEN))
+        allowed, ground = (0.2, PROTOCOL) if count == 8000 else (1.0, ELEVEN)
         row = f"trajectories: Gaussian noise, log likelihood less the exact, {count} particles"
-        findings.append(compare(row, ours[2], 0.0, 0.2 if count == 8000 else 1.0, CHECK))
+        findings.append(compare(row, ours[2], 0.0, allowed, CHECK, ground=ground))
     return findings
 
 
@@ -202,9 +220,9 @@ def _best_pair(trial: Trial) -> tuple[int, int]:
     return int(noise) + 1, int(drive) + 1
 
 
-def _readings(pool: Pool, full: bool) -> list[Finding]:
+def _readings(pool: Pool) -> list[Finding]:
     """By which reading of "scale 50" the likelihood has its maximum where it was reported."""
-    count = 1000 if full else 150
+    count = 1000
     shares = []
     for scale, corner in ((2500.0, True), (50.0, False)):
         pairs = pool.map(_best_pair, [Trial(seed, scale) for seed in range(count)])
