@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from pftrack.cli.listing import Json
-from pftrack.cli.output import FAILED, CommandError, emit, note, progress, table, whole, wrong_use
+from pftrack.cli.output import FAILED, CommandError, emit, note, progress, suffix_of, table, whole, wrong_use
+from pftrack.version import __version__
 
 __all__ = ["register"]
 
@@ -31,23 +32,42 @@ def reproduce(
     figures: Annotated[
         Path | None, typer.Option(help="Keep the sweeps of the maps, and draw the published figures, in this folder.")
     ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.json", help="Keep each result in a file as it comes; a second call goes on."),
+    ] = None,
+    revision: Annotated[str, typer.Option(help="Of pftrack, as it is written into that file.")] = __version__,
+    cluster: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Of a Dask scheduler, whose workers compute instead.")
+    ] = None,
     json: Json = False,
 ) -> None:
-    """Compute published results again and compare them within their tolerances."""
+    """Compute published results again and compare them within their tolerances; `--quick` takes about a minute."""
     processes = whole("--jobs", jobs or str(os.cpu_count() or 1), 1, 256)
-    from pftrack.reproduce import RESULTS, describe_verdicts
+    from pftrack.reproduce import RESULTS, Record, describe_verdicts
     from pftrack.reproduce import reproduce as compute
 
     for name in results or ():
         if name not in RESULTS:
             raise wrong_use(f"a result must be one of {', '.join(RESULTS)}, got {name!r}")
-    with progress("results") as tick:
-        computed = compute(results or (), full=full, jobs=processes, progress=tick, folder=figures)
+    if out is not None:
+        suffix_of(out, (".json",))
+    record = None if out is None else Record(out, revision)
+    with progress("results", counted=False) as tick:
+        computed = compute(
+            results or (),
+            full=full,
+            jobs=processes,
+            cluster=cluster,
+            progress=tick,
+            folder=figures,
+            record=record,
+        )
     findings = [finding.as_dict() for finding in computed]
     if json:
         emit(findings)
     else:
-        columns = "result", "ours", "reference", "tolerance", "verdict", "reason", "source"
+        columns = "result", "ours", "reference", "tolerance", "verdict", "reason", "ground", "source"
         shown = [finding for finding in findings if finding["verdict"] != "not run"]
         table("", columns, [[_cell(finding[column]) for column in columns] for finding in shown])
     note(f"pftrack: {describe_verdicts(computed)}")

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
@@ -36,7 +36,7 @@ __all__ = [
 FAILED = 1
 WRONG_USE = 2
 
-Tick: TypeAlias = Callable[[int, int], None]
+Tick: TypeAlias = Callable[[float, float], None]
 
 
 class CommandError(Exception):
@@ -133,9 +133,15 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> 
 
 
 @contextmanager
-def progress(title: str) -> Iterator[Tick]:
-    """Show how far a long command is, on standard error if that is a terminal; yields a function (done, total)."""
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+def progress(title: str, *, counted: bool = True) -> Iterator[Tick]:
+    """Show how far a long command is, on standard error if that is a terminal; yields a function (done, total).
+
+    Args:
+        title: What is done.
+        counted: Whether pieces are counted, or a share is told.
+    """
+    amount = MofNCompleteColumn() if counted else TaskProgressColumn()
+    columns = TextColumn("{task.description}"), BarColumn(), amount, TimeRemainingColumn()
     console = Console(stderr=True)
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(title, total=None)

@@ -24,10 +24,13 @@ could not be confirmed is computed all the same and reported as different, never
 """
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
+from time import process_time
 
 from pftrack.reproduce import calibration, signals
 from pftrack.reproduce.ball import counts, maps, motion, occlusion, oracle, other_scene, sensitivity
+from pftrack.reproduce.costs import SECONDS
 from pftrack.reproduce.finding import Finding, describe_verdicts, not_run
 from pftrack.reproduce.fish import learning as fish_learning
 from pftrack.reproduce.fish import success as fish
@@ -39,11 +42,15 @@ from pftrack.reproduce.linkage import kalman as linkage
 from pftrack.reproduce.linkage import regions, set_algebra
 from pftrack.reproduce.pool import Pool
 from pftrack.reproduce.prism import pose as prism
+from pftrack.reproduce.record import Entry, Form, Record, read_record
 from pftrack.reproduce.structure import shape as structure
 from pftrack.reproduce.trajectories import pictures as corners
 from pftrack.reproduce.trajectories import tracks as trajectories
 
-__all__ = ["RESULTS", "Finding", "describe_verdicts", "reproduce"]
+__all__ = ["RESULTS", "Entry", "Finding", "Record", "describe_verdicts", "read_record", "reproduce"]
+
+UNKNOWN = (5.0, 60.0)
+"""What a result is taken to cost of which nothing is known, s."""
 
 RESULTS: dict[str, Callable[[Pool, bool], list[Finding]]] = {
     "kalman-sine": signals.kalman_sine,
@@ -95,28 +102,55 @@ def reproduce(
     *,
     full: bool = False,
     jobs: int = 1,
-    progress: Callable[[int, int], object] | None = None,
+    cluster: str | None = None,
+    progress: Callable[[float, float], object] | None = None,
     folder: Path | None = None,
+    record: Record | None = None,
 ) -> list[Finding]:
-    """Compute results again; those that were not asked for come last, as not run.
+    """Compute results again, the cheap ones first; those that were not asked for come last, as not run.
 
     Args:
         names: Which; all if none.
         full: All trials of the protocol, or fewer, with tolerances that allow for it.
         jobs: Processes that compute.
-        progress: Called with the number of pieces of work done and of those known so far.
+        cluster: Address of a Dask scheduler whose workers compute in their place.
+        progress: Called with the processor time of what is done and of all, s, as `costs` has it.
         folder: Where sweeps and figures are kept; what is there already is not computed again.
+        record: Where results are kept as they come; what is there in this form is not computed again.
 
     Raises:
         LookupError: There is no result of that name; the sentence lists those that there are.
-        SweepError: The folder holds other sweeps under the same names.
-        OSError: The folder cannot be written.
+        SweepError: The folder holds other sweeps under the same names, or the workers failed.
+        OSError: The folder or the record cannot be written.
     """
     for name in names:
         if name not in RESULTS:
             raise LookupError(f"there is no result {name!r}; there are {', '.join(RESULTS)}")
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
-    with Pool(jobs, progress, folder) as pool:
-        findings = [finding for name in names or RESULTS for finding in RESULTS[name](pool, full)]
-    return findings + [not_run(name) for name in RESULTS if names and name not in names]
+    form: Form = "full" if full else "quick"
+    costs = {name: SECONDS.get(name, UNKNOWN)[full] for name in names or RESULTS}
+    found: dict[str, list[Finding]] = {}
+    spent = 0.0
+    for name in sorted(costs, key=lambda one: costs[one]):
+        if record is not None and record.has(name, form):
+            found[name] = record.findings(name)
+        else:
+            tell = partial(_tell, progress, spent, costs[name], sum(costs.values()))
+            with Pool(jobs, tell, folder, cluster) as pool:
+                began = process_time()
+                found[name] = RESULTS[name](pool, full)
+                seconds = process_time() - began if jobs == 1 else 0.0
+            if record is not None:
+                record.keep(name, form, found[name], pieces=pool.pieces, seconds=max(seconds, pool.seconds))
+        spent += costs[name]
+    findings = [finding for name in costs for finding in found[name]]
+    return findings + [not_run(name) for name in RESULTS if name not in costs]
+
+
+def _tell(
+    progress: Callable[[float, float], object] | None, spent: float, cost: float, total: float, done: int, known: int
+) -> None:
+    """Tell how much is done of all, given how many pieces of one result are."""
+    if progress is not None:
+        progress(spent + cost * done / max(known, 1), total)

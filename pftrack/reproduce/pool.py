@@ -1,14 +1,18 @@
-"""Where the work of reproducing is done: in this process, or spread over several."""
+"""Where the work of reproducing is done: in this process, spread over several, or over a cluster.
 
+Several processes and a cluster are the workers of the sweeps: both are handed pieces of work by number.
+"""
+
+from collections import deque
 from collections.abc import Callable, Iterable
-from concurrent.futures import as_completed
 from pathlib import Path
+from time import monotonic, process_time
 from types import TracebackType
 from typing import Self, TypeVar
 
-from pftrack.process import BlockingPool, CallError, WorkerLostError
 from pftrack.sweep import Plan, Progress, Result, SweepError, carry_out, partial_of, read_result
-from pftrack.sweep.pool import open_pool
+from pftrack.sweep.driver import open_workers
+from pftrack.sweep.workers import Workers
 
 __all__ = ["Pool"]
 
@@ -18,12 +22,20 @@ Outcome = TypeVar("Outcome")
 RUNS_A_PIECE = 120
 """How many runs of a sweep count as one piece of work."""
 
+POLL_S = 1.0
+MOST_ATTEMPTS = 3
+"""How often a piece of work may lose its worker."""
+
 
 class Pool:
     """Maps functions over lists of work, carries out sweeps, and reports progress."""
 
     def __init__(
-        self, jobs: int, progress: Callable[[int, int], object] | None = None, folder: Path | None = None
+        self,
+        jobs: int,
+        progress: Callable[[int, int], object] | None = None,
+        folder: Path | None = None,
+        cluster: str | None = None,
     ) -> None:
         """Prepare to compute.
 
@@ -31,13 +43,26 @@ class Pool:
             jobs: How many processes.
             progress: Called with the number of pieces done and of those known so far.
             folder: Where sweeps and figures are kept; nowhere if None.
+            cluster: Address of a Dask scheduler whose workers compute in the place of these processes.
         """
         self.folder = folder
         self._jobs = jobs
-        self._pool: BlockingPool | None = None
+        self._cluster = cluster
+        self._workers: Workers | None = None
         self._progress = progress
         self._done = 0
         self._known = 0
+        self._seconds = 0.0
+
+    @property
+    def pieces(self) -> int:
+        """How many pieces of work are done, most of them trials."""
+        return self._done
+
+    @property
+    def seconds(self) -> float:
+        """Processor time of all pieces of work so far, s; of sweeps the time that they took, for every process."""
+        return self._seconds
 
     def __enter__(self) -> Self:
         """Use the pool."""
@@ -47,8 +72,8 @@ class Pool:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """End its processes; what has not begun is dropped."""
-        if self._pool is not None:
-            self._pool.close()
+        if self._workers is not None:
+            self._workers.close()
 
     def map(self, function: Callable[[Item], Outcome], items: Iterable[Item]) -> list[Outcome]:
         """Return function(item) for all items, in order; function and items must be picklable.
@@ -58,32 +83,40 @@ class Pool:
         """
         work = list(items)
         self._known += len(work)
-        if self._jobs == 1:
+        if self._jobs == 1 and self._cluster is None:
             results = []
             for item in work:
-                results.append(function(item))
-                self._advance(1)
+                (outcome,), seconds = _transform(function, [item])
+                results.append(outcome)
+                self._advance(1, seconds)
             return results
         size = max(1, min(16, len(work) // 16))
         return self._spread(function, [work[start : start + size] for start in range(0, len(work), size)])
 
     def _spread(self, function: Callable[[Item], Outcome], pieces: list[list[Item]]) -> list[Outcome]:
-        """Return the outcomes of all pieces in order, each computed by the next process that is free."""
-        if self._pool is None:
-            self._pool = open_pool(self._jobs)
-        futures = {self._pool.submit(_transform, function, piece): len(piece) for piece in pieces}
-        try:
-            for each in as_completed(futures):
-                each.result()
-                self._advance(futures[each])
-        except WorkerLostError as lost:
-            raise SweepError(f"the study failed: a process of the pool was lost ({lost})") from None
-        except (CallError, MemoryError, OSError) as error:
-            raise SweepError(f"the computation failed: {error}") from None
-        return [outcome for each in futures for outcome in each.result()]
+        """Return the outcomes of all pieces in order, each computed by the next worker that is free."""
+        if self._workers is None:
+            self._workers = open_workers(self._jobs, self._cluster)
+        waiting, attempts = deque(range(len(pieces))), [0] * len(pieces)
+        outcomes: dict[int, list[Outcome]] = {}
+        while len(outcomes) < len(pieces):
+            while waiting and self._workers.free() > 0:
+                number = waiting.popleft()
+                attempts[number] += 1
+                self._workers.start(number, _transform, function, pieces[number])
+            for done in self._workers.collect(POLL_S):
+                if not done.lost:
+                    outcomes[done.number], seconds = done.value
+                    self._advance(len(pieces[done.number]), seconds)
+                elif attempts[done.number] == MOST_ATTEMPTS:
+                    raise SweepError(f"the study failed: a process of the pool was lost again and again ({done.lost})")
+                else:
+                    waiting.appendleft(done.number)
+        return [outcome for number in range(len(pieces)) for outcome in outcomes[number]]
 
-    def _advance(self, count: int) -> None:
+    def _advance(self, count: int, seconds: float) -> None:
         self._done += count
+        self._seconds += seconds
         if self._progress is not None:
             self._progress(self._done, self._known)
 
@@ -106,10 +139,14 @@ class Pool:
             if self._progress is not None:
                 self._progress(self._done, self._known)
 
-        result = carry_out(None if begun else plan, out, jobs=self._jobs, progress=tell)
+        began = monotonic()
+        result = carry_out(None if begun else plan, out, jobs=self._jobs, cluster=self._cluster, progress=tell)
         self._done = known + pieces
+        self._seconds += self._jobs * (monotonic() - began)
         return result
 
 
-def _transform(function: Callable[[Item], Outcome], items: list[Item]) -> list[Outcome]:
-    return [function(item) for item in items]
+def _transform(function: Callable[[Item], Outcome], items: list[Item]) -> tuple[list[Outcome], float]:
+    """Return the outcomes of a piece of work, and the processor time that it took, s."""
+    began = process_time()
+    return [function(item) for item in items], process_time() - began

@@ -20,7 +20,7 @@ from pftrack.sweep.result import Result, read_result
 from pftrack.sweep.work import as_text, compute_chunk, measure
 from pftrack.sweep.workers import Workers
 
-__all__ = ["Estimate", "Progress", "carry_out", "estimate"]
+__all__ = ["Estimate", "Progress", "carry_out", "estimate", "open_workers"]
 
 CHUNK_S = 1.0
 """How long a chunk is meant to take: what is lost with a worker, and long beside what handing it out costs."""
@@ -109,7 +109,7 @@ def carry_out(
         journal.check_version()
         if not journal.finished:
             try:
-                found = _workers(jobs, cluster)
+                found = open_workers(jobs, cluster)
             except SweepError:
                 if plan is not None:  # nothing has begun: with another address the same may be asked again
                     journal.clear()
@@ -124,6 +124,19 @@ def estimate(plan: Plan, jobs: int = 1) -> Estimate:
     """Return what a plan would cost, measured on a few of its runs."""
     run_s = measure(as_text(plan))
     return Estimate(plan.runs, plan.conditions, plan.runs * run_s / jobs, run_s)
+
+
+def open_workers(jobs: int, cluster: str | None) -> Workers:
+    """Return processes of this machine, or the workers of a Dask scheduler at an address.
+
+    Raises:
+        SweepError: Nobody answers there, it has no workers, or they have another pftrack or none.
+    """
+    if cluster is None:
+        return LocalWorkers(jobs)
+    from pftrack.sweep.cluster import ClusterWorkers  # noqa: PLC0415 - an extra that need not be installed
+
+    return ClusterWorkers(cluster)
 
 
 class _Drive:
@@ -222,11 +235,3 @@ class _Drive:
         rate = (self._done - before) / (now - begun) if self._done > before else 0.0
         left = (self._plan.runs - self._done) / rate if rate else None
         self._progress(Progress(self._done, self._plan.runs, rate, left, self._lost))
-
-
-def _workers(jobs: int, cluster: str | None) -> Workers:
-    if cluster is None:
-        return LocalWorkers(jobs)
-    from pftrack.sweep.cluster import ClusterWorkers  # noqa: PLC0415 - an extra that need not be installed
-
-    return ClusterWorkers(cluster)

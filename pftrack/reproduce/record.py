@@ -1,0 +1,104 @@
+"""A record: the findings of a run in a file, kept as they come, so that a second call goes on with what is left.
+
+The file is JSON: by the name of a result the form in which it was computed, of which revision of pftrack, how many
+pieces of work it was, what they took, and the findings. It is what docs/explanation/reproduction.md is written from.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+from pftrack.reproduce.finding import Finding
+
+__all__ = ["Entry", "Form", "Record", "read_record"]
+
+Form: TypeAlias = Literal["full", "quick"]
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A result that was computed.
+
+    Attributes:
+        form: All trials of the protocol, or few.
+        revision: Of pftrack.
+        pieces: How many pieces of work it was; of most studies they are trials, of those of the ball 120 runs each.
+        seconds: Processor time of these.
+        findings: What came of it.
+    """
+
+    form: Form
+    revision: str
+    pieces: int
+    seconds: float
+    findings: tuple[Finding, ...]
+
+
+class Record:
+    """The results in a file; one that is kept is on disk before the next one begins."""
+
+    def __init__(self, path: Path, revision: str) -> None:
+        """Begin a record, or go on with the one in the file.
+
+        Args:
+            path: The file; it need not be there.
+            revision: What the results are of that are kept from now on.
+
+        Raises:
+            ValueError: The file holds something else.
+            OSError: It cannot be read.
+        """
+        self.path, self.revision = path, revision
+        self._entries = dict(read_record(path)) if path.exists() else {}
+
+    def has(self, name: str, form: Form) -> bool:
+        """Return whether a result is there in this form, or in the full one."""
+        return name in self._entries and self._entries[name].form in {form, "full"}
+
+    def findings(self, name: str) -> list[Finding]:
+        """Return the findings of a result that is there."""
+        return list(self._entries[name].findings)
+
+    def keep(self, name: str, form: Form, findings: Sequence[Finding], *, pieces: int, seconds: float) -> None:
+        """Write a result into the file."""
+        self._entries[name] = Entry(form, self.revision, pieces, round(seconds, 2), tuple(findings))
+        text = json.dumps({"results": _plain(self._entries)}, indent=1, ensure_ascii=False, allow_nan=False)
+        scratch = self.path.with_name(f".{self.path.name}.part")
+        scratch.write_text(text + "\n", encoding="utf-8")
+        scratch.replace(self.path)
+
+
+def read_record(path: Path) -> dict[str, Entry]:
+    """Return the results in a file by name.
+
+    Raises:
+        ValueError: The file holds something else.
+        OSError: It cannot be read.
+    """
+    try:
+        kept: Mapping[str, Mapping[str, Any]] = json.loads(path.read_text(encoding="utf-8"))["results"]
+        return {
+            name: Entry(**{**entry, "findings": tuple(_finding(one) for one in entry["findings"])})
+            for name, entry in kept.items()
+        }
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise ValueError(f"{path} is no record of reproduced results ({type(error).__name__})") from None
+
+
+def _plain(entries: Mapping[str, Entry]) -> dict[str, object]:
+    return {
+        name: {
+            "form": entry.form,
+            "revision": entry.revision,
+            "pieces": entry.pieces,
+            "seconds": entry.seconds,
+            "findings": [one.as_dict() for one in entry.findings],
+        }
+        for name, entry in sorted(entries.items())
+    }
+
+
+def _finding(values: Mapping[str, Any]) -> Finding:
+    return Finding(**{**values, "ours": float("nan") if values["ours"] is None else values["ours"]})
