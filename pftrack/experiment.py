@@ -1,6 +1,6 @@
 """What an experiment is: a named wiring of source, trackers, parameters, drawing and measure."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.learning.guidance import Guidance
+from pftrack.model.calibration import STANDARD_CALIBRATION, Calibration, Direction, reasons
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.drawing import Drawing
 from pftrack.model.export import Export
@@ -17,7 +18,6 @@ from pftrack.model.frame import Frame, Target
 from pftrack.model.layer import Layer
 from pftrack.model.marks import Mark, read_mark
 from pftrack.model.measures import HIT_RATE, Measure
-from pftrack.model.overconfidence import Overconfidence, reasons
 from pftrack.model.parameters import ParameterError, Parameters, Value
 from pftrack.model.plot import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading
 from pftrack.model.recipe import Footage
@@ -233,7 +233,7 @@ class Experiment:
         exports: Files that it offers of what is believed in a frame.
         guidance: How its recorded states are learned from, where its particles can be guided by what was learned.
         family: What kind of thing it estimates, a few words. Those of one family stand together on the start page.
-        overconfident: Settings in which what its trackers say of their own error is not to be believed.
+        calibration: What its trackers say of their own error, and settings in which that is not to be believed.
         failures: Named ways in which its trackers go wrong, each with what shows it and what cures it.
         interface: Version of the interface that it was written for. An experiment of another package must state it, or
             it is not used; 0, for the project's own, is always the present one.
@@ -276,7 +276,7 @@ class Experiment:
     exports: tuple[Export, ...] = ()
     guidance: Guidance | None = None
     failures: tuple[Failure, ...] = ()
-    overconfident: tuple[Overconfidence, ...] = ()
+    calibration: Calibration = STANDARD_CALIBRATION
     warm_frames: int = 2
     family: str = "Others"
     interface: int = 0
@@ -297,8 +297,8 @@ class Experiment:
         named = [failure.id for failure in self.failures]
         if len(set(named)) < len(named):
             raise ValueError(f"{self.id} has two failures of one id: {', '.join(named)}")
-        self._check_overconfident()
         known = {series.name for series in self.all_series()}
+        self._check_calibration(known)
         shown = [name for plot in self.plots for name in plot.names]
         shown += [name for reading in self.readings for name in reading.names]
         for name in shown:
@@ -313,10 +313,20 @@ class Experiment:
             if kept.count(name) > 1:
                 raise ValueError(f"{self.id} declares {name!r} twice among its measures and reductions")
 
-    def _check_overconfident(self) -> None:
-        for name in (name for one in self.overconfident for name in one.trackers):
-            if name not in self.trackers:
-                raise ValueError(f"{self.id} has no tracker {name!r} whose bands could be overconfident")
+    def _check_calibration(self, series: Container[str]) -> None:
+        said = self.calibration
+        presets, bands = {preset.name for preset in self.presets}, {band.of for band in said.bands}
+        named = [name for band in said.bands for name in band.trackers]
+        wanted = (
+            ("tracker", self.trackers, [*named, *(name for fault in said.faults for name in fault.trackers)]),
+            ("series", series, [name for band in said.bands for name in band.names]),
+            ("preset", presets, said.presets),
+            ("band", bands, [name for fault in said.faults for name in fault.bands]),
+        )
+        for kind, known, names in wanted:
+            for name in names:
+                if name not in known:
+                    raise ValueError(f"{self.id} has no {kind} {name!r}, of which its calibration speaks")
 
     def all_series(self, *trackers: str) -> tuple[Series, ...]:
         """Return all series that a run with these trackers, or with any if none is named, may have."""
@@ -328,9 +338,13 @@ class Experiment:
         """All measures of a run: the hit rate, where there is a notion of lost, and those declared."""
         return (*((HIT_RATE,) if self.judges_loss else ()), *self.measures)
 
-    def overconfidence(self, *in_force: tuple[str, Any]) -> str:
-        """Return why bands are not to be believed, given trackers by name with their parameters; empty if they are."""
-        return reasons(self.overconfident, in_force)
+    def miscalibration(self, *in_force: tuple[str, Any]) -> dict[Direction, str]:
+        """Return why bands are not to be believed, by the way in which they are not.
+
+        Args:
+            in_force: Trackers by name with their parameters; it holds of any of them.
+        """
+        return reasons(self.calibration.faults, in_force)
 
     @property
     def judges_loss(self) -> bool:

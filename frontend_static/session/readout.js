@@ -14,15 +14,16 @@ import { isMeasured, state, words } from "./readings.js";
 export function readout(root, view) {
   const { store, signal } = view;
   const verdict = h("p", { class: "verdict" });
-  const reason = h("p", {});
-  const doubt = h("details", { class: "doubt" }, h("summary", {}, "Bands are not to be believed"), reason);
+  const doubts = h("div", {});
   const list = h("dl", {});
-  fill(root, h("h2", { class: "visually-hidden" }, "This frame"), verdict, doubt, list);
+  fill(root, h("h2", { class: "visually-hidden" }, "This frame"), verdict, doubts, list);
   measures(root, view);
   /** @type {Reading[]} */
   let readings = [];
   /** @type {{title: HTMLElement, value: HTMLElement}[]} */
   let lines = [];
+  /** @type {Record<string, string> | null} */
+  let said = null;
   const draw = coalesce(() => {
     const { session, history } = store;
     if (session === null) return;
@@ -41,8 +42,11 @@ export function readout(root, view) {
     const [text, kind] = state(history, session);
     setText(verdict, text);
     verdict.dataset.kind = kind;
-    doubt.hidden = !session.overconfident;
-    setText(reason, session.overconfident);
+    if (session.doubts !== said) {
+      said = session.doubts;
+      const entries = Object.entries(said);
+      fill(doubts, entries.map(([title, why]) => h("details", { class: "doubt" }, h("summary", {}, title), h("p", {}, why))));
+    }
   }, signal);
-  store.on(["position", "branch", "history", "overconfident"], draw);
+  store.on(["position", "branch", "history", "doubts"], draw);
 }

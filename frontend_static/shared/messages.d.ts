@@ -1121,8 +1121,8 @@ export interface RunSnapshot {
   tracker: string;
   /** In force for the next frame */
   parameters: Record<string, boolean | number | string>;
-  /** Why bands are not to be believed with what is in force for the next frame; empty if they are */
-  overconfident: string;
+  /** What is to be said of bands with what is in force for the next frame: titles with reasons */
+  doubts: Record<string, string>;
   timeline: ChangePublic[];
   thresholds: ThresholdPublic[];
   /** How often it was restarted, which drops its past */
@@ -1228,8 +1228,8 @@ export interface SessionPublic {
   tracker: string;
   /** In force for the next frame */
   parameters: Record<string, boolean | number | string>;
-  /** Why bands are not to be believed with what is in force for the next frame; empty if they are */
-  overconfident: string;
+  /** What is to be said of bands with what is in force for the next frame: titles with reasons */
+  doubts: Record<string, string>;
   timeline: ChangePublic[];
   thresholds: ThresholdPublic[];
   /** How often it was restarted, which drops its past */
@@ -1301,8 +1301,8 @@ export interface SessionSnapshot {
   tracker: string;
   /** In force for the next frame */
   parameters: Record<string, boolean | number | string>;
-  /** Why bands are not to be believed with what is in force for the next frame; empty if they are */
-  overconfident: string;
+  /** What is to be said of bands with what is in force for the next frame: titles with reasons */
+  doubts: Record<string, string>;
   timeline: ChangePublic[];
   thresholds: ThresholdPublic[];
   /** How often it was restarted, which drops its past */

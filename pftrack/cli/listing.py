@@ -68,6 +68,7 @@ def show(
 ) -> None:
     """Show an experiment with every parameter: unit, bounds, default, help."""
     from pftrack.exports.formats import exports_of
+    from pftrack.model.calibration import TITLES
     from pftrack.model.parameters import declarations, flat
 
     found = find_experiment(experiment)
@@ -77,11 +78,11 @@ def show(
     if json:
         entries = [{**declaration.model_dump(), "default": values[declaration.name]} for declaration in declared]
         layers, worlds = ([asdict(each) for each in several] for several in (found.layers, found.worlds))
-        overconfident = [one.as_dict() for one in found.overconfident]
+        miscalibrated = [one.as_dict() for one in found.calibration.faults]
         emit(
             {
                 **_about(found),
-                "overconfident": overconfident,
+                "miscalibrated": miscalibrated,
                 "layers": layers,
                 "worlds": worlds,
                 "declarations": entries,
@@ -106,10 +107,14 @@ def show(
     if found.failures:
         typer.echo("")
         table("Failures", ("name", "diagnosis", "cure"), [(it.id, it.diagnosis, it.cure.text) for it in found.failures])
-    if found.overconfident:
-        typer.echo("")
-        doubts = [(", ".join(it.trackers), it.setting or "any", it.reason) for it in found.overconfident]
-        table("Bands that are not to be believed", ("trackers", "setting", "why"), doubts)
+    for direction, title in TITLES.items():
+        faults = [it for it in found.calibration.faults if it.direction == direction]
+        if faults:
+            typer.echo("")
+            rows = [
+                (", ".join(it.trackers), it.setting or "any", ", ".join(it.bands) or "all", it.reason) for it in faults
+            ]
+            table(title, ("trackers", "setting", "of what", "why"), rows)
     if found.run_measures:
         typer.echo("")
         measures = [(it.name, it.description, it.source) for it in found.run_measures]

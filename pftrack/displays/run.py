@@ -9,6 +9,7 @@ import cv2
 from pftrack.displays.parts import box, row, table
 from pftrack.displays.readings import quantity
 from pftrack.displays.sparkline import track
+from pftrack.model.calibration import TITLES
 from pftrack.model.drawing import Drawing
 from pftrack.model.faults import without_faults
 from pftrack.rendering import render_beside
@@ -36,8 +37,7 @@ def summary_lines(run: Run) -> dict[str, str]:
             share = measure.how == "share"
             words = f"{100 * value:.0f} %" if share else _with_unit(quantity(value, measure.unit), measure.unit)
             lines[measure.title] = words
-    if made.overconfident:
-        lines["Bands"] = f"not to be believed. {made.overconfident}"
+    lines |= {TITLES[direction]: reason for direction, reason in made.miscalibration.items()}
     footage = run.setup.footage
     if footage is not None:
         lines |= {"Recording": footage.name} | ({"SHA-256 of the recording": footage.sha256} if footage.sha256 else {})

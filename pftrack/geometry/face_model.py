@@ -140,6 +140,11 @@ class Similarity:
         mapped: NDArray[np.float64] = product(self.scale * points, self.rotation.T) + self.translation
         return mapped
 
+    def inverse(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return what is mapped to points (n, d)."""
+        mapped: NDArray[np.float64] = product((points - self.translation) / self.scale, self.rotation)
+        return mapped
+
 
 def person(seed: int) -> FaceModel:
     """Draw a person from the statistics; the same seed gives the same person."""

@@ -9,6 +9,7 @@ import hashlib
 import json
 from typing import Any
 
+from pftrack.model.calibration import DIRECTIONS
 from pftrack.model.references import Citation
 from pftrack.numerics import machine
 from pftrack.runs.run import Run
@@ -36,7 +37,7 @@ def manifest_of(run: Run) -> dict[str, Any]:
             "estimates": run.estimates_sha256,
             **({"recording": footage.sha256} if footage and footage.sha256 else {}),
         },
-        "overconfident": run.overconfidence or None,
+        **{direction: run.miscalibration.get(direction) for direction in DIRECTIONS},
         "computed_on": dict(machine.describe_platform()),
         "columns": [{"name": it.name, "title": it.title, "unit": it.unit} for it in columns_in(run)],
         "citation": citation_of(run),

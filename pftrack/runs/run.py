@@ -21,6 +21,7 @@ import numpy as np
 
 from pftrack.entry_points import PRESENTERS, load
 from pftrack.experiment import Experiment, Setup, Step
+from pftrack.model.calibration import Direction
 from pftrack.model.diagnostics import Diagnostics, diagnose
 from pftrack.model.export import Exported
 from pftrack.model.frame import Frame
@@ -303,11 +304,14 @@ class Run:
         return estimates_hash(np.array([row.estimate for row in self.diagnostics]))
 
     @property
-    def overconfidence(self) -> str:
-        """Why the bands of some of the frames computed so far are not to be believed; empty if they are."""
+    def miscalibration(self) -> dict[Direction, str]:
+        """Why the bands of some of the frames computed so far are not to be believed, by the way in which they are not.
+
+        Empty if they are.
+        """
         segments = self.timeline.segments
         in_force = ((one.tracker, one.parameters) for one in segments if one.start <= self.computed)
-        return self.experiment.overconfidence(*in_force)
+        return self.experiment.miscalibration(*in_force)
 
     def measures(self) -> Mapping[str, float | int]:
         """Return the measures of the run so far that it has a truth for, by name."""
@@ -335,7 +339,7 @@ class Run:
             verdict=judge(course, decisive, allowed_loss(parameters)),
             measures=evaluate(self.experiment.run_measures, course),
             step_ms_median=median(row.step_ms for row in self.diagnostics[1:]) if self.computed else None,
-            overconfident=self.overconfidence,
+            miscalibration=self.miscalibration,
             estimates_sha256=self.estimates_sha256,
         )
 

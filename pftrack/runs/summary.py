@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
+from pftrack.model.calibration import DIRECTIONS, Direction
 from pftrack.model.measures import HIT_RATE
 from pftrack.model.parameters import Value
 from pftrack.model.timeline import Change
@@ -27,7 +28,7 @@ class Summary:
         verdict: By the frames whose truth is known.
         measures: Those that the experiment declares and the run has a truth for, by name.
         step_ms_median: Of a frame's time in the tracker, ms; None for a run of one frame.
-        overconfident: Why the bands of some of its frames are not to be believed; empty if they are.
+        miscalibration: Why the bands of some of its frames are not to be believed, by the way in which they are not.
         estimates_sha256: Hash of all estimates: equal if and only if they are to the bit.
     """
 
@@ -41,7 +42,7 @@ class Summary:
     verdict: Verdict
     measures: Mapping[str, float | int]
     step_ms_median: float | None
-    overconfident: str
+    miscalibration: Mapping[Direction, str]
     estimates_sha256: str
 
     @property
@@ -64,6 +65,6 @@ class Summary:
             "hit_rate": self.hit_rate,
             **self.measures,
             "step_ms_median": self.step_ms_median,
-            "overconfident": self.overconfident or None,
+            **{direction: self.miscalibration.get(direction) for direction in DIRECTIONS},
             "estimates_sha256": self.estimates_sha256,
         }

@@ -1,12 +1,14 @@
 """How often what is believed of lengths holds the truth, and that settings in which it does not are declared."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pytest
 
 from pftrack.experiment import Setup
 from pftrack.experiments import find
+from pftrack.model.calibration import Miscalibration
 from pftrack.model.parameters import Value, revise
 from pftrack.runs.run import Run
 
@@ -50,19 +52,24 @@ def test_where_ranges_are_too_narrow_it_is_declared(preset: str, tracker: str) -
     """They hold the truth in less than 90 % of the reports, and a run says that they are not to be believed."""
     assert coverage(preset, tracker, range(2)) < 0.9
     parameters = revise(LINKAGE.simulate().parameters, PRESETS[preset])
-    assert "95 %" in LINKAGE.overconfidence((tracker, parameters))
+    assert "95 %" in LINKAGE.miscalibration((tracker, parameters))["overconfident"]
 
 
 @pytest.mark.parametrize("tracker", REGIONS)
 def test_regions_hold_the_truth_in_the_scene_of_a_crossing(tracker: str) -> None:
     """The preset promises them how far off the beginning is and how fast the chain moves."""
     assert {row.number("contained") for row in run_of("cross", tracker, 1).diagnostics} == {1.0}
-    assert LINKAGE.overconfidence((tracker, LINKAGE.simulate().parameters)) == ""
+    assert "overconfident" not in LINKAGE.miscalibration((tracker, LINKAGE.simulate().parameters))
+
+
+def against_lengths(parameters: Any) -> list[Miscalibration]:
+    faults = [fault for fault in LINKAGE.calibration.faults if fault.holds("particles", parameters)]
+    return [fault for fault in faults if not fault.bands or "lengths" in fault.bands]
 
 
 def test_what_is_not_declared_is_said_of_no_run() -> None:
-    """The default scene with particles has nothing against it; with noises as given, and on other paths, it has."""
+    """Nothing is said against lengths of particles in the default scene; with noises as given, and elsewhere, it is."""
     parameters = LINKAGE.simulate().parameters
-    assert LINKAGE.overconfidence(("particles", parameters)) == ""
+    assert against_lengths(parameters) == []
     for values in ({"noise_unknown": False}, {"chain_path": "two"}, {"chain_path": "cross"}, {"chain_path": "3d"}):
-        assert LINKAGE.overconfidence(("particles", revise(parameters, values))) != ""
+        assert against_lengths(revise(parameters, values))

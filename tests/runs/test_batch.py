@@ -7,6 +7,7 @@ import pytest
 
 from pftrack.experiment import Setup
 from pftrack.experiments import find
+from pftrack.model.calibration import Calibration
 from pftrack.model.frame import Frame
 from pftrack.model.marks import Box
 from pftrack.model.parameters import ParameterError, Value
@@ -131,7 +132,9 @@ def test_an_estimate_that_is_none_is_no_success() -> None:
 
     found = []
     for changed in (replace(tracker, step=lost_for_words, fold=None), replace(tracker, fold=fold)):
-        ball = replace(BALL, trackers={"condensation": changed}, default_tracker="condensation")
+        ball = replace(
+            BALL, trackers={"condensation": changed}, default_tracker="condensation", calibration=Calibration()
+        )
         ((outcome,),) = batch.outcomes(ball, ball.simulate(), values={}, trackers=["condensation"], seeds=[1], frames=8)
         assert (outcome.labelled_frames, outcome.lost_frames, outcome.first_lost_frame) == (8, 4, 4)
         assert (outcome.success, outcome.mean_error) == (False, None)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
+from pftrack.experiments.ball.calibration import CALIBRATION
 from pftrack.experiments.ball.failures import FAILURES
 from pftrack.experiments.ball.suitability import suits
 from pftrack.experiments.sketch import BY_SAMPLER, SECOND_RUN, at_height, circle, particle_clouds, uncertainty
@@ -303,6 +304,7 @@ EXPERIMENT = Experiment(
         Layer("smoothed path", legend=(Key("second", "smoothed path"),)),
         SECOND_RUN,
     ),
+    calibration=CALIBRATION,
     simulate=simulate,
     on_video=on_video,
     marks=(Box,),

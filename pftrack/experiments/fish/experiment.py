@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
+from pftrack.experiments.fish.calibration import CALIBRATION
 from pftrack.experiments.fish.recording import FishBody, on_video, suits
 from pftrack.experiments.fish.sketch import draw_edges, draw_particles, draw_path, draw_truth, fish
 from pftrack.experiments.fish.world import CHANGES_WORLD, MODES_WORLD, changes_world, modes_world
@@ -270,6 +271,7 @@ EXPERIMENT = Experiment(
     series=SERIES,
     measure=measure,
     measures=PICTURE_MEASURES,
+    calibration=CALIBRATION,
     target="fish",
     plots=PLOTS,
     readings=READINGS,

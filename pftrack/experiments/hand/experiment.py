@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pftrack.experiment import ExampleSweep, Experiment, Setup, Step
 from pftrack.experiments.hand import findings, sketch, truth
+from pftrack.experiments.hand.calibration import CALIBRATION
 from pftrack.experiments.hand.marks import HandTips
 from pftrack.experiments.hand.presets import PRESETS
 from pftrack.experiments.hand.recording import FINDER, on_video, suits
@@ -130,6 +131,7 @@ EXPERIMENT = Experiment(
         SECOND_RUN,
     ),
     worlds=(HAND_WORLD,),
+    calibration=CALIBRATION,
     simulate=simulate,
     draw=draw,
     error=_distance,

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiment import ExampleSweep, Experiment, Setup, Step
+from pftrack.experiments.head.calibration import CALIBRATION
 from pftrack.experiments.head.exports import EXPORTS
 from pftrack.experiments.head.growth import GROWTH_PLOTS, GROWTH_READINGS, SHAPE_ERROR, head_measure
 from pftrack.experiments.head.marks import FaceBox, FacePoints
@@ -51,7 +52,6 @@ from pftrack.sources.head import HeadSceneParameters, HeadSource
 from pftrack.trackers.head.memory import HeadMemory
 from pftrack.trackers.head.parameters import HeadTrackerParameters
 from pftrack.trackers.head.step import TRACKERS
-from pftrack.trackers.pose.parameters import OVERCONFIDENT
 from pftrack.trackers.pose.state import PoseState
 
 __all__ = ["EXPERIMENT", "SimulatedHeadParameters"]
@@ -237,7 +237,7 @@ EXPERIMENT = Experiment(
     measure=head_measure,
     report=report,
     target="face",
-    overconfident=OVERCONFIDENT,
+    calibration=CALIBRATION,
     plots=tuple(
         replace(plot, row_titles=tuple(TITLES[name] for name in FEATURES)) if plot.kind == "features" else plot
         for plot in (*POSE_PLOTS, *GROWTH_PLOTS)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiment import ExampleSweep, Experiment, Setup
+from pftrack.experiments.histogram.calibration import CALIBRATION
 from pftrack.experiments.histogram.failures import FAILURES
 from pftrack.experiments.histogram.measures import HELD_AT_END
 from pftrack.experiments.histogram.presets import PRESETS
@@ -135,6 +136,7 @@ EXPERIMENT = Experiment(
     failures=FAILURES,
     layers=LAYERS,
     worlds=(HISTOGRAM_WORLD,),
+    calibration=CALIBRATION,
     simulate=simulate,
     on_video=on_video,
     marks=(Box,),

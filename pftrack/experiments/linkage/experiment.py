@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from pftrack.experiment import PICTURES, ExampleSweep, Experiment, Setup, Step
+from pftrack.experiments.linkage.calibration import CALIBRATION
 from pftrack.experiments.linkage.depth import DEPTH_WORLD, depth_world
 from pftrack.experiments.linkage.failures import FAILURES
 from pftrack.experiments.linkage.lengths import LENGTHS_WORLD, lengths_world
-from pftrack.experiments.linkage.overconfidence import OVERCONFIDENT
 from pftrack.experiments.linkage.parameters import SimulatedLinkageParameters
 from pftrack.experiments.linkage.plots import KEPT, MEASURES, PLOTS, READINGS
 from pftrack.experiments.linkage.presets import PRESETS
@@ -116,7 +116,7 @@ EXPERIMENT = Experiment(
     frames=FRAMES,
     presets=PRESETS,
     failures=FAILURES,
-    overconfident=OVERCONFIDENT,
+    calibration=CALIBRATION,
     layers=(
         Layer("picture"),
         Layer("measurements", legend=(Key("observation", "measured"),)),

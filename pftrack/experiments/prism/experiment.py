@@ -13,7 +13,13 @@ from numpy.typing import NDArray
 
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.pose.placing import heights, place_points
-from pftrack.experiments.pose.series import POSE_PLOTS, POSE_READINGS, mean_error_deg, pose_measure, pose_series
+from pftrack.experiments.pose.series import (
+    POSE_PLOTS,
+    POSE_READINGS,
+    mean_error_deg,
+    pose_measure,
+    pose_series,
+)
 from pftrack.experiments.pose.sketch import (
     BY_PREDICTION,
     beside,
@@ -26,6 +32,7 @@ from pftrack.experiments.pose.sketch import (
     pose_axes,
     true_marks,
 )
+from pftrack.experiments.prism.calibration import CALIBRATION
 from pftrack.experiments.sketch import SECOND_RUN, at_height
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.rotation import rotation
@@ -45,7 +52,7 @@ from pftrack.sources.prism import (
     PrismTarget,
     visible_faces,
 )
-from pftrack.trackers.pose.parameters import AS_PUBLISHED, OVERCONFIDENT
+from pftrack.trackers.pose.parameters import AS_PUBLISHED
 from pftrack.trackers.pose.state import PoseState
 from pftrack.trackers.prism import TRACKERS, TrackedPrismParameters
 
@@ -248,7 +255,7 @@ EXPERIMENT = Experiment(
     target="prism",
     exports=(TrackedPrismParameters.guidance.export,),
     guidance=TrackedPrismParameters.guidance,
-    overconfident=OVERCONFIDENT,
+    calibration=CALIBRATION,
     plots=POSE_PLOTS,
     readings=POSE_READINGS,
     # Where the affine camera's error and the corners' noise decide which prediction is worth more.

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
+from pftrack.experiments.sine.calibration import CALIBRATION
 from pftrack.experiments.sketch import BY_SAMPLER, SECOND_RUN, at_height, circle, particle_clouds
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.drawing import COLOURS, Drawing, Picture, Points, Polyline, Primitive
@@ -171,6 +172,7 @@ EXPERIMENT = Experiment(
         Layer("particles by weight", shown=False),
         SECOND_RUN,
     ),
+    calibration=CALIBRATION,
     simulate=simulate,
     draw=draw,
     error=_mean_distance,

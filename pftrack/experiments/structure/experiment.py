@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.sketch import SECOND_RUN
+from pftrack.experiments.structure.calibration import CALIBRATION
 from pftrack.experiments.structure.sketch import (
     draw_measurements,
     paper,
@@ -348,6 +349,7 @@ EXPERIMENT = Experiment(
     measures=MEASURES,
     scale=SHARE,
     series=SERIES,
+    calibration=CALIBRATION,
     measure=measure,
     target="body",
     plots=PLOTS,

@@ -17,6 +17,12 @@ __all__ = ["SERIES", "SHARE", "align_similarity", "measure", "shape_errors", "tr
 SHARE = 100.0
 """Percent of the body's size."""
 
+WITHIN = {"within_50": 2.366, "within_95": 7.815}
+"""Squares of the half axes, in standard deviations, of ellipsoids that hold so much of a Gaussian in three numbers."""
+
+LEAST_VARIANCE = 1e-12
+"""Of a point in any direction: one that is exactly known must not divide by zero."""
+
 FLAT = 1e-7
 """Extent in a direction, relative to the greatest, that is none."""
 
@@ -24,6 +30,10 @@ SERIES = (
     Series("metric_error", "error up to a similarity", "%"),
     Series("mirrored", "mirror image", role="flag"),
     Series("turn_error_deg", "error of the pose", "°"),
+    *(
+        Series(f"within_{share}", f"points within their ellipsoids of {share} %", shape="vector", role="flag")
+        for share in (50, 95)
+    ),
 )
 
 
@@ -69,7 +79,16 @@ def measure(frame: Frame, state: StructureState) -> Mapping[str, SeriesValue]:
         "metric_error": SHARE * apart,
         "mirrored": float(mirrored < apart),
         "turn_error_deg": float(np.rad2deg(np.arccos(np.clip((np.trace(off) - 1.0) / 2.0, -1.0, 1.0)))),
+        **_within(state, lay.inverse(true)),
     }
+
+
+def _within(state: StructureState, true: NDArray[np.float64]) -> Mapping[str, SeriesValue]:
+    """Return which points are within their ellipsoids, given the true shape (n, 3) as it lies best on the estimate."""
+    off = true - state.placed.points
+    covariances = state.placed.covariances + LEAST_VARIANCE * np.eye(3)
+    squares = (off * np.linalg.solve(covariances, off[:, :, None])[:, :, 0]).sum(axis=1)
+    return {name: tuple((squares <= limit).astype(np.float64).tolist()) for name, limit in WITHIN.items()}
 
 
 def _apart(points: NDArray[np.float64], true: NDArray[np.float64]) -> float:

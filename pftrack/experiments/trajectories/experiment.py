@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pftrack.experiment import PICTURES, ExampleSweep, Experiment, Setup, Step
 from pftrack.experiments.sketch import SECOND_RUN
 from pftrack.experiments.trajectories import sketch
+from pftrack.experiments.trajectories.calibration import CALIBRATION
 from pftrack.experiments.trajectories.exports import EXPORTS
 from pftrack.experiments.trajectories.plots import MEASURES, PLOTS, READINGS
 from pftrack.experiments.trajectories.presets import PRESETS
@@ -190,6 +191,7 @@ EXPERIMENT = Experiment(
         SECOND_RUN,
     ),
     worlds=(SEARCH_WORLD, SCALES_WORLD),
+    calibration=CALIBRATION,
     simulate=simulate,
     on_video=on_video,
     footage=(*PICTURES, "tracks"),

@@ -8,13 +8,11 @@ from pydantic import field_validator
 
 from pftrack.learning.charts import Chart
 from pftrack.learning.guidance import Guidance
-from pftrack.model.overconfidence import Overconfidence
 from pftrack.model.parameters import Parameters, Value, parameter
 from pftrack.trackers.parameters import loss_share
 
 __all__ = [
     "AS_PUBLISHED",
-    "OVERCONFIDENT",
     "PoseTrackerParameters",
     "joint_particles",
     "particles_per_feature",
@@ -26,17 +24,6 @@ LAYERED = ("pf-asd", "alpha-1", "alpha-0")
 
 AS_PUBLISHED: dict[str, Value] = {"upper_layer": "affine", "pose_band": "document"}
 """What Bando 2007 has and the defaults have not."""
-
-
-OVERCONFIDENT = (
-    Overconfidence(
-        ("pf-asd", "alpha-1", "alpha-0", "rb-pf"),
-        "Bando's filters take each point's error for independent of all others: their bands of 95 % hold the true "
-        "angle in 23 to 88 % of the frames. The calibrated band of the pose is honest.",
-        {"pose_band": ("document",)},
-    ),
-)
-"""Settings in which the bands of the angles are not to be believed (docs/explanation/calibration.md)."""
 
 
 def particles_per_feature(features: int) -> Any:  # noqa: ANN401 - as of `parameter`

@@ -78,8 +78,9 @@ class RunSnapshot(BaseModel):
     recipe: Recipe
     tracker: str = Field(description="In force for the next frame")
     parameters: dict[str, Value] = Field({}, description="In force for the next frame")
-    overconfident: str = Field(
-        "", description="Why bands are not to be believed with what is in force for the next frame; empty if they are"
+    doubts: dict[str, str] = Field(
+        {},
+        description="What is to be said of bands with what is in force for the next frame: titles with reasons",
     )
     timeline: list[ChangePublic] = []
     thresholds: list[ThresholdPublic] = []

@@ -13,6 +13,7 @@ from pftrack.experiment import Experiment, Preset, Setup, Step
 from pftrack.experiments import find
 from pftrack.exports.formats import exporting, exports_of
 from pftrack.files import free_bytes
+from pftrack.model.calibration import TITLES
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.drawing import Drawing
 from pftrack.model.export import find_export
@@ -149,7 +150,7 @@ class RunTree:
             second=self.second,
             tracker=tracker,
             parameters=flat(parameters),
-            overconfident=self.experiment.overconfidence((tracker, parameters)),
+            doubts={TITLES[it]: why for it, why in self.experiment.miscalibration((tracker, parameters)).items()},
             **self._course[1],
             restarts=self.restarts,
             position=run.position,
