@@ -11,6 +11,7 @@ experiment that keeps them works everywhere. Its tests need a few lines for that
 
 - `declarations`: identity, parameters, presets, plots and readings are whole and consistent;
 - `numbers`: what a tracker says is finite, and as it declares it;
+- `coverage`: bands hold the truth as often as they say, or it is declared that they do not;
 - `repeatability`: seek, branch, file, process, batch and change of tracker come to the same numbers;
 - `marks`: the kinds of mark that it takes describe themselves, and refuse what is none;
 - `recordings`: a film of its own scene is tracked from a mark, as an upload is;
@@ -19,20 +20,23 @@ experiment that keeps them works everywhere. Its tests need a few lines for that
 """
 
 from pftrack.experiment import Experiment
-from pftrack.testing import declarations, drawings, failures, marks, numbers, recordings, repeatability
+from pftrack.testing import coverage, declarations, drawings, failures, marks, numbers, recordings, repeatability
 from pftrack.testing.check import Check, CheckError
 
 __all__ = ["Check", "CheckError", "check_experiment", "experiment_checks"]
 
 
-def experiment_checks(experiment: Experiment) -> tuple[Check, ...]:
+def experiment_checks(experiment: Experiment, *, thorough: bool = False) -> tuple[Check, ...]:
     """Return all checks of an experiment, each with a name that says what should hold.
 
     Args:
         experiment: As the registry has it: a saved run finds its experiment by its id.
+        thorough: Whether bands are measured over forty seeds of the default scene and of the presets that the
+            calibration names as well, which takes minutes.
     """
     families = declarations, numbers, repeatability, marks, recordings, failures, drawings
-    return tuple(check for family in families for check in family.checks(experiment))
+    others = (check for family in families for check in family.checks(experiment))
+    return (*others, *coverage.checks(experiment, thorough=thorough))
 
 
 def check_experiment(experiment: Experiment) -> None:

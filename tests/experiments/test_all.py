@@ -20,6 +20,21 @@ CHECKS = [
 ]
 
 
+MANY = [
+    pytest.param(check, id=f"{name}: {check}")
+    for name in EXPERIMENTS.own
+    for check in experiment_checks(EXPERIMENTS[name], thorough=True)
+    if check.name.startswith("bands of many runs")
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("check", MANY)
+def test_bands_of_many_runs_are_to_be_believed(check: Check) -> None:
+    """Over forty seeds of the default scene and two presets, or it is declared; `tools.coverage` has the figures."""
+    check()
+
+
 def test_what_another_process_comes_to_is_a_check() -> None:
     """It has the name by which it is chosen here, once for each experiment."""
     assert [param.values[0].name for param in CHECKS].count(ELSEWHERE) == len(EXPERIMENTS.own)

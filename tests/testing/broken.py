@@ -12,12 +12,15 @@ from pydantic import field_validator
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Step
 from pftrack.experiments import find
 from pftrack.experiments.sine.experiment import SineParameters
+from pftrack.model.band import ALL, FlagBand
+from pftrack.model.calibration import Calibration
 from pftrack.model.drawing import Points, Primitive, WorldDrawing
 from pftrack.model.failure import Cure
 from pftrack.model.frame import Frame
 from pftrack.model.marks import Editor, Handle, Mark
 from pftrack.model.measures import PICTURE_MEASURES
 from pftrack.model.parameters import parameter
+from pftrack.model.series import Series
 from pftrack.model.world import World
 from pftrack.sources.signal import SignalSource
 
@@ -29,6 +32,7 @@ SOUND = replace(
     id="under-test",
     trackers={"kalman": KALMAN, **TRACKERS},
     presets=(Preset("works", "works", "kalman"),),
+    calibration=Calibration(),
 )
 
 SPACE = World("space", "Space", "mm", 5.0)
@@ -142,6 +146,27 @@ class Quiet(SignalSource):
         self.noisy = False
 
 
+def boasting(factor: float, **calibration: Any) -> Experiment:
+    """Return an experiment whose tracker tells a multiple of its standard deviations."""
+
+    def alter(state: Any, frame: Frame) -> dict[str, Any]:
+        made = KALMAN.step(getattr(state, "within", state), frame, SineParameters(), None)
+        return {"sigma": factor * made.sigma}
+
+    return replace(tracking(alter), calibration=Calibration(**calibration))
+
+
+def escaping() -> Experiment:
+    """Return an experiment with a region that promises to hold the truth, and loses it in one frame."""
+    flag = Series("contained", "truth contained", role="flag")
+    return replace(
+        SOUND,
+        series=(flag,),
+        measure=lambda frame, _: {"contained": float(frame.index != 7)},
+        calibration=Calibration(bands=(FlagBand("region", {ALL: "contained"}),)),
+    )
+
+
 def hidden_state() -> Experiment:
     """Return an experiment whose tracker counts its calls outside of its state."""
     calls = count()
@@ -179,7 +204,8 @@ def folding(alter: Callable[[Any], dict[str, Any]]) -> Experiment:
         done = tracker.fold(*given)  # type: ignore[misc] # this one has it
         return done and replace(done, **alter(done))
 
-    return replace(BALL, trackers={"h-spf": replace(tracker, fold=fold)}, default_tracker="h-spf")
+    trackers = {"h-spf": replace(tracker, fold=fold)}
+    return replace(BALL, trackers=trackers, default_tracker="h-spf", calibration=Calibration())
 
 
 def caption_of_all_frames(drawn: Any, _step: Step, past: Any, _other: Any) -> Any:
@@ -255,6 +281,10 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     "series are as declared": (
         lambda: replace(SOUND, measure=lambda frame, _: {f"s{frame.index}": 1.0}),
         "frame 0 has a series 's0', which",
+    ),
+    "bands hold the truth as often as they say": (
+        lambda: boasting(0.02),
+        "kalman: the band of the estimate of 50 % holds the truth in .*, which must be declared as overconfident",
     ),
     "frames are the same when asked for again": (lambda: showing(Restless), "depends on which frames were asked for"),
     "only a noisy source depends on the seed": (lambda: showing(Quiet), "frame 0 depends on the seed"),

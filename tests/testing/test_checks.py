@@ -13,6 +13,7 @@ import pytest
 from pftrack.experiment import Experiment, Preset
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.experiments.sine.experiment import SineParameters
+from pftrack.model.calibration import Calibration, Direction, Miscalibration
 from pftrack.model.drawing import Ellipsoids
 from pftrack.model.measures import PICTURE_MEASURES
 from pftrack.model.parameters import parameter
@@ -25,7 +26,9 @@ from tests.testing.broken import (
     KALMAN,
     SOUND,
     SPACE,
+    boasting,
     declaring,
+    escaping,
     folding,
     in_world,
     refusing,
@@ -164,6 +167,35 @@ def test_a_world_that_is_not_sound_is_found(make: Callable[[], Experiment], sent
         checks_of(make())["what is drawn in a world keeps to it"]()
 
 
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda: boasting(30.0), "the band of the estimate of .*, which must be declared as underconfident"),
+        (escaping, "the band of the region of 100 % holds the truth in 90.9 % of the reports, which must be declared"),
+    ],
+)
+def test_a_band_that_is_off_is_found_either_way(make: Callable[[], Experiment], sentence: str) -> None:
+    """One that is too wide fails as well, and a region that loses the truth in one frame."""
+    with pytest.raises(CheckError, match=sentence):
+        checks_of(make())["bands hold the truth as often as they say"]()
+
+
+@pytest.mark.parametrize(("factor", "direction"), [(0.02, "overconfident"), (30.0, "underconfident")])
+def test_what_is_declared_passes(factor: float, direction: Direction) -> None:
+    """A declaration of the right direction is all that a method that is off needs."""
+    fault = Miscalibration(("kalman",), "It boasts.", direction=direction)
+    checks_of(boasting(factor, faults=(fault,)))["bands hold the truth as often as they say"]()
+
+
+def test_a_needless_declaration_is_found() -> None:
+    """Over many runs the exact filter is well inside; whoever says otherwise of it says what is not so."""
+    fault = Miscalibration(("kalman",), "It boasts.")
+    experiment = replace(SOUND, calibration=Calibration(faults=(fault,)))
+    (check,) = (one for one in experiment_checks(experiment, thorough=True) if str(one).endswith("(kalman, default)"))
+    with pytest.raises(CheckError, match="a band is declared as overconfident and is not: that of the estimate"):
+        check()
+
+
 def test_every_check_is_tried() -> None:
     """No check is left without an experiment that fails it, and no broken experiment without its check."""
     assert checks_of(find("ball")).keys() == BROKEN.keys()
@@ -173,13 +205,16 @@ def test_an_estimate_that_depends_on_the_process_is_found(tmp_path: Path, monkey
     """What differs from process to process, such as its number, does not pass."""
     source = (
         "import os\nfrom dataclasses import replace\nimport numpy as np\n"
-        "from pftrack.experiments import find\n"
+        "from pftrack.experiments import find\nfrom pftrack.model.calibration import Calibration\n"
         "SINE = find('sine')\nKALMAN = SINE.trackers['kalman']\n"
         "def start(target, frame, parameters, rng):\n"
         "    state = KALMAN.start(target, frame, parameters, rng)\n"
         "    return replace(state, posterior=replace(state.posterior, mean=state.posterior.mean + os.getpid()))\n"
         "TRACKERS = {'kalman': replace(KALMAN, start=start)}\n"
-        "EXPERIMENT = replace(SINE, id='pids', trackers=TRACKERS, default_tracker='kalman', interface=2)\n"
+        "SAID = Calibration()\n"
+        "EXPERIMENT = replace(\n"
+        "    SINE, id='pids', trackers=TRACKERS, default_tracker='kalman', calibration=SAID, interface=2\n"
+        ")\n"
     )
     install(tmp_path, "of-the-process", source, "pids = of_the_process:EXPERIMENT")
     monkeypatch.setenv("PYTHONPATH", environment(tmp_path)["PYTHONPATH"])
