@@ -6,15 +6,15 @@ So the standard error treats each run as one observation, which is the estimator
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from pftrack.experiment import Experiment
-from pftrack.model.parameters import revise
+from pftrack.model.parameters import Parameters, Value, revise
 from pftrack.runs.run import Change, Run
 
-__all__ = ["Counts", "Coverage", "count_held", "measured_run", "pool_counts"]
+__all__ = ["Counts", "Coverage", "count_held", "measured_parameters", "measured_run", "pool_counts"]
 
 Counts: TypeAlias = Mapping[str, Mapping[float, tuple[int, int]]]
 """Of one run: how many numbers a band has held, and how many there were, by what it is about and by its share."""
@@ -39,6 +39,20 @@ class Coverage:
     runs: int
 
 
+def measured_parameters(experiment: Experiment, preset: str, seed: int) -> Any:  # noqa: ANN401 - the experiment's own model
+    """Return the parameters that are in force in a run of `measured_run`."""
+    defaults = experiment.simulate().parameters
+    return revise(defaults, _chosen(experiment, preset, seed, defaults))
+
+
+def _chosen(experiment: Experiment, preset: str, seed: int, defaults: Parameters) -> dict[str, Value]:
+    chosen = dict(next(one.parameters for one in experiment.presets if one.name == preset)) if preset else {}
+    scene = experiment.calibration.scene
+    if scene:
+        chosen[scene] = int(chosen.get(scene, getattr(defaults, scene))) + seed
+    return chosen
+
+
 def measured_run(experiment: Experiment, tracker: str, preset: str, seed: int, frames: int) -> Run:
     """Return the run of which the bands are looked at, at its frame 0.
 
@@ -50,10 +64,7 @@ def measured_run(experiment: Experiment, tracker: str, preset: str, seed: int, f
         frames: Length at most.
     """
     setup = experiment.simulate()
-    chosen = dict(next(one.parameters for one in experiment.presets if one.name == preset)) if preset else {}
-    scene = experiment.calibration.scene
-    if scene:
-        chosen[scene] = int(chosen.get(scene, getattr(setup.parameters, scene))) + seed
+    chosen = _chosen(experiment, preset, seed, setup.parameters)
     parameters = revise(setup.parameters, chosen)
     longest = setup.open_source(seed, parameters).frame_count or experiment.frames
     timeline = (Change(0, chosen),) if chosen else ()

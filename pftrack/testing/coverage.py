@@ -11,14 +11,13 @@ It finds what is gross. The thorough one has as many seeds as `SEEDS`, and the p
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from pftrack.experiment import Experiment
 from pftrack.model.band import ALL, HALF, MOST
 from pftrack.model.calibration import Direction, Miscalibration
-from pftrack.runs.coverage import Coverage, count_held, measured_run, pool_counts
+from pftrack.runs.coverage import Coverage, count_held, measured_parameters, measured_run, pool_counts
 from pftrack.testing.check import FRAMES, Check, demand, each_tracker
 
 __all__ = ["LIMITS", "SEEDS", "checks", "declared_of", "find_contradictions", "judge"]
@@ -111,17 +110,18 @@ def _thorough(experiment: Experiment, tracker: str, preset: str) -> None:
     _demand(experiment, tracker, preset, SEEDS, experiment.calibration.frames, 0.0)
 
 
+def declared_of(experiment: Experiment, tracker: str, preset: str) -> list[Miscalibration]:
+    """Return what is declared of a tracker with the values of a preset, or in the default scene if it is empty."""
+    parameters = measured_parameters(experiment, preset, SEEDS[0])
+    return [fault for fault in experiment.calibration.faults if fault.holds(tracker, parameters)]
+
+
 def _demand(experiment: Experiment, tracker: str, preset: str, seeds: range, frames: int, slack: float) -> None:
-    counts, parameters = [], None
+    counts = []
     for seed in seeds:
         run = measured_run(experiment, tracker, preset, seed, frames)
-        parameters = run.parameters_at(0) if parameters is None else parameters
         run.finish()
         counts.append(count_held(run))
-    wrong = list(find_contradictions(declared_of(experiment, tracker, parameters), pool_counts(counts), slack=slack))
+    declared = declared_of(experiment, tracker, preset)
+    wrong = list(find_contradictions(declared, pool_counts(counts), slack=slack))
     demand(not wrong, f"{tracker}: {'; '.join(wrong)}")
-
-
-def declared_of(experiment: Experiment, tracker: str, parameters: Any) -> list[Miscalibration]:  # noqa: ANN401 - the experiment's own model
-    """Return what is declared of a tracker with these parameters."""
-    return [fault for fault in experiment.calibration.faults if fault.holds(tracker, parameters)]

@@ -17,7 +17,7 @@ RUDDER = {"tank": ("strong rudder",)}
 FAULTS = (
     Miscalibration(
         ("guided",),
-        BLUNT.format("place in 80 to 89 % and the heading", "68 %"),
+        BLUNT.format("place in 80 to 89 % and the heading", "61 to 68 %"),
         GOLDFISH,
         bands=("place", "heading"),
         direction="underconfident",
@@ -41,17 +41,17 @@ FAULTS = (
     Miscalibration(
         ("guided",),
         "What it has learned is how goldfish move. In water with a strong rudder it expects another motion and loses "
-        "fish that turn: bands of 95 % hold the truth in 60 to 75 % of the reports.",
+        "fish that turn: bands of 95 % hold the truth in 59 to 74 % of the reports.",
         RUDDER,
     ),
     Miscalibration(
         ("ordinary",),
         "Each number of the pose takes random steps of its own, so that few particles come to where a fish turns to; "
-        "it loses some fish and is sure of a wrong pose. Bands of 95 % hold the truth in 31 to 84 % of the reports.",
+        "it loses some fish and is sure of a wrong pose. Bands of 95 % hold the truth in 32 to 81 % of the reports.",
     ),
     Miscalibration(
         ("constant-velocity",),
-        BLUNT.format("place", "84 to 92 %"),
+        BLUNT.format("place", "84 to 90 %"),
         GOLDFISH,
         bands=("place",),
         direction="underconfident",

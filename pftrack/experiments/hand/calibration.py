@@ -7,9 +7,8 @@ __all__ = ["CALIBRATION"]
 FAULTS = (
     Miscalibration(
         ("beam", "particles"),
-        "The deviation that is told is how far apart the kept hands are. They are the best few and much alike, and "
-        "what is not known of a hand's proportions shifts all of them together: bands of 95 % hold a tip in 34 to "
-        "48 % of the reports.",
+        "The deviation that is told is how far apart the kept hands are. They are the best few of many that were "
+        "tried, and much alike: bands of 95 % hold a tip in 31 to 48 % of the reports.",
     ),
 )
 

@@ -9,13 +9,13 @@ FAULTS = (
     PUBLISHED,
     Miscalibration(
         ("rb-pf",),
-        "The calibrated band was chosen for PF-ASD. Points that are particles of one joint cloud are off together, "
-        "which no misfit shows: bands of 95 % hold the true angle in 60 to 84 % of the reports.",
+        "The calibrated band was chosen for PF-ASD. With the points of a joint cloud of particles it is too narrow: "
+        "the band of 95 % holds the true angle in 75 to 93 % of the reports.",
     ),
     Miscalibration(
         ("alpha-0",),
-        "With features only, the points are worse than the solid makes them elsewhere, and the misfit counts their "
-        "errors as lasting, which they are not: the band of 50 % holds the true angle in 63 to 67 % of the reports.",
+        "The calibrated band was chosen for PF-ASD. With features only it is wider than the errors: the band of 50 % "
+        "holds the true angle in 57 to 59 % of the reports.",
         {"pose_band": ("calibrated",)},
         direction="underconfident",
     ),

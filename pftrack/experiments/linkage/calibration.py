@@ -60,8 +60,8 @@ FAULTS = (
     ),
     Miscalibration(
         ("particles",),
-        "The noises that are drawn are as large as those of a chain that moves; while it rests, bands are wider than "
-        "they need be: ranges of 95 % hold the true length in all reports, deviations of 50 % the direction in 79 %.",
+        "A chain at rest shows little of its lengths, and the true ones are near the middle of what is expected at "
+        "first, for every seed: ranges of 95 % hold them in all reports, deviations of 50 % a direction in 80 %.",
         {"chain_path": ("static",)},
         direction="underconfident",
     ),
@@ -69,7 +69,7 @@ FAULTS = (
         ("particles",),
         "A direction hangs on the length of its link, and the true lengths of this scene lie to the side of what is "
         "expected at first, for every seed: deviations of 50 % hold the true direction in 41 % of the reports, those "
-        "of 95 % in 97 %.",
+        "of 95 % in 96 %.",
         {"chain_path": ("mirror3",)},
         bands=("directions",),
     ),

@@ -11,16 +11,16 @@ FAULTS = (
     PUBLISHED,
     Miscalibration(
         ("alpha-0",),
-        "With features only, the points are worse than the solid makes them elsewhere, and the misfit counts their "
-        "errors as lasting, which they are not: the band of 50 % holds the true angle in 64 to 73 % of the reports.",
+        "The calibrated band was chosen for PF-ASD. With features only it is wider than the errors: the band of 50 % "
+        "holds the true angle in 64 to 73 % of the reports.",
         {"pose_band": ("calibrated",)},
         {"noise_px": (0, 10)},
         direction="underconfident",
     ),
     Miscalibration(
         ("rb-pf",),
-        "The calibrated band was chosen for PF-ASD. Points that are particles of one joint cloud are off together, "
-        "which no misfit shows: the band of 95 % holds the true angle in 88 % of the reports.",
+        "The calibrated band was chosen for PF-ASD. With the points of a joint cloud of particles it is too narrow: "
+        "the band of 95 % holds the true angle in 88 % of the reports.",
         ranges={"noise_px": (0, 1)},
     ),
     Miscalibration(

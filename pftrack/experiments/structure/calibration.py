@@ -17,7 +17,7 @@ FAULTS = (
         ("informed", "online", "svd"),
         "The covariance of a point is that of its own noise, as if cameras were known and affine. What is wrong of all "
         "points together, by perspective and by the map from an affine shape to a solid, is not in it: ellipsoids of "
-        "95 % hold the true points in 8 to 22 % of the reports.",
+        "95 % hold the true points in 1 to 22 % of the reports.",
     ),
     Miscalibration(
         ("growing",),

@@ -1,0 +1,33 @@
+"""The figures of coverage, the page that shows them and the declarations of experiments say the same."""
+
+import json
+
+import pytest
+
+from pftrack.experiments import EXPERIMENTS
+from pftrack.testing.coverage import SEEDS, declared_of, find_contradictions
+from tools.coverage import DATA, PAGE, Setting, coverages, measured_settings, page
+
+STORED = json.loads(DATA.read_text())
+MEASURED = coverages(STORED)
+
+
+def test_the_page_shows_what_is_stored() -> None:
+    """`python -m tools.coverage table` writes it anew."""
+    assert page(PAGE.read_text(), STORED) == PAGE.read_text()
+
+
+def test_all_trackers_are_measured() -> None:
+    """In the default scene and two presets, over forty seeds."""
+    assert set(MEASURED) == set(measured_settings())
+    assert {
+        len(experiment.calibration.presets) for experiment in map(EXPERIMENTS.get, EXPERIMENTS.own) if experiment
+    } == {2}
+    assert {one.runs for some in MEASURED.values() for one in some} == {len(SEEDS)} == {STORED["seeds"]}
+
+
+@pytest.mark.parametrize("setting", MEASURED, ids="-".join)
+def test_what_was_measured_is_what_is_declared(setting: Setting) -> None:
+    """Bands that are off are declared, in the direction in which they are, and none that are not off."""
+    faults = declared_of(EXPERIMENTS[setting.experiment], setting.tracker, setting.preset)
+    assert list(find_contradictions(faults, MEASURED[setting])) == []

@@ -1,0 +1,167 @@
+"""Measure how often the bands of all trackers hold the truth, and write the table of `docs/explanation/calibration.md`.
+
+    python -m tools.coverage measure   # all of it, for an hour; stores what it found in tests/data/coverage.json
+    python -m tools.coverage table     # writes the stored figures into the page
+
+A test compares page, figures and declarations, so that none of them can say something else.
+"""
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pftrack.experiment import Experiment
+from pftrack.experiments import EXPERIMENTS
+from pftrack.model.band import ALL, HALF, MOST
+from pftrack.reproduce.pool import Pool
+from pftrack.runs.coverage import Counts, Coverage, count_held, measured_run, pool_counts
+from pftrack.testing.coverage import SEEDS, declared_of
+
+__all__ = ["DATA", "PAGE", "Setting", "coverages", "measured_settings", "page", "table"]
+
+ROOT = Path(__file__).parents[1]
+DATA = ROOT / "tests/data/coverage.json"
+PAGE = ROOT / "docs/explanation/calibration.md"
+
+BEGIN, END = "<!-- tools.coverage: from here -->", "<!-- tools.coverage: to here -->"
+MARKS = {"overconfident": "▼", "underconfident": "▲"}
+
+
+class Setting(NamedTuple):
+    """What is measured together: a tracker with the parameters of a preset, or of the default scene if it is empty."""
+
+    experiment: str
+    tracker: str
+    preset: str
+
+
+class _Trial(NamedTuple):
+    setting: Setting
+    seed: int
+
+
+def measured_settings() -> Iterator[Setting]:
+    """Yield all that is measured."""
+    for name in EXPERIMENTS.own:
+        experiment = EXPERIMENTS[name]
+        for tracker in experiment.trackers:
+            for preset in ("", *experiment.calibration.presets):
+                yield Setting(name, tracker, preset)
+
+
+def coverages(stored: Mapping[str, Any]) -> dict[Setting, list[Coverage]]:
+    """Return what is stored, by setting."""
+    found: dict[Setting, list[Coverage]] = {}
+    for row in stored["coverage"]:
+        setting = Setting(row["experiment"], row["tracker"], row["preset"])
+        shown = {name: row[name] for name in ("of", "promised", "share", "error", "runs")}
+        found.setdefault(setting, []).append(Coverage(**shown))
+    return found
+
+
+def table(stored: Mapping[str, Any]) -> str:
+    """Return the tables of all experiments as Markdown."""
+    found = coverages(stored)
+    return "\n\n".join(_table(EXPERIMENTS[name], found, stored["frames"][name]) for name in EXPERIMENTS.own)
+
+
+def page(text: str, stored: Mapping[str, Any]) -> str:
+    """Return the page with these figures in it."""
+    before, rest = text.split(BEGIN)
+    return f"{before}{BEGIN}\n{table(stored)}\n{END}{rest.split(END)[1]}"
+
+
+def _table(experiment: Experiment, found: Mapping[Setting, list[Coverage]], frames: int) -> str:
+    presets = ("", *experiment.calibration.presets)
+    columns = ["default", *(f"`{name}`" for name in presets[1:])]
+    lines = [
+        f"**{experiment.title}** (`{experiment.id}`), {frames} frames",
+        "",
+        f"| tracker | band of | {' | '.join(columns)} |",
+        f"|{'---|' * (len(columns) + 2)}",
+    ]
+    for tracker in experiment.trackers:
+        for band in experiment.calibration.bands:
+            if not band.trackers or tracker in band.trackers:
+                cells = [_cell(experiment, found, Setting(experiment.id, tracker, name), band.of) for name in presets]
+                lines.append(f"| `{tracker}` | {band.of} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def _cell(experiment: Experiment, found: Mapping[Setting, list[Coverage]], setting: Setting, of: str) -> str:
+    shares = {one.promised: one.share for one in found.get(setting, []) if one.of == of}
+    told = " / ".join(_percent(shares[one]) if one in shares else "–" for one in (HALF, MOST))
+    if ALL in shares:
+        told = f"{_percent(shares[ALL])} of 100"
+    faults = declared_of(experiment, setting.tracker, setting.preset)
+    directions = dict.fromkeys(fault.direction for fault in faults if not fault.bands or of in fault.bands)
+    return " ".join([told, *(MARKS[direction] for direction in directions)])
+
+
+def _percent(share: float) -> str:
+    """Return a share in percent: all and nothing are said of nothing less."""
+    rounded = round(100 * share)
+    if rounded in {0, 100} and share not in {0.0, 1.0}:
+        return f"{100 * share:.1f}"
+    return str(rounded)
+
+
+def _count(trial: _Trial) -> tuple[int, Counts]:
+    experiment = EXPERIMENTS[trial.setting.experiment]
+    frames = experiment.calibration.frames
+    run = measured_run(experiment, trial.setting.tracker, trial.setting.preset, trial.seed, frames)
+    run.finish()
+    return run.frames, count_held(run)
+
+
+def measure(jobs: int) -> dict[str, Any]:
+    """Return what all runs come to."""
+    settings = list(measured_settings())
+    trials = [_Trial(setting, seed) for setting in settings for seed in SEEDS]
+    with Pool(jobs, lambda done, known: sys.stderr.write(f"\r{done} of {known}")) as pool:
+        counted = pool.map(_count, trials)
+    counts: dict[Setting, list[Counts]] = {setting: [] for setting in settings}
+    frames: dict[str, int] = {}
+    for trial, (length, one) in zip(trials, counted, strict=True):
+        counts[trial.setting].append(one)
+        frames[trial.setting.experiment] = max(length, frames.get(trial.setting.experiment, 0))
+    return describe(counts, frames)
+
+
+def describe(counts: Mapping[Setting, list[Counts]], frames: Mapping[str, int]) -> dict[str, Any]:
+    """Return counts by setting in the form that is stored."""
+    command = ["git", "rev-parse", "--short", "HEAD"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT)  # noqa: S603
+    revision = done.stdout.strip()
+    rows = [
+        {**setting._asdict(), **{name: _short(value) for name, value in asdict(one).items()}}
+        for setting, some in counts.items()
+        for one in pool_counts(some)
+    ]
+    return {"revision": revision, "seeds": len(SEEDS), "frames": dict(frames), "coverage": rows}
+
+
+def _short(value: Any) -> Any:  # noqa: ANN401 - a word or a number
+    return round(value, 5) if isinstance(value, float) else value
+
+
+def store(measured: Mapping[str, Any]) -> None:
+    """Write what was measured, a line for each band."""
+    head = {name: value for name, value in measured.items() if name != "coverage"}
+    rows = ",\n".join(f"  {json.dumps(row)}" for row in measured["coverage"])
+    DATA.write_text(f'{json.dumps(head)[:-1]}, "coverage": [\n{rows}\n]}}\n')
+
+
+def main(what: str, jobs: int = 1) -> None:
+    """Measure, or write the page."""
+    if what == "measure":
+        store(measure(jobs))
+    PAGE.write_text(page(PAGE.read_text(), json.loads(DATA.read_text())))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], *(int(jobs) for jobs in sys.argv[2:3]))
