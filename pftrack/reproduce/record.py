@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
+from pftrack.files import write_whole
 from pftrack.reproduce.finding import Finding
 
 __all__ = ["Entry", "Form", "Record", "read_record"]
@@ -65,9 +66,7 @@ class Record:
         """Write a result into the file."""
         self._entries[name] = Entry(form, self.revision, pieces, round(seconds, 2), tuple(findings))
         text = json.dumps({"results": _plain(self._entries)}, indent=1, ensure_ascii=False, allow_nan=False)
-        scratch = self.path.with_name(f".{self.path.name}.part")
-        scratch.write_text(text + "\n", encoding="utf-8")
-        scratch.replace(self.path)
+        write_whole(self.path, f"{text}\n".encode())
 
 
 def read_record(path: Path) -> dict[str, Entry]:
