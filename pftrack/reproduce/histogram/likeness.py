@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pftrack.experiments import find
-from pftrack.experiments.histogram.settings import LECTURE
 from pftrack.likelihoods.histogram import similarity
+from pftrack.reproduce.histogram.trials import lecture
 from pftrack.runs.run import Change, Run
 from pftrack.sources.lawn import look_alike_place
 
@@ -40,7 +40,7 @@ def likenesses(scene: int) -> Likenesses:
     """Return how alike the things of a scene are, by the model that is made of its first picture."""
     experiment = find("histogram")
     run = Run(
-        experiment, experiment.simulate(), frames=FRAME + 1, timeline=(Change(0, {**LECTURE, "scene_number": scene}),)
+        experiment, experiment.simulate(), frames=FRAME + 1, timeline=(Change(0, {**lecture(), "scene_number": scene}),)
     )
     first, state = run.current.frame, run.current.state
     later = run.seek(FRAME).frame

@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 
 from pftrack.experiments import find
-from pftrack.experiments.histogram.settings import LECTURE
 from pftrack.model.parameters import Value, revise
 from pftrack.model.source import History
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.lawn import LawnSource, visible_share
 
-__all__ = ["Case", "Outcome", "runs"]
+__all__ = ["Case", "Outcome", "lecture", "runs"]
 
 FRAMES, LAST, LOST_PX, SEEN = 120, 10, 14.0, 0.7
 """A success is within 14 px in each of the last 10 frames; errors are taken where 70 % of the target are seen."""
@@ -50,7 +49,7 @@ class Case:
     Attributes:
         scene: Number of the scene.
         tracker: Name of the tracker.
-        values: Of parameters that differ from `LECTURE` and `SETTINGS`.
+        values: Of parameters that differ from `lecture` and `SETTINGS`.
         count: Runs, with the seeds from 0 on.
     """
 
@@ -73,11 +72,16 @@ class Outcome:
     error_px: float
 
 
+def lecture() -> Mapping[str, Value]:
+    """Return the lecture's settings, which are those of the preset of that name."""
+    return next(preset.parameters for preset in find("histogram").presets if preset.name == "lecture")
+
+
 def runs(case: Case) -> Outcome:
     """Carry out the runs of a case."""
     experiment = find("histogram")
     parameters: Any = revise(
-        experiment.simulate().parameters, {**LECTURE, **SETTINGS, "scene_number": case.scene, **case.values}
+        experiment.simulate().parameters, {**lecture(), **SETTINGS, "scene_number": case.scene, **case.values}
     )
     history = History(((0, parameters),))
     source = LawnSource(0, parameters)
