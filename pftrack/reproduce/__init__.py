@@ -47,7 +47,7 @@ from pftrack.reproduce.structure import shape as structure
 from pftrack.reproduce.trajectories import pictures as corners
 from pftrack.reproduce.trajectories import tracks as trajectories
 
-__all__ = ["RESULTS", "Entry", "Finding", "Record", "describe_verdicts", "read_record", "reproduce"]
+__all__ = ["RESULTS", "Entry", "Finding", "Pool", "Record", "describe_verdicts", "read_record", "reproduce"]
 
 UNKNOWN = (5.0, 60.0)
 """What a result is taken to cost of which nothing is known, s."""

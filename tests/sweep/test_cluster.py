@@ -12,6 +12,7 @@ from pathlib import Path
 import psutil
 import pytest
 
+from pftrack.reproduce.pool import Pool
 from pftrack.sweep import Plan, Progress, Result, SweepError, begin, carry_out, resume
 from pftrack.sweep.chunks import Chunks
 
@@ -75,6 +76,14 @@ def test_who_sends_work_to_a_cluster_listens_nowhere(cluster: Cluster) -> None:
     workers = ClusterWorkers(cluster.address)
     assert listening() == before
     workers.close()
+
+
+def test_a_study_comes_to_the_same_on_a_cluster(cluster: Cluster) -> None:
+    """What is reproduced by the workers of a scheduler is what one process comes to."""
+    wait_for(cluster, 1)
+    with Pool(1, cluster=cluster.address) as pool:
+        assert pool.map(abs, range(-20, 20)) == [abs(number) for number in range(-20, 20)]
+        assert pool.pieces == 40
 
 
 def listening() -> set[object]:

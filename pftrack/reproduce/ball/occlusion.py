@@ -92,10 +92,10 @@ def coarse_map(pool: Pool, full: bool) -> list[Finding]:
             compare(
                 f"occlusion: {tracker}, pooled success", whole.success, success, 0.04 * wider, SOURCE, ground=ground
             ),
-            compare(f"occlusion: {tracker}, pooled error, px", whole.error, error, 0.5 * wider, SOURCE, ground=ground),
             compare(f"occlusion: {tracker}, observation share", whole.observation_share, observed, 0.05, SOURCE),
         ]
         if full:
+            findings.append(compare(f"occlusion: {tracker}, pooled error, px", whole.error, error, 0.5, SOURCE))
             found = cells(table, COARSE, tracker=tracker)
             title = f"occlusion: {tracker}, success"
             findings += compare_cells(title, found, COARSE, CELLS[tracker], REFERENCE_RUNS, SOURCE)

@@ -143,18 +143,28 @@ class Successes(NamedTuple):
 
 
 def successes(
-    pool: Pool, first: int, conditions: list[Condition], runs: int, tank: TankName = "goldfish"
+    pool: Pool, first: int, conditions: list[Condition], runs: int, tank: TankName = "goldfish", every: int = 1
 ) -> dict[Condition, Successes]:
-    """Return the successes of each condition on the twelve clips, the first of which has this number."""
-    clips = [Clip(first + i, i < LIVELY_TESTS, tank) for i in range(TESTS)]
+    """Return the successes of each condition on the twelve clips, the first of which has this number.
+
+    Args:
+        pool: That computes.
+        first: Number of the first clip.
+        conditions: Trackers with their values.
+        runs: Of each condition on each fish.
+        tank: The tank.
+        every: Of the clips; from fewer, successes are told as of all.
+    """
+    clips = [Clip(first + i, i < LIVELY_TESTS, tank) for i in range(0, TESTS, every)]
+    lively = sum(shown.lively for shown in clips)
     by_clip = pool.map(follow, [(shown, tuple(conditions), runs) for shown in clips])
     found = {}
     for place, condition in enumerate(conditions):
         table = np.array([outcomes[place].successes for outcomes in by_clip])
-        sharp = table[:LIVELY_TESTS, 0]
+        sharp = table[:lively, 0]
         found[condition] = Successes(
-            float(table.sum() / runs),
-            float(sharp.sum() / runs),
+            float(table.sum() / runs * TESTS / len(clips)),
+            float(sharp.sum() / runs * LIVELY_TESTS / lively),
             float(np.mean([outcomes[place].frame_ms for outcomes in by_clip])),
         )
     return found

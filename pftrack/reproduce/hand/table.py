@@ -56,7 +56,8 @@ WITHOUT = {
 def table(pool: Pool, full: bool) -> list[Finding]:
     """Best right, any right, after backtracking and the tip error, by the reference's ranking and by ours."""
     seeds = _seeds(full)
-    keys = [(motion, width, ranking) for (motion, width), ranking in product(REFERENCE, RANKINGS)]
+    rankings = RANKINGS if full else RANKINGS[:1]
+    keys = [(motion, width, ranking) for (motion, width), ranking in product(REFERENCE, rankings)]
     conditions = [(motion, _condition(width, ranking)) for motion, width, ranking in keys]
     found = dict(zip(keys, _means(pool, conditions, seeds), strict=True))
     wider = math.sqrt(len(SEEDS) / len(seeds))
@@ -76,10 +77,10 @@ def table(pool: Pool, full: bool) -> list[Finding]:
             ("right after backtracking", one.backtracked, references[3]),
         ):
             findings.append(_fraction(f"hand: {what}, {name}", ours, reference, FRACTION * wider))
-    if pool.folder is not None:
+    if pool.folder is not None and full:
         save(right_figure(found, REFERENCE), pool.folder / "figure-hand-right.png", "figure-hand-right")
         (pool.folder / "figure-hand-kept.png").write_bytes(kept_figure())
-    return [*findings, *_rankings(found)]
+    return [*findings, *_rankings(found)] if full else findings
 
 
 def _rankings(found: dict[tuple[str, int, str], Outcome]) -> list[Finding]:

@@ -50,6 +50,7 @@ AXES = (
     "how long what is hidden hangs on the axes about which the prism turns, which Bando leaves open: about the others "
     "centres are even better than corners; the reference has 1.08"
 )
+FACE_99 = "our driver 99 is another person, whose tracks have other noise: it is the look of the face that makes it"
 GREATEST = "the free energy of a window says nothing of the frames before it; nor in the reference"
 OURS = Own("this project, beyond Bando 2007, ch. 4 section 5.5")
 
@@ -169,7 +170,8 @@ def faces(pool: Pool, full: bool) -> list[Finding]:
         courses = pool.map(run_trial, trials)
         common, own = _online(pool, trials, 0.5), _online(pool, trials, REMEMBER, own=True)
         name = f"structure: face, driver {driver}"
-        findings += _compare(name, courses, common, references, SOURCE_FACE, ordered=False)
+        because = FACE_99 if driver == 99 else ""
+        findings += _compare(name, courses, common, references, SOURCE_FACE, ordered=False, known=because)
         gain = _mean([one.svd for one in courses]) - _steps(common)
         result = f"{name}, the online method is better than singular values (gain, mean over steps)"
         findings.append(claim(result, gain, holds=gain > 0.005, source=CLAIM_FACE, known=FORGETTING))
@@ -193,6 +195,7 @@ def _compare(
     source: str,
     *,
     ordered: bool = True,
+    known: str = "",
 ) -> list[Finding]:
     """Return the errors of Bando's three methods beside the reference's, and whether they are in its order."""
     ours = {
@@ -208,11 +211,14 @@ def _compare(
     }
     findings = []
     for method, reference in zip(ours, references, strict=True):
+        because = known if method == "online" else ""
         stated = TOLERANCE[method]
         # What is stated is for the prism with hidden points: beside errors that are far smaller it says nothing.
         scatter = max(three_errors(trials[method], len(courses)), MOST_RELATIVE * reference)
         allowed, ground = (stated, PROTOCOL) if stated <= scatter else (scatter, TRIALS)
-        findings.append(compare(f"{name}, {titles[method]}", ours[method], reference, allowed, source, ground=ground))
+        findings.append(
+            compare(f"{name}, {titles[method]}", ours[method], reference, allowed, source, known=because, ground=ground)
+        )
     if not ordered:
         return findings
     holds = ours["batch"] < ours["online"] < ours["svd"]
