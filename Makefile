@@ -25,7 +25,7 @@ endef
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help serve test test-all coverage lint format bench docs lock release clean
+.PHONY: help serve test test-all coverage lint format bench reproduce docs lock release clean
 
 help:  ## Say what can be made
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -59,6 +59,11 @@ format: $(VENV)/.test-stamp  ## Mend what can be mended by itself
 
 bench: $(VENV)/.bench-stamp  ## Run the benchmarks against other libraries
 	@$(BIN)/pftrack bench
+
+reproduce: $(VENV)/.test-stamp  ## Compute all published results again, which takes hours, and write them into the documentation; goes on if stopped
+	@$(BIN)/pftrack reproduce --full --out docs/explanation/reproduction.json \
+		--revision "$$(git describe --always --dirty 2>/dev/null || echo unknown)" $(if $(CLUSTER),--cluster $(CLUSTER)) >/dev/null; \
+		status=$$?; $(BIN)/python -m tools.reproduction && exit $$status
 
 docs: $(VENV)/.docs-stamp  ## Build the documentation, with its pictures, into build/site; the server offers it under Help
 	@$(BIN)/python -m tools.site

@@ -1,0 +1,75 @@
+"""The page of reproduced results says what the record beside it holds, and the record is what pftrack computes."""
+
+import random
+import re
+from datetime import date
+
+import pytest
+
+from pftrack.reproduce import RESULTS, Finding, Pool, read_record
+from pftrack.reproduce.costs import SECONDS
+from tools.reproduction import PAGE, README, RECORD, SENTENCE, STUDIES, blocks, findings_of, sentence
+
+ENTRIES = read_record(RECORD)
+PAGE_TEXT = PAGE.read_text(encoding="utf-8")
+
+QUICK_S = 100
+"""Processor time of the quick form: a minute on two cores."""
+
+AT_MOST_S = 60
+"""Results that take longer in full are not among those that a test computes again."""
+
+
+@pytest.mark.parametrize("name", blocks(ENTRIES))
+def test_the_page_is_written_from_the_record(name: str) -> None:
+    """Each generated table of the page is the one that the record gives; `python -m tools.reproduction` writes them."""
+    found = re.search(rf"<!-- reproduction {name} -->\n(.*?)\n<!-- end -->", PAGE_TEXT, re.DOTALL)
+    assert found is not None
+    assert found[1].strip() == blocks(ENTRIES)[name]
+
+
+def test_the_readme_counts_as_the_record_does() -> None:
+    """The sentence in the README has the counts of the record."""
+    found = SENTENCE.search(README.read_text(encoding="utf-8"))
+    assert found is not None
+    assert found[0].split() == sentence(ENTRIES).split()
+
+
+def test_every_result_belongs_to_a_study() -> None:
+    """The table of counts leaves no result out and has none twice, and the record knows no others."""
+    assert sorted(name for names in STUDIES.values() for name in names) == sorted(RESULTS)
+    assert set(ENTRIES) <= set(RESULTS)
+
+
+def test_no_exemption_is_without_need_or_reason() -> None:
+    """What may differ does differ in the full form, and its reason is told."""
+    full = [one for name, entry in ENTRIES.items() if entry.form == "full" for one in findings_of(ENTRIES, [name])]
+    assert [one.result for one in full if one.known and one.verdict != "differs"] == []
+    assert [one.result for one in full if one.verdict in {"differs", "better", "not run"} and not one.reason] == []
+
+
+def test_every_tolerance_has_a_ground() -> None:
+    """A figure that is compared says why it may be so far from its reference."""
+    assert [one.result for one in findings_of(ENTRIES) if one.tolerance is not None and not one.ground] == []
+
+
+def test_the_quick_form_takes_a_minute() -> None:
+    """What all results are known to cost is at most a minute of two cores."""
+    assert set(SECONDS) == set(RESULTS)
+    assert sum(quick for quick, _ in SECONDS.values()) <= QUICK_S
+
+
+@pytest.mark.slow
+def test_a_tenth_of_the_record_is_computed_again() -> None:
+    """Some results, others every day, come to the very findings that are kept, but for times."""
+    cheap = [name for name, entry in ENTRIES.items() if entry.seconds <= AT_MOST_S]
+    seed = date.today().isoformat()  # noqa: DTZ011 - any day will do
+    chosen = random.Random(seed).sample(cheap, max(1, len(ENTRIES) // 10))
+    for name in chosen:
+        with Pool(2) as pool:
+            again = RESULTS[name](pool, ENTRIES[name].form == "full")
+        assert _untimed(again) == _untimed(ENTRIES[name].findings), f"{name} (seed {seed})"
+
+
+def _untimed(found: "list[Finding] | tuple[Finding, ...]") -> list[dict[str, object]]:
+    return [one.as_dict() for one in found if not one.timed]

@@ -1,0 +1,180 @@
+"""What pages say of reproduced results, written from the record that lies beside them.
+
+`python -m tools.reproduction` puts the tables between `<!-- reproduction NAME -->` and `<!-- end -->` in
+docs/explanation/reproduction.md, and the sentence with the counts in the README, from the record
+docs/explanation/reproduction.json, which `make reproduce` computes. A test compares pages and record.
+"""
+
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from pftrack.reproduce import RESULTS, Entry, Finding, read_record
+from pftrack.reproduce.finding import not_run
+
+__all__ = ["PAGE", "README", "RECORD", "STUDIES", "blocks", "findings_of", "sentence", "write"]
+
+ROOT = Path(__file__).parents[1]
+PAGE, RECORD, README = (
+    ROOT / "docs/explanation/reproduction.md",
+    ROOT / "docs/explanation/reproduction.json",
+    ROOT / "README.md",
+)
+
+STUDIES: dict[str, tuple[str, ...]] = {
+    "filters on signals (Bando 2007, ch. 2)": ("kalman-sine", "sample-count-signal", "dimension", "one-step"),
+    "occlusion and look-alikes (Bando 2007, ch. 3)": (
+        "occlusion",
+        "sensitivity",
+        "wide-swing",
+        "sample-count",
+        "maps",
+        "learning",
+        "learning-clutter",
+    ),
+    "prism (Bando 2007, ch. 4)": ("prism", "prism-readings", "prism-perspective", "pose-filters"),
+    "head (Bando 2007, ch. 4)": ("head",),
+    "bands of a pose": ("calibration",),
+    "shape from tracks (Bando 2007, ch. 4)": ("structure", "structure-face"),
+    "window by its colours (Kagami 2012)": ("histogram", "histogram-trackers"),
+    "trajectories (Ichimura and Ikoma)": ("trajectories", "corners"),
+    "fish (Mitsugami et al. 2009)": ("fish-offline", "fish", "fish-ablations"),
+    "hand (Shimada 1997, ch. 2)": ("hand", "hand-switches", "hand-particles", "hand-steps"),
+    "chain of links (Shimada 1997, ch. 3 to 5)": tuple(name for name in RESULTS if name.startswith("linkage-")),
+}
+
+SENTENCE = re.compile(r"Of [\d,]+\s+figures\s+with\s+a\s+reference\s+[^.]*?\s+known\.", re.DOTALL)
+UNFINISHED = "it had not been computed when this page was written"
+
+
+def findings_of(record: dict[str, Entry], names: Iterable[str] = tuple(RESULTS)) -> list[Finding]:
+    """Return the findings of results, in order; one that is not in the record is not run."""
+    return [
+        finding
+        for name in names
+        for finding in (record[name].findings if name in record else (not_run(name, UNFINISHED),))
+    ]
+
+
+def sentence(record: dict[str, Entry]) -> str:
+    """Return the counts in a sentence."""
+    found = findings_of(record)
+    reproduced, better, differ = (_count(found, verdict) for verdict in ("reproduced", "better", "differs"))
+    failed = sum(one.fails for one in found)
+    return (
+        f"Of {reproduced + better + differ:,} figures with a reference {reproduced} reproduced, {better} came out "
+        f"better and {differ} differ, {'each' if not failed else f'all but {failed}'} for a reason that is known."
+    )
+
+
+def blocks(record: dict[str, Entry]) -> dict[str, str]:
+    """Return the generated parts of the page by name."""
+    found = findings_of(record)
+    known = [one for one in found if one.verdict == "differs" and one.known]
+    other = [one for one in found if one.fails]
+    better = [one for one in found if one.verdict == "better"]
+    missing = [one for one in found if one.verdict == "not run"]
+    return {
+        "run": _run(record),
+        "counts": _counts(record),
+        "known": _differences(known),
+        "unknown": _differences(other) if other else "There is none.",
+        "better": _differences(better) if better else "None is.",
+        "missing": _table(("result", "why"), [(one.result, one.reason) for one in missing]) if missing else "All were.",
+        "results": _results(record),
+    }
+
+
+def write() -> None:
+    """Write the pages anew."""
+    record = read_record(RECORD)
+    page = PAGE.read_text(encoding="utf-8")
+    for name, text in blocks(record).items():
+        page = _between(name).sub(lambda found, text=text: f"{found[1]}\n{text}\n{found[3]}", page)  # type: ignore[misc]
+    PAGE.write_text(page, encoding="utf-8")
+    readme = README.read_text(encoding="utf-8")
+    README.write_text(SENTENCE.sub(_wrapped(sentence(record)), readme), encoding="utf-8")
+
+
+def _between(name: str) -> re.Pattern[str]:
+    return re.compile(rf"(<!-- reproduction {name} -->\n)(.*?)(\n<!-- end -->)", re.DOTALL)
+
+
+def _wrapped(text: str) -> str:
+    """Return the sentence on a line of its own of the list of the README."""
+    first, middle, rest = text.partition(" came out better ")
+    return f"{first}{middle.rstrip()}\n  {rest}"
+
+
+def _run(record: dict[str, Entry]) -> str:
+    full = [entry for entry in record.values() if entry.form == "full"]
+    quick = [entry for entry in record.values() if entry.form == "quick"]
+    minutes = sum(entry.seconds for entry in record.values()) / 60.0
+    revisions = sorted({entry.revision for entry in record.values()})
+    told = [f"{len(full)} of {len(RESULTS)} results were computed with all trials"]
+    if quick:
+        names = ", ".join(f"`{name}`" for name, entry in record.items() if entry.form == "quick")
+        told.append(f"{len(quick)} in the quick form alone, with few trials or none ({names})")
+    if len(record) < len(RESULTS):
+        told.append(f"{len(RESULTS) - len(record)} not at all")
+    return f"{', '.join(told)}: {minutes:.0f} minutes of processor time, at revision {' and '.join(revisions)}."
+
+
+def _counts(record: dict[str, Entry]) -> str:
+    rows = [(title, findings_of(record, names)) for title, names in STUDIES.items()]
+    rows.append(("all", [one for _, found in rows for one in found]))
+    columns = ("study", "reproduced", "better", "differs, known", "differs, not known", "our own figure", "not run")
+    return _table(
+        columns,
+        [
+            (
+                title,
+                _count(found, "reproduced"),
+                _count(found, "better"),
+                sum(one.verdict == "differs" and one.known for one in found),
+                sum(one.fails for one in found),
+                _count(found, "our own figure"),
+                _count(found, "not run"),
+            )
+            for title, found in rows
+        ],
+    )
+
+
+def _differences(found: Sequence[Finding]) -> str:
+    return _table(
+        ("claim or figure", "ours", "reference", "why"),
+        [(one.result, _number(one.ours), _reference(one), one.reason) for one in found],
+    )
+
+
+def _reference(one: Finding) -> str:
+    if one.reference is None or one.tolerance is None:
+        return ""
+    return f"{_number(one.reference)} ± {_number(one.tolerance)}"
+
+
+def _results(record: dict[str, Entry]) -> str:
+    rows = []
+    for name in RESULTS:
+        entry = record.get(name)
+        row = ("not run", "", "") if entry is None else (entry.form, f"{entry.pieces:,}", f"{entry.seconds:,.0f}")
+        rows.append((f"`{name}`", *row))
+    return _table(("result", "form", "pieces of work", "processor time, s"), rows)
+
+
+def _table(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    lines = [columns, ["---"] * len(columns), *rows]
+    return "\n".join("| " + " | ".join(str(cell).replace("|", "\\|") for cell in line) + " |" for line in lines)
+
+
+def _number(value: float) -> str:
+    return "" if value != value else f"{value:.3g}"  # noqa: PLR0124 - NaN is the only number that is not itself
+
+
+def _count(found: Iterable[Finding], verdict: str) -> int:
+    return sum(one.verdict == verdict for one in found)
+
+
+if __name__ == "__main__":
+    write()
