@@ -56,6 +56,14 @@ class TestWorkbench:
         assert json.loads(text)["plots"] == json.loads(json.dumps([asdict(plot) for plot in experiment.plots]))
         assert SessionDescription.model_validate_json(text) == described
 
+    def test_what_is_declared_of_bands_is_told_with_its_title(self) -> None:
+        """It is that of the tracker and the parameters of the next frame, and changes with them."""
+        tree = RunTree(config())
+        (reason,) = tree.run.experiment.miscalibration((tree.run.tracker, tree.run.parameters_at(1))).values()
+        assert tree.snapshot().doubts == {"Bands are wider than they say": reason}
+        tree.run.change({"tracker": "kalman"})
+        assert list(tree.snapshot().doubts) == ["Bands are not to be believed"]
+
     def test_what_is_only_drawn_changes_in_the_frame_that_is_shown(self) -> None:
         """A ghost that is dragged along a learned mode moves while the run stands; the estimate does not."""
         tree = RunTree(config(experiment="fish", tracker="guided", frames=4))
