@@ -1,7 +1,8 @@
 """Measure how often the bands of all trackers hold the truth, and write the table of `docs/explanation/calibration.md`.
 
-    python -m tools.coverage measure   # all of it, for an hour; stores what it found in tests/data/coverage.json
-    python -m tools.coverage table     # writes the stored figures into the page
+    python -m tools.coverage measure              # all of it, for an hour; stores it in tests/data/coverage.json
+    python -m tools.coverage measure ball head    # these experiments alone; what is stored of the others stays
+    python -m tools.coverage table                # writes the stored figures into the page
 
 A test compares page, figures and declarations, so that none of them can say something else.
 """
@@ -9,7 +10,7 @@ A test compares page, figures and declarations, so that none of them can say som
 import json
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,7 +22,7 @@ from pftrack.reproduce.pool import Pool
 from pftrack.runs.coverage import Counts, Coverage, count_held, measured_run, pool_counts
 from pftrack.testing.coverage import SEEDS, declared_of
 
-__all__ = ["DATA", "PAGE", "Setting", "coverages", "measured_settings", "page", "table"]
+__all__ = ["DATA", "PAGE", "Setting", "coverages", "measured_settings", "page", "table", "update"]
 
 ROOT = Path(__file__).parents[1]
 DATA = ROOT / "tests/data/coverage.json"
@@ -57,9 +58,8 @@ def coverages(stored: Mapping[str, Any]) -> dict[Setting, list[Coverage]]:
     """Return what is stored, by setting."""
     found: dict[Setting, list[Coverage]] = {}
     for row in stored["coverage"]:
-        setting = Setting(row["experiment"], row["tracker"], row["preset"])
         shown = {name: row[name] for name in ("of", "promised", "share", "error", "runs")}
-        found.setdefault(setting, []).append(Coverage(**shown))
+        found.setdefault(_setting_of(row), []).append(Coverage(**shown))
     return found
 
 
@@ -118,11 +118,11 @@ def _count(trial: _Trial) -> tuple[int, Counts]:
     return run.frames, count_held(run)
 
 
-def measure(jobs: int) -> dict[str, Any]:
-    """Return what all runs come to."""
-    settings = list(measured_settings())
+def measure(experiments: Container[str]) -> dict[str, Any]:
+    """Return what all runs of some experiments come to."""
+    settings = [setting for setting in measured_settings() if setting.experiment in experiments]
     trials = [_Trial(setting, seed) for setting in settings for seed in SEEDS]
-    with Pool(jobs, lambda done, known: sys.stderr.write(f"\r{done} of {known}")) as pool:
+    with Pool(1, lambda done, known: sys.stderr.write(f"\r{done} of {known}")) as pool:
         counted = pool.map(_count, trials)
     counts: dict[Setting, list[Counts]] = {setting: [] for setting in settings}
     frames: dict[str, int] = {}
@@ -142,7 +142,25 @@ def describe(counts: Mapping[Setting, list[Counts]], frames: Mapping[str, int]) 
         for setting, some in counts.items()
         for one in pool_counts(some)
     ]
-    return {"revision": revision, "seeds": len(SEEDS), "frames": dict(frames), "coverage": rows}
+    return {
+        "revisions": dict.fromkeys(frames, revision),
+        "seeds": len(SEEDS),
+        "frames": dict(frames),
+        "coverage": rows,
+    }
+
+
+def update(stored: Mapping[str, Any], measured: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what is stored, with what was measured anew in its place."""
+    rows = [row for row in stored["coverage"] if row["experiment"] not in measured["frames"]]
+    order = {setting: place for place, setting in enumerate(measured_settings())}
+    rows = sorted([*rows, *measured["coverage"]], key=lambda row: order[_setting_of(row)])
+    merged = {name: {**stored[name], **measured[name]} for name in ("revisions", "frames")}
+    return {**measured, **merged, "coverage": rows}
+
+
+def _setting_of(row: Mapping[str, Any]) -> Setting:
+    return Setting(row["experiment"], row["tracker"], row["preset"])
 
 
 def _short(value: Any) -> Any:  # noqa: ANN401 - a word or a number
@@ -156,12 +174,12 @@ def store(measured: Mapping[str, Any]) -> None:
     DATA.write_text(f'{json.dumps(head)[:-1]}, "coverage": [\n{rows}\n]}}\n')
 
 
-def main(what: str, jobs: int = 1) -> None:
+def main(what: str, *experiments: str) -> None:
     """Measure, or write the page."""
     if what == "measure":
-        store(measure(jobs))
+        store(update(json.loads(DATA.read_text()), measure(experiments or EXPERIMENTS.own)))
     PAGE.write_text(page(PAGE.read_text(), json.loads(DATA.read_text())))
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], *(int(jobs) for jobs in sys.argv[2:3]))
+    main(*sys.argv[1:])

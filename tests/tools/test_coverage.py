@@ -6,7 +6,7 @@ import pytest
 
 from pftrack.experiments import EXPERIMENTS
 from pftrack.testing.coverage import SEEDS, declared_of, find_contradictions
-from tools.coverage import DATA, PAGE, Setting, coverages, measured_settings, page
+from tools.coverage import DATA, PAGE, Setting, coverages, measured_settings, page, update
 
 STORED = json.loads(DATA.read_text())
 MEASURED = coverages(STORED)
@@ -24,6 +24,17 @@ def test_all_trackers_are_measured() -> None:
         len(experiment.calibration.presets) for experiment in map(EXPERIMENTS.get, EXPERIMENTS.own) if experiment
     } == {2}
     assert {one.runs for some in MEASURED.values() for one in some} == {len(SEEDS)} == {STORED["seeds"]}
+
+
+def test_an_experiment_can_be_measured_again() -> None:
+    """Its rows take the places of those that are stored, in the same order, and the others stay."""
+    some = [row for row in STORED["coverage"] if row["experiment"] == "prism"]
+    measured = {"revisions": {"prism": "new"}, "seeds": 40, "frames": {"prism": 7}, "coverage": some[::-1]}
+    again = update(STORED, measured)
+    assert again["revisions"] == {**STORED["revisions"], "prism": "new"}
+    assert again["frames"] == {**STORED["frames"], "prism": 7}
+    assert coverages(again).keys() == MEASURED.keys()
+    assert list(coverages(again)) == list(MEASURED)
 
 
 @pytest.mark.parametrize("setting", MEASURED, ids="-".join)
