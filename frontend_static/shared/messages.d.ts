@@ -1020,6 +1020,7 @@ export interface Recipe {
   frames: number | null;
   timeline: Change[];
   footage: Footage | null;
+  defaults: Record<string, boolean | number | string>;
 }
 
 /** What makes a run, to the bit. */
@@ -1030,6 +1031,7 @@ export interface RecipeRequest {
   frames?: number | null;
   timeline?: Change[];
   footage?: FootageRequest | null;
+  defaults?: Record<string, boolean | number | string>;
 }
 
 /** One number that is kept of a series over a whole run, such as a column of a sweep. */
