@@ -22,7 +22,7 @@ FAULTS = (
     Miscalibration(
         ("growing",),
         "The first shape comes from a window in which hidden points are far off, and is taken for surer than it is; "
-        "what later frames add does not make up for that. Ellipsoids of 95 % hold the true points in 82 % of the "
+        "what later frames add does not make up for that. Ellipsoids of 95 % hold the true points in 78 % of the "
         "reports.",
         {"tracked_body": ("prism",)},
         {"unseen_noise_px": (100, math.inf)},
