@@ -104,7 +104,7 @@ def test_a_freeze_and_a_sudden_end(start_server: Any, tmp_path: Path) -> None:
     """
     first = "import tests.server.sweeping as its; its.functions.compute = its.compute_by_permission"
     arguments = f"port=0, data_dir=Path({str(tmp_path / 'data')!r})"
-    with serving(arguments, first, PFTRACK_HANG_SECONDS="2") as process:
+    with serving(arguments, first, PFTRACK_HANG_SECONDS="4") as process:
         with httpx.Client(base_url=link(process), timeout=110) as client:
             session = begin(client)["id"]
             steer(client, session, "seek", frame=10)
@@ -113,7 +113,7 @@ def test_a_freeze_and_a_sudden_end(start_server: Any, tmp_path: Path) -> None:
             for late_s in (0.0, 1.0):
                 with at_rest(others):
                     with at_rest([web]):
-                        time.sleep(3)
+                        time.sleep(5)
                     time.sleep(late_s)
                 time.sleep(2)
                 assert state(client, session) == "ready"
