@@ -18,7 +18,7 @@ from pftrack.runs.run import Change, Run
 from pftrack.sources.prism import VERTICES_MM
 from pftrack.trackers.pose import layered
 from pftrack.trackers.pose.beliefs import AffineLayers
-from pftrack.trackers.pose.calibrated import depth_slopes, nearness, pin, pose_and_band, seen_moments
+from pftrack.trackers.pose.calibrated import Calibration, depth_slopes, nearness, pin, pose_and_band, seen_moments
 from pftrack.trackers.pose.parameters import PoseTrackerParameters
 from pftrack.trackers.pose.solid import GAUSSIAN, STUDENT_4, Solid
 
@@ -96,6 +96,18 @@ def test_a_point_that_is_hidden_tells_nothing_of_the_pose() -> None:
     assert sides[0] < sides[1] < sides[2]
     assert sides[2] == pytest.approx(sides[3], rel=0.05)
     assert sides[0] < 0.8 * sides[3]
+
+
+def test_where_too_few_points_are_seen_the_excess_stays_as_it_was() -> None:
+    """Six of eight points are hidden: how badly the others fit is not told, and the last excess still counts."""
+    wanted = revise(PoseTrackerParameters(), {"pose_band": "calibrated", "upper_layer": "affine"})
+    solid, belief = believe(np.where(np.arange(8) < 2, 0.0, 0.9999))
+    solid = replace(solid, pinned_mm=solid.points_mm)
+    narrow, kept = pose_and_band(Calibration(0.0), solid, belief, wanted)
+    wide, _ = pose_and_band(Calibration(50.0), solid, belief, wanted)
+    assert kept == Calibration(0.0)
+    assert np.linalg.det(wide.covariance) > np.linalg.det(narrow.covariance)
+    assert pose_and_band(None, solid, belief, wanted) == (belief.pose, None)
 
 
 @pytest.mark.parametrize("tracker", ["pf-asd", "rb-pf"])
