@@ -170,6 +170,21 @@ def test_positions_are_as_sure_as_particles_and_templates_allow(state: PoseState
     assert (near - slip > 1.005 * face_growth.PERSISTENCE * told)[state.recognised].all()
 
 
+def test_what_may_be_hidden_teaches_as_little_as_it_is_seen(state: PoseState) -> None:
+    """A feature that is hidden nine times in ten has ten times the variance beside that of its template's slip."""
+    count, hidden = len(FEATURES), np.zeros(len(FEATURES))
+    hidden[4] = 0.9
+    layers = state.belief.layers
+    weights = np.exp(layers.features.log_weights)
+    mixed = (1.0 - hidden[:, None]) * weights + hidden[:, None] / weights.shape[1]
+    features = replace(layers.features, log_weights=np.log(mixed))
+    unsure = replace(state, belief=replace(state.belief, layers=replace(layers, features=features, hidden=hidden)))
+    near, nearer = (face_growth.position_variances(state, np.ones(count), size, 0.5) for size in (54.0, 108.0))
+    slip = (nearer - near) / 3.0
+    found = face_growth.position_variances(unsure, np.ones(count), 54.0, 0.5) - slip
+    assert found == pytest.approx((near - slip) / (1.0 - hidden)[:, None])
+
+
 def test_positions_are_taken_from_the_principal_point(state: PoseState) -> None:
     """The camera that is found for the face sees its points where they are in the picture."""
     parameters = revise(HEAD.simulate().parameters, SMALL)
