@@ -11,6 +11,7 @@ as long as the bounds hold; the price is that the sets are larger than need be.
 - `cells`: where a link can be that shows a given length, as cells of its direction, in the plane;
 - `connected`: which cells belong together;
 - `observation`: from cells to strips and guides, and to several regions where the cells fall apart;
+- `polygons`: where a point can be that lies in several strips of the picture;
 - `space_cells`, `space_observation`: the same in space, with cells of the attitude as well;
 - `merging`: whether a region lies in another;
 - `frame`: all of it for one frame, with merging, refutation and the rule for outliers.

@@ -68,7 +68,12 @@ class Grid(NamedTuple):
 
 @compiled
 def space_cells(
-    region: NDArray[np.float64], link: Link, seen: NDArray[np.float64], bound: float, cells: int, ways: Ways
+    region: NDArray[np.float64],
+    link: Link,
+    seen: NDArray[np.float64],
+    bound: NDArray[np.float64],
+    cells: int,
+    ways: Ways,
 ) -> Grid:
     """Return the cells of a link of a region, and what lengths fit in each.
 
@@ -76,7 +81,7 @@ def space_cells(
         region: (n + 3, n), coordinates (S omega, S theta*_2, S theta*_3, r_1, r_2, r_3).
         link: Which is observed.
         seen: (2,) its end less its beginning, px.
-        bound: Of the error of each, px.
+        bound: (2,) of the error of each, px; infinite where it was not seen.
         cells: Along each axis.
         ways: How regions are treated.
     """
@@ -135,7 +140,12 @@ def rotate(
 
 @compiled
 def _fill(
-    grid: Grid, region: NDArray[np.float64], link: Link, seen: NDArray[np.float64], bound: float, ways: Ways
+    grid: Grid,
+    region: NDArray[np.float64],
+    link: Link,
+    seen: NDArray[np.float64],
+    bound: NDArray[np.float64],
+    ways: Ways,
 ) -> None:
     """Bound the lengths in each cell by the guide, the ellipsoid and the observation, in place."""
     dimension, cells = grid.axes.shape[0], grid.cells
@@ -144,7 +154,9 @@ def _fill(
     for axis in range(dimension):
         half[axis] = grid.half[axis]
         lean += abs(slope[axis]) * half[axis]
-    error = bound + SLACK + MARGIN * (abs(seen[0]) + abs(seen[1]) + bound + region[HIGH, link.length])
+    error = np.empty(2)
+    for k in range(2):
+        error[k] = bound[k] + SLACK + MARGIN * (abs(seen[0]) + abs(seen[1]) + bound[k] + region[HIGH, link.length])
     omega, off = np.empty(TURNS), np.empty(dimension)
     directions = _directions(grid)
     thetas = directions.shape[0]
@@ -165,8 +177,8 @@ def _fill(
                 shortest, longest = max(shortest, middle - lean - extent), min(longest, middle + lean + extent)
             for k in range(2):
                 least, greatest = _range(turn, slopes, directions[m, 1], directions[m, 2], k, half)
-                shortest, longest = below(shortest, longest, least, seen[k] + error)
-                shortest, longest = below(shortest, longest, -greatest, error - seen[k])
+                shortest, longest = below(shortest, longest, least, seen[k] + error[k])
+                shortest, longest = below(shortest, longest, -greatest, error[k] - seen[k])
             grid.shortest[n * thetas + m], grid.longest[n * thetas + m] = shortest, longest
 
 

@@ -23,7 +23,7 @@ def observe_in_space(
     region: NDArray[np.float64],
     link: Link,
     seen: NDArray[np.float64],
-    bound: float,
+    bound: NDArray[np.float64],
     cells: int,
     most: int,
     ways: Ways,
@@ -34,7 +34,7 @@ def observe_in_space(
         region: (n + 3, n), coordinates (S omega, S theta*_2, S theta*_3, r_1, r_2, r_3).
         link: Which is observed.
         seen: (2,) its end less its beginning, px.
-        bound: Of the error of each, px.
+        bound: (2,) of the error of each, px; infinite where it was not seen.
         cells: Along each axis.
         most: Into how many it may split; what would be more stays one.
         ways: How.

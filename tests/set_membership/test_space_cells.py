@@ -51,12 +51,12 @@ def test_no_pose_that_fits_is_lost(half_rad: float, ways: Ways) -> None:
         bound = float(rng.choice([0.5, 5.0, 40.0]))
         truth = seen[rng.integers(len(seen))] + rng.uniform(-bound, bound, 2)
         fits = inside[np.abs(seen - truth).max(axis=1) <= bound]
-        grid = space_cells(region, link, truth, bound, 4, ways)
+        grid = space_cells(region, link, truth, np.full(2, bound), 4, ways)
         for point in fits:
             off = (point[grid.axes] / SCALE - grid.start) / np.maximum(2 * grid.half, 1e-12)
             place = np.ravel_multi_index(tuple(np.clip(off.astype(int), 0, 3)), (4,) * len(grid.axes))
             assert grid.shortest[place] <= point[link.length] <= grid.longest[place]
-        left = observe_in_space(region, link, truth, bound, 4, 8, ways)
+        left = observe_in_space(region, link, truth, np.full(2, bound), 4, 8, ways)
         assert lost(left, fits, ellipsoids=ways.ellipsoids) == 0
 
 
@@ -81,7 +81,7 @@ def test_what_cannot_be_leaves_nothing() -> None:
     region = random_region(np.random.default_rng(1), 0.2)
     link = Link(3, 6, SCALE, REFERENCE)
     for ways in (FULL, BOXES):
-        assert len(observe_in_space(region, link, np.array([90.0, 10.0]), 0.5, 5, 8, ways)) == 0
+        assert len(observe_in_space(region, link, np.array([90.0, 10.0]), np.full(2, 0.5), 5, 8, ways)) == 0
 
 
 def test_two_sides_of_the_image_make_two_regions() -> None:
@@ -90,8 +90,8 @@ def test_two_sides_of_the_image_make_two_regions() -> None:
     region = region_of(np.append(low, [49.5] * 3), np.append(-low, [50.5] * 3))
     link = Link(3, 6, SCALE, np.eye(3)[[0, 2, 1]])
     seen = np.array([50 * np.cos(0.45), 0.0])
-    left = observe_in_space(region, link, seen, 0.2, 9, 8, FULL)
+    left = observe_in_space(region, link, seen, np.full(2, 0.2), 9, 8, FULL)
     assert len(left) == 2
     assert sorted(np.sign(left[:, CENTRE, 3]).tolist()) == [-1.0, 1.0]
-    assert len(observe_in_space(region, link, seen, 0.2, 9, 1, FULL)) == 1
-    assert len(observe_in_space(region, link, seen, 0.2, 9, 8, FULL._replace(splitting=False))) == 1
+    assert len(observe_in_space(region, link, seen, np.full(2, 0.2), 9, 1, FULL)) == 1
+    assert len(observe_in_space(region, link, seen, np.full(2, 0.2), 9, 8, FULL._replace(splitting=False))) == 1

@@ -28,6 +28,7 @@ from pftrack.model.drawing import Drawing, Picture, Primitive
 from pftrack.model.frame import Frame
 from pftrack.model.layer import Key, Layer
 from pftrack.model.references import SHIMADA, Citation
+from pftrack.sources.linkage.lines import LinkMeasurements
 from pftrack.sources.linkage.source import LinkageSource
 from pftrack.sources.linkage.truth import NAMES, LinkageTarget, in_radians
 from pftrack.trackers.linkage.step import TRACKERS
@@ -87,9 +88,12 @@ def _caption(step: Step) -> str:
 
 
 def _unseen(frame: Frame) -> list[str]:
-    """Return the names of the points that were not measured."""
+    """Return the names of the points that were not measured; of links seen as lines, which of these were not."""
     if frame.measurements is None:
         return list(NAMES)
+    if isinstance(frame.measurements, LinkMeasurements):
+        missing = np.flatnonzero(np.isnan(frame.measurements.offsets_px)).tolist()
+        return [f"link {link + 1}" for link in missing]
     known = np.asarray(np.isfinite(frame.measurements.points_px).all(axis=1))
     return [name for name, seen in zip(NAMES[-len(known) :], known.tolist(), strict=True) if not seen]
 

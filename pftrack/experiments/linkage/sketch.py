@@ -1,4 +1,4 @@
-"""The chain in the picture: where its points were measured, where it is believed to be, and the truth.
+"""The chain in the picture: where its points and lines were measured, where it is believed to be, and the truth.
 
 A chain in the plane is seen as one line. What is believed of it is drawn below that line and the truth above, so that
 neither hides what was seen; in space all is drawn where it is.
@@ -11,6 +11,8 @@ from pftrack.experiments.linkage.beliefs import chain_of, list_hypotheses
 from pftrack.experiments.sketch import at_height, circle
 from pftrack.model.drawing import COLOURS, Colour, Links, Points, Primitive, Text
 from pftrack.model.frame import Frame
+from pftrack.set_membership.polygons import Strip, intersect
+from pftrack.sources.linkage.lines import LinkMeasurements
 from pftrack.sources.linkage.truth import LinkageTarget
 from pftrack.trackers.linkage.state import LinkageState
 
@@ -25,7 +27,7 @@ FARTHEST = 5.0
 
 
 def draw_measurements(frame: Frame, state: LinkageState) -> dict[str, Primitive]:
-    """Draw where points were measured: rings, and across the line of a chain in the plane ticks."""
+    """Draw where points were measured: rings, and across the line of a chain in the plane ticks; and lines of links."""
     if frame.measurements is None:
         return {}
     points = frame.measurements.points_px
@@ -36,7 +38,21 @@ def draw_measurements(frame: Frame, state: LinkageState) -> dict[str, Primitive]
         else:
             ends = points[number] + np.array([[0.0, -TICK_PX], [0.0, TICK_PX]])
             drawn[f"measured {number}"] = _links(ends[None], COLOURS["observation"], 2.0, "measurements")
+    if isinstance(frame.measurements, LinkMeasurements) and frame.image_rgb is not None:
+        height, width, _ = frame.image_rgb.shape
+        sides: list[Strip] = [(np.array([1.0, 0.0]), 0.0, width - 1.0), (np.array([0.0, 1.0]), 0.0, height - 1.0)]
+        for number in np.flatnonzero(np.isfinite(frame.measurements.offsets_px)).tolist():
+            normal, offset = frame.measurements.normals[number], float(frame.measurements.offsets_px[number])
+            ends = _ends(intersect([*sides, (normal, offset, offset)]), normal)
+            if len(ends):
+                drawn[f"measured line {number}"] = _links(ends[None], COLOURS["observation"], 1.0, "measurements")
     return drawn
+
+
+def _ends(corners: NDArray[np.float64], normal: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the two ends (2, 2) of what is left of a line in the picture; none of nothing."""
+    along = corners @ np.array([-normal[1], normal[0]])
+    return corners[[along.argmin(), along.argmax()]] if len(corners) else corners
 
 
 def draw_belief(state: LinkageState, number: int, longest: float) -> dict[str, Primitive]:

@@ -1,5 +1,7 @@
 """What can be turned in the simulated scene of a chain."""
 
+from typing import Literal
+
 from pftrack.model.parameters import parameter
 from pftrack.sources.linkage.paths import PathName
 from pftrack.sources.overlay import OccluderParameters
@@ -16,6 +18,9 @@ class LinkageSceneParameters(OccluderParameters):
     chain_path: PathName = parameter(
         "mirror3", "Path", "How the joints move; the links of 3d move in space, those of all others in a plane.",
         live=False, group=CHAIN)
+    path_slowing: int = parameter(
+        1, "Slower by", "How many times as long the chain takes for its path; its run has as many frames more.",
+        ge=1, le=20, step=1, live=False, group=CHAIN)
     true_length_1_px: float = parameter(
         70, "First link", "True length of the link at the root.",
         unit="px", ge=10, le=120, step=1, live=False, group=CHAIN)
@@ -52,6 +57,11 @@ class LinkageSceneParameters(OccluderParameters):
     bounded_noise: bool = parameter(
         True, "Bounded noise", "Whether noise beyond three standard deviations is drawn again, as bounds of it assume.",
         group=MEASUREMENTS)
+    links_seen_as: Literal["points", "lines", "lines-and-ends"] = parameter(
+        "points", "Links seen as",
+        "What is measured in space: root, joints and tip; or the line on which each link lies, without its ends; or "
+        "the lines, and root and tip. The image of a chain in the plane has one coordinate, and no lines.",
+        live=False, group=MEASUREMENTS)
     outlier_share: float = parameter(
         0, "Outliers", "Share of the measured points that are far off.",
         ge=0, le=0.5, step=0.01, group=MEASUREMENTS)

@@ -62,17 +62,17 @@ def ease(keys: Keys, frame: float) -> NDArray[np.float64]:
     return np.array(last[1:])
 
 
-def swinging(one: NDArray[np.float64], other: NDArray[np.float64], swing: int, frame: int) -> NDArray[np.float64]:
+def swinging(one: NDArray[np.float64], other: NDArray[np.float64], swing: int, frame: float) -> NDArray[np.float64]:
     """Return the angles (3,) of joints that go from one end to the other in `swing` frames, and back again, rad."""
     weight = 0.5 - 0.5 * float(sines_cosines(np.array([np.pi * frame / swing]))[1][0])
     return np.asarray(one + weight * (other - one))
 
 
-def turn(frame: int) -> NDArray[np.float64]:
+def turn(frame: float) -> NDArray[np.float64]:
     """Return the attitude of the chain in space, a rotation vector (3,) in rad relative to the reference."""
     return np.asarray(TURN_RAD * sines_cosines(TURN_RATE * frame + TURN_PHASE)[0] + TURN_OFF_RAD)
 
 
-def move(frame: int) -> NDArray[np.float64]:
+def move(frame: float) -> NDArray[np.float64]:
     """Return how far its root has moved in the picture (2,), px."""
     return np.asarray(MOVE_PX * sines_cosines(MOVE_RATE * frame)[0])

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from pftrack.model.frame import Frame, Landmarks, Measurements, Target
 from pftrack.model.source import History
 from pftrack.numerics.random import Purpose, Stream, standard_normals, uniforms
+from pftrack.sources.linkage.lines import LinkMeasurements, observe_lines
 from pftrack.sources.linkage.painting import paint
 from pftrack.sources.linkage.parameters import LinkageSceneParameters
 from pftrack.sources.linkage.paths import LENGTH, PATHS, ease, move, swinging, turn
@@ -27,8 +28,8 @@ BOUND_SDS = 3.0
 MOST_DRAWS = 64
 """After so many draws the noise is cut: one in 370 is beyond the bound."""
 
-START_DRAW = 1_000_000
-"""Number of the draw of where the estimate begins, beyond those of the noise."""
+START_DRAW, LINES_DRAW = 1_000_000, 2_000
+"""Numbers of the draws of where the estimate begins, and of the errors of lines, beyond those of the points' noise."""
 
 
 class LinkageSource:
@@ -50,7 +51,7 @@ class LinkageSource:
         self._seed = seed
         self._parameters = parameters
         self.size = SPACE_SIZE_PX if parameters.chain_path == "3d" else PLANE_SIZE_PX
-        self.frame_count: int | None = LENGTH[parameters.chain_path]
+        self.frame_count: int | None = parameters.path_slowing * (LENGTH[parameters.chain_path] - 1) + 1
         self.start: Target = self._start()
 
     def target(self, index: int) -> LinkageTarget:
@@ -58,14 +59,15 @@ class LinkageSource:
         parameters = self._parameters
         lengths = (parameters.true_length_1_px, parameters.true_length_2_px, parameters.true_length_3_px)
         chain = partial(_chain, np.array(lengths, dtype=np.float64), self.size)
+        moment = index / parameters.path_slowing
         if parameters.chain_path == "own":
             one = np.deg2rad((parameters.from_1_deg, parameters.from_2_deg, parameters.from_3_deg))
             other = np.deg2rad((parameters.to_1_deg, parameters.to_2_deg, parameters.to_3_deg))
-            return chain(swinging(one, other, parameters.swing_frames, index))
-        theta = ease(PATHS[parameters.chain_path], index)
+            return chain(swinging(one, other, parameters.swing_frames, moment))
+        theta = ease(PATHS[parameters.chain_path], moment)
         if parameters.chain_path != "3d":
             return chain(theta)
-        return chain(theta, turn(index), move(index))
+        return chain(theta, turn(moment), move(moment))
 
     def frame(self, index: int, history: History[LinkageSceneParameters]) -> Frame:
         """Return a frame; the same arguments give the same frame, to the bit."""
@@ -98,19 +100,27 @@ class LinkageSource:
         points = true_px + sd * self._noise(index, true_px.shape, bounded=parameters.bounded_noise)
         stream = Stream(self._seed, index, Purpose.SCENE)
         chances, ways = stream.random(len(points)), stream.random(points.shape)
-        off = (chances < parameters.outlier_share)[:, None]
-        points = points + np.where(off, parameters.outlier_px * (2.0 * ways - 1.0), 0.0)
+        points = points + _outliers(chances, ways, parameters)
         if not spatial:
             points[:, 1], sd[:, 1] = true_px[:, 1], np.inf
-        return Measurements(np.where(visible[:, None], points, np.nan), np.where(visible[:, None], sd, np.inf))
+        if not spatial or parameters.links_seen_as == "points":
+            return _measurements(points, sd, visible)
+        measured = visible & False
+        if parameters.links_seen_as == "lines-and-ends":
+            measured[[0, -1]] = visible[[0, -1]]
+        seen = _measurements(points, sd, measured)
+        errors = sd[1:] * self._noise(index, (len(points) - 1, 2), LINES_DRAW, bounded=parameters.bounded_noise)
+        numbers = uniforms(self._seed, index, Purpose.SCENE.value, LINES_DRAW - 1, 3 * len(errors)).reshape(3, -1)
+        errors = errors + _outliers(numbers[0], numbers[1:].T, parameters)
+        return LinkMeasurements(seen.points_px, seen.sd_px, *observe_lines(true_px, errors, visible))
 
-    def _noise(self, index: int, shape: tuple[int, ...], *, bounded: bool) -> NDArray[np.float64]:
+    def _noise(self, index: int, shape: tuple[int, ...], first: int = 2, *, bounded: bool) -> NDArray[np.float64]:
         """Return standard normal numbers, each drawn again as long as it is beyond the bound."""
         count = int(np.prod(shape))
         # Draws 0 and 1 are the stream's, of outliers.
         draw = partial(standard_normals, self._seed, index, Purpose.SCENE.value)
-        numbers = draw(2, count)
-        for again in range(3, 3 + MOST_DRAWS):
+        numbers = draw(first, count)
+        for again in range(first + 1, first + 1 + MOST_DRAWS):
             beyond = np.abs(numbers) > BOUND_SDS
             if not (bounded and beyond.any()):
                 break
@@ -127,6 +137,19 @@ class LinkageSource:
             return _chain(lengths, self.size, true.theta + angles[:3])
         # The first angle is part of the attitude.
         return _chain(lengths, self.size, true.theta + angles[:3] * (0, 1, 1), true.omega + angles[3:], true.t)
+
+
+def _outliers(
+    chances: NDArray[np.float64], ways: NDArray[np.float64], parameters: LinkageSceneParameters
+) -> NDArray[np.float64]:
+    """Return what is added to measurements (n, 2), given uniform numbers of whether (n,) and how far (n, 2)."""
+    off = (chances < parameters.outlier_share)[:, None]
+    return np.where(off, parameters.outlier_px * (2.0 * ways - 1.0), 0.0)
+
+
+def _measurements(points: NDArray[np.float64], sd: NDArray[np.float64], seen: NDArray[np.bool_]) -> Measurements:
+    """Return points (n, 2) with their deviations, but for those that are not seen (n,)."""
+    return Measurements(np.where(seen[:, None], points, np.nan), np.where(seen[:, None], sd, np.inf))
 
 
 def _chain(

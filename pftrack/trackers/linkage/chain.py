@@ -38,7 +38,6 @@ __all__ = [
     "Chain",
     "describe",
     "in_coordinates",
-    "observations",
     "observe",
     "pose_size",
     "recentre",
@@ -120,15 +119,6 @@ def observe(state: NDArray[np.float64], attitude: NDArray[np.float64]) -> NDArra
         return image_in_plane(state[:LINKS], lengths)
     turn = quaternion_matrix(compose(attitude, quaternion(state[:LINKS])))
     return image_in_space(turn, state[3:5], joints(state), lengths).reshape(8)
-
-
-@compiled
-def observations(states: NDArray[np.float64], attitude: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return what a camera sees of each of several states (N, n), (N, m) px."""
-    seen = np.empty((states.shape[0], LINKS if states.shape[1] == PLANE_STATES else 8))
-    for n in range(states.shape[0]):
-        seen[n] = observe(states[n], attitude)
-    return seen
 
 
 @compiled

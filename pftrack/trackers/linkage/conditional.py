@@ -20,6 +20,7 @@ from pftrack.numerics.compiled import compiled
 from pftrack.trackers.linkage.chain import recentre
 from pftrack.trackers.linkage.linearised import predict
 from pftrack.trackers.linkage.sides import see
+from pftrack.trackers.linkage.sight import observed_rows
 
 __all__ = ["Chains", "Given", "advance", "filter_again"]
 
@@ -69,7 +70,7 @@ def advance(
     Args:
         chains: Of the frame before.
         given: Noises and bounds.
-        seen: (m,) observation, px; NaN where a coordinate was not seen.
+        seen: (m, 3) observation, see `sight`.
         chances: (N,) uniform numbers by which sides are drawn.
 
     Returns:
@@ -77,7 +78,7 @@ def advance(
     """
     following = _copy(chains)
     distances = np.zeros(chains.evidences.shape[0])
-    rows = np.flatnonzero(~np.isnan(seen))
+    rows = observed_rows(seen)
     for n in range(distances.shape[0]):
         distances[n] = _step(following, n, given, n, seen, rows, chances[n])
     return following, distances
@@ -90,12 +91,12 @@ def filter_again(begun: Chains, given: Given, history: NDArray[np.float64], chan
     Args:
         begun: Before the first of them.
         given: Noises and bounds.
-        history: (T, m) observations.
+        history: (T, m, 3) observations.
         chances: (T, N) uniform numbers.
     """
     following = _copy(begun)
     for t in range(history.shape[0]):
-        rows = np.flatnonzero(~np.isnan(history[t]))
+        rows = observed_rows(history[t])
         for n in range(begun.evidences.shape[0]):
             _step(following, n, given, n, history[t], rows, chances[t, n])
     return following

@@ -30,16 +30,16 @@ from pftrack.trackers.linkage.chain import (
     Chain,
     describe,
     in_coordinates,
-    observations,
     recentre,
     reference_attitude,
 )
 from pftrack.trackers.linkage.handover import chains, gaussian
 from pftrack.trackers.linkage.linearised import Candidates, Filtering, candidates, predict
 from pftrack.trackers.linkage.parameters import LinkageTrackerParameters
+from pftrack.trackers.linkage.sight import log_reach, look, observed_rows, show_all
 from pftrack.trackers.linkage.state import NOTHING, Events, LinkageState
 
-__all__ = ["constraints", "filter_step", "look", "noise", "start", "state_of", "unscented_step"]
+__all__ = ["constraints", "filter_step", "noise", "start", "state_of", "unscented_step"]
 
 SAME_ANGLE_RAD, SAME_LENGTH_PX = 0.05, 2.0
 """Hypotheses closer than this in all directions and lengths are one."""
@@ -62,22 +62,6 @@ def noise(parameters: LinkageTrackerParameters, in_space: bool) -> NDArray[np.fl
     """Return the standard deviations (p,) of the accelerations of a pose, rad or px per frame^2."""
     turning, moving = float(parameters.acceleration_rad), float(parameters.root_acceleration_px)
     return np.array([turning, turning, turning, moving, moving, turning, turning] if in_space else [turning] * LINKS)
-
-
-def look(frame: Frame, origin_px: NDArray[np.float64], *, in_space: bool) -> NDArray[np.float64]:
-    """Return what was seen, (3,) in the plane and (8,) in space, px from the origin; NaN where nothing was.
-
-    Raises:
-        ValueError: The frame has no measured points, or another number of them.
-    """
-    points = None if frame.measurements is None else frame.measurements.points_px
-    expected = LINKS + 1 if in_space else LINKS
-    if points is None or points.shape != (expected, 2):
-        got = "none" if points is None else f"{len(points)}"
-        raise ValueError(f"a tracker of a chain needs {expected} measured points, got {got}")
-    seen = points - origin_px
-    seen = seen.ravel() if in_space else seen[:, 0].copy()
-    return np.where(np.isfinite(seen), seen, np.nan)
 
 
 def start(target: Target, frame: Frame, parameters: LinkageTrackerParameters, rng: Stream) -> LinkageState:
@@ -148,6 +132,7 @@ def filter_step(
         mirrors=float(parameters.mirror_tau) if mirrors else NO_MIRRORS,
         rejection=float(parameters.rejection_sd),
         memory=float(parameters.score_memory),
+        rounds=int(parameters.linearisations),
     )
     found = candidates(
         np.stack([member.mean for member in members]),
@@ -239,20 +224,21 @@ def unscented_step(
         contiguous_copy(chain.mean), contiguous_copy(chain.covariance), noise(parameters, state.in_space)
     )
     seen = look(frame, state.origin_px, in_space=state.in_space)
-    rows = np.flatnonzero(~np.isnan(seen))
+    rows = observed_rows(seen)
     log_evidence, cut, outlier = 0.0, 0, False
     if len(rows):
-        spread = float(parameters.observation_variance_px2) * np.eye(len(rows))
+        spread, values = float(parameters.observation_variance_px2) * np.eye(len(rows)), seen[rows, 0]
 
         def observe(states: NDArray[np.float64]) -> NDArray[np.float64]:
-            flat = observations(contiguous_copy(states.reshape(-1, states.shape[-1])), chain.attitude)
+            flat = show_all(contiguous_copy(states.reshape(-1, states.shape[-1])), chain.attitude, seen)
             return np.asarray(flat[:, rows].reshape(*states.shape[:-1], len(rows)))
 
         expected, covariances, _ = unscented.transform(mean[None], covariance[None], observe)
-        whitened = solve_system(covariances[0] + spread, seen[rows] - expected[0])
-        outlier = float(((seen[rows] - expected[0]) * whitened).sum()) > parameters.outlier_limit_sd**2
+        whitened = solve_system(covariances[0] + spread, values - expected[0])
+        outlier = float(((values - expected[0]) * whitened).sum()) > parameters.outlier_limit_sd**2
         if not outlier:
-            updated, log_evidence = unscented.update(Gaussian(mean, covariance), seen[rows], observe, spread)
+            updated, log_evidence = unscented.update(Gaussian(mean, covariance), values, observe, spread)
+            log_evidence += log_reach(mean, chain.attitude, seen)
             mean, covariance = contiguous_copy(updated.mean), contiguous_copy(updated.covariance)
             cut = truncate(mean, covariance, *constraints(parameters, state.in_space))
     mean, covariance = contiguous_copy(mean), contiguous_copy(covariance)

@@ -24,7 +24,8 @@ from pftrack.geometry.linkage import LINKS, directions, joint_angles, mirror, re
 from pftrack.geometry.rotation_vector import compose, matrix_quaternion, quaternion, quaternion_matrix, vector
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.matrices import factorise, multiply, substitute
-from pftrack.trackers.linkage.chain import PLANE_STATES, joints, observe, recentre, slopes
+from pftrack.trackers.linkage.chain import PLANE_STATES, joints, recentre
+from pftrack.trackers.linkage.sight import log_reach, observed_rows, show, show_slopes
 
 __all__ = ["Candidates", "Filtering", "candidates", "linearisation_points", "predict"]
 
@@ -35,7 +36,7 @@ class Filtering(NamedTuple):
     """What a step of these filters needs beside the belief.
 
     Attributes:
-        seen: (m,) observation, px; NaN where a coordinate was not seen.
+        seen: (m, 3) observation, see `sight`.
         variance: Of each coordinate, px^2.
         noise: (p,) standard deviations of the accelerations of the pose.
         rows: (k, n) constraints lo <= A x <= hi.
@@ -45,6 +46,7 @@ class Filtering(NamedTuple):
         mirrors: Sine below which a link is almost parallel to the image; negative to have no mirror images.
         rejection: How many standard deviations beyond a bound refute a candidate; only where there are mirror images.
         memory: Of scores.
+        rounds: How often an observation is linearised: once at the point, then at what the round before came to.
     """
 
     seen: NDArray[np.float64]
@@ -57,6 +59,7 @@ class Filtering(NamedTuple):
     mirrors: float
     rejection: float
     memory: float
+    rounds: int
 
 
 class Candidates(NamedTuple):
@@ -190,7 +193,7 @@ def candidates(
         np.zeros(most, np.int64),
         np.empty((most, 2 * LINKS)),
     )
-    rows = np.flatnonzero(~np.isnan(given.seen))
+    rows = observed_rows(given.seen)
     filled = count
     for k in range(count):
         mean, covariance = predict(means[k], covariances[k], given.noise)
@@ -254,12 +257,14 @@ def _candidate(
 ) -> None:
     """Condition a prediction, linearised at a point, on the coordinates `rows` that were seen; cut it and score it."""
     count = rows.shape[0]
-    shown, slope = observe(point, attitude)[rows], slopes(point, attitude)[rows]
-    seen = given.seen[rows]
-    innovation = seen - shown - multiply(slope, (mean - point).reshape(mean.shape[0], 1)).reshape(count)
-    spread = given.variance * np.eye(count)
-    updated, left, log_evidence, _ = condition_on_innovation(mean, covariance, innovation, slope, spread)
-    found.log_evidences[place] = log_evidence
+    spread, seen = given.variance * np.eye(count), given.seen[rows, 0]
+    updated, left, log_evidence = point, covariance, 0.0
+    for _ in range(given.rounds):
+        point = updated
+        shown, slope = show(point, attitude, given.seen)[rows], show_slopes(point, attitude, given.seen)[rows]
+        innovation = seen - shown - multiply(slope, (mean - point).reshape(mean.shape[0], 1)).reshape(count)
+        updated, left, log_evidence, _ = condition_on_innovation(mean, covariance, innovation, slope, spread)
+    found.log_evidences[place] = log_evidence + log_reach(point, attitude, given.seen)
     # y' S^-1 y by what the update explains of y, since S^-1 = W^-1 (I - C K).
     explained = multiply(slope, (updated - mean).reshape(mean.shape[0], 1)).reshape(count)
     square = np.sum(innovation * (innovation - explained)) / given.variance
@@ -267,7 +272,7 @@ def _candidate(
     refuted = given.mirrors >= 0.0 and least_room(updated, left, given.rows, given.low, given.high) < -given.rejection
     if given.constrained:
         found.cuts[place] = truncate(updated, left, given.rows, given.low, given.high)
-    rest = seen - observe(updated, attitude)[rows]
+    rest = seen - show(updated, attitude, given.seen)[rows]
     score = -0.5 * (_square(lower, updated - mean) + np.sum(rest * rest) / given.variance)
     _fill(found, place, updated, left, attitude, -np.inf if refuted else score, 0)
 

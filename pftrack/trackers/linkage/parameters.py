@@ -91,6 +91,11 @@ class LinkageTrackerParameters(Parameters):
     outlier_limit_sd: float = parameter(
         20, "Outlier limit", "A frame whose observation lies farther than this from every prediction is left out.",
         unit="sd", ge=2, le=1000, step=1, group=NOISE, trackers=SAMPLED)
+    linearisations: int = parameter(
+        1, "Linearisations",
+        "How often an observation is linearised: once at the prediction, and then where the round before came to. In "
+        "space more than one keep the filter from being sure too soon; in the plane they lose mirror images.",
+        ge=1, le=10, step=1, group=NOISE, trackers=("ekf", "ekf-truncated", "ekf-mirrors"))
     start_angle_variance_rad2: float = parameter(
         0.2, "Variance of angles", "Of each angle in the first frame.",
         unit="rad²", ge=1e-6, le=10, step=0.01, live=False, group=START, trackers=SAMPLED)

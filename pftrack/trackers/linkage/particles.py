@@ -14,11 +14,12 @@ from pftrack.numerics.random import Stream
 from pftrack.particles import normalise
 from pftrack.trackers.linkage.chain import reference_attitude
 from pftrack.trackers.linkage.conditional import advance
-from pftrack.trackers.linkage.gaussians import constraints, look, noise, state_of
+from pftrack.trackers.linkage.gaussians import constraints, noise, state_of
 from pftrack.trackers.linkage.handover import chains, from_moments
 from pftrack.trackers.linkage.parameters import LinkageTrackerParameters
 from pftrack.trackers.linkage.rejuvenation import filtered, move
 from pftrack.trackers.linkage.sampled import LengthParticles, Settings, begin, draw_states, given, resample
+from pftrack.trackers.linkage.sight import look
 from pftrack.trackers.linkage.state import Events, LinkageState
 
 __all__ = ["quantiles", "step"]
@@ -76,7 +77,7 @@ def _see(
         before,
         chains=following,
         earlier=before.chains.evidences,
-        history=np.vstack([before.history, seen]),
+        history=np.concatenate([before.history, seen[None]]),
     )
     if not np.any(following.evidences > -np.inf):
         return before, 0.0, True

@@ -88,7 +88,7 @@ class LengthParticles(ParticleSet):
         origins: (N,) index of the Gaussian that each began with.
         base: Gaussians of the beginning.
         earlier: (N,) log p(y_1..t-1) of each.
-        history: (T, m) what was seen since, px; NaN where nothing was.
+        history: (T, m, 3) what was seen since, see `sight`.
         key: Of the settings that the chains were filtered with.
     """
 
@@ -117,7 +117,7 @@ def begin(base: Beam[Chain], settings: Settings, count: int, observed: int, rng:
         base: The Gaussians.
         settings: In force.
         count: How many to draw.
-        observed: Coordinates that are observed in a frame.
+        observed: Numbers that are observed in a frame, m.
         rng: Random numbers of the frame.
     """
     origins = systematic(rng, base.log_weights, count)
@@ -133,7 +133,7 @@ def begin(base: Beam[Chain], settings: Settings, count: int, observed: int, rng:
     chains = start_chains(base, values, origins)
     weights = np.full(count, -math.log(count))
     parents = np.full(count, -1)
-    history = np.empty((0, observed))
+    history = np.empty((0, observed, 3))
     return LengthParticles(
         chains.means, weights, parents, values, chains, origins, base, np.zeros(count), history, settings.key
     )

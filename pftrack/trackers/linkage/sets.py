@@ -18,6 +18,7 @@ from pftrack.filters.beam import Beam
 from pftrack.geometry.linkage import LINKS, Bounds
 from pftrack.model.frame import Frame, Target
 from pftrack.model.tracker import Tracker
+from pftrack.numerics.matrices import product
 from pftrack.numerics.random import Stream
 from pftrack.particles import ParticleSet, normalise
 from pftrack.set_membership.frame import Observe, frame_step
@@ -29,10 +30,11 @@ from pftrack.set_membership.space_cells import Link
 from pftrack.set_membership.space_observation import observe_in_space
 from pftrack.set_membership.strips import TRACE, VOLUME
 from pftrack.sources.linkage.truth import LinkageTarget
-from pftrack.trackers.linkage.gaussians import look
 from pftrack.trackers.linkage.parameters import LinkageTrackerParameters
+from pftrack.trackers.linkage.places import bound_places, link_images
 from pftrack.trackers.linkage.regions import ROOT, Region, begin, box_of, known_bounds, union
 from pftrack.trackers.linkage.reports import SERIES, measure
+from pftrack.trackers.linkage.sight import look
 from pftrack.trackers.linkage.state import NOTHING, Events, LinkageState
 
 __all__ = ["TRACKERS"]
@@ -80,12 +82,12 @@ def step(
     treated = ways(method, parameters)
     scale = float(parameters.angle_scale_px)
     before, own = _regions(state, parameters, ellipsoids=treated.ellipsoids)
-    seen = look(frame, state.origin_px, in_space=state.in_space).reshape(-1, 2 if state.in_space else 1)
-    links = seen[1:] - seen[:-1] if state.in_space else np.diff(seen, axis=0, prepend=0.0)
+    seen = look(frame, state.origin_px, in_space=state.in_space)
+    known, observe = _observing(seen, state.reference, parameters, treated)
     found = frame_step(
         [region.array for region in before],
-        _observing(links, state.reference, parameters, treated),
-        np.flatnonzero(~np.isnan(links).any(axis=1)).tolist(),
+        observe,
+        known,
         known_bounds(parameters.bounds, scale, float(parameters.motion_bound_rad), in_space=state.in_space),
         parameters.region_passes,
         treated,
@@ -123,31 +125,40 @@ def ways(method: str, parameters: LinkageTrackerParameters) -> Ways:
 
 
 def _observing(
-    links: NDArray[np.float64],
+    seen: NDArray[np.float64],
     reference: NDArray[np.float64] | None,
     parameters: LinkageTrackerParameters,
     treated: Ways,
-) -> Observe:
-    """Return what takes the observation of a link into account: ends less beginnings (3, 1) or (3, 2), px."""
+) -> tuple[list[int], Observe]:
+    """Return of which links something was seen, and what takes that into account."""
     scale, once = float(parameters.angle_scale_px), float(parameters.error_bound_px)
     if reference is None:
+        shown = np.diff(seen[:, 0], prepend=0.0)
 
         def in_plane(region: NDArray[np.float64], link: int, most: int) -> NDArray[np.float64]:
             # The root is known exactly.
-            bound, shown = once if link == 0 else 2.0 * once, float(links[link, 0])
+            bound, length = once if link == 0 else 2.0 * once, float(shown[link])
             return observe_in_plane(
-                region, (link, LINKS + link), scale, shown, bound, parameters.direction_cells, most, treated
+                region, (link, LINKS + link), scale, length, bound, parameters.direction_cells, most, treated
             )
 
-        return in_plane
-    attitude = np.ascontiguousarray(reference)
+        return np.flatnonzero(~np.isnan(shown)).tolist(), in_plane
+    images = link_images(seen, once)
+    places = [
+        Link(LINKS - 1 + link if link > 0 else -1, 2 + LINKS + link, scale, product(image.turn, reference))
+        if image is not None
+        else None
+        for link, image in enumerate(images)
+    ]
 
     def in_space(region: NDArray[np.float64], link: int, most: int) -> NDArray[np.float64]:
-        place = Link(LINKS - 1 + link if link > 0 else -1, 2 + LINKS + link, scale, attitude)
+        place, image = places[link], images[link]
+        if place is None or image is None:
+            raise RuntimeError("a link of which nothing was seen is not observed")
         cells = parameters.attitude_cells
-        return observe_in_space(region, place, links[link].copy(), 2.0 * once, cells, most, treated)
+        return observe_in_space(region, place, image.middle, image.bound, cells, most, treated)
 
-    return in_space
+    return [link for link, image in enumerate(images) if image is not None], in_space
 
 
 def _root(
@@ -157,10 +168,10 @@ def _root(
 
     Where nothing is seen it is around where it was.
     """
-    reach = float(parameters.error_bound_px)
-    for point, length in zip(seen, (*longest, 0.0), strict=True):
-        if not np.isnan(point).any():
-            return point - reach, point + reach
+    reach = bound = float(parameters.error_bound_px)
+    for point, half, length in zip(*bound_places(seen, bound), (*longest, 0.0), strict=True):
+        if np.isfinite(half).all():
+            return point - (reach + (half - bound)), point + (reach + (half - bound))
         reach += float(length)
     moved = float(parameters.root_motion_bound_px)
     return last[0] - moved, last[1] + moved

@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from pftrack.filters.truncation import log_share
 from pftrack.geometry.linkage import LINKS, Constraints
 from pftrack.numerics.compiled import compiled
-from pftrack.trackers.linkage.chain import PLANE_STATES, observe, slopes
+from pftrack.trackers.linkage.chain import PLANE_STATES
 from pftrack.trackers.linkage.linearised import linearisation_points
+from pftrack.trackers.linkage.sight import log_reach, show, show_slopes
 
 __all__ = ["see"]
 
@@ -71,8 +72,8 @@ def see(
         attitude: (4,) that omega is relative to.
         variance: Of an observed coordinate, px^2.
         bounds: On joints.
-        seen: (m,) observation, px.
-        rows: Coordinates of it that were seen.
+        seen: (m, 3) observation, see `sight`.
+        rows: Rows of it that were seen.
         chance: Uniform number by which a side is drawn.
 
     Returns:
@@ -104,7 +105,7 @@ def see(
                     spreads[side, j, k] -= factor * work.cross[i, k]
         nearest = min(nearest, np.sqrt(max(square, 0.0)))
         if side == 0 or not _is_known(found, spreads, side):
-            evidences[side] = -0.5 * square - log_root
+            evidences[side] = -0.5 * square - log_root + log_reach(found[side], attitude, seen)
             weights[side] = evidences[side]
             if sides > 1:
                 weights[side] += log_share(found[side], spreads[side], bounds.rows, bounds.low, bounds.high)
@@ -133,19 +134,19 @@ def _settle(
     count, free = work.rest.shape[0], work.cross.shape[1] - 1
     half = free // 2  # velocities are not seen
     for _ in range(ROUNDS):
-        slope, shown = slopes(point, attitude), observe(point, attitude)
+        slope, shown = show_slopes(point, attitude, seen), show(point, attitude, seen)
         _linearise(work, slope, shown, mean, covariance, point, variance, seen, rows)
         _whiten(work.total, work.cross)
         point = mean.copy()
         for i in range(count):
             for j in range(free):
                 point[j] += work.cross[i, j] * work.cross[i, free]
-        shown, bent = observe(point, attitude), 0.0
+        shown, bent = show(point, attitude, seen), 0.0
         for i in range(count):
             work.left[i] = work.rest[i]
             for j in range(half):
                 work.left[i] -= slope[rows[i], j] * (point[j] - mean[j])
-            work.exact[i] = seen[rows[i]] - shown[rows[i]]
+            work.exact[i] = seen[rows[i], 0] - shown[rows[i]]
             bent = max(bent, abs(work.exact[i] - work.left[i]))
         if bent < CLOSE * np.sqrt(variance):
             break
@@ -169,7 +170,7 @@ def _linearise(
     half = free // 2
     for i in range(count):
         row = rows[i]
-        work.rest[i] = seen[row] - shown[row]
+        work.rest[i] = seen[row, 0] - shown[row]
         work.cross[i, :free] = 0.0
         for k in range(half):
             factor = slope[row, k]
