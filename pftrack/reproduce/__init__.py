@@ -39,7 +39,7 @@ from pftrack.reproduce.hand import table as hand
 from pftrack.reproduce.head import pose as head
 from pftrack.reproduce.histogram import table as histogram
 from pftrack.reproduce.linkage import kalman as linkage
-from pftrack.reproduce.linkage import regions, set_algebra
+from pftrack.reproduce.linkage import lines, regions, set_algebra
 from pftrack.reproduce.pool import Pool
 from pftrack.reproduce.prism import pose as prism
 from pftrack.reproduce.record import Entry, Form, Record, read_record
@@ -93,6 +93,8 @@ RESULTS: dict[str, Callable[[Pool, bool], list[Finding]]] = {
     "linkage-regions": regions.containment,
     "linkage-ingredients": regions.ingredients,
     "linkage-regions-space": regions.space,
+    "linkage-variants": regions.variants,
+    "linkage-lines": lines.lines,
 }
 """All results by name: functions of a pool and of whether the whole protocol is to be run."""
 

@@ -98,6 +98,13 @@ IN_SPACE: Mapping[str, Value] = {
     "observation_variance_px2": 0.0278,
 }
 
+CLOSE_PX, ROUNDS = 0.3, 3
+"""What the reference's lengths in space are right to, and how often the iterated filter linearises."""
+TOO_SURE = (
+    "linearised once, the filter becomes sure of lengths too soon; linearised three times it errs less, and particles, "
+    "which filter all frames anew for each length, are right to 0.3 px"
+)
+
 
 def algebra(pool: Pool, full: bool) -> list[Finding]:
     """Truncation without observations, and the re-centring of a rotation (8.1)."""
@@ -218,18 +225,29 @@ def _short_links(pool: Pool) -> list[Finding]:
 
 
 def space(pool: Pool, full: bool) -> list[Finding]:
-    """The same filter in space, on a motion that shows much (8.6)."""
+    """The same filter in space, on a motion that shows much: the worst of all seeds (8.6)."""
     runs = 5 if full else 2
     courses = _courses(pool, "ekf-truncated", IN_SPACE, runs)
-    errors = [float(np.abs(one.lengths[-1] - one.true_lengths).max()) for one in courses]
-    ratios = [float((np.abs(one.lengths - one.true_lengths) / one.deviations)[1:].max()) for one in courses]
-    final, worst = float(np.median(errors)), float(np.median(ratios))
-    return [
-        claim(
-            "linkage: 3d, ekf-truncated, final error of the worst length, px", final, holds=final < 0.3, source=SPACE
-        ),
-        compare("linkage: 3d, ekf-truncated, worst error of a length in sd", worst, 3.4, 1.6, SPACE),
+    final = _worst_length(courses)
+    ratio = max(float((np.abs(one.lengths - one.true_lengths) / one.deviations)[1:].max()) for one in courses)
+    title, known = "linkage: 3d, {}, final error of the worst length of any seed, px", TOO_SURE
+    result = "linkage: 3d, ekf-truncated, worst error of a length of any seed, in sd"
+    findings = [
+        claim(title.format("ekf-truncated"), final, holds=final < CLOSE_PX, source=SPACE, known=known),
+        compare(result, ratio, 3.4, 1.6, SPACE, known=known),
     ]
+    again = _worst_length(_courses(pool, "ekf-truncated", {**IN_SPACE, "linearisations": ROUNDS}, runs))
+    result = title.format(f"ekf-truncated, linearised {ROUNDS} times")
+    findings.append(claim(result, again, holds=again < final, source=OURS))
+    if full:
+        sampled = _worst_length(_courses(pool, "particles", IN_SPACE, runs))
+        findings.append(claim(title.format("particles"), sampled, holds=sampled < CLOSE_PX, source=SPACE))
+    return findings
+
+
+def _worst_length(courses: Sequence[RunResult]) -> float:
+    """Return the greatest error of a length at the end of a run, px."""
+    return max(float(np.abs(one.lengths[-1] - one.true_lengths).max()) for one in courses)
 
 
 def _courses(pool: Pool, tracker: str, values: Mapping[str, Value], runs: int) -> list[RunResult]:

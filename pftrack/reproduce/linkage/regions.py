@@ -22,7 +22,7 @@ from pftrack.reproduce.linkage.figures import still as still_figure
 from pftrack.reproduce.linkage.trials import Condition, RunResult, run_condition
 from pftrack.reproduce.pool import Pool
 
-__all__ = ["containment", "ingredients", "space"]
+__all__ = ["containment", "ingredients", "space", "variants"]
 
 SOURCE = "Shimada 1997, chapter 5; reference implementation"
 PARTS = "reference implementation, which part does what"
@@ -46,6 +46,17 @@ MIRRORS = (("mirror3", (60, 67), 1.0), ("mirror2", (39, 54), 0.92))
 
 SPACE_ENDS = (((62.3, 63.7), (71.9, 75.3)), ((50.0, 50.0), (66.0, 70.0)), ((45.8, 46.4), (59.0, 60.0)))
 """Ranges over seeds of the ends of the final intervals, px."""
+
+OTHER_ENDS_PX = 0.5
+"""What the reference rounds its ends to."""
+UPPER_R1_PX = (78.0, 80.0)
+"""Where the upper bound of r_1 moves, the only one that does, with slow motion or another scale of angles."""
+VARIANTS: tuple[tuple[str, dict[str, Value]], ...] = (
+    ("motion slowed by 4", {"path_slowing": 4, "motion_bound_rad": 0.02}),
+    ("motion slowed by 10", {"path_slowing": 10, "motion_bound_rad": 0.008}),
+    ("S of 20 px/rad", {"angle_scale_px": 20}),
+    ("S of 150 px/rad", {"angle_scale_px": 150}),
+)
 
 CLAIMED_PX = 5.0
 NO_LENGTH = "guides shrink by the extent of the ellipsoid alone, and learn no length; nor do the reference's"
@@ -167,6 +178,28 @@ def ingredients(pool: Pool, full: bool) -> list[Finding]:
     result = "linkage: printed prediction P + du I, frames in which the truth is contained, moving chains (.06 to .16)"
     findings.append(claim(result, max(kept[:-1]), holds=0.0 < max(kept[:-1]) < 0.3, source=PARTS))
     findings.append(compare("linkage: the same, still chain", kept[-1], 1.0, 0.0, PARTS))
+    return findings
+
+
+def variants(pool: Pool, full: bool) -> list[Finding]:
+    """Shimada's own ellipsoids on object 1, moving more slowly or with another scale of angles: no length is learned.
+
+    One seed, as the reference has it.
+    """
+    chosen = VARIANTS if full else tuple(one for one in VARIANTS if "path_slowing" not in one[1])
+    worded = [_preset_setting("two-1", "ellipsoids-literal", **values) for _, values in chosen]
+    findings = []
+    for (title, _), found in zip(chosen, _courses(pool, worded, 1), strict=True):
+        named = f"linkage: Shimada's ellipsoids, {title}"
+        findings.append(_judge_containment(f"{named}, object 1", found, PARTS))
+        last, before = _last(found[0]), np.array([[60.0, 80.0], [50.0, 70.0], [40.0, 60.0]])
+        low, high = UPPER_R1_PX
+        result = f"{named}, upper end of r_1, px"
+        findings.append(compare(result, last[0, 1], 0.5 * (low + high), 0.5 * (high - low), PARTS))
+        moved = np.abs(last - before)
+        moved[0, 1] = 0.0
+        result = f"{named}, how far any other end of a length has moved, px"
+        findings.append(compare(result, float(moved.max()), 0.0, OTHER_ENDS_PX, PARTS))
     return findings
 
 
