@@ -38,12 +38,12 @@ SECONDS: dict[str, tuple[float, float]] = {
     "linkage-static": (3.1, 7),
     "linkage-confident": (1.2, 3),
     "linkage-recovery": (0.3, 1),
-    "linkage-space": (1.6, 29),
+    "linkage-space": (1.4, 29),
     "linkage-strips": (0.1, 0),
     "linkage-regions": (3.4, 17),
     "linkage-ingredients": (5.0, 12),
     "linkage-regions-space": (1.0, 10),
-    "linkage-variants": (0.9, 5),
-    "linkage-lines": (3.6, 57),
+    "linkage-variants": (0.8, 5),
+    "linkage-lines": (1.9, 57),
 }
 """Processor time in the quick form and in the full one, s, as measured on one core; 0 where there is no quick form."""

@@ -40,14 +40,14 @@ def lines(pool: Pool, full: bool) -> list[Finding]:
     """Lengths that filters find by lines with root and tip, and what regions leave of them by lines."""
     seeds = SEEDS if full else QUICK_SEEDS
     findings = []
-    for tracker, values, limit in FILTERS if full else FILTERS[:2]:
+    for tracker, values, limit in FILTERS if full else FILTERS[1:2]:
         courses = _courses(pool, tracker, {**IN_SPACE, **values, "links_seen_as": "lines-and-ends"}, seeds)
         worst = max(float(np.abs(one.lengths[-1] - one.true_lengths).max()) for one in courses)
         title = tracker + (f", linearised {ROUNDS} times" if values else "")
         result = f"linkage: lines and ends, {title}, final error of the worst length of any seed, px"
         findings.append(claim(result, worst, holds=worst < limit, source=OURS))
     scene = next(one for one in find("linkage").presets if one.name == "3d").parameters
-    for way, widths in WIDTHS_PX.items():
+    for way, widths in list(WIDTHS_PX.items())[: None if full else 1]:
         for tracker in ("ellipsoids", "box-guides") if full else ("ellipsoids",):
             courses = _courses(pool, tracker, {**scene, "links_seen_as": way}, seeds)
             contained = float(np.mean([one.contained.mean() for one in courses]))
