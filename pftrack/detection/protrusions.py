@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from pftrack.detection.silhouette import Finding, Silhouette, SilhouetteSettings, contacts, silhouette_of
 from pftrack.detection.thinning import free_lines, skeleton
+from pftrack.model.frame import Backdrop
 from pftrack.numerics.compiled import compiled
 
 __all__ = ["HandFeatures", "Protrusion", "features_in", "features_of"]
@@ -77,9 +78,11 @@ class HandFeatures(NamedTuple):
         return self.silhouette.finding
 
 
-def features_of(image_rgb: NDArray[np.uint8], settings: SilhouetteSettings) -> HandFeatures:
+def features_of(
+    image_rgb: NDArray[np.uint8], settings: SilhouetteSettings, backdrop: Backdrop | None = None
+) -> HandFeatures:
     """Return the features of the hand in a picture (height, width, 3); arguments as for `silhouette_of`."""
-    found = silhouette_of(image_rgb, settings)
+    found = silhouette_of(image_rgb, settings, backdrop)
     return features_in(found) if image_rgb.flags.writeable else _cached_features(_Found(found))
 
 

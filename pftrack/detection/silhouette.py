@@ -1,8 +1,9 @@
 """Silhouettes: which pixels of a picture belong to a hand, and whether that can be one hand at all.
 
 A hand is told from the rest by being lighter or darker than a level, by differing from the background, or by the colour
-of skin. The background is the colour that the picture has along its border in the median. Skin is a range of Cr and Cb,
-the two colours of YCrCb; it is much the same for all people, who differ by Y (D. Chai and K. Ngan, 1999).
+of skin. The background is the colour that the picture has along its border in the median; or, of a recording by a fixed
+camera, what each pixel shows without the hand (`backdrop`). Skin is a range of Cr and Cb, the two colours of YCrCb; it
+is much the same for all people, who differ by Y (D. Chai and K. Ngan, 1999).
 
 Of what is told apart the largest connected thing is the silhouette; pin-holes in it are filled. What cannot be a hand
 is said, by a `Finding`: nothing, nearly everything as after a flash of light, two things of like size, or a hand that
@@ -17,6 +18,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.detection.backdrop import backdrop_model, differs, smaller
+from pftrack.model.frame import Backdrop
 from pftrack.model.parameters import Parameters, parameter
 from pftrack.picture_key import PictureKey
 
@@ -31,7 +34,7 @@ __all__ = [
     "suggest_parameters",
 ]
 
-TellsBy: TypeAlias = Literal["light", "dark", "background", "skin"]
+TellsBy: TypeAlias = Literal["light", "dark", "background", "skin", "backdrop"]
 
 LEAST_SHARE, LARGEST_SHARE = 0.005, 0.75
 """Shares of the picture of what may be a hand."""
@@ -41,6 +44,8 @@ PIN_HOLE = 0.006
 """Share of the silhouette's area up to which a hole is filled: a rough edge closes the gap between two fingers."""
 TWO_CLASSES = 0.86
 """Share of the variance of brightness between two classes, from which on they are two; an even slope has 0.75."""
+MOST_FIRST = 1000
+"""Pictures at the beginning of a recording that show the backdrop."""
 GAP_PX = 4
 """Gaps along the picture's border that are no end of a contact."""
 
@@ -68,6 +73,7 @@ class SilhouetteSettings(NamedTuple):
     tells_by: TellsBy
     level: int
     difference: int
+    backdrop_frames: int
     cr: tuple[int, int]
     cb: tuple[int, int]
     smoothing_px: int
@@ -81,13 +87,18 @@ class SilhouetteParameters(Parameters):
     tells_by: TellsBy = parameter(
         "light", "Told by",
         "How the hand is separated from the rest: by being lighter or darker than a level, by differing from the "
-        "background, or by the colour of skin.", group=GROUP)
+        "background, which is the colour along the border, by the colour of skin, or by differing from the backdrop, "
+        "which is what each pixel of a recording by a fixed camera shows without the hand.", group=GROUP)
     brightness_level: int = parameter(
         100, "Brightness level", "Which a light hand exceeds, and a dark one does not.",
         unit="grey levels", ge=0, le=254, step=1, group=GROUP)
     background_difference: int = parameter(
         40, "Least difference", "By how much a hand differs from the background in one channel at least.",
         unit="grey levels", ge=1, le=254, step=1, group=GROUP)
+    backdrop_frames: int = parameter(
+        0, "Pictures of the backdrop", "So many of the recording's first pictures show no hand, and so the backdrop; "
+        "at 0 it is the median over the whole recording, in which a hand that moves leaves no trace.",
+        unit="frames", ge=0, le=MOST_FIRST, step=1, group=GROUP)
     cr_low: int = parameter(
         135, "Least red", "Lowest Cr of skin: 128 is grey, more is redder.", ge=0, le=255, step=1, group=GROUP)
     cr_high: int = parameter(
@@ -111,6 +122,7 @@ class SilhouetteParameters(Parameters):
             self.tells_by,
             self.brightness_level,
             self.background_difference,
+            self.backdrop_frames,
             (self.cr_low, self.cr_high),
             (self.cb_low, self.cb_high),
             self.smoothing_px,
@@ -140,7 +152,9 @@ class Silhouette(NamedTuple):
         return (places + 0.5) / self.reduction - 0.5
 
 
-def silhouette_of(image_rgb: NDArray[np.uint8], settings: SilhouetteSettings) -> Silhouette:
+def silhouette_of(
+    image_rgb: NDArray[np.uint8], settings: SilhouetteSettings, backdrop: Backdrop | None = None
+) -> Silhouette:
     """Return the silhouette in a picture (height, width, 3).
 
     Those of the last pictures are kept; one that may be written is not.
@@ -148,21 +162,26 @@ def silhouette_of(image_rgb: NDArray[np.uint8], settings: SilhouetteSettings) ->
     Args:
         image_rgb: (height, width, 3).
         settings: How it is made.
+        backdrop: Of the recording; where there is none, the colour along the border stands for it.
     """
     if image_rgb.flags.writeable:
-        return _silhouette_of(image_rgb, settings)
-    return _cached_silhouette(PictureKey(image_rgb), settings)
+        return _silhouette_of(image_rgb, settings, backdrop)
+    return _cached_silhouette(PictureKey(image_rgb), settings, backdrop)
 
 
 @lru_cache(maxsize=2)
-def _cached_silhouette(picture: PictureKey, settings: SilhouetteSettings) -> Silhouette:
-    return _silhouette_of(picture.image_rgb, settings)
+def _cached_silhouette(picture: PictureKey, settings: SilhouetteSettings, backdrop: Backdrop | None) -> Silhouette:
+    return _silhouette_of(picture.image_rgb, settings, backdrop)
 
 
-def _silhouette_of(image_rgb: NDArray[np.uint8], settings: SilhouetteSettings) -> Silhouette:
+def _silhouette_of(image_rgb: NDArray[np.uint8], settings: SilhouetteSettings, backdrop: Backdrop | None) -> Silhouette:
     reduction = max(round(max(image_rgb.shape[:2]) / settings.working_side_px), 1)
-    image = _smaller(image_rgb, reduction)
-    told = _classify_pixels(image, settings)
+    image = smaller(image_rgb, reduction)
+    if settings.tells_by == "backdrop" and backdrop is not None:
+        model = backdrop_model(backdrop, settings.backdrop_frames, reduction)
+        told = differs(image, model, settings.difference).astype(np.uint8)
+    else:
+        told = _classify_pixels(image, settings)
     if settings.smoothing_px > 1:
         told = np.asarray(cv2.medianBlur(told, settings.smoothing_px), np.uint8)
     area = told.size
@@ -196,17 +215,9 @@ def contacts(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
     return np.asarray(ends[np.append(apart, True)] - begins[np.append(True, apart)], np.int64)
 
 
-def _smaller(image_rgb: NDArray[np.uint8], reduction: int) -> NDArray[np.uint8]:
-    if reduction == 1:
-        return image_rgb
-    height, width = (max(side // reduction, 1) for side in image_rgb.shape[:2])
-    whole = image_rgb[: height * reduction, : width * reduction]
-    return np.asarray(cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA), np.uint8)
-
-
 def _classify_pixels(image: NDArray[np.uint8], settings: SilhouetteSettings) -> NDArray[np.uint8]:
     """Return (h, w) 1 where a picture is told to be a hand."""
-    if settings.tells_by == "background":
+    if settings.tells_by in {"background", "backdrop"}:
         away = cv2.absdiff(image, np.broadcast_to(_border_colour(image), image.shape))
         return np.asarray(away.max(axis=2) >= settings.difference, np.uint8)
     if settings.tells_by == "skin":
@@ -235,18 +246,29 @@ def _without_pin_holes(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return np.asarray(mask | small[labels]) if small.any() else mask
 
 
-def suggest_parameters(image_rgb: NDArray[np.uint8]) -> dict[str, object]:
+def suggest_parameters(
+    image_rgb: NDArray[np.uint8], backdrop: Backdrop | None = None, before: int = 0
+) -> dict[str, object]:
     """Return values of `SilhouetteParameters` by which a hand in a picture (height, width, 3) is told best.
 
     That is brightness where the picture falls into two classes by it (Otsu 1979), of which the hand's is the one less
     seen along the border; else the colour of skin, if something in the picture has it; else what differs from the
-    border.
+    border; else what differs from the backdrop, if there is one, by the pictures before this one or by all of them.
+
+    Args:
+        image_rgb: (height, width, 3).
+        backdrop: Of the recording.
+        before: How many of its pictures come before this one. Of these a power of two is taken, so that pictures that
+            are looked into one after the other share few models.
     """
-    image = _smaller(image_rgb, max(round(max(image_rgb.shape[:2]) / 256), 1))
+    image = smaller(image_rgb, max(round(max(image_rgb.shape[:2]) / 256), 1))
     grey = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.uint8)
     level = int(cv2.threshold(grey, 0, 255, cv2.THRESH_OTSU)[0])
     light = grey > level
     choices: list[dict[str, object]] = [{"tells_by": by, "smoothing_px": 5} for by in ("skin", "background")]
+    if backdrop is not None:
+        firsts = (1 << min(before, MOST_FIRST).bit_length() - 1, 0) if before else (0,)
+        choices += [{"tells_by": "backdrop", "backdrop_frames": first, "smoothing_px": 5} for first in firsts]
     share, total = float(light.mean()), float(grey.var())
     if 0.0 < share < 1.0:
         apart = float(grey[light].mean() - grey[~light].mean())
@@ -256,7 +278,7 @@ def suggest_parameters(image_rgb: NDArray[np.uint8]) -> dict[str, object]:
             by_level = {"brightness_level": _level(grey, hand, level), "smoothing_px": 3}
             choices.insert(0, {"tells_by": "light" if hand is light else "dark", **by_level})
     for values in choices:
-        if _silhouette_of(image, SilhouetteParameters.model_validate(values).silhouette).finding.ok:
+        if _silhouette_of(image_rgb, SilhouetteParameters.model_validate(values).silhouette, backdrop).finding.ok:
             return values
     return choices[0]
 

@@ -1,11 +1,13 @@
 """Frames: what a source shows at one instant, and what is known to be true of it."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Frame", "Landmarks", "Measurements", "Target"]
+__all__ = ["Backdrop", "Frame", "Landmarks", "Measurements", "Target"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,6 +61,16 @@ class Target:
     extent: tuple[float, float] | None = None
 
 
+class Backdrop(Protocol):
+    """Pictures of a source that tell what is behind its target; it can be a key, and the same one has the same."""
+
+    def pictures(self, first: int) -> Iterator[NDArray[np.uint8]]:
+        """Return some of the first so many pictures (height, width, 3), or with 0 some of all, evenly."""
+
+    def __hash__(self) -> int:
+        """Return the same for the same pictures."""
+
+
 @dataclass(frozen=True, slots=True)
 class Frame:
     """One instant of a source.
@@ -70,6 +82,7 @@ class Frame:
         signal: (d,) observed values, or None for a picture.
         measurements: Measured points, or None where the picture is all there is.
         target: The truth, or None where it is not known.
+        backdrop: Where to see what is behind the target, or None where nothing tells.
     """
 
     index: int
@@ -78,3 +91,4 @@ class Frame:
     signal: NDArray[np.float64] | None = None
     measurements: Measurements | None = None
     target: Target | None = None
+    backdrop: Backdrop | None = None

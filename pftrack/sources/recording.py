@@ -1,8 +1,10 @@
 """A recording as a source: the pictures of a video, with an overlay and, where it is known, the truth."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pftrack.model.frame import Frame, Target
 from pftrack.model.parameters import ParameterError, parameter
@@ -10,7 +12,28 @@ from pftrack.model.sequence import FrameSequence
 from pftrack.model.source import History
 from pftrack.sources.overlay import OverlayParameters, paint
 
-__all__ = ["RecordingParameters", "RecordingSource", "check_start"]
+__all__ = ["RecordedBackdrop", "RecordingParameters", "RecordingSource", "check_start"]
+
+
+MOST_LOOKED_AT = 25
+"""Pictures that tell of the background."""
+
+
+@dataclass(frozen=True)
+class RecordedBackdrop:
+    """What a recording tells of its background, without what is laid over it.
+
+    Attributes:
+        sequence: The pictures.
+    """
+
+    sequence: FrameSequence
+
+    def pictures(self, first: int) -> Iterator[NDArray[np.uint8]]:
+        """Return pictures of the first so many, or with 0 of all: evenly spaced ones, from the beginning on."""
+        count = min(first or self.sequence.frame_count, self.sequence.frame_count)
+        looked_at = min(count, MOST_LOOKED_AT)
+        return (self.sequence.picture(place * count // looked_at) for place in range(looked_at))
 
 
 class RecordingParameters(OverlayParameters):
@@ -59,6 +82,7 @@ class RecordingSource:
         check_start(first, sequence)
         self._sequence = sequence
         self._first = first
+        self._backdrop = RecordedBackdrop(sequence)
         self._truth = truth
         self._times_s = sequence.times_s[first:] - sequence.times_s[first]
         self.size = sequence.size
@@ -77,7 +101,7 @@ class RecordingSource:
             paint(image, parameters, parameters.distracter_colour)
             image.flags.writeable = False
         target = self._truth(self._first + index) if self._truth else None
-        return Frame(index, float(self._times_s[index]), image_rgb=image, target=target)
+        return Frame(index, float(self._times_s[index]), image_rgb=image, target=target, backdrop=self._backdrop)
 
 
 def check_start(start: int, sequence: FrameSequence) -> None:

@@ -236,3 +236,34 @@ def test_a_real_hand_with_two_raised_fingers_is_guessed_where_it_is_asked_for_an
         run = Run(HAND, wired(sequence, guess.mark), seed=0, frames=6)
         run.finish()
     assert all(row.number("difference") < 25.0 for row in run.diagnostics[1:])
+
+
+def boards() -> np.ndarray:
+    """Return a wall of boards with the colours of skin, lighter and darker."""
+    shade = np.random.default_rng(1).uniform(0.1, 1.1, (25, 25)).astype(np.float32)
+    shade = cv2.resize(shade, (200, 200), interpolation=cv2.INTER_NEAREST)
+    return (shade[..., None] * np.array([150.0, 105.0, 75.0])).astype(np.uint8)
+
+
+def test_before_a_textured_wall_a_hand_is_told_by_the_pictures_without_it(tmp_path: Path) -> None:
+    """It is followed though neither level, border nor skin tell it; sought or branched it is the same."""
+    wall = boards()
+    shown = [np.where((picture > 60).any(axis=2)[..., None], picture, wall) for picture in pictures()]
+    with closing(film(tmp_path / "wall.mp4", [wall] * 4 + shown)) as sequence:
+        setup = wired(sequence)
+        assert setup.footage is not None
+        assert setup.footage.start == 4
+        assert setup.parameters.tells_by == "backdrop"
+        assert setup.parameters.backdrop_frames == 4
+        run = Run(HAND, setup, seed=0)
+        step = run.finish()
+        truth = source()[0].target(FRAMES - 1, HandSceneParameters(motion="occlusion", speed=1.5))
+        tips = step.state.estimate.reshape(5, 3)[:, :2]
+        assert np.hypot(*(tips - truth.tips).T).mean() < 0.2 * truth.scale
+        assert np.array_equal(run.seek(2).state.pose, Run(HAND, wired(sequence), seed=0, frames=3).finish().state.pose)
+        branch = run.branch(2, {})
+        branch.finish()
+        assert branch.estimates_sha256 == run.estimates_sha256
+        border = setup.parameters.model_copy(update={"tells_by": "background"})
+        assert HAND.suits is not None
+        assert HAND.suits(sequence, setup.footage, border).grade == "not at all"

@@ -24,7 +24,7 @@ from pftrack.model.sequence import FrameSequence
 from pftrack.model.suitability import Suitability, grade
 from pftrack.model.truth import Truth
 from pftrack.sources.hand import HandTarget
-from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
+from pftrack.sources.recording import RecordedBackdrop, RecordingParameters, RecordingSource, check_start
 from pftrack.trackers.hand.parameters import HandTrackerParameters
 
 __all__ = ["FINDER", "RecordedHandParameters", "on_video", "suits"]
@@ -175,8 +175,9 @@ def _first(sequence: FrameSequence, start: int) -> tuple[int, Mark]:
 
 
 def _parameters(sequence: FrameSequence, frame: int) -> RecordedHandParameters:
-    return revise(RecordedHandParameters(), {"growth_sd": GROWTH_SD, **suggest_parameters(sequence.picture(frame))})
+    suggested = suggest_parameters(sequence.picture(frame), RecordedBackdrop(sequence), frame)
+    return revise(RecordedHandParameters(), {"growth_sd": GROWTH_SD, **suggested})
 
 
 def _features(sequence: FrameSequence, frame: int, parameters: RecordedHandParameters) -> HandFeatures:
-    return features_of(sequence.picture(frame), parameters.silhouette)
+    return features_of(sequence.picture(frame), parameters.silhouette, RecordedBackdrop(sequence))

@@ -42,7 +42,7 @@ def features(frame: Frame, parameters: HandTrackerParameters) -> HandFeatures:
     """
     if frame.image_rgb is None:
         raise ValueError("a tracker of hands needs pictures, got a signal")
-    return features_of(frame.image_rgb, parameters.silhouette)
+    return features_of(frame.image_rgb, parameters.silhouette, frame.backdrop)
 
 
 def start(target: Target, frame: Frame, parameters: HandTrackerParameters, rng: Stream) -> HandState:
