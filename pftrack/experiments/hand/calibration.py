@@ -8,7 +8,7 @@ FAULTS = (
     Miscalibration(
         ("beam", "particles"),
         "The deviation that is told is how far apart the kept hands are. They are the best few of many that were "
-        "tried, and much alike: bands of 95 % hold a tip in 31 to 48 % of the reports.",
+        "tried, and much alike: bands of 95 % hold a tip in 31 to 47 % of the reports.",
     ),
 )
 

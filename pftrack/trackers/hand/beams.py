@@ -13,7 +13,9 @@ from pftrack.filters.beam import Beam, select_best
 from pftrack.geometry.hand_model import HIGH, LOW, joints
 from pftrack.particles import normalise
 from pftrack.trackers.hand.assignment import HIDDEN
+from pftrack.trackers.hand.ideals import ideals_of
 from pftrack.trackers.hand.likelihood import PictureTables
+from pftrack.trackers.hand.prior import Predictions
 from pftrack.trackers.hand.ranking import differences, improve
 from pftrack.trackers.hand.search import Hands, search
 from pftrack.trackers.hand.settings import Task
@@ -90,7 +92,8 @@ def follow(
     """
     members = np.array(before.members)
     log_priors = np.concatenate([before.log_weights, before.log_weights - still_penalty])
-    hands = search(expected, log_priors, seen, task)
+    wanted = Predictions(expected, log_priors)
+    hands = search(wanted, ideals_of(expected, seen, task), seen, task)
     if not len(hands.scores):
         best = int(np.argmax(log_priors))
         hands = Hands(
@@ -106,12 +109,12 @@ def follow(
     growth = 1.0
     if task.settings.sweeps:
         for n in range(len(order)):
-            poses[n], score = improve(poses[n], expected[origins[n]], assignments[n], seen, task)
-            scores[n] = score + log_priors[origins[n]]
+            poses[n], scores[n] = improve(poses[n], origins[n], wanted, assignments[n], seen, task)
         best = int(np.argmax(scores))
         if task.settings.growth_sd > 0.0:
-            within = scores[best] - log_priors[origins[best]]
-            poses[best], growth = _regrow(poses[best], expected[origins[best]], assignments[best], within, seen, task)
+            poses[best], growth = _regrow(
+                poses[best], origins[best], wanted, assignments[best], scores[best], seen, task
+            )
     elif np.isfinite(task.settings.cover_sd):
         scores -= np.square(differences(poses, seen, task) / (task.settings.cover_sd * seen.area))
     beam = select_best(list(poses), scores, origins % len(members), width, alike)
@@ -121,7 +124,8 @@ def follow(
 
 def _regrow(
     pose: NDArray[np.float64],
-    expected: NDArray[np.float64],
+    origin: int,
+    wanted: Predictions,
     assignment: NDArray[np.int64],
     score: float,
     seen: PictureTables,
@@ -131,7 +135,8 @@ def _regrow(
 
     Args:
         pose: (25,) of the hand that is as large as before.
-        expected: (25,) from which its motion is counted.
+        origin: Number of the prediction near which it was found.
+        wanted: The predictions.
         assignment: (5,) number of the protrusion that shows each finger, or HIDDEN.
         score: Of the pose.
         seen: The picture.
@@ -140,11 +145,12 @@ def _regrow(
     best, growth, limit = pose, 1.0, score + LEAST_GAIN
     middle = joints(pose, task.scale, task.shape)[:, :, :2].reshape(-1, 2).mean(axis=0)
     for factor in (1.0 - task.settings.growth_sd, 1.0 + task.settings.growth_sd):
-        begin, wanted = pose.copy(), expected.copy()
+        begin, poses = pose.copy(), wanted.poses.copy()
         shift = (1.0 - factor) * (middle - pose[:2])
         begin[:2] += shift
-        wanted[:2] += shift
-        found, there = improve(begin, wanted, assignment, seen, task._replace(scale=factor * task.scale))
+        poses[:, :2] += shift
+        moved = wanted._replace(poses=poses)
+        found, there = improve(begin, origin, moved, assignment, seen, task._replace(scale=factor * task.scale))
         if there > limit:
             best, growth, limit = found, factor, there
     return best, growth

@@ -21,6 +21,7 @@ __all__ = [
     "finger_candidates",
     "flexion_limits",
     "flexion_rates",
+    "half_steps",
     "palm_candidates",
     "palm_rates",
 ]
@@ -196,6 +197,39 @@ def finger_candidates(
 
 
 @compiled
+def half_steps(predicted: NDArray[np.float64], task: Task) -> NDArray[np.float64]:
+    """Return half the steps (5, 5) around a prediction, rad: for each finger those of a, b, c, its spread and flexion.
+
+    Args:
+        predicted: (25,) pose.
+        task: The hand, and how it is looked for.
+    """
+    palm, rates = _palm_steps(predicted, task), flexion_rates(predicted, task.scale, task.shape)
+    halves = np.empty((5, 5))
+    for finger in range(5):
+        for i in range(3):
+            halves[finger, i] = 0.5 * palm[i]
+        halves[finger, 3] = 0.5 * SPREAD_STEP
+        halves[finger, 4] = 0.5 * _flexion_step(rates[finger], task)
+    return halves
+
+
+@compiled
+def _palm_steps(predicted: NDArray[np.float64], task: Task) -> NDArray[np.float64]:
+    """Return the steps (3,) of a, b and c around a prediction (25,), rad."""
+    steps = palm_rates(predicted, task.scale, task.shape)
+    for i in range(3):
+        steps[i] = min(PALM_AREAS * task.settings.step_area / max(steps[i], 1e-9), MOST_PALM_STEP)
+    return steps
+
+
+@compiled
+def _flexion_step(rate: float, task: Task) -> float:
+    """Return the step of a finger's flexion whose D is `rate`, rad."""
+    return min(max(task.settings.step_area / max(rate, 1e-9), LEAST_STEP), MOST_STEP)
+
+
+@compiled
 def flexion_limits(finger: int) -> tuple[float, float]:
     """Return between which angles the joints of a finger may bend, if not all of them wholly, rad."""
     at = 6 + 4 * finger
@@ -212,7 +246,7 @@ def _flexions(
     at = 6 + 4 * finger
     middle = (predicted[at] + predicted[at + 1] + predicted[at + 2]) / 3.0
     lowest, highest = flexion_limits(finger)
-    step = min(max(task.settings.step_area / max(rate, 1e-9), LEAST_STEP), MOST_STEP)
+    step = _flexion_step(rate, task)
     steps = int(FLEXION_REACH / step)
     bent, off = np.empty((2 * steps + 3, 3)), np.empty(2 * steps + 3)
     bent[0, 0], bent[0, 1], bent[0, 2], off[0] = predicted[at], predicted[at + 1], predicted[at + 2], 0.0
@@ -236,10 +270,7 @@ def palm_candidates(predicted: NDArray[np.float64], task: Task) -> tuple[NDArray
         predicted: (25,) pose.
         task: The hand, steps and standard deviations.
     """
-    rates = palm_rates(predicted, task.scale, task.shape)
-    steps = np.empty(3)
-    for i in range(3):
-        steps[i] = min(PALM_AREAS * task.settings.step_area / max(rates[i], 1e-9), MOST_PALM_STEP)
+    steps = _palm_steps(predicted, task)
     counts = 2 * PALM_STEPS[0] + 1, 2 * PALM_STEPS[1] + 1, 2 * PALM_STEPS[2] + 1
     poses, log_priors = np.empty((PALMS, 25)), np.empty(PALMS)
     found = 0

@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 
 from pftrack.geometry.polygons import spans, sum_within
 from pftrack.numerics.compiled import compiled
+from pftrack.trackers.hand.cells import axis_distances, cell_log_fit, farthest, tip_distances
 from pftrack.trackers.hand.settings import Task
 
-__all__ = ["PictureTables", "finger_fit", "finger_fits", "unexplained_cost", "x_p"]
+__all__ = ["PictureTables", "finger_fit", "finger_fits", "hidden_x_p", "unexplained_cost", "x_p"]
 
-TIP, LAST_JOINT = 3, 2
-"""Of the four places along a finger, those at which a protrusion may end."""
+TIP = 3
+"""Of the four places along a finger, from its root on."""
 
 BOX_SHARE = 0.8
 """Of a finger's radius: half the width of the boxes that stand for a hidden one."""
@@ -64,6 +65,8 @@ def x_p(polygon: NDArray[np.float64], seen: PictureTables, scale: float) -> floa
 @compiled
 def finger_fits(
     places: NDArray[np.float64],
+    moves: NDArray[np.float64],
+    ideals: NDArray[np.float64],
     log_priors: NDArray[np.float64],
     count: int,
     radii: NDArray[np.float64],
@@ -77,6 +80,8 @@ def finger_fits(
 
     Args:
         places: (C, 4, 3) or longer, joints and tip of every candidate, px.
+        moves: (C, m, 4, 2) or longer, of each by half a step of m angles, px.
+        ideals: (n,) x_p* of a hidden finger in points of the cell.
         log_priors: (C,) or longer, of the candidates, not increasing.
         count: C.
         radii: (4,) at these places, palm axes.
@@ -93,7 +98,7 @@ def finger_fits(
             least = scores[p] - log_priors[k]
             if least >= 0.0:
                 break
-            score = log_priors[k] + finger_fit(places[k], radii, p, seen, task, least)
+            score = log_priors[k] + finger_fit(places[k], moves[k], ideals, radii, p, seen, task, least)
             if score > scores[p]:
                 scores[p], chosen[p] = score, k
     return scores, chosen
@@ -102,6 +107,8 @@ def finger_fits(
 @compiled
 def finger_fit(
     places: NDArray[np.float64],
+    moves: NDArray[np.float64],
+    ideals: NDArray[np.float64],
     radii: NDArray[np.float64],
     protrusion: int,
     seen: PictureTables,
@@ -112,6 +119,8 @@ def finger_fit(
 
     Args:
         places: (4, 3) joints and tip, px.
+        moves: (m, 4, 2) of these by half a step of m angles, px; none of a hand that stands for no cell.
+        ideals: (n,) x_p* of a hidden finger in points of the cell; none for no cell.
         radii: (4,) at these places, palm axes.
         protrusion: Its number; how many there are, or less than 0, for a hidden finger.
         seen: The picture.
@@ -121,21 +130,22 @@ def finger_fit(
     if not 0 <= protrusion < seen.lengths.shape[0]:
         if -task.settings.hidden_cost <= least:
             return -np.inf
-        misfit = _hidden_cost(places, radii, seen, task.scale)
-        return -task.settings.hidden_cost - 0.5 * misfit * misfit / (
-            task.settings.hidden_fit_sd * task.settings.hidden_fit_sd
-        )
+        misfit = hidden_x_p(places, radii, seen, task.scale)
+        return -task.settings.hidden_cost + cell_log_fit(misfit * misfit, ideals, task.settings.hidden_fit_sd)
     axis = seen.axes[protrusion, : seen.lengths[protrusion]]
     best = -np.inf
-    for end in (TIP, LAST_JOINT):
+    for end in range(TIP, task.settings.lowest_end - 1, -1):
+        price = task.settings.joint_cost if end < TIP else 0.0
         across, down = axis[0, 0] - places[end, 0], axis[0, 1] - places[end, 1]
-        score = -0.5 * (across * across + down * down) / (task.settings.tip_sd * task.settings.tip_sd)
-        if end == LAST_JOINT:
-            score -= task.settings.joint_cost
+        square = across * across + down * down
+        beyond = max(np.sqrt(square) - farthest(moves, end), 0.0) / task.settings.tip_sd
+        if -0.5 * beyond * beyond - price <= max(best, least):
+            continue
+        score = cell_log_fit(square, tip_distances(moves, end), task.settings.tip_sd) - price
         if score > max(best, least):
             apart, explained = _along(places, end, axis)
             lacking = EXPLAINED_SHARE * axis.shape[0] - explained
-            score -= 0.5 * apart * apart / (task.settings.axis_sd * task.settings.axis_sd)
+            score += cell_log_fit(apart * apart, axis_distances(moves, places, end, explained), task.settings.axis_sd)
             best = max(best, score - EXPLAINED_COST * max(lacking, 0.0) / task.settings.unit)
     return best
 
@@ -170,8 +180,15 @@ def _along(places: NDArray[np.float64], end: int, axis: NDArray[np.float64]) -> 
 
 
 @compiled
-def _hidden_cost(places: NDArray[np.float64], radii: NDArray[np.float64], seen: PictureTables, scale: float) -> float:
-    """Return x_p of the boxes of a finger's three phalanges together."""
+def hidden_x_p(places: NDArray[np.float64], radii: NDArray[np.float64], seen: PictureTables, scale: float) -> float:
+    """Return x_p of the boxes of a finger's three phalanges together, in fiftieths of the palm axis.
+
+    Args:
+        places: (4, 3) or narrower, joints and tip, px.
+        radii: (4,) at these places, palm axes.
+        seen: The picture.
+        scale: Length of the palm axis, px.
+    """
     outside, touching = 0, 0
     box = np.empty((4, 2))
     for j in range(3):

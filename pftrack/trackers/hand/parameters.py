@@ -236,6 +236,14 @@ class _Loss(Parameters):
 class HandTrackerParameters(_Search, _Motion, _Fit, _Loss, SilhouetteParameters):
     """Candidates, how they are weighed against the silhouette, and how whole hands are ranked."""
 
+    scoring: Literal["points", "cells", "reference"] = parameter(
+        "points",
+        "Scoring",
+        "Whether a candidate is judged as a point, by Gaussians of fixed widths, or for its cell of angles, by their "
+        "mean over it (Shimada 1997, eq. 2.9). Or as in the reference implementation: as a point, with the prior of "
+        "one prediction, not their sum, protrusions that end at tips and last joints only, and no test of reach.",
+        group=RANKING,
+    )
     ranking: Literal["refined", "reference"] = parameter(
         "refined",
         "Ranking",

@@ -155,6 +155,7 @@ def _with_fingers(
     normals = standard_normals(seed, frame, TRACK, 4 + 2 * n, 10 * CANDIDATES).reshape(2, 5, CANDIDATES)
     numbers = uniforms(seed, frame, TRACK, 5 + 2 * n, 10 * CANDIDATES + 5)
     anywhere = numbers[: 10 * CANDIDATES].reshape(2, 5, CANDIDATES)
+    no_moves, no_ideals = np.empty((0, 4, 2)), np.empty(0)
     poses, log_fits = np.empty((CANDIDATES, ANGLES)), np.empty((5, protrusions + 1, CANDIDATES))
     bends, uniform = np.empty(5 * CANDIDATES), np.empty(5 * CANDIDATES)
     for k in range(CANDIDATES):
@@ -170,7 +171,8 @@ def _with_fingers(
         for finger in range(5):
             at = finger * CANDIDATES + k
             for p in range(protrusions + 1):
-                fit = finger_fit(places[finger], task.shape.radii[finger], p, seen, task, -np.inf)
+                radii = task.shape.radii[finger]
+                fit = finger_fit(places[finger], no_moves, no_ideals, radii, p, seen, task, -np.inf)
                 log_fits[finger, p, k] = fit + gains[at]
     means = np.empty((5, protrusions + 1))
     for finger in range(5):

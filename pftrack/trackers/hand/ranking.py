@@ -14,6 +14,7 @@ from pftrack.geometry.polygons import convex_hull, fill, spans
 from pftrack.numerics.compiled import compiled
 from pftrack.trackers.hand.candidates import HIGHEST, LOWEST
 from pftrack.trackers.hand.likelihood import PictureTables, finger_fit, x_p
+from pftrack.trackers.hand.prior import Predictions, log_prior, log_shares
 from pftrack.trackers.hand.settings import Task
 
 __all__ = ["differences", "differing", "improve", "log_score"]
@@ -37,7 +38,8 @@ def differences(poses: NDArray[np.float64], seen: PictureTables, task: Task) -> 
 @compiled
 def improve(
     pose: NDArray[np.float64],
-    predicted: NDArray[np.float64],
+    origin: int,
+    predictions: Predictions,
     assignment: NDArray[np.int64],
     seen: PictureTables,
     task: Task,
@@ -46,13 +48,14 @@ def improve(
 
     Args:
         pose: (25,) to begin at.
-        predicted: (25,) the pose from which motion is counted, with the wrist that was seen.
+        origin: Number of the prediction near which it was found.
+        predictions: With the wrists that were seen.
         assignment: (5,) number of the protrusion that shows each finger, or HIDDEN.
         seen: The picture.
         task: The hand, and how it is looked for.
     """
     best = pose.copy()
-    score = log_score(best, predicted, assignment, seen, task)
+    score = log_score(best, origin, predictions, assignment, seen, task)
     marks, mark = np.zeros(seen.silhouette.shape, np.int32), 0
     share = 2.0
     for _ in range(task.settings.sweeps):
@@ -62,7 +65,7 @@ def improve(
             for way in range(2):
                 moved = best.copy()
                 moved[i] = min(max(moved[i] + (move if way else -move), LOWEST[i]), HIGHEST[i])
-                there = log_score(moved, predicted, assignment, seen, task)
+                there = log_score(moved, origin, predictions, assignment, seen, task)
                 if there > score:
                     best, score = moved, there
                     break
@@ -77,7 +80,8 @@ def improve(
                 if way > 0:
                     _move_finger(moved, finger, way - 1, share)
                 mark += 1
-                there = _finger_score(moved, finger, predicted, assignment[finger], seen, task)
+                there = _log_prior(moved, origin, predictions, task)
+                there += _finger_fit(moved, finger, assignment[finger], seen, task)
                 there += _cover(without + _added_pixels(moved, finger, others, marks, mark, seen, task), seen, task)
                 if way == 0:
                     here = there
@@ -89,26 +93,28 @@ def improve(
 @compiled
 def log_score(
     pose: NDArray[np.float64],
-    predicted: NDArray[np.float64],
+    origin: int,
+    predictions: Predictions,
     assignment: NDArray[np.int64],
     seen: PictureTables,
     task: Task,
 ) -> float:
     """Return the log posterior of a hand up to a constant; the arguments are those of `improve`."""
     settings = task.settings
-    score = 0.0
-    for i in range(5):
-        sd = settings.wrist_sd if i < 2 else settings.tilt_sd if i == 3 else settings.turn_sd
-        off = (pose[i] - predicted[i]) / sd
-        score -= 0.5 * off * off
+    score = _log_prior(pose, origin, predictions, task)
     score -= 0.5 * pose[4] * pose[4] / (settings.straight_sd * settings.straight_sd)
     misfit = x_p(convex_hull(palm_points(pose, task.scale, task.shape)), seen, task.scale)
     score -= 0.5 * misfit * misfit / (settings.palm_fit_sd * settings.palm_fit_sd)
     for finger in range(5):
-        score += _finger_score(pose, finger, predicted, assignment[finger], seen, task)
+        score += _finger_fit(pose, finger, assignment[finger], seen, task)
     corners, counts = parts(pose, task.scale, task.shape)
     drawn = fill(corners, counts, seen.silhouette.shape[0], seen.silhouette.shape[1])
     return float(score + _cover(differing(drawn, seen.silhouette), seen, task))
+
+
+@compiled
+def _log_prior(pose: NDArray[np.float64], origin: int, predictions: Predictions, task: Task) -> float:
+    return log_prior(log_shares(pose, predictions, task.settings), origin, task.settings.mixture)
 
 
 @compiled
@@ -128,22 +134,12 @@ def differing(mask: NDArray[np.bool_], silhouette: NDArray[np.bool_]) -> int:
 
 
 @compiled
-def _finger_score(
-    pose: NDArray[np.float64],
-    finger: int,
-    predicted: NDArray[np.float64],
-    protrusion: int,
-    seen: PictureTables,
-    task: Task,
-) -> float:
-    """Return the log prior and the fit of one finger."""
-    at = 5 + 4 * finger
-    turn, bent = (pose[at] - predicted[at]) / task.settings.spread_sd, 0.0
-    for j in range(1, 4):
-        bent += (pose[at + j] - predicted[at + j]) / (3.0 * task.settings.flexion_sd)
+def _finger_fit(pose: NDArray[np.float64], finger: int, protrusion: int, seen: PictureTables, task: Task) -> float:
+    """Return the log likelihood of one finger of a pose (25,), which is moved freely and so stands for no cell."""
     places = joints(pose, task.scale, task.shape)[finger]
-    fit = finger_fit(places, task.shape.radii[finger], protrusion, seen, task, -np.inf)
-    return float(fit - 0.5 * (turn * turn + bent * bent))
+    return finger_fit(
+        places, np.empty((0, 4, 2)), np.empty(0), task.shape.radii[finger], protrusion, seen, task, -np.inf
+    )
 
 
 @compiled

@@ -13,8 +13,11 @@ from pftrack.geometry.hand_model import joints, palm_points
 from pftrack.geometry.polygons import convex_hull
 from pftrack.numerics.compiled import compiled
 from pftrack.trackers.hand.assignment import HIDDEN, assign
-from pftrack.trackers.hand.candidates import PALMS, finger_candidates, palm_candidates
+from pftrack.trackers.hand.candidates import PALMS, finger_candidates, half_steps, palm_candidates
+from pftrack.trackers.hand.cells import CELL_ANGLES, cell_log_fit, displacements
 from pftrack.trackers.hand.likelihood import PictureTables, finger_fits, unexplained_cost, x_p
+from pftrack.trackers.hand.prior import Predictions, log_prior, log_shares, palm_log_shares
+from pftrack.trackers.hand.reach import reaches
 from pftrack.trackers.hand.settings import Task
 
 __all__ = ["Hands", "search"]
@@ -31,7 +34,7 @@ class Hands(NamedTuple):
     Attributes:
         poses: (M, 25).
         scores: (M,) log posteriors up to a constant.
-        predictions: (M,) number of the prediction that each is near.
+        predictions: (M,) number of the prediction from which each comes, most probably.
         assignments: (M, 5) number of the protrusion that shows each finger, or HIDDEN.
         tried: How many palms were looked at.
     """
@@ -45,31 +48,39 @@ class Hands(NamedTuple):
 
 @compiled
 def search(
-    predictions: NDArray[np.float64],
-    log_priors: NDArray[np.float64],
+    predictions: Predictions,
+    ideals: NDArray[np.float64],
     seen: PictureTables,
     task: Task,
 ) -> Hands:
     """Return the best hand of every palm that fits.
 
     Args:
-        predictions: (I, 25) poses, with the wrists that were seen.
-        log_priors: (I,) of these.
+        predictions: I of them, with the wrists that were seen.
+        ideals: (I, 6, n) x_p* of palms and hidden fingers around each; none if hands stand for no cells.
         seen: The picture.
         task: The hand, and how it is looked for.
     """
-    palms, scores, origins, tried = _palms(predictions, log_priors, seen, task)
+    palms, scores, origins, tried = _palms(predictions, ideals, seen, task)
     count = palms.shape[0]
     assignments = np.full((count, 5), HIDDEN)
-    for i in range(predictions.shape[0]):
+    for i in range(predictions.poses.shape[0]):
         used = False
         for n in range(count):
             used = used or origins[n] == i
         if used:
-            angles, priors, counts = finger_candidates(predictions[i], task)
+            angles, priors, counts = finger_candidates(predictions.poses[i], task)
+            halves = half_steps(predictions.poses[i], task)
             for n in range(count):
                 if origins[n] == i:
-                    scores[n] += _give_fingers(palms[n], assignments[n], angles, priors, counts, seen, task)
+                    scores[n] += _give_fingers(
+                        palms[n], assignments[n], angles, priors, counts, halves, ideals[i, 1:], seen, task
+                    )
+    for n in range(count):
+        shares = log_shares(palms[n], predictions, task.settings)
+        scores[n] += log_prior(shares, origins[n], task.settings.mixture) - shares[origins[n]]
+        if task.settings.mixture:
+            origins[n] = np.argmax(shares)
     return Hands(palms, scores, origins, assignments, tried)
 
 
@@ -80,6 +91,8 @@ def _give_fingers(
     angles: NDArray[np.float64],
     priors: NDArray[np.float64],
     counts: NDArray[np.int64],
+    halves: NDArray[np.float64],
+    ideals: NDArray[np.float64],
     seen: PictureTables,
     task: Task,
 ) -> float:
@@ -91,23 +104,32 @@ def _give_fingers(
         angles: (5, C, 4) of the candidates.
         priors: (5, C) of these, not increasing.
         counts: (5,) how many there are of each finger.
+        halves: (5, 5) half steps of each finger's cell, rad.
+        ideals: (5, n) x_p* of each finger if it is hidden.
         seen: The picture.
         task: The hand, and how it is looked for.
     """
     protrusions, most = seen.lengths.shape[0], counts.max()
     places = np.empty((5, most, 4, 3))
+    moves = np.empty((5, most, CELL_ANGLES if task.settings.cells else 0, 4, 2))
     for k in range(most):
         for finger in range(5):
             _put(pose, finger, angles[finger, min(k, counts[finger] - 1)])
         placed = joints(pose, task.scale, task.shape)
-        for finger in range(5):
-            for j in range(4):
-                for axis in range(3):
-                    places[finger, k, j, axis] = placed[finger, j, axis]
+        places[:, k] = placed
+        if task.settings.cells:
+            moves[:, k] = _moves(pose, placed, halves, task)
     fits, chosen = np.empty((5, protrusions + 1)), np.empty((5, protrusions + 1), np.int64)
     for finger in range(5):
         fits[finger], chosen[finger] = finger_fits(
-            places[finger], priors[finger], counts[finger], task.shape.radii[finger], seen, task
+            places[finger],
+            moves[finger],
+            ideals[finger],
+            priors[finger],
+            counts[finger],
+            task.shape.radii[finger],
+            seen,
+            task,
         )
     costs = np.empty(protrusions)
     for p in range(protrusions):
@@ -120,24 +142,47 @@ def _give_fingers(
 
 
 @compiled
+def _moves(
+    pose: NDArray[np.float64], places: NDArray[np.float64], halves: NDArray[np.float64], task: Task
+) -> NDArray[np.float64]:
+    """Return by how much joints and tips (5, 5, 4, 2) move for half a step of each angle of a finger's cell, px."""
+    moved = pose.copy()
+    for finger in range(5):
+        moved[5 + 4 * finger] += halves[finger, 3]
+    spread = joints(moved, task.scale, task.shape)
+    for finger in range(5):
+        moved[5 + 4 * finger] -= halves[finger, 3]
+        for j in range(6 + 4 * finger, 9 + 4 * finger):
+            moved[j] += halves[finger, 4]
+    flexed = joints(moved, task.scale, task.shape)
+    return displacements(pose, places, spread, flexed, halves[0, :3], task.scale, task.shape.side)
+
+
+@compiled
 def _palms(
-    predictions: NDArray[np.float64], log_priors: NDArray[np.float64], seen: PictureTables, task: Task
+    predictions: Predictions, ideals: NDArray[np.float64], seen: PictureTables, task: Task
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], int]:
     """Return the best palms that differ: poses (M, 25), scores (M,), predictions (M,), and how many were looked at."""
-    many = PALMS * predictions.shape[0]
+    many = PALMS * predictions.poses.shape[0]
     poses, scores, origins = np.empty((many, 25)), np.empty(many), np.empty(many, np.int64)
+    others = np.zeros(many)  # what the other predictions add to a palm's prior
     tried = 0
-    for i in range(predictions.shape[0]):
-        around, priors = palm_candidates(predictions[i], task)
+    for i in range(predictions.poses.shape[0]):
+        around, priors = palm_candidates(predictions.poses[i], task)
         for n in range(around.shape[0]):
             misfit = x_p(convex_hull(palm_points(around[n], task.scale, task.shape)), seen, task.scale)
-            score = priors[n] + log_priors[i]
-            score -= 0.5 * misfit * misfit / (task.settings.palm_fit_sd * task.settings.palm_fit_sd)
+            score = priors[n] + predictions.log_weights[i]
+            score += cell_log_fit(misfit * misfit, ideals[i, 0], task.settings.palm_fit_sd)
+            if task.settings.mixture:
+                shares = palm_log_shares(around[n], predictions, task.settings)
+                others[tried] = log_prior(shares, i, True) - shares[i]
             scores[tried], origins[tried] = score if misfit <= MOST_X_P else -np.inf, i
             for j in range(25):
                 poses[tried, j] = around[n, j]
             tried += 1
-    chosen = _best_that_differ(poses, scores, tried, task.settings.palm_count)
+    chosen = _best_that_differ(poses, scores + others, tried, seen, task, task.settings.reach)
+    if chosen.shape[0] == 0 and task.settings.reach:  # then some protrusion is no finger
+        chosen = _best_that_differ(poses, scores + others, tried, seen, task, False)
     count = chosen.shape[0]
     kept, kept_scores, kept_origins = np.empty((count, 25)), np.empty(count), np.empty(count, np.int64)
     for n in range(count):
@@ -149,9 +194,19 @@ def _palms(
 
 @compiled
 def _best_that_differ(
-    poses: NDArray[np.float64], scores: NDArray[np.float64], count: int, most: int
+    poses: NDArray[np.float64], scores: NDArray[np.float64], count: int, seen: PictureTables, task: Task, reach: bool
 ) -> NDArray[np.int64]:
-    """Return the places, at most so many, of the best of the first `count` poses whose palms differ, the best first."""
+    """Return the places of the best of the first `count` poses whose palms differ, at most `palm_count`, best first.
+
+    Args:
+        poses: (N, 25) or longer.
+        scores: (N,) or longer; -inf of what is not wanted.
+        count: N.
+        seen: The picture.
+        task: The hand, and how it is looked for.
+        reach: Whether only palms are wanted whose fingers reach all protrusions.
+    """
+    most = task.settings.palm_count
     left, chosen, size = scores.copy(), np.empty(most, np.int64), 0
     while size < most and count > 0:
         best = 0
@@ -167,7 +222,7 @@ def _best_that_differ(
             for j in range(2, 5):
                 apart = max(apart, abs(poses[best, j] - poses[other, j]))
             differs = differs and apart > ALIKE_PALMS
-        if differs:
+        if differs and (not reach or reaches(poses[best], seen, task)):
             chosen[size] = best
             size += 1
     return chosen[:size]

@@ -11,6 +11,8 @@ __all__ = ["Settings", "Task", "settings"]
 
 SWEEPS = 3
 """How often each number of a pose is moved uphill."""
+MIDDLE_JOINT, LAST_JOINT = 1, 2
+"""Of the places along a finger, from the root 0 to the tip 3."""
 WRIST_SD_PX = 2.0
 """Of the wrist from where it was seen, for a palm axis of 52 px."""
 
@@ -35,6 +37,10 @@ class Settings(NamedTuple):
         joint_cost: Of a protrusion that ends at a finger's last joint.
         unit: Length of the palm axis beside that for which costs of lengths are given.
         cover_sd: Share of the silhouette's area by which a right hand differs; infinite if that does not count.
+        cells: Whether likelihoods are means over the cells of candidates.
+        mixture: Whether a hand's prior is the sum over all predictions.
+        lowest_end: Number of the joint nearest to the palm at which a protrusion may end, 3 being the tip.
+        reach: Whether palms are refused whose fingers do not reach all protrusions.
         growth_sd: By which share the hand may be seen larger or smaller than in the frame before; 0 if it may not.
         sweeps: How often each number of a pose is moved uphill before hands are ranked.
     """
@@ -55,6 +61,10 @@ class Settings(NamedTuple):
     joint_cost: float
     unit: float
     cover_sd: float
+    cells: bool
+    mixture: bool
+    lowest_end: int
+    reach: bool
     growth_sd: float
     sweeps: int
 
@@ -94,6 +104,10 @@ def settings(parameters: HandTrackerParameters, scale: float) -> Settings:
         joint_cost=float(parameters.joint_cost),
         unit=unit,
         cover_sd=float(parameters.cover_sd) if parameters.cover_term else math.inf,
+        cells=parameters.scoring == "cells",
+        mixture=parameters.scoring != "reference",
+        lowest_end=LAST_JOINT if parameters.scoring == "reference" else MIDDLE_JOINT,
+        reach=parameters.scoring != "reference",
         growth_sd=float(parameters.growth_sd),
         sweeps=SWEEPS if parameters.ranking == "refined" else 0,
     )

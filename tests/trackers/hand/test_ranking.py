@@ -9,6 +9,7 @@ from pftrack.trackers.hand.assignment import HIDDEN
 from pftrack.trackers.hand.likelihood import PictureTables, finger_fit, x_p
 from pftrack.trackers.hand.parameters import HandTrackerParameters
 from pftrack.trackers.hand.picture_tables import contour_of, tables_of
+from pftrack.trackers.hand.prior import Predictions
 from pftrack.trackers.hand.ranking import differences, improve, log_score
 from pftrack.trackers.hand.settings import Task, settings
 
@@ -16,6 +17,8 @@ SCALE, SIDE = 52.0, 200
 TASK = Task(SCALE, MODEL, settings(HandTrackerParameters(), SCALE))
 POSE = open_pose((100.0, 137.0))
 POSE[3] = 0.4
+EXPECTED = Predictions(POSE[None], np.zeros(1))
+NO_MOVES, NO_IDEALS = np.empty((0, 4, 2)), np.empty(0)
 
 
 def axis_of(pose: np.ndarray, finger: int, length: int = 40) -> np.ndarray:
@@ -50,19 +53,23 @@ def test_a_finger_along_its_protrusion_fits_wholly() -> None:
     """One that ends 3.5 px beside it loses half, and one whose tip is hidden pays for that alone."""
     seen, places = sight(POSE, (2,)), joints(POSE, SCALE, MODEL)[2]
     radii = MODEL.radii[2]
-    assert finger_fit(places, radii, 0, seen, TASK, -np.inf) == pytest.approx(0.0, abs=1e-3)
+    assert finger_fit(places, NO_MOVES, NO_IDEALS, radii, 0, seen, TASK, -np.inf) == pytest.approx(0.0, abs=1e-3)
     beside = places + np.array([3.5, 0.0, 0.0])
-    assert finger_fit(beside, radii, 0, seen, TASK, -np.inf) == pytest.approx(-0.5, abs=1e-3)
-    assert finger_fit(beside, radii, 0, seen, TASK, -0.4) == -np.inf
+    assert finger_fit(beside, NO_MOVES, NO_IDEALS, radii, 0, seen, TASK, -np.inf) == pytest.approx(-0.5, abs=1e-3)
+    assert finger_fit(beside, NO_MOVES, NO_IDEALS, radii, 0, seen, TASK, -0.4) == -np.inf
     from_joint = seen._replace(axes=seen.axes[:, 11:], lengths=seen.lengths - 11)
-    assert -1.7 < finger_fit(places, radii, 0, from_joint, TASK, -np.inf) <= -1.5
+    assert -1.7 < finger_fit(places, NO_MOVES, NO_IDEALS, radii, 0, from_joint, TASK, -np.inf) <= -1.5
 
 
 def test_a_hidden_finger_within_the_silhouette_pays_its_price_only() -> None:
     """Outside it pays for sticking out as well."""
     seen, places = sight(POSE), joints(POSE, SCALE, MODEL)[2]
-    assert finger_fit(places, MODEL.radii[2], HIDDEN, seen, TASK, -np.inf) == pytest.approx(-2.0, abs=0.05)
-    assert finger_fit(places - (0.0, 40.0, 0.0), MODEL.radii[2], HIDDEN, seen, TASK, -np.inf) < -10.0
+    assert finger_fit(places, NO_MOVES, NO_IDEALS, MODEL.radii[2], HIDDEN, seen, TASK, -np.inf) == pytest.approx(
+        -2.0, abs=0.05
+    )
+    assert (
+        finger_fit(places - (0.0, 40.0, 0.0), NO_MOVES, NO_IDEALS, MODEL.radii[2], HIDDEN, seen, TASK, -np.inf) < -10.0
+    )
 
 
 def test_moving_uphill_mends_a_pose_that_is_beside() -> None:
@@ -70,17 +77,17 @@ def test_moving_uphill_mends_a_pose_that_is_beside() -> None:
     seen, assignment = sight(POSE), np.arange(5)
     begin = POSE.copy()
     begin[[0, 3, 5, 10, 11, 12]] += 2.0, -0.2, 0.1, 0.2, 0.2, 0.2
-    pose, score = improve(begin, POSE, assignment, seen, TASK)
-    assert score == pytest.approx(log_score(pose, POSE, assignment, seen, TASK), abs=1e-9)
-    assert score > log_score(begin, POSE, assignment, seen, TASK) + 10.0
+    pose, score = improve(begin, 0, EXPECTED, assignment, seen, TASK)
+    assert score == pytest.approx(log_score(pose, 0, EXPECTED, assignment, seen, TASK), abs=1e-9)
+    assert score > log_score(begin, 0, EXPECTED, assignment, seen, TASK) + 10.0
     before, after = differences(np.array([begin, pose]), seen, TASK)
     assert after < 0.3 * before
-    assert score <= log_score(POSE, POSE, assignment, seen, TASK) + 1e-9
+    assert score <= log_score(POSE, 0, EXPECTED, assignment, seen, TASK) + 1e-9
 
 
 def test_the_true_pose_differs_in_nothing() -> None:
     """Its score is that of its fingers' axes alone."""
     seen = sight(POSE)
     assert differences(POSE[None], seen, TASK).tolist() == [0]
-    assert log_score(POSE, POSE, np.arange(5), seen, TASK) == pytest.approx(0.0, abs=0.01)
+    assert log_score(POSE, 0, EXPECTED, np.arange(5), seen, TASK) == pytest.approx(0.0, abs=0.01)
     assert (row_sums(~seen.silhouette) == seen.outside).all()

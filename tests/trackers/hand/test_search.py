@@ -7,18 +7,19 @@ from pftrack.filters.beam import Beam
 from pftrack.geometry.hand_model import HIGH, LOW, MODEL, joints, open_pose, silhouette
 from pftrack.trackers.hand.assignment import HIDDEN
 from pftrack.trackers.hand.beams import NO_PALM_COST, alike, follow, predictions
+from pftrack.trackers.hand.ideals import ideals_of
 from pftrack.trackers.hand.likelihood import PictureTables
 from pftrack.trackers.hand.parameters import HandTrackerParameters
 from pftrack.trackers.hand.picture_tables import tables_of
+from pftrack.trackers.hand.prior import Predictions
 from pftrack.trackers.hand.ranking import differences, log_score
-from pftrack.trackers.hand.search import search
+from pftrack.trackers.hand.search import Hands, search
 from pftrack.trackers.hand.settings import Task, settings
 
 SCALE, SIDE = 52.0, 200
-REFERENCE = Task(SCALE, MODEL, settings(HandTrackerParameters(ranking="reference"), SCALE))
+REFERENCE = Task(SCALE, MODEL, settings(HandTrackerParameters(ranking="reference", scoring="reference"), SCALE))
 POSE = open_pose((100.0, 137.0))
 POSE[3] = 0.3
-SURE = np.zeros(1)
 
 
 def sight(pose: np.ndarray, fingers: tuple[int, ...] = (0, 1, 2, 3, 4)) -> PictureTables:
@@ -31,9 +32,14 @@ def sight(pose: np.ndarray, fingers: tuple[int, ...] = (0, 1, 2, 3, 4)) -> Pictu
     return tables_of(silhouette(pose, SCALE, MODEL, (SIDE, SIDE)), axes)
 
 
+def around(predicted: np.ndarray, seen: PictureTables, task: Task = REFERENCE) -> Hands:
+    """Return the hands near one prediction."""
+    return search(Predictions(predicted[None], np.zeros(1)), ideals_of(predicted[None], seen, task), seen, task)
+
+
 def test_a_hand_that_is_as_predicted_is_found_with_its_fingers() -> None:
     """The best hand is the prediction, each finger has its protrusion, and no palm is near another."""
-    hands = search(POSE[None], SURE, sight(POSE), REFERENCE)
+    hands = around(POSE, sight(POSE))
     best = int(np.argmax(hands.scores))
     assert hands.poses[best] == pytest.approx(POSE)
     assert hands.assignments[best].tolist() == [0, 1, 2, 3, 4]
@@ -48,7 +54,7 @@ def test_a_finger_that_no_protrusion_shows_is_hidden() -> None:
     """A finger that has folded before the palm is found there, though the prediction has it half as far."""
     pose, predicted = POSE.copy(), POSE.copy()
     pose[14:17], predicted[14:17] = 1.3, 0.7
-    hands = search(predicted[None], SURE, sight(pose, (0, 1, 3, 4)), REFERENCE)
+    hands = around(predicted, sight(pose, (0, 1, 3, 4)))
     best = int(np.argmax(hands.scores))
     assert hands.assignments[best].tolist() == [0, 1, HIDDEN, 2, 3]
     assert hands.poses[best, 14] > 0.9
@@ -57,10 +63,10 @@ def test_a_finger_that_no_protrusion_shows_is_hidden() -> None:
 def test_a_score_of_the_search_is_that_of_the_whole_hand_without_its_silhouette() -> None:
     """The parts' scores that are added up are those that moving uphill begins with."""
     seen = sight(POSE)
-    task = REFERENCE._replace(settings=REFERENCE.settings._replace(cover_sd=np.inf))
-    hands = search(POSE[None], SURE, seen, task)
+    task = REFERENCE._replace(settings=REFERENCE.settings._replace(cover_sd=np.inf, cells=False))
+    hands = around(POSE, seen, task)
     for n in np.argsort(-hands.scores)[:3]:
-        whole = log_score(hands.poses[n], POSE, hands.assignments[n], seen, task)
+        whole = log_score(hands.poses[n], 0, Predictions(POSE[None], np.zeros(1)), hands.assignments[n], seen, task)
         assert whole == pytest.approx(hands.scores[n], abs=0.3)
 
 

@@ -162,16 +162,16 @@ def test_a_hand_that_comes_nearer_is_seen_to_grow() -> None:
 
 def test_a_turn_that_one_hand_loses_is_kept_by_four() -> None:
     """A turn either way looks alike at first: one hand goes on the wrong way, and of four another one takes over."""
-    turn = HandSource(5, HandSceneParameters(motion="wrist"))
+    turn = HandSource(151, HandSceneParameters(motion="wrist"))
     history = History(((0, HandSceneParameters(motion="wrist")),))
     frames = [turn.frame(index, history) for index in range(19)]
     wrong: dict[int, list[bool]] = {}
     for width in (1, 4):
         parameters = revise(DEFAULTS, {"beam_width": width})
-        state = TRACKERS["beam"].start(turn.start, frames[0], parameters, Stream(5, 0, Purpose.START))
+        state = TRACKERS["beam"].start(turn.start, frames[0], parameters, Stream(151, 0, Purpose.START))
         wrong[width] = []
         for index, shown in enumerate(frames[1:], 1):
-            state = TRACKERS["beam"].step(state, shown, parameters, Stream(5, index, Purpose.TRACK))
+            state = TRACKERS["beam"].step(state, shown, parameters, Stream(151, index, Purpose.TRACK))
             wrong[width].append(bool(abs(state.pose[3] - shown.target.pose[3]) > 0.3))
     assert all(wrong[1][-6:])
     assert any(wrong[4])
