@@ -75,11 +75,8 @@ def displacements(
         side: Of the hand.
     """
     found = np.empty((5, CELL_ANGLES, 4, 2))
-    axes = palm_axes(pose, scale, side)
     for i in range(3):
-        turned = pose.copy()
-        turned[2 + i] += halves[i]
-        turn = (palm_axes(turned, scale, side) - axes) @ axes.T / (scale * scale)
+        turn = _turn(pose, i, halves[i], scale, side)
         for finger in range(5):
             for j in range(4):
                 x, y = places[finger, j, 0] - pose[0], places[finger, j, 1] - pose[1]
@@ -91,6 +88,20 @@ def displacements(
                 found[finger, 3, j, k] = spread[finger, j, k] - places[finger, j, k]
                 found[finger, 4, j, k] = flexed[finger, j, k] - places[finger, j, k]
     return found
+
+
+@compiled
+def _turn(pose: NDArray[np.float64], angle: int, half: float, scale: float, side: float) -> NDArray[np.float64]:
+    """Return by how much places relative to the wrist move (2, 3) if a palm (25,) turns by half a step."""
+    turned = pose.copy()
+    turned[2 + angle] += half
+    axes = palm_axes(pose, scale, side)
+    change, turn = palm_axes(turned, scale, side) - axes, np.zeros((2, 3))
+    for k in range(2):
+        for m in range(3):
+            for n in range(3):  # the axes are those of a turn, scaled: their transpose undoes it
+                turn[k, m] += change[k, n] * axes[m, n] / (scale * scale)
+    return turn
 
 
 @compiled
