@@ -39,7 +39,7 @@ STUDIES: dict[str, tuple[str, ...]] = {
     "window by its colours (Kagami 2012)": ("histogram", "histogram-trackers"),
     "trajectories (Ichimura and Ikoma)": ("trajectories", "corners"),
     "fish (Mitsugami et al. 2009)": ("fish-offline", "fish", "fish-ablations"),
-    "hand (Shimada 1997, ch. 2)": ("hand", "hand-switches", "hand-particles", "hand-steps"),
+    "hand (Shimada 1997, ch. 2)": ("hand", "hand-switches", "hand-scoring", "hand-particles", "hand-steps"),
     "chain of links (Shimada 1997, ch. 3 to 5)": tuple(name for name in RESULTS if name.startswith("linkage-")),
 }
 

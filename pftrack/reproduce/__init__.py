@@ -81,6 +81,7 @@ RESULTS: dict[str, Callable[[Pool, bool], list[Finding]]] = {
     "fish-ablations": fish.ablations,
     "hand": hand.table,
     "hand-switches": hand.switches,
+    "hand-scoring": hand.scorings,
     "hand-particles": hand.compare_with_particles,
     "hand-steps": hand_steps.steps,
     "linkage-algebra": linkage.algebra,

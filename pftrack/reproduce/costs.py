@@ -31,6 +31,7 @@ SECONDS: dict[str, tuple[float, float]] = {
     "fish-ablations": (0.0, 900),
     "hand": (3.4, 56),
     "hand-switches": (3.8, 12),
+    "hand-scoring": (0.0, 148),
     "hand-particles": (0.0, 33),
     "hand-steps": (0.0, 0),
     "linkage-algebra": (0.0, 0),
