@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.elementary import exponential, logarithm
 
-__all__ = ["mix_hidden"]
+__all__ = ["compare", "log_fits", "mix_hidden"]
 
 LEFT = 3
 """How many features a cover leaves."""
@@ -28,6 +28,12 @@ SAME = 1.0
 
 LEAST = -50.0
 """A log likelihood that is smaller counts as this."""
+
+HIDDEN = 3.0
+"""By so much a hidden feature is less likely than the third best, where two poses are compared."""
+
+NEAR = 0.5
+"""A feature is where a pose has it if it is within this share of the slack."""
 
 
 def mix_hidden(
@@ -62,6 +68,40 @@ def mix_hidden(
     odds = weight * unsurprised * exponential(usual - peaks)
     mixed = peaks[:, None] + logarithm(seen + (odds * levels)[:, None])
     return mixed, odds / (1.0 + odds)
+
+
+def log_fits(
+    log_likelihoods: NDArray[np.float64],
+    positions: NDArray[np.float64],
+    expected: NDArray[np.float64],
+    slack_px: float,
+) -> NDArray[np.float64]:
+    """Return how well features look like themselves where a pose has them, (F,): by the best of their particles.
+
+    A particle counts the less the further it is from there, with the tails of a t distribution of two degrees of
+    freedom, since a pose is never quite right.
+
+    Args:
+        log_likelihoods: (F, N) of visible features, up to a constant that all features share.
+        positions: (F, N, 2) px of the particles.
+        expected: (F, 2) px, where the pose has the features.
+        slack_px: How far a feature may be from there.
+    """
+    bounded = np.maximum(np.where(np.isnan(log_likelihoods), LEAST, log_likelihoods), LEAST)
+    off_px2 = np.square(positions - expected[:, None]).sum(axis=2)
+    fits: NDArray[np.float64] = (bounded - 2.0 * logarithm(1.0 + off_px2 / (2.0 * (NEAR * slack_px) ** 2))).max(axis=1)
+    return fits
+
+
+def compare(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
+    """Return the log odds of a pose against another, by how well the features fit either (F,).
+
+    Each feature is visible or hidden, and hidden it is as likely under both.
+    """
+    left = min(LEFT, len(first))
+    usual = max(np.sort(first)[-left], np.sort(second)[-left])
+    hidden = exponential(-HIDDEN)
+    return float(np.sum(logarithm(exponential(first - usual) + hidden) - logarithm(exponential(second - usual) + hidden)))
 
 
 @compiled

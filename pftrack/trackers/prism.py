@@ -51,7 +51,7 @@ def step(method: Method, state: PoseState, frame: Frame, parameters: TrackedPris
     noise_sd = measured.sd_px.astype(np.float64)
     belief = pose.advance(
         state,
-        lambda positions: points.log_likelihood(positions, measured.points_px, noise_sd),
+        lambda _: lambda positions: points.log_likelihood(positions, measured.points_px, noise_sd),
         parameters,
         method,
         rng,

@@ -62,10 +62,11 @@ class HeadTrackerParameters(PoseTrackerParameters):
         group=LOOK,
     )
     hidden_weight: float = parameter(
-        0.25,
+        0.5,
         "Odds of a hidden feature",
         "Odds that a feature is hidden which fits as well as the others; they grow as it fits worse. What is hidden is "
-        "then where the pose has it, in place of clinging to what looks most like it. 0 is Bando's: never hidden.",
+        "then where the pose has it, in place of clinging to what looks most like it. A second filter takes all "
+        "features for visible, and the one that explains the pictures better is believed. 0 is Bando's: never hidden.",
         ge=0,
         le=2,
         step=0.01,

@@ -35,6 +35,7 @@ from pftrack.trackers.head.reacquisition import EYES, Found, is_same_face, pose_
 from pftrack.trackers.head.reports import head_measurement, head_series
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.calibrated import pose_and_band
+from pftrack.trackers.pose.layered import FeatureLikelihood
 from pftrack.trackers.pose.methods import METHODS, Method
 from pftrack.trackers.pose.solid import Solid
 from pftrack.trackers.pose.state import PoseState
@@ -76,7 +77,12 @@ def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTracker
         return _search(method, state, grey, parameters, rng)
     templates = memory.templates(state.pose.mean, by_pose=parameters.templates_by_pose)
     look = _look(state, grey, templates, parameters)
-    belief = pose.advance(state, partial(_log_likelihood, look, parameters), parameters, method, rng)
+
+    def likelihood(hypothesis: PoseState) -> FeatureLikelihood:
+        seen = look if hypothesis is state else _look(hypothesis, grey, templates, parameters)
+        return partial(_log_likelihood, seen, parameters)
+
+    belief = pose.advance(state, likelihood, parameters, method, rng)
     angles, calibration = pose_and_band(state.calibration, state.solid, belief, parameters)
     switched = pose.has_switched(state.belief, belief)
     after = replace(state, belief=belief, pose=angles, switched=switched, calibration=calibration)
@@ -88,7 +94,7 @@ def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTracker
     patience = parameters.patience_frames if parameters.find_again else 0
     memory = memory.judge(correlations, means, patience, doubtful=doubtful)
     after = replace(after, recognised=recognised)
-    if memory.growth is not None and not doubtful:
+    if memory.growth is not None and not (doubtful or belief.doubting):
         size_px = memory.sight.eye_distance_px
         memory = replace(memory, growth=face_growth.learn(memory.growth, after, correlations, size_px, parameters))
     return replace(after, memory=_learn(memory, grey, after, templates, parameters))

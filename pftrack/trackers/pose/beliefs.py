@@ -20,6 +20,7 @@ from pftrack.model.series import SeriesValue
 from pftrack.numerics.elementary import exponentials
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.matrices import product
+from pftrack.trackers.pose.hypotheses import Rival
 from pftrack.trackers.pose.layered import Layered
 from pftrack.trackers.pose.solid import Solid
 
@@ -66,6 +67,10 @@ class Belief(Protocol):
         """(F,) how likely each point is hidden, so that its particles say nothing of it."""
 
     @property
+    def doubting(self) -> bool:
+        """Whether points that look like nothing are taken for hidden, in place of the solid for turned away."""
+
+    @property
     def follows_solid(self) -> NDArray[np.bool_] | None:
         """(F,) whether a point trusts the solid's prediction more than its own past; None where there is no choice."""
 
@@ -90,11 +95,13 @@ class Layers(ABC, Generic[S]):
 
     Attributes:
         layers: Both layers.
+        rival: A second filter of the same, which judges otherwise whether points are hidden; None if none may be.
     """
 
     kind: ClassVar[UpperKind]
 
     layers: Layered[S]
+    rival: Rival[S] | None = None
 
     @property
     def pose(self) -> Gaussian:
@@ -137,6 +144,11 @@ class Layers(ABC, Generic[S]):
         return self.layers.hidden
 
     @property
+    def doubting(self) -> bool:
+        """Whether the filter is believed that takes points for hidden."""
+        return self.rival is not None and not self.rival.doubting
+
+    @property
     def ratios(self) -> NDArray[np.float64]:
         """(F,) alpha, the share of the solid's prediction as learned up to this frame."""
         return self.layers.mixture.ratios
@@ -169,7 +181,8 @@ class Layers(ABC, Generic[S]):
     @property
     def nbytes(self) -> int:
         """About how much memory it takes, bytes."""
-        return 8192 + 6 * self.positions.size * 8 + self._upper_nbytes
+        filters = 1 if self.rival is None else 2
+        return filters * (8192 + 6 * self.positions.size * 8 + self._upper_nbytes)
 
     @property
     def _upper_nbytes(self) -> int:
@@ -268,6 +281,11 @@ class JointParticles:
     def hidden(self) -> NDArray[np.float64]:
         """(F,) none: joint particles take every point for seen."""
         return np.zeros(len(self.particles.feature_means))
+
+    @property
+    def doubting(self) -> bool:
+        """Joint particles take every point for seen."""
+        return False
 
     @property
     def follows_solid(self) -> None:

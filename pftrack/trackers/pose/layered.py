@@ -22,7 +22,7 @@ from pftrack.filters.adaptive import Draw, Features
 from pftrack.filters.layers import Projection, UpperLayer
 from pftrack.learning import mixture_em
 from pftrack.learning.mixture_em import Mixture
-from pftrack.likelihoods.hidden import mix_hidden
+from pftrack.likelihoods.hidden import log_fits, mix_hidden
 from pftrack.numerics.elementary import exponential
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.random import Generator
@@ -81,6 +81,7 @@ class Layered(Generic[S]):
         mixture: The ratios by which the next frame's particles will be drawn, and what they were learned from.
         pose: Belief in the angles (theta_x, theta_y, theta_z), rad.
         hidden: (F,) how likely each feature is hidden.
+        fits: (F,) how well each feature looks like itself where the solid has it now, a log likelihood.
         projection: The upper layer's prediction of this frame; None at the beginning.
     """
 
@@ -89,6 +90,7 @@ class Layered(Generic[S]):
     mixture: Mixture
     pose: Gaussian
     hidden: NDArray[np.float64]
+    fits: NDArray[np.float64]
     projection: Projection | None = None
 
 
@@ -134,7 +136,7 @@ def begin(
     """
     features = adaptive.begin(positions, spread_px, settings.sample_count, rng, speed_px)
     count = len(positions)
-    return Layered(features, belief, mixture_em.begin(count, ratio), layer.pose(belief), np.zeros(count))
+    return Layered(features, belief, mixture_em.begin(count, ratio), layer.pose(belief), np.zeros(count), np.zeros(count))
 
 
 def step(
@@ -205,11 +207,11 @@ def conclude(
         settings: How to track.
         rng: The frame's generator, after `propose` has drawn from it.
     """
-    hidden = np.zeros(len(log_likelihoods))
+    hidden, visible = np.zeros(len(log_likelihoods)), log_likelihoods
+    slack_px = settings.slack_px or settings.noise_sd_px
     if settings.hidden_weight > 0.0:
-        surprise_px = SURPRISE * (settings.slack_px or settings.noise_sd_px)
         log_likelihoods, hidden = mix_hidden(
-            log_likelihoods, proposed.drawn.positions, _expected(proposed), settings.hidden_weight, surprise_px
+            visible, proposed.drawn.positions, _expected(proposed), settings.hidden_weight, SURPRISE * slack_px
         )
     features = adaptive.weigh(proposed.drawn, log_likelihoods, rng)
     mixture = state.mixture
@@ -231,7 +233,8 @@ def conclude(
     else:
         variances = np.maximum(features.variances, settings.sd_floor_px**2)
         upper = layer.update(proposed.upper, features.means, variances, rng)
-    return Layered(features, upper, mixture, layer.pose(upper), hidden, proposed.projection)
+    fits = log_fits(visible, features.positions, layer.project(upper).positions, slack_px)
+    return Layered(features, upper, mixture, layer.pose(upper), hidden, fits, proposed.projection)
 
 
 def _expected(proposed: Proposed[S]) -> NDArray[np.float64]:

@@ -6,6 +6,7 @@ likelihood and leaves the rest to `begin` and `advance`. The methods understand 
 take over from another in mid-run.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, Literal, TypeAlias
 
@@ -22,16 +23,20 @@ from pftrack.learning import mixture_em
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.matrices import least_squares, product
 from pftrack.numerics.random import Generator
-from pftrack.trackers.pose import layered
+from pftrack.trackers.pose import hypotheses, layered
 from pftrack.trackers.pose.beliefs import AffineLayers, Belief, JointParticles, Layers, PerspectiveLayers
+from pftrack.trackers.pose.hypotheses import Rival
 from pftrack.trackers.pose.layered import FeatureLikelihood, Layered
 from pftrack.trackers.pose.parameters import PoseTrackerParameters
 from pftrack.trackers.pose.solid import Solid
 from pftrack.trackers.pose.state import PoseState
 
-__all__ = ["METHODS", "Method", "advance", "begin", "has_switched", "slopes", "slopes_at", "transfer", "translation"]
+__all__ = ["METHODS", "Method", "StateLikelihood", "advance", "begin", "has_switched", "slopes", "slopes_at", "transfer", "translation"]
 
 Method: TypeAlias = Literal["pf-asd", "alpha-1", "alpha-0", "rb-pf"]
+
+StateLikelihood: TypeAlias = Callable[[PoseState], FeatureLikelihood]
+"""From a state before an observation to the observation's likelihood: what is seen depends on the pose predicted."""
 
 RATIOS: dict[Method, float] = {"pf-asd": 0.5, "alpha-1": 1.0, "alpha-0": 0.0}
 
@@ -80,26 +85,34 @@ def begin(
 
 def advance(
     state: PoseState,
-    log_likelihood: FeatureLikelihood,
+    likelihood: StateLikelihood,
     parameters: PoseTrackerParameters,
     method: Method,
     rng: Generator,
 ) -> Belief:
-    """Take one observation, given its likelihood."""
+    """Take one observation, given its likelihood under a state: of this one, or with the belief of a rival filter."""
     belief = state.belief
     if method == "rb-pf":
         if not isinstance(belief, JointParticles):
             belief = _joint(state.solid, parameters, belief.means, belief.covariances, belief.pose)
         layer = _affine(state.solid, parameters)
         count = parameters.joint_sample_count
-        return JointParticles(rao_blackwell.step(belief.particles, layer, log_likelihood, rng, count=count))
-    if isinstance(belief, Layers):
-        apart = _under(belief, state.solid, parameters)
-    else:
-        apart = _begin_layers(state.solid, belief.means, parameters, method, rng, belief.pose).layers
-    apart = replace(apart, mixture=_steer(apart.mixture, parameters, method))
-    settings = _settings(parameters, method)
-    return _layers(layered.step(apart, _layer(state.solid, parameters), log_likelihood, settings, rng), parameters)
+        return JointParticles(rao_blackwell.step(belief.particles, layer, likelihood(state), rng, count=count))
+    if not isinstance(belief, Layers):
+        belief = _begin_layers(state.solid, belief.means, parameters, method, rng, belief.pose)
+    elif belief.kind != parameters.upper_layer:
+        upper = _upper(state.solid, parameters, belief.means, belief.pose)
+        belief = _layers(replace(belief.layers, upper=upper), parameters)
+    layer, settings = _layer(state.solid, parameters), _settings(parameters, method)
+    own, apart = likelihood(state), _steer(belief.layers, parameters, method)
+    if settings.hidden_weight == 0.0:
+        return _layers(layered.step(apart, layer, own, settings, rng), parameters)
+    rival, others = belief.rival, own
+    if rival is not None:
+        rival = replace(rival, layers=_steer(rival.layers, parameters, method))
+        others = likelihood(replace(state, belief=_layers(rival.layers, parameters)))
+    apart, rival = hypotheses.step(apart, rival, layer, (own, others), settings, rng)
+    return _layers(apart, parameters, rival)
 
 
 def transfer(state: PoseState, solid: Solid, parameters: PoseTrackerParameters) -> PoseState:
@@ -190,16 +203,11 @@ def _begin_layers(
     return _layers(begun, parameters)
 
 
-def _layers(apart: Layered[Any], parameters: PoseTrackerParameters) -> Layers[Any]:
+def _layers(
+    apart: Layered[Any], parameters: PoseTrackerParameters, rival: Rival[Any] | None = None
+) -> Layers[Any]:
     """Return layers as the belief of their kind."""
-    return AffineLayers(apart) if parameters.upper_layer == "affine" else PerspectiveLayers(apart)
-
-
-def _under(belief: Layers[Any], solid: Solid, parameters: PoseTrackerParameters) -> Layered[Any]:
-    """Return layers of which the upper one is of the kind that is asked for."""
-    if belief.kind == parameters.upper_layer:
-        return belief.layers
-    return replace(belief.layers, upper=_upper(solid, parameters, belief.means, belief.pose))
+    return AffineLayers(apart, rival) if parameters.upper_layer == "affine" else PerspectiveLayers(apart, rival)
 
 
 def _settings(parameters: PoseTrackerParameters, method: Method) -> layered.Settings:
@@ -216,11 +224,12 @@ def _settings(parameters: PoseTrackerParameters, method: Method) -> layered.Sett
     )
 
 
-def _steer(mixture: mixture_em.Mixture, parameters: PoseTrackerParameters, method: Method) -> mixture_em.Mixture:
-    """Return the ratios as the method and the present clip have them; another method may have been at work before."""
+def _steer(apart: Layered[Any], parameters: PoseTrackerParameters, method: Method) -> Layered[Any]:
+    """Return layers with ratios as the method and the present clip have them; another method may have been at work."""
+    ratios = np.full(len(apart.mixture.ratios), RATIOS[method])
     if method == "pf-asd":
-        return replace(mixture, ratios=np.clip(mixture.ratios, parameters.alpha_clip, 1.0 - parameters.alpha_clip))
-    return replace(mixture, ratios=np.full(len(mixture.ratios), RATIOS[method]))
+        ratios = np.clip(apart.mixture.ratios, parameters.alpha_clip, 1.0 - parameters.alpha_clip)
+    return replace(apart, mixture=replace(apart.mixture, ratios=ratios))
 
 
 def _layer(solid: Solid, parameters: PoseTrackerParameters) -> UpperLayer[Any]:
