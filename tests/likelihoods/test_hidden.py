@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.likelihoods.hidden import mix_hidden
+from pftrack.likelihoods.hidden import compare, log_fits, mix_hidden
 
 EXPECTED = np.array([[10.0 * index, 5.0] for index in range(6)])
 N = 40
@@ -78,3 +78,22 @@ def test_no_number_is_a_bad_fit() -> None:
     assert np.isfinite(mixed).all()
     assert hidden[5] == pytest.approx(1.0)
     assert np.ptp(mixed[5]) == pytest.approx(0.0)
+
+
+def test_a_feature_fits_where_its_best_particle_is_near() -> None:
+    """The t distribution around where a pose has a feature, of half the slack, weighs each particle."""
+    given, at = likelihoods(feature_2=-4.0), cloud(off_px=6.0)
+    fits = log_fits(given, at, EXPECTED, 8.0)
+    off = np.square(at - EXPECTED[:, None]).sum(axis=2)
+    assert fits == pytest.approx((given - 2.0 * np.log(1.0 + off / (2.0 * 4.0**2))).max(axis=1))
+    assert fits[0] == pytest.approx(-2.0 * np.log(1.0 + 36.0 / 32.0))
+    assert np.isfinite(log_fits(np.full_like(given, np.nan), at, EXPECTED, 8.0)).all()
+
+
+def test_poses_are_compared_by_what_is_seen() -> None:
+    """Features that fit neither pose say nothing; one that fits only one says as much as it is better than hidden."""
+    both = np.array([0.0, 0.0, 0.0, -30.0, -40.0])
+    assert compare(both, np.array([0.0, 0.0, 0.0, -40.0, -20.0])) == pytest.approx(0.0, abs=1e-6)
+    one = np.array([0.0, 0.0, 0.0, 0.0, -40.0])
+    assert compare(one, both) == pytest.approx(np.log(1.0 + np.exp(3.0)), abs=1e-6)
+    assert compare(both, one) == -compare(one, both)

@@ -19,6 +19,7 @@ from pftrack.trackers.pose.parameters import PoseTrackerParameters
 from pftrack.trackers.pose.reports import measurement, report
 from pftrack.trackers.pose.solid import Solid
 from pftrack.trackers.pose.state import PoseState
+from tests.trackers.always import always
 
 FOCAL, PRINCIPAL, PLACE = 400.0, np.array([160.0, 120.0]), np.array([0.0, 0.0, 80.0])
 SCALE = FOCAL / PLACE[2]
@@ -57,7 +58,7 @@ def stepped(
 ) -> PoseState:
     """Take a frame in which the features are where they are."""
     rng = Stream(5, frame, Purpose.TRACK)
-    belief = pose.advance(state, around(pixels((shift, shift))), values, method, rng)
+    belief = pose.advance(state, always(around(pixels((shift, shift)))), values, method, rng)
     changed = pose.has_switched(state.belief, belief)
     return replace(state, belief=belief, pose=belief.pose, switched=changed)
 

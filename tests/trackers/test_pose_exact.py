@@ -27,6 +27,7 @@ from pftrack.trackers.pose.parameters import AS_PUBLISHED, PoseTrackerParameters
 from pftrack.trackers.pose.reports import measurement, report
 from pftrack.trackers.pose.solid import Solid
 from pftrack.trackers.pose.state import PoseState
+from tests.trackers.always import always
 
 FOCAL, PRINCIPAL, PLACE = 400.0, np.array([160.0, 120.0]), np.array([0.0, 0.0, 80.0])
 SCALE = FOCAL / PLACE[2]
@@ -60,7 +61,7 @@ def stepped(
     state: PoseState, method: pose.Method, given: PoseTrackerParameters, frame: int, **more: float
 ) -> PoseState:
     rng = Stream(7, frame, Purpose.TRACK)
-    belief = pose.advance(state, log_likelihood(frame, **more), given, method, rng)
+    belief = pose.advance(state, always(log_likelihood(frame, **more)), given, method, rng)
     return replace(state, belief=belief, pose=belief.pose)
 
 
@@ -223,7 +224,7 @@ def test_a_constant_of_the_likelihood_goes_to_the_evidence(method: pose.Method) 
     more = np.linspace(-30.0, 40.0, 8)
     score = log_likelihood(2)
     plain, raised = (
-        pose.advance(state, likelihood, given, method, Stream(7, 2, Purpose.TRACK))
+        pose.advance(state, always(likelihood), given, method, Stream(7, 2, Purpose.TRACK))
         for likelihood in (score, lambda positions: score(positions) + more[:, None])
     )
     assert raised.means == pytest.approx(plain.means, abs=1e-9)
@@ -240,7 +241,7 @@ def test_what_says_nothing_leaves_the_prediction(method: pose.Method, upper: str
     state = begun(method, given)
     for frame, worst in enumerate((-np.inf, np.nan, np.nan, -np.inf), 1):
         rng = Stream(7, frame, Purpose.TRACK)
-        belief = pose.advance(state, lambda x, worst=worst: np.full(x.shape[:2], worst), given, method, rng)
+        belief = pose.advance(state, always(lambda x, worst=worst: np.full(x.shape[:2], worst)), given, method, rng)
         state = replace(state, belief=belief, pose=belief.pose)
         assert belief.log_evidence == -np.inf
         assert np.ptp(belief.log_weights) == 0
@@ -261,7 +262,7 @@ def test_a_feature_that_is_hidden_is_where_the_solid_has_it(method: pose.Method)
         score = log_likelihood(frame, 3.0)
         blind = np.where(np.arange(8) == hidden, 0.0, 1.0)[:, None]
         rng = Stream(7, frame, Purpose.TRACK)
-        belief = pose.advance(state, lambda x, score=score, blind=blind: blind * score(x), given, method, rng)
+        belief = pose.advance(state, always(lambda x, score=score, blind=blind: blind * score(x)), given, method, rng)
         state = replace(state, belief=belief, pose=belief.pose)
     sigma = np.sqrt(np.trace(state.feature_covariances, axis1=1, axis2=2))
     where = (AT_START + 6 * DRIFT)[hidden]
@@ -282,7 +283,7 @@ def test_the_order_of_the_points_does_not_matter(method: pose.Method) -> None:
         for frame in (1, 2, 3):
             target = seen_at(frame)[::step]
             score = lambda x, target=target: -0.5 * ((x - target[:, None]) ** 2).sum(axis=2) / 8.0**2  # noqa: E731
-            belief = pose.advance(state, score, given, method, Stream(7, frame, Purpose.TRACK))
+            belief = pose.advance(state, always(score), given, method, Stream(7, frame, Purpose.TRACK))
             state = replace(state, belief=belief, pose=belief.pose)
         found.append((state.estimate, state.feature_means[::step]))
     assert found[1][0] == pytest.approx(found[0][0], abs=0.005)

@@ -9,7 +9,8 @@ off shows in its correlation with its template: 1 px at 0.95, 2 at 0.85, 4 at 0.
 - the variance of a position is v / (1 - kappa), as in `trackers.pose.calibrated`, plus that of the slip, whose standard
   deviation grows tenfold with each quarter by which the correlation falls;
 - errors that last for frames are counted as often as they are new: all variances are those of `PERSISTENCE` frames;
-- a feature that is not recognised teaches nothing, and nor does a doubtful frame.
+- a feature that is not recognised teaches nothing, and nor does a doubtful frame, or one in which features are taken
+  for hidden (`trackers.pose.hypotheses`): what a cover teaches is not the face.
 
 What is learned is used in the next frame.
 """
@@ -26,7 +27,7 @@ from pftrack.structure import growing
 from pftrack.structure.growing import Growing
 from pftrack.trackers.head.parameters import HeadTrackerParameters
 from pftrack.trackers.head.templates import EYE_DISTANCE_PX
-from pftrack.trackers.pose.calibrated import LEAST_SHOWN, seen_moments
+from pftrack.trackers.pose.calibrated import seen_moments
 from pftrack.trackers.pose.state import PoseState
 
 __all__ = ["begin", "learn", "position_variances", "widen_motion"]
@@ -86,7 +87,7 @@ def position_variances(
 ) -> NDArray[np.float64]:
     """Return variances (F, 2) px^2 of the features' positions, infinite where a feature is not recognised."""
     means, own, few = seen_moments(state.belief)
-    told = np.maximum(own, sd_floor_px**2) / np.maximum(1.0 - state.belief.hidden, LEAST_SHOWN)[:, None]
+    told = np.maximum(own, sd_floor_px**2)
     slip_px = SLIP_PX * eye_distance_px / EYE_DISTANCE_PX
     slip = slip_px**2 * exponential(2.0 * SLIP_DECADES * LN_10 * (1.0 - np.clip(correlations, 0.0, 1.0)))
     variances: NDArray[np.float64] = PERSISTENCE * (told * few[:, None] + slip[:, None])

@@ -23,7 +23,7 @@ __all__ = ["AS_PUBLISHED", "HeadTrackerParameters"]
 LOOK, RELIEF, LOSS = "What features look like", "Templates in relief", "A lost face"
 GROWTH = "Growing face model"
 
-AS_PUBLISHED: dict[str, Value] = {**pose.AS_PUBLISHED, "templates": "flat", "hidden_weight": 0.0}
+AS_PUBLISHED: dict[str, Value] = {**pose.AS_PUBLISHED, "templates": "flat", "face_model": "mean", "hidden_weight": 0.0}
 """What Bando 2007 has and the defaults have not."""
 
 
@@ -34,12 +34,12 @@ class HeadTrackerParameters(PoseTrackerParameters):
 
     sample_count: int = particles_per_feature(len(FEATURE_NAMES))
     joint_sample_count: int = joint_particles(5000, "; Bando's 25,000 take a tenth of a second a frame")
-    face_model: Literal["mean", "personal", "growing"] = parameter(
-        "mean",
+    face_model: Literal["growing", "mean", "personal"] = parameter(
+        "growing",
         "Face model",
-        "Whether the face is assumed to be the mean of other people, or the person's own (on a recording, the mean "
-        "face stretched over the points of the first picture), or one that grows from the mean to the person's own "
-        "while it is tracked.",
+        "Whether the face grows from the mean of other people to the person's own while it is tracked, or is assumed to "
+        "be that mean, or the person's own (on a recording, the mean face stretched over the points of the first "
+        "picture).",
         group=UPPER,
     )
     focal_widths: float = parameter(

@@ -1,0 +1,102 @@
+"""Two filters of a solid, of which one doubts features: the pictures decide which is believed."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pftrack.filters.perspective import PerspectiveLayer
+from pftrack.geometry.camera import pinhole
+from pftrack.geometry.rotation import rotation
+from pftrack.numerics.random import Purpose, Stream
+from pftrack.sources.prism import VERTICES_MM
+from pftrack.trackers.pose import hypotheses, layered
+from pftrack.trackers.pose.hypotheses import Rival
+from pftrack.trackers.pose.layered import FeatureLikelihood, Layered, Settings
+
+FOCAL_PX, PLACE_MM = 400.0, np.array([0.0, 0.0, 80.0])
+LAYER = PerspectiveLayer(VERTICES_MM, FOCAL_PX, np.concatenate([np.zeros(3), PLACE_MM]))
+SETTINGS = Settings(slack_px=8.0, hidden_weight=0.5)
+
+
+def seen(yaw_rad: float) -> NDArray[np.float64]:
+    return pinhole(VERTICES_MM @ rotation(np.array([0.0, yaw_rad, 0.0])).T + PLACE_MM, FOCAL_PX)
+
+
+def likelihood(at: NDArray[np.float64], covered: int = 0) -> FeatureLikelihood:
+    """Each feature looks like itself within a few pixels of its place; the first ones, covered, like it nowhere."""
+    lost = np.arange(len(at))[:, None] < covered
+
+    def score(positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        fits = np.maximum(-0.5 * np.square(positions - at[:, None]).sum(axis=2) / 9.0, -30.0)
+        return np.where(lost, -20.0 + 1e-3 * positions[:, :, 0], fits)
+
+    return score
+
+
+def begun() -> Layered:
+    return layered.begin(LAYER, LAYER.begin(), seen(0.0), SETTINGS, Stream(3, 0, Purpose.START))
+
+
+def follow(scores: list[FeatureLikelihood]) -> list[tuple[Layered, Rival]]:
+    believed, rival, found = begun(), None, []
+    for frame, score in enumerate(scores, 1):
+        rng = Stream(3, frame, Purpose.TRACK)
+        believed, rival = hypotheses.step(believed, rival, LAYER, (score, score), SETTINGS, rng)
+        found.append((believed, rival))
+    return found
+
+
+def test_at_first_features_may_be_hidden() -> None:
+    """Nothing tells the two apart yet; the filter that doubts is believed, and both begin from the same state."""
+    ((believed, rival),) = follow([likelihood(seen(0.0))])
+    assert not rival.doubting
+    assert believed.hidden.min() > 0.0
+    assert not rival.layers.hidden.any()
+    assert abs(rival.log_odds) < hypotheses.CLEAR
+
+
+def test_a_cover_is_doubted() -> None:
+    """While five of eight corners are covered, the filter is believed that takes them for hidden, and the pose stays."""
+    still, covered = likelihood(seen(0.0)), likelihood(seen(0.0), covered=5)
+    found = follow([still] * 5 + [covered] * 20)
+    assert not any(rival.doubting for _, rival in found[6:])
+    assert found[-1][0].hidden[:5].min() > 0.9
+    assert np.abs(np.rad2deg([believed.pose.mean for believed, _ in found])).max() < 5.0
+
+
+def test_a_solid_that_turns_is_followed() -> None:
+    """Whichever filter follows a turn of sixty degrees within ten frames is believed: the pose is never far behind."""
+    turn = np.concatenate([np.zeros(3), np.linspace(0.0, np.pi / 3.0, 10), np.full(5, np.pi / 3.0)])
+    found = follow([likelihood(seen(yaw)) for yaw in turn])
+    off = np.rad2deg([believed.pose.mean[1] for believed, _ in found] - turn)
+    assert np.abs(off).max() < 15.0
+    assert np.abs(off[-3:]).max() < 5.0
+
+
+@pytest.mark.parametrize(
+    ("odds", "doubting", "after"),
+    [(-4.0, False, True), (-6.0, False, False), (-1.0, True, False), (1.0, True, True)],
+    ids=["doubts stay", "doubts are given up", "trust stays", "trust is given up"],
+)
+def test_who_is_believed_changes_only_where_it_is_clear(odds: float, *, doubting: bool, after: bool) -> None:
+    """Two filters that are alike add nothing to the odds, so what was known decides, discounted."""
+    state, score = begun(), likelihood(seen(0.0))
+    nothing = replace(SETTINGS, hidden_weight=1e-12)
+    rival = Rival(state, doubting=doubting, log_odds=odds / hypotheses.DISCOUNT)
+    one, other = hypotheses.step(state, rival, LAYER, (score, score), nothing, Stream(3, 1, Purpose.TRACK))
+    assert other.log_odds == pytest.approx(odds, abs=0.9)
+    assert other.doubting != after
+    assert bool(one.hidden.any()) == after
+
+
+def test_one_that_is_far_behind_begins_again() -> None:
+    """It is then where the other is, and nothing is held against it."""
+    state, score = begun(), likelihood(seen(0.0))
+    for odds in (40.0, -40.0):
+        rival = Rival(state, doubting=odds < 0.0, log_odds=odds)
+        best, behind = hypotheses.step(state, rival, LAYER, (score, score), SETTINGS, Stream(3, 1, Purpose.TRACK))
+        assert behind.layers is best
+        assert behind.log_odds == 0.0
+        assert behind.doubting == (odds < 0.0)
