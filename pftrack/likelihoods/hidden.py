@@ -101,7 +101,9 @@ def compare(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
     left = min(LEFT, len(first))
     usual = max(np.sort(first)[-left], np.sort(second)[-left])
     hidden = exponential(-HIDDEN)
-    return float(np.sum(logarithm(exponential(first - usual) + hidden) - logarithm(exponential(second - usual) + hidden)))
+    return float(
+        np.sum(logarithm(exponential(first - usual) + hidden) - logarithm(exponential(second - usual) + hidden))
+    )
 
 
 @compiled

@@ -108,7 +108,7 @@ def test_the_bound_of_uncertainty_is_sixty_degrees() -> None:
 )
 def test_what_was_made_at_first_sight_can_be_chosen_anew(tracker: str, name: str, value: Value) -> None:
     """Solid and templates are then those of a run that began so, and the pose goes on from where it was."""
-    beginning = {"image_width_px": 320, "feature_noise_px": 3, "joint_sample_count": 500}
+    beginning = {"face_model": "mean", "image_width_px": 320, "feature_noise_px": 3, "joint_sample_count": 500}
     begun = Run(HEAD, HEAD.simulate(), tracker=tracker, frames=31, timeline=(Change(0, {**beginning, name: value}),))
     run = Run(HEAD, HEAD.simulate(), tracker=tracker, frames=31, timeline=(Change(0, beginning),))
     before = run.seek(29).state

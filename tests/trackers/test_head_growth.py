@@ -171,20 +171,23 @@ def test_positions_are_as_sure_as_particles_and_templates_allow(state: PoseState
     assert (near - slip > 1.005 * face_growth.PERSISTENCE * told)[state.recognised].all()
 
 
-def test_doubted_frames_teach_nothing() -> None:
-    """While features are taken for hidden the face stays as it was; with the other filter believed it is learned."""
+def test_frames_in_which_features_may_be_hidden_teach_nothing() -> None:
+    """The face is learned only where it is clear that all features are seen."""
     run = Run(HEAD, HEAD.simulate(), seed=1, frames=12, timeline=(Change(0, {"person": 102, **SMALL}),))
     run.finish()
-    state, frame, values = run.current.state, simulated(14)[13], revise(HEAD.simulate().parameters, {"person": 102, **SMALL})
+    state, frame, values = (
+        run.current.state,
+        simulated(14)[13],
+        revise(HEAD.simulate().parameters, {"person": 102, **SMALL}),
+    )
     rival = state.belief.rival
     assert rival is not None
     learned = []
-    for log_odds in (15.0, -15.0):
+    for log_odds in (15.0, -2.0, -15.0):
         belief = replace(state.belief, rival=replace(rival, doubting=False, log_odds=log_odds))
         after = HEAD.trackers["pf-asd"].step(replace(state, belief=belief), frame, values, Stream(1, 13, Purpose.TRACK))
-        assert after.belief.doubting == (log_odds > 0.0)
         learned.append(not np.array_equal(after.memory.growth.shape, state.memory.growth.shape))
-    assert learned == [False, True]
+    assert learned == [False, False, True]
 
 
 def test_positions_are_taken_from_the_principal_point(state: PoseState) -> None:
@@ -252,7 +255,7 @@ def test_it_goes_on_when_a_face_is_found_again() -> None:
     lost = [step.state.memory.lost for step in run]
     assert any(lost)
     assert not lost[-1]
-    assert growth_of(run).own.frames > 20
+    assert growth_of(run).own.frames > 10
     assert growth_of(run).own.camera is not None
     assert np.isfinite(growth_of(run).shape).all()
 

@@ -58,7 +58,7 @@ def test_at_first_features_may_be_hidden() -> None:
 
 
 def test_a_cover_is_doubted() -> None:
-    """While five of eight corners are covered, the filter is believed that takes them for hidden, and the pose stays."""
+    """While five of eight corners are covered, the filter that takes them for hidden is believed; the pose stays."""
     still, covered = likelihood(seen(0.0)), likelihood(seen(0.0), covered=5)
     found = follow([still] * 5 + [covered] * 20)
     assert not any(rival.doubting for _, rival in found[6:])

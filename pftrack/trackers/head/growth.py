@@ -9,8 +9,8 @@ off shows in its correlation with its template: 1 px at 0.95, 2 at 0.85, 4 at 0.
 - the variance of a position is v / (1 - kappa), as in `trackers.pose.calibrated`, plus that of the slip, whose standard
   deviation grows tenfold with each quarter by which the correlation falls;
 - errors that last for frames are counted as often as they are new: all variances are those of `PERSISTENCE` frames;
-- a feature that is not recognised teaches nothing, and nor does a doubtful frame, or one in which features are taken
-  for hidden (`trackers.pose.hypotheses`): what a cover teaches is not the face.
+- a feature that is not recognised teaches nothing, and nor does a doubtful frame, or one in which features may
+  be hidden (`trackers.pose.hypotheses`): what a cover teaches is not the face.
 
 What is learned is used in the next frame.
 """

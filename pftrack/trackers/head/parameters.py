@@ -37,8 +37,8 @@ class HeadTrackerParameters(PoseTrackerParameters):
     face_model: Literal["growing", "mean", "personal"] = parameter(
         "growing",
         "Face model",
-        "Whether the face grows from the mean of other people to the person's own while it is tracked, or is assumed to "
-        "be that mean, or the person's own (on a recording, the mean face stretched over the points of the first "
+        "Whether the face grows from the mean of other people to the person's own while it is tracked, or is assumed "
+        "to be that mean, or the person's own (on a recording, the mean face stretched over the points of the first "
         "picture).",
         group=UPPER,
     )

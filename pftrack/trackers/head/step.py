@@ -94,7 +94,7 @@ def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTracker
     patience = parameters.patience_frames if parameters.find_again else 0
     memory = memory.judge(correlations, means, patience, doubtful=doubtful)
     after = replace(after, recognised=recognised)
-    if memory.growth is not None and not (doubtful or belief.doubting):
+    if memory.growth is not None and belief.all_visible and not doubtful:
         size_px = memory.sight.eye_distance_px
         memory = replace(memory, growth=face_growth.learn(memory.growth, after, correlations, size_px, parameters))
     return replace(after, memory=_learn(memory, grey, after, templates, parameters))

@@ -67,8 +67,8 @@ class Belief(Protocol):
         """(F,) how likely each point is hidden, so that its particles say nothing of it."""
 
     @property
-    def doubting(self) -> bool:
-        """Whether points that look like nothing are taken for hidden, in place of the solid for turned away."""
+    def all_visible(self) -> bool:
+        """Whether it is clear that no point is hidden."""
 
     @property
     def follows_solid(self) -> NDArray[np.bool_] | None:
@@ -144,9 +144,9 @@ class Layers(ABC, Generic[S]):
         return self.layers.hidden
 
     @property
-    def doubting(self) -> bool:
-        """Whether the filter is believed that takes points for hidden."""
-        return self.rival is not None and not self.rival.doubting
+    def all_visible(self) -> bool:
+        """Whether the filter that takes all points for visible is clearly better, or there is no other."""
+        return self.rival is None or self.rival.all_visible
 
     @property
     def ratios(self) -> NDArray[np.float64]:
@@ -283,9 +283,9 @@ class JointParticles:
         return np.zeros(len(self.particles.feature_means))
 
     @property
-    def doubting(self) -> bool:
+    def all_visible(self) -> bool:
         """Joint particles take every point for seen."""
-        return False
+        return True
 
     @property
     def follows_solid(self) -> None:

@@ -7,8 +7,8 @@ decide. It is a filter of multiple models (Blom & Bar-Shalom, IEEE Transactions 
 mixing, since the mean of two poses of which one is wrong is wrong as well.
 
 The log odds of the two are those of how well all features look like themselves where either pose has them, discounted
-from frame to frame. A feature that looks like nothing in either place counts for neither, so that a cover does not. The filter that doubts is left only where the odds say so clearly; a filter that is far behind begins again
-from the other.
+from frame to frame. A feature that looks like nothing in either place counts for neither, so that a cover does not. The
+filter that doubts is left only where the odds say so clearly; a filter that is far behind begins again from the other.
 """
 
 from dataclasses import dataclass, replace
@@ -47,6 +47,11 @@ class Rival(Generic[S]):
     layers: Layered[S]
     doubting: bool
     log_odds: float
+
+    @property
+    def all_visible(self) -> bool:
+        """Whether the odds say clearly that no feature is hidden."""
+        return self.log_odds < -CLEAR
 
 
 def step(

@@ -136,7 +136,9 @@ def begin(
     """
     features = adaptive.begin(positions, spread_px, settings.sample_count, rng, speed_px)
     count = len(positions)
-    return Layered(features, belief, mixture_em.begin(count, ratio), layer.pose(belief), np.zeros(count), np.zeros(count))
+    return Layered(
+        features, belief, mixture_em.begin(count, ratio), layer.pose(belief), np.zeros(count), np.zeros(count)
+    )
 
 
 def step(

@@ -31,7 +31,18 @@ from pftrack.trackers.pose.parameters import PoseTrackerParameters
 from pftrack.trackers.pose.solid import Solid
 from pftrack.trackers.pose.state import PoseState
 
-__all__ = ["METHODS", "Method", "StateLikelihood", "advance", "begin", "has_switched", "slopes", "slopes_at", "transfer", "translation"]
+__all__ = [
+    "METHODS",
+    "Method",
+    "StateLikelihood",
+    "advance",
+    "begin",
+    "has_switched",
+    "slopes",
+    "slopes_at",
+    "transfer",
+    "translation",
+]
 
 Method: TypeAlias = Literal["pf-asd", "alpha-1", "alpha-0", "rb-pf"]
 
@@ -95,9 +106,8 @@ def advance(
     if method == "rb-pf":
         if not isinstance(belief, JointParticles):
             belief = _joint(state.solid, parameters, belief.means, belief.covariances, belief.pose)
-        layer = _affine(state.solid, parameters)
-        count = parameters.joint_sample_count
-        return JointParticles(rao_blackwell.step(belief.particles, layer, likelihood(state), rng, count=count))
+        camera, count = _affine(state.solid, parameters), parameters.joint_sample_count
+        return JointParticles(rao_blackwell.step(belief.particles, camera, likelihood(state), rng, count=count))
     if not isinstance(belief, Layers):
         belief = _begin_layers(state.solid, belief.means, parameters, method, rng, belief.pose)
     elif belief.kind != parameters.upper_layer:
@@ -203,9 +213,7 @@ def _begin_layers(
     return _layers(begun, parameters)
 
 
-def _layers(
-    apart: Layered[Any], parameters: PoseTrackerParameters, rival: Rival[Any] | None = None
-) -> Layers[Any]:
+def _layers(apart: Layered[Any], parameters: PoseTrackerParameters, rival: Rival[Any] | None = None) -> Layers[Any]:
     """Return layers as the belief of their kind."""
     return AffineLayers(apart, rival) if parameters.upper_layer == "affine" else PerspectiveLayers(apart, rival)
 
