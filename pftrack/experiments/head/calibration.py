@@ -21,4 +21,4 @@ FAULTS = (
     ),
 )
 
-CALIBRATION = Calibration(bands=BANDS, faults=FAULTS, presets=("personal", "growing"), scene="person", frames=60)
+CALIBRATION = Calibration(bands=BANDS, faults=FAULTS, presets=("personal", "mean"), scene="person", frames=60)
