@@ -77,7 +77,7 @@ def test_a_solid_that_turns_is_followed() -> None:
 
 @pytest.mark.parametrize(
     ("odds", "doubting", "after"),
-    [(-4.0, False, True), (-6.0, False, False), (-1.0, True, False), (1.0, True, True)],
+    [(-1.0, False, True), (-3.0, False, False), (-1.0, True, False), (1.0, True, True)],
     ids=["doubts stay", "doubts are given up", "trust stays", "trust is given up"],
 )
 def test_who_is_believed_changes_only_where_it_is_clear(odds: float, *, doubting: bool, after: bool) -> None:

@@ -27,8 +27,11 @@ S = TypeVar("S")
 DISCOUNT = 0.8
 """Of what was known in the last frame this share counts."""
 
-CLEAR = 5.0
+BETTER = 2.0
 """Log odds by which all features are believed once some were doubted."""
+
+CLEAR = 5.0
+"""Log odds at which nothing is taken to be hidden."""
 
 HOPELESS = 20.0
 """Log odds by which a filter is so far behind that it begins again from the other."""
@@ -80,7 +83,7 @@ def step(
     other = layered.step(rival.layers, layer, others, settings if rival.doubting else trusting, rng)
     doubts, trusts = (other, one) if rival.doubting else (one, other)
     log_odds = DISCOUNT * rival.log_odds + compare(doubts.fits, trusts.fits)
-    doubted = log_odds > 0.0 if rival.doubting else log_odds >= -CLEAR
+    doubted = log_odds > 0.0 if rival.doubting else log_odds >= -BETTER
     best, behind = (doubts, trusts) if doubted else (trusts, doubts)
     if abs(log_odds) > HOPELESS:
         behind, log_odds = best, 0.0
