@@ -1,8 +1,9 @@
 """A frame of the simulated driver at 640 x 480: pose by eleven features, beside what OpenCV offers for them.
 
 OpenCV follows the same points by pyramidal Lucas-Kanade flow and asks `solvePnP` for the pose; asked for the true
-points, `solvePnP` shows what the mean face costs when there is nothing to be tracked. The goal for PF-ASD is 1 ms for each of its filters; by default there are two, one of which
-doubts that features are visible, with templates in relief and a face that grows. Bando 2007 needed 29 ms a frame, with capture, on a Pentium 4 of 2.8 GHz.
+points, `solvePnP` shows what the mean face costs when there is nothing to be tracked. The goal for PF-ASD is 1 ms for
+each of its filters, of which there are two by default, with templates in relief and a face that grows; Bando 2007
+needed 29 ms a frame, with capture, on a Pentium 4 of 2.8 GHz.
 """
 
 from collections.abc import Callable

@@ -15,7 +15,7 @@ from tests.browser.conftest import Complaints
 from tests.browser.host import Server, until
 from tests.browser.views import SessionPage
 
-VALUES = {"face_model": "growing", "person": 102, "image_width_px": 320, "feature_noise_px": 3}
+VALUES = {"hidden_weight": 0.0, "person": 102, "image_width_px": 320, "feature_noise_px": 3}
 
 # The vertices of the head's model in its own world, as the scene has them, and how many colours they have.
 SURFACE = """(() => {

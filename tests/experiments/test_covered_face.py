@@ -90,7 +90,7 @@ def test_a_cover_does_not_pull_the_pose(cover: object) -> None:
     """While mouth and chin are covered the eyes tell the pose."""
     yaw_deg, tracked = watch(cover)
     assert yaw_deg < 4.0
-    assert tracked > 0.95
+    assert tracked > 0.9
 
 
 @NEEDS_CLIP

@@ -18,7 +18,7 @@ from tests.notebooks import executed
 from tests.server.host import begin, error_of, steer
 from tests.waiting import wait_for
 
-SMALL = {"image_width_px": 320, "feature_noise_px": 3, "face_model": "growing"}
+SMALL = {"image_width_px": 320, "feature_noise_px": 3, "hidden_weight": 0.0}
 
 
 def test_a_session_exports_what_its_experiment_offers(client: httpx.Client) -> None:
