@@ -2,6 +2,7 @@
 
 import { followChip } from "../lecturer/chip.js";
 import { ClassControl } from "../lecturer/class_control.js";
+import { part } from "../shared/dom.js";
 
 /** @import { LessonDetail } from "../shared/messages.js" */
 /** @import { Course } from "./course.js" */
@@ -23,7 +24,9 @@ export function followLesson(lesson, { course, uses }, signal) {
     return session === null ? null : { title, sessions: [session], lesson: id, arrangement: { plots, layers } };
   }, signal);
   control.on(["follow"], () => course.followedBy(control.isHere && run() === null ? (control.follow?.id ?? null) : null), signal);
-  for (const part of [course, uses]) part.onRun(() => control.update());
+  for (const each of [course, uses]) each.onRun(() => control.update());
+  // The next lesson is the next page of the lecture.
+  part("neighbours").addEventListener("click", () => control.takeAlong(), { signal });
   control.find();
   return followChip(control, signal);
 }

@@ -1,22 +1,19 @@
 /** The keys of a lesson's page. Where a run is shown, the keys are the session's. */
 
 import { dialogIsOpen, openDialog } from "../shared/dialog.js";
-import { h } from "../shared/dom.js";
-
-/** @import { LessonDetail, NeighbourPublic } from "../shared/messages.js" */
+import { h, part } from "../shared/dom.js";
 
 const KEYS = [["N", "Next lesson"], ["P", "Previous lesson"], ["D", "New draw"], ["F", "Present in large type; escape ends it"], ["?", "These keys"]];
 const ARROWS = "A slider, or a line in the figure, that has the focus is moved by the arrow keys. Where a run is shown, the keys are those of a session.";
 const TYPING = "input:not([type=range], [type=radio], [type=checkbox]), textarea, select";
 
 /**
- * @param {LessonDetail} lesson
  * @param {() => void} draw
  * @param {AbortSignal} signal
  */
-export function listen({ previous, next }, draw, signal) {
+export function listen(draw, signal) {
   /** @type {Record<string, () => void>} */
-  const actions = { n: () => go(next), p: () => go(previous), d: draw, "?": help };
+  const actions = { n: () => go("next"), p: () => go("prev"), d: draw, "?": help };
   document.addEventListener("keydown", (event) => {
     const isTyping = event.target instanceof Element && event.target.closest(TYPING) !== null;
     if (isTyping || event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented || dialogIsOpen()) return;
@@ -32,7 +29,7 @@ export function help() {
   ]);
 }
 
-/** @param {NeighbourPublic|null} lesson */
-function go(lesson) {
-  if (lesson !== null) location.assign(`learn/${encodeURIComponent(lesson.id)}`);
+/** @param {"next"|"prev"} rel Which neighbour's link to take. */
+function go(rel) {
+  part("neighbours").querySelector(`a[rel=${rel}]`)?.dispatchEvent(new MouseEvent("click", { bubbles: true, cancelable: true }));
 }

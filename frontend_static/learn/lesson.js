@@ -47,7 +47,7 @@ function open(lesson, all) {
   const course = new Course(lesson, all, lost, signal);
   const uses = new Uses(lesson, signal);
   if (!isFollower) part("tools").prepend(followLesson(lesson, { course, uses }, signal));
-  listen(lesson, () => course.draw(), signal);
+  listen(() => course.draw(), signal);
 }
 
 /**

@@ -7,7 +7,7 @@ import { h, setText } from "../shared/dom.js";
 import { icon } from "../shared/icons.js";
 import { pollControl } from "./poll_control.js";
 import { openClassDialog } from "./class_dialog.js";
-import { following } from "./text.js";
+import { following, seeElsewhere } from "./text.js";
 
 /**
  * @param {import("./class_control.js").ClassControl} control
@@ -23,7 +23,7 @@ export function followChip(control, signal) {
     words.classList.toggle("wide-only", follow === null);
     chip.toggleAttribute("data-leads", follow !== null);
     chip.toggleAttribute("data-elsewhere", follow !== null && !isHere);
-    setText(words, follow === null ? "Follow me" : following(follow.followers));
+    setText(words, wordsOf(control));
     chip.title = titleOf(control);
     chip.disabled = follow === null && !control.mayBegin;
   };
@@ -31,6 +31,12 @@ export function followChip(control, signal) {
   draw();
   pollControl(control, signal);
   return chip;
+}
+
+/** @param {import("./class_control.js").ClassControl} control */
+function wordsOf({ follow, isHere }) {
+  if (follow === null) return "Follow me";
+  return isHere ? following(follow.followers) : seeElsewhere(follow.followers);
 }
 
 /** @param {import("./class_control.js").ClassControl} control */

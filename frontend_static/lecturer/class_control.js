@@ -1,6 +1,7 @@
 /**
  * The class that follows this page, as its lecturer sees it. It belongs to the tab: whoever goes on to another page leads
- * there, too, and decides what the class shall see.
+ * there, too. What leads to the next page of a lecture takes the class along; elsewhere the lecturer decides whether it
+ * shall see that page.
  */
 
 import { statusOf } from "../shared/api.js";
@@ -74,8 +75,11 @@ export class ClassControl extends Topics {
     try {
       const follow = known && (await follows.get(known.id));
       if (follow === null || this.#signal.aborted) return;
-      this.isHere = known?.page === location.pathname;
-      this.#lead(follow);
+      if (known?.page === null) this.#take(follow);
+      else {
+        this.isHere = known?.page === location.pathname;
+        this.#lead(follow);
+      }
     } catch (error) {
       if ([NOT_FOUND, GONE].includes(statusOf(error) ?? 0)) remember(null);
     } finally {
@@ -105,6 +109,11 @@ export class ClassControl extends Topics {
     if (shown === null) return;
     const changed = await attempt(() => follows.change(follow.id, whole(shown)));
     if (changed !== undefined) this.#take(changed);
+  }
+
+  /** Have the class come along to the page that is opened next, if it sees this one. */
+  takeAlong() {
+    if (this.isHere && this.follow !== null) remember(this.follow.id, null);
   }
 
   /** Take note that this page shows something else by now, and tell the class, if it sees this page. */
@@ -223,7 +232,7 @@ function isSame({ title, sessions, lesson, arrangement }, shown) {
   return JSON.stringify(whole(shown)) === JSON.stringify({ title, sessions: sessions.map(({ id }) => id), lesson, arrangement });
 }
 
-/** @returns {{id: string, page: string}|null} Which class this tab leads, and which page it sees. */
+/** @returns {{id: string, page: string|null}|null} Which class this tab leads, and which page it sees; null for the next one. */
 function remembered() {
   try {
     return JSON.parse(sessionStorage.getItem(KEY) ?? "null");
@@ -232,11 +241,14 @@ function remembered() {
   }
 }
 
-/** @param {string|null} id */
-function remember(id) {
+/**
+ * @param {string|null} id
+ * @param {string|null} page
+ */
+function remember(id, page = location.pathname) {
   try {
     if (id === null) sessionStorage.removeItem(KEY);
-    else sessionStorage.setItem(KEY, JSON.stringify({ id, page: location.pathname }));
+    else sessionStorage.setItem(KEY, JSON.stringify({ id, page }));
   } catch {
     // Without storage it is led from this page alone.
   }

@@ -1,6 +1,8 @@
 /** The poll of a class on the lecturer's page, where the class in the room sees it as well. */
 
+import { dialogIsOpen } from "../shared/dialog.js";
 import { h } from "../shared/dom.js";
+import { isPresenting } from "../shared/presentation.js";
 import { PollView } from "./poll.js";
 
 /** @import { ClassControl } from "./class_control.js" */
@@ -31,7 +33,8 @@ export function pollPart(control, signal, more = []) {
 }
 
 /**
- * Keep the poll on the page. Folded to the question and how many have answered, it leaves the picture in sight.
+ * Keep the poll on the page. Folded to the question and how many have answered, it leaves the picture in sight. Of who
+ * presents, a revealed one takes all of the page, until the next key puts it back to its place.
  *
  * @param {ClassControl} control
  * @param {AbortSignal} signal
@@ -46,13 +49,36 @@ export function pollControl(control, signal) {
     fold.setAttribute("aria-expanded", String(isWhole));
     fold.textContent = isWhole ? "Fold" : "Unfold";
   };
+  const stage = (/** @type {boolean} */ isWhole) => place.toggleAttribute("data-staged", isWhole);
   let poll = "";
   control.on(["follow"], () => {
     const { id = "", revealed = false } = control.follow?.poll ?? {};
     // What is asked, and what is revealed, is there to be seen.
-    if (poll !== (poll = `${id} ${revealed}`)) show(true);
+    const before = poll;
+    if (before === (poll = `${id} ${revealed}`)) return;
+    show(true);
+    // Whoever comes to another page has seen it.
+    stage(revealed && before !== "");
   }, signal);
+  document.addEventListener("keydown", (event) => {
+    if (!place.hasAttribute("data-staged") || !isPresenting() || dialogIsOpen() || isForBrowser(event)) return;
+    // It was for the result; the next one is for the page again.
+    event.preventDefault();
+    event.stopImmediatePropagation();
+    stage(false);
+    show(false);
+  }, { capture: true, signal });
   show(true);
   document.body.append(place);
   signal.addEventListener("abort", () => place.remove());
+}
+
+/**
+ * Whether a key changes which element has the focus, presses the button that has it, or is a part of another key.
+ *
+ * @param {KeyboardEvent} event
+ */
+function isForBrowser({ key, target, ctrlKey, metaKey, altKey }) {
+  if (ctrlKey || metaKey || altKey || ["Tab", "Shift"].includes(key)) return true;
+  return (key === " " || key === "Enter") && target instanceof Element && target.closest(".lead-poll button") !== null;
 }

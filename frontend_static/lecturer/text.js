@@ -12,6 +12,15 @@ export function following(followers) {
 }
 
 /**
+ * "1 sees another page", "23 see another page".
+ *
+ * @param {number} followers
+ */
+export function seeElsewhere(followers) {
+  return followers === 1 ? "1 sees another page" : `${followers} see another page`;
+}
+
+/**
  * Where a poll stands, as a sentence; with the answers, once they are shown.
  *
  * @param {PollPublic} poll

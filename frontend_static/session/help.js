@@ -7,17 +7,15 @@ import { isParticipant } from "../shared/participant.js";
 import { tourLink } from "../shared/tour_link.js";
 import { HELP } from "./keys.js";
 
-/** @param {{name: string, title: string}[]} presets */
-export function helpDialog(presets) {
+export function helpDialog() {
   const tour = h("p", {});
   if (!isParticipant) offerTour(tour);
   openDialog("Keys", () => [
     h(
       "dl",
       { class: "keys" },
-      HELP.map(({ keys, what }) => [h("dt", {}, keys.split(" ").map((key) => (key === "–" ? " – " : h("kbd", {}, key)))), h("dd", {}, what)]),
+      HELP.map(({ keys, what }) => [h("dt", {}, keys.split(" ").map((key) => h("kbd", {}, key))), h("dd", {}, what)]),
     ),
-    presets.length > 0 && h("p", { class: "hint" }, `Presets: ${presets.map(({ title }, index) => `${index + 1} ${title}`).join(", ")}`),
     tour,
   ]);
 }

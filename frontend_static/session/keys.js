@@ -19,7 +19,7 @@ import { dialogIsOpen } from "../shared/dialog.js";
  * @property {() => void} compare
  * @property {() => void} difference
  * @property {(direction: number) => void} faster
- * @property {(which: number) => void} preset
+ * @property {() => void} presets
  * @property {() => void} help
  * @property {() => void} present
  */
@@ -42,7 +42,7 @@ export const HELP = [
   { keys: "N", what: "Branch from this frame" },
   { keys: "C", what: "Compare this run with others" },
   { keys: "[ ]", what: "Slower, faster" },
-  { keys: "1 – 9", what: "Start a preset" },
+  { keys: "P", what: "List the presets" },
   { keys: "+ - 0", what: "In the plots: zoom in at this frame, zoom out, show all; also Ctrl with the wheel" },
   { keys: "F", what: "Present in large type; escape ends it" },
   { keys: "?", what: "This help" },
@@ -125,8 +125,10 @@ function find(actions, key, shiftKey) {
       return actions.difference;
     case "l":
       return actions.beforeLoss;
+    case "p":
+      return actions.presets;
     default:
-      return /^[1-9]$/.test(key) ? () => actions.preset?.(Number(key)) : undefined;
+      return undefined;
   }
 }
 

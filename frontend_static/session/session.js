@@ -17,6 +17,7 @@ import { ClassControl } from "../lecturer/class_control.js";
 import { compareDialog } from "../shared/comparison_dialog.js";
 import { helpDialog } from "./help.js";
 import { mount } from "./mount.js";
+import { presetMenu } from "./presets.js";
 import { start } from "./page_start.js";
 import { shareDialog } from "./share.js";
 import { trackerTitle } from "./timeline.js";
@@ -28,15 +29,16 @@ import { guide } from "./tour/tour.js";
 let experiment = null;
 
 const actions = {
-  help: () => helpDialog(experiment?.presets ?? []),
+  help: helpDialog,
   present: () => present(),
   compare: () => {
     if (view.able && !isParticipant && store.session !== null) compareDialog(store.session);
   },
-  preset: (/** @type {number} */ which) => openPreset(experiment?.presets[which - 1]),
+  presets: () => presets.open(),
 };
 const view = mount(start.element, { start, actions });
 const { store, commands } = view;
+const presets = presetMenu(openPreset);
 const control = new ClassControl(() => {
   const { session } = store;
   return session === null || !view.able ? null : { title: wordsOf(session), sessions: [session.id], lesson: null };
@@ -53,20 +55,23 @@ if (tour !== null) start.begun.then(() => guide(view, tour), () => {});
 start.begun.then(({ session }) => session.remark && toast(session.remark, { kind: "error" }), () => {});
 start.begun
   .then(({ session }) => api.experiment(session.recipe.experiment))
-  .then((found) => (experiment = found), () => {});
+  .then((found) => presets.fill((experiment = found).presets), () => {});
 
 /**
  * A preset is a fresh run; the one that was watched stays among the running sessions.
  *
- * @param {PresetPublic|undefined} preset
+ * A class that sees this page comes along.
+ *
+ * @param {PresetPublic} preset
  */
 function openPreset(preset) {
   const { session } = store;
-  if (!preset || session === null || isParticipant) return;
+  if (session === null) return;
   const known = new Set(session.declarations.map(({ name }) => name));
   const values = Object.fromEntries(Object.entries(preset.parameters).filter(([name]) => known.has(name)));
   const { experiment: id, footage } = session.recipe;
   const recipe = { experiment: id, tracker: preset.tracker, seed: preset.seed, timeline: [{ frame: 0, values }], footage };
+  control.takeAlong();
   location.assign(linkTo({ recipe, upload: session.upload, play: true }));
 }
 
@@ -92,6 +97,7 @@ function header() {
     sweep,
     title,
     h("span", { class: "spring" }),
+    !isParticipant && presets.element,
     steering,
     !isFollower && followChip(control, view.signal),
     themeButton(),

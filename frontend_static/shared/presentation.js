@@ -11,7 +11,10 @@ const KEY = "f";
 const TYPED = "input:not([type=checkbox]):not([type=radio]):not([type=range]), textarea, select, [contenteditable]";
 const root = document.documentElement;
 
-const isOn = () => root.dataset.presenting !== undefined;
+/** Whether the page is presented. */
+export function isPresenting() {
+  return root.dataset.presenting !== undefined;
+}
 
 /**
  * The button that begins and ends it, as the key F does; Escape ends it, too.
@@ -21,18 +24,18 @@ const isOn = () => root.dataset.presenting !== undefined;
 export function presentationButton({ hears = true } = {}) {
   const button = h("button", { type: "button", class: "quiet icon-only", data: { role: "present" }, on: { click: () => present() } });
   const show = () => {
-    const title = isOn() ? "Leave the presentation (F or escape)" : "Present in large type (F)";
-    fill(button, icon(isOn() ? "shrink" : "enlarge"));
+    const title = isPresenting() ? "Leave the presentation (F or escape)" : "Present in large type (F)";
+    fill(button, icon(isPresenting() ? "shrink" : "enlarge"));
     button.title = title;
     button.setAttribute("aria-label", title);
-    button.setAttribute("aria-pressed", String(isOn()));
+    button.setAttribute("aria-pressed", String(isPresenting()));
   };
   new MutationObserver(show).observe(root, { attributeFilter: ["data-presenting"] });
   // The browser ends full screen by itself when somebody presses Escape.
   document.addEventListener("fullscreenchange", () => document.fullscreenElement === null && turn(false));
   document.addEventListener("keydown", (event) => {
     if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey || dialogIsOpen()) return;
-    if (event.key === "Escape" && isOn() && document.querySelector(":popover-open") === null) present(false);
+    if (event.key === "Escape" && isPresenting() && document.querySelector(":popover-open") === null) present(false);
     else if (hears && event.key.toLowerCase() === KEY && !isTyping(event.target)) present();
   });
   show();
@@ -44,12 +47,12 @@ export function presentationButton({ hears = true } = {}) {
  *
  * @param {boolean} [wanted]
  */
-export async function present(wanted = !isOn()) {
+export async function present(wanted = !isPresenting()) {
   turn(wanted);
   try {
     if (wanted && document.fullscreenElement === null) {
       await root.requestFullscreen();
-      if (!isOn()) await document.exitFullscreen(); // left before the browser was there
+      if (!isPresenting()) await document.exitFullscreen(); // left before the browser was there
     } else if (!wanted && document.fullscreenElement !== null) await document.exitFullscreen();
   } catch {
     // Not allowed here, as within a frame: large type in the window does as well.

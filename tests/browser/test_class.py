@@ -35,6 +35,12 @@ COVERED = """() => {
     const height = Math.min(picture.bottom, poll.bottom) - Math.max(picture.top, poll.top);
     return Math.max(0, width) * Math.max(0, height) / (picture.width * picture.height);
 }"""
+# All bars of the lecturer's poll, and the sentence below, are within the window and not covered.
+RESULT_IN_SIGHT = """() => [...document.querySelectorAll('.lead-poll :is(.poll-track, .hint)')].every((it) => {
+    const { left, right, top, bottom } = it.getBoundingClientRect();
+    const inside = left >= 0 && top >= 0 && right <= innerWidth && bottom <= innerHeight;
+    return inside && it.contains(document.elementFromPoint((left + right) / 2, (top + bottom) / 2));
+})"""
 STEER = """async ([session, action]) => {
     const path = `${location.pathname}/api/v1/sessions/${session}/transport`;
     const body = JSON.stringify({ action });
@@ -154,6 +160,7 @@ def test_a_lecturer_and_three_followers(
     cut_off(lecturer, third)
     asked_and_answered(lecturer, followers)
     tried(lecturer, second, server)
+    taken_along(lecturer, followers)
     shown_a_lesson(lecturer, followers)
     late = newcomer()
     shown_a_comparison(lecturer, followers, late, server)
@@ -200,12 +207,17 @@ def asked_and_answered(lecturer: Lecturer, followers: list[Follower]) -> None:
     lecturer.until(lambda: "3 of 3 have answered" in lecturer.page.inner_text(".lead-poll"), "all have answered")
     first.until(lambda: "You answered “No”" in first.text(".poll"), "the other answer is taken in its place")
     check(first.page)
+    assert lecturer.page.locator(".lead-poll button.poll-answer").count() == 0, "it has no buttons"
+    lecturer.press("2")
     assert lecturer.page.locator(".poll-bar").count() == first.page.locator(".poll-bar").count() == 0
     lecturer.page.get_by_role("button", name="Fold", exact=True).click()
     assert lecturer.page.locator(".lead-poll .poll-answer:visible").count() == 0
 
+    lecturer.page.evaluate("Element.prototype.requestFullscreen = null")  # a full screen cannot be made larger
+    lecturer.press("f")
     lecturer.page.get_by_role("button", name="Reveal").click()
     lecturer.until(lambda: lecturer.page.locator(".lead-poll .poll-bar:visible").count() == 2, "the bars are unfolded")
+    result_fills_the_stage(lecturer)
     said = "Most answered “No”, 2 of 3; “Yes” 1."
     all_of(followers, lambda one: said in one.text(".poll"), "what was answered is told in words")
     lecturer.until(lambda: said in lecturer.page.inner_text(".lead-poll"), "the lecturer's page says so, too")
@@ -216,6 +228,37 @@ def asked_and_answered(lecturer: Lecturer, followers: list[Follower]) -> None:
     assert "No · your answer" in first.text(".poll")
     lecturer.page.locator(".lead-poll").get_by_role("button", name="Close").click()
     all_of(followers, lambda one: one.page.locator(".poll").is_hidden(), "the poll is gone")
+
+
+def result_fills_the_stage(lecturer: Lecturer) -> None:
+    """Presented, what was answered is as large as the page at any size, until the next key, which does nothing else."""
+    page, frame = lecturer.page, lecturer.position
+    for size in ((1920, 1080), (1280, 720), WIDE):
+        page.set_viewport_size(dict(zip(("width", "height"), size, strict=True)))
+        lecturer.until(lambda size=size: page.evaluate("innerWidth") == size[0], "the window has that size")
+        place = page.locator(".lead-poll").bounding_box()
+        assert place["width"] == size[0]
+        assert place["height"] > 0.8 * size[1]
+        assert page.evaluate(RESULT_IN_SIGHT)
+    lecturer.press("ArrowRight")
+    lecturer.until(lambda: page.locator(".lead-poll .poll-bar:visible").count() == 0, "it is in its place again")
+    assert lecturer.position == frame
+    lecturer.press("f")
+
+
+def taken_along(lecturer: Lecturer, followers: list[Follower]) -> None:
+    """A preset is another session, to which the class comes along."""
+    before = lecturer.id
+    lecturer.press("p")
+    lecturer.page.locator("[data-preset]").last.click()
+    lecturer.until(lambda: lecturer.id not in {before, "new"}, "another session is open")
+    lecturer.ready()
+    lecturer.press(" ")
+    lecturer.until(lambda: not lecturer.session["playing"], "it pauses")
+    lecturer.counts("3 follow")
+    frame = str(lecturer.position)
+    all_of(followers, lambda one: one.frame == frame, "the class sees the lecturer's frame of the other session")
+    lecturer.session_id = lecturer.id
 
 
 def tried(lecturer: Lecturer, follower: Follower, server: Server) -> None:
@@ -247,7 +290,7 @@ def shown_a_lesson(lecturer: Lecturer, followers: list[Follower]) -> None:
     """The class goes with its lecturer to another page, and sees a lesson's figure with what is moved."""
     page = lecturer.page
     page.goto("learn/9")
-    lecturer.counts("3 follow")
+    lecturer.counts("3 see another page")
     page.locator(".follow-chip").click()
     page.get_by_role("button", name="Show this page").click()
     page.locator("[data-role=class-link]").wait_for()

@@ -9,13 +9,14 @@ Watch = Callable[..., SessionPage]
 
 
 def test_the_keyboard_in_one_visit(watch: Watch, server: Server) -> None:
-    """What keys do on the page of one session; the number of a preset comes last, since it opens another one."""
+    """What keys do on the page of one session; the preset comes last, since it opens another one."""
     shown = watch()
     help_lists_the_keys_and_takes_the_others(shown)
     keys_move_through_the_run(shown, server)
     the_scrubber_goes_back_and_stays(shown, server)
     enter_in_the_branch_dialog_branches(shown)
-    a_number_starts_that_preset(shown)
+    no_digit_leaves_the_session(shown)
+    a_preset_is_asked_for_by_a_menu(shown)
 
 
 def keys_move_through_the_run(shown: SessionPage, server: Server) -> None:
@@ -89,10 +90,25 @@ def the_scrubber_goes_back_and_stays(shown: SessionPage, server: Server) -> None
     shown.until(lambda: now() == "33", "the scrubber stands there")
 
 
-def a_number_starts_that_preset(shown: SessionPage) -> None:
-    """1 starts the first preset as a session of its own and plays it."""
+def no_digit_leaves_the_session(shown: SessionPage) -> None:
+    """A class that is asked has answers by number; whoever presses one on the lecturer's page changes nothing."""
+    before, frame = shown.id, shown.position
+    for key in "123456789":
+        shown.press(key)
+    shown.press("ArrowLeft")
+    shown.until(lambda: shown.position == frame - 1, "keys that came after have been heard")
+    assert shown.id == before
+    shown.press("ArrowRight")
+
+
+def a_preset_is_asked_for_by_a_menu(shown: SessionPage) -> None:
+    """P lists the presets with what is to be seen there; one that is chosen starts a session of its own and plays."""
     before = shown.id
-    shown.press("1")
+    shown.press("p")
+    chosen = shown.page.locator("[data-preset]:focus")
+    chosen.wait_for()
+    assert "when the pillar hides the ball" in chosen.inner_text()
+    shown.press("Enter")
     shown.until(lambda: shown.id not in {before, "new"}, "another session is open")
     shown.ready()
     shown.until(lambda: (shown.position or 0) > 0, "it plays")
