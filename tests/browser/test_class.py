@@ -35,12 +35,16 @@ COVERED = """() => {
     const height = Math.min(picture.bottom, poll.bottom) - Math.max(picture.top, poll.top);
     return Math.max(0, width) * Math.max(0, height) / (picture.width * picture.height);
 }"""
-# All bars of the lecturer's poll, and the sentence below, are within the window and not covered.
-RESULT_IN_SIGHT = """() => [...document.querySelectorAll('.lead-poll :is(.poll-track, .hint)')].every((it) => {
-    const { left, right, top, bottom } = it.getBoundingClientRect();
-    const inside = left >= 0 && top >= 0 && right <= innerWidth && bottom <= innerHeight;
-    return inside && it.contains(document.elementFromPoint((left + right) / 2, (top + bottom) / 2));
-})"""
+# The lecturer's poll fills a window of this size; its bars, and the sentence below, are in sight and not covered.
+RESULT_FILLS = """([across, down]) => {
+    const poll = document.querySelector('.lead-poll').getBoundingClientRect();
+    return innerWidth === across && poll.width === across && innerHeight === down && poll.height > 0.8 * down
+        && [...document.querySelectorAll('.lead-poll :is(.poll-track, .hint)')].every((it) => {
+            const { left, right, top, bottom } = it.getBoundingClientRect();
+            const inside = left >= 0 && top >= 0 && right <= innerWidth && bottom <= innerHeight;
+            return inside && it.contains(document.elementFromPoint((left + right) / 2, (top + bottom) / 2));
+        });
+}"""
 STEER = """async ([session, action]) => {
     const path = `${location.pathname}/api/v1/sessions/${session}/transport`;
     const body = JSON.stringify({ action });
@@ -235,11 +239,7 @@ def result_fills_the_stage(lecturer: Lecturer) -> None:
     page, frame = lecturer.page, lecturer.position
     for size in ((1920, 1080), (1280, 720), WIDE):
         page.set_viewport_size(dict(zip(("width", "height"), size, strict=True)))
-        lecturer.until(lambda size=size: page.evaluate("innerWidth") == size[0], "the window has that size")
-        place = page.locator(".lead-poll").bounding_box()
-        assert place["width"] == size[0]
-        assert place["height"] > 0.8 * size[1]
-        assert page.evaluate(RESULT_IN_SIGHT)
+        lecturer.until(lambda size=size: page.evaluate(RESULT_FILLS, list(size)), f"it fills {size[0]} x {size[1]}")
     lecturer.press("ArrowRight")
     lecturer.until(lambda: page.locator(".lead-poll .poll-bar:visible").count() == 0, "it is in its place again")
     assert lecturer.position == frame
