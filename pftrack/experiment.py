@@ -18,7 +18,7 @@ from pftrack.model.frame import Frame, Target
 from pftrack.model.layer import Layer
 from pftrack.model.marks import Mark, read_mark
 from pftrack.model.measures import HIT_RATE, Measure
-from pftrack.model.parameters import ParameterError, Parameters, Value
+from pftrack.model.parameters import Declaration, ParameterError, Parameters, Value, declarations
 from pftrack.model.plot import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading
 from pftrack.model.recipe import Footage
 from pftrack.model.references import Citation
@@ -27,7 +27,7 @@ from pftrack.model.series import Series, SeriesValue, join
 from pftrack.model.source import Source
 from pftrack.model.suitability import Suitability
 from pftrack.model.tour import Tour
-from pftrack.model.tracker import Tracker
+from pftrack.model.tracker import Tracker, with_readers
 from pftrack.model.truth import Truth
 from pftrack.model.world import World
 from pftrack.sources.truth import BOXES, TruthKind
@@ -62,6 +62,7 @@ class Step:
         diagnostics: The numbers.
         parameters: In force in this frame.
         tracker: Name of the tracker that took the step.
+        tracker_title: Its title, as the experiment of the run has it.
     """
 
     frame: Frame
@@ -69,6 +70,7 @@ class Step:
     diagnostics: Diagnostics
     parameters: Any
     tracker: str
+    tracker_title: str
 
 
 @dataclass(frozen=True)
@@ -327,6 +329,10 @@ class Experiment:
             for name in names:
                 if name not in known:
                     raise ValueError(f"{self.id} has no {kind} {name!r}, of which its calibration speaks")
+
+    def declarations(self, model: type[Parameters]) -> tuple[Declaration, ...]:
+        """Return the declaration of every parameter of a setup's model, each with all trackers that read it."""
+        return with_readers(declarations(model), self.trackers)
 
     def all_series(self, *trackers: str) -> tuple[Series, ...]:
         """Return all series that a run with these trackers, or with any if none is named, may have."""

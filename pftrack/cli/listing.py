@@ -69,11 +69,11 @@ def show(
     """Show an experiment with every parameter: unit, bounds, default, help."""
     from pftrack.exports.formats import exports_of
     from pftrack.model.calibration import TITLES
-    from pftrack.model.parameters import declarations, flat
+    from pftrack.model.parameters import flat
 
     found = find_experiment(experiment)
     parameters = found.simulate().parameters
-    declared = declarations(type(parameters))
+    declared = found.declarations(type(parameters))
     values = flat(parameters)
     if json:
         entries = [{**declaration.model_dump(), "default": values[declaration.name]} for declaration in declared]

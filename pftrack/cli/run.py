@@ -119,7 +119,7 @@ def run(
         made = Run.from_recipe(recipe.model_copy(update=changes), found, setup)
         if mark_out is not None:
             mark_out.write_bytes(_draw_mark(made))
-        _note_unread(setup, values, made.tracker)
+        _note_unread(found, setup, values, made.tracker)
         suitability = _suitability(made, sequence)
         summary = {**_compute(made, video_out, frames=made.frames), **suitability}
         write_exports(exports, made)
@@ -217,10 +217,8 @@ def _frames_left(sequence: "FrameSequence", setup: "Setup") -> int:
     return sequence.frame_count - (setup.footage.start if setup.footage else 0)
 
 
-def _note_unread(setup: "Setup", values: "Mapping[str, Value]", tracker: str) -> None:
-    from pftrack.model.parameters import declarations
-
-    for declaration in declarations(type(setup.parameters)):
+def _note_unread(experiment: "Experiment", setup: "Setup", values: "Mapping[str, Value]", tracker: str) -> None:
+    for declaration in experiment.declarations(type(setup.parameters)):
         if declaration.name in values and declaration.trackers and tracker not in declaration.trackers:
             note(f"pftrack: {declaration.name} is not read by {tracker}, only by {', '.join(declaration.trackers)}")
 

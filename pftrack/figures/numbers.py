@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.model import series
-from pftrack.model.parameters import Declaration, declarations
+from pftrack.model.parameters import Declaration
 from pftrack.model.series import Hypotheses, Series
 from pftrack.runs.run import Run
 
@@ -78,7 +78,7 @@ def thresholds(run: Run, of: str) -> Iterator[tuple[list[int], list[float]]]:
     """Yield of each parameter that limits a series the frames from which a value is in force, and the values."""
     changes = sorted({0, *(change.frame for change in run.timeline.changes if change.frame <= run.computed)})
     steps = [*changes, run.computed]
-    for item in declarations(type(run.setup.parameters)):
+    for item in run.experiment.declarations(type(run.setup.parameters)):
         if item.role == "threshold" and item.threshold_of == of:
             values = [_in_force(run, item, frame) for frame in steps]
             if not np.isnan(values).all():

@@ -7,7 +7,7 @@ sweep axes and the documentation are all generated from that one declaration, an
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from typing import Any, Literal, Self, TypeAlias, TypeVar, get_args, get_origin
 
@@ -194,14 +194,14 @@ def with_role(model: type[Parameters], role: Role) -> tuple[Declaration, ...]:
     return tuple(declaration for declaration in declarations(model) if declaration.role == role)
 
 
-def limit_particles(model: type[Parameters], values: Mapping[str, Any], tracker: str, most: int) -> None:
+def limit_particles(declared: Iterable[Declaration], values: Mapping[str, Any], tracker: str, most: int) -> None:
     """Refuse values with which a tracker would hold more particles than are allowed.
 
     What counts is the product: a tracker with a set of particles for each feature holds all of them at once. Numbers of
     particles that another tracker reads do not count.
 
     Args:
-        model: What declares them.
+        declared: The declarations, with all that read them.
         values: All values in force, by name.
         tracker: Name of the tracker.
         most: How many particles are allowed.
@@ -209,7 +209,9 @@ def limit_particles(model: type[Parameters], values: Mapping[str, Any], tracker:
     Raises:
         ParameterError: A number of particles is too large.
     """
-    for declaration in with_role(model, "particles"):
+    for declaration in declared:
+        if declaration.role != "particles":
+            continue
         count = values[declaration.name]
         if (not declaration.trackers or tracker in declaration.trackers) and count * declaration.sets > most:
             raise ParameterError(declaration.name, count, f"at most {most // declaration.sets} on this server")

@@ -1,6 +1,6 @@
 """What a tracker is, and what its states offer to whoever runs, records and watches it."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.model.frame import Frame, Target
+from pftrack.model.parameters import Declaration
 from pftrack.model.series import Series, SeriesValue
 from pftrack.numerics.random import Stream
 
-__all__ = ["Fold", "TrackState", "Tracker", "nothing"]
+__all__ = ["Fold", "TrackState", "Tracker", "nothing", "with_readers"]
 
 
 class TrackState(Protocol):
@@ -79,6 +80,8 @@ class Tracker:
         measure: (state) -> the values of these series, by name; those that a state does not have are left out.
         searching: (state) -> whether it has lost the target by its own account and looks for it; None for a tracker
             that always follows, rightly or wrongly.
+        reads: Names of other trackers whose parameters it reads, beside the parameters that name it. None, of one that
+            no parameter names, for all parameters: it joined an experiment that was declared without it.
     """
 
     id: str
@@ -90,3 +93,20 @@ class Tracker:
     series: tuple[Series, ...] = ()
     measure: Callable[[Any], Mapping[str, SeriesValue]] = nothing
     searching: Callable[[Any], bool] | None = None
+    reads: tuple[str, ...] | None = None
+
+
+def with_readers(declared: Sequence[Declaration], trackers: Mapping[str, Tracker]) -> tuple[Declaration, ...]:
+    """Return declarations that name all their readers among some trackers, those that joined later included."""
+    named = {name for each in declared for name in each.trackers}
+
+    def joins(name: str, tracker: Tracker, readers: tuple[str, ...]) -> bool:
+        if tracker.reads is None:
+            return name not in named
+        return name not in readers and not set(tracker.reads).isdisjoint(readers)
+
+    def complete(each: Declaration) -> Declaration:
+        joined = tuple(name for name, tracker in trackers.items() if joins(name, tracker, each.trackers))
+        return each.model_copy(update={"trackers": each.trackers + joined}) if each.trackers and joined else each
+
+    return tuple(complete(each) for each in declared)

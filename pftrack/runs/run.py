@@ -421,7 +421,7 @@ class Run:
         )
         self.diagnostics.append(row)
         self._keyframes.offer(index, state)
-        return Step(frame, state, self.diagnostics[index], parameters, name)
+        return self._make_step(index, state, frame)
 
     def _judge(self, frame: Frame, state: TrackState, parameters: Parameters) -> tuple[float | None, bool | None]:
         """Return error and verdict of a frame, None where the truth is unknown or there is no notion of lost."""
@@ -437,8 +437,9 @@ class Run:
         return error, bool(judged(error, frame.target.size, parameters)) if judged else None
 
     def _make_step(self, index: int, state: TrackState, frame: Frame | None = None) -> Step:
-        row = self.diagnostics[index]
-        return Step(frame or self._frame(index), state, row, self.parameters_at(index), self.tracker_at(index))
+        row, name = self.diagnostics[index], self.tracker_at(index)
+        title = self.experiment.trackers[name].title
+        return Step(frame or self._frame(index), state, row, self.parameters_at(index), name, title)
 
 
 def _check_seed(seed: int) -> int:

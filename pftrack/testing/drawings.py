@@ -1,7 +1,7 @@
 """Checks of drawings: finite, within reach, on declared layers, in declared worlds, and stable from frame to frame."""
 
 from collections.abc import Iterator
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +49,7 @@ def checks(experiment: Experiment) -> Iterator[Check]:
             ("what has a name in a drawing stays what it is", _names_are_stable),
             ("a drawing shows no future", _no_future_is_drawn),
             ("a second run can be drawn beside it", _a_second_run_is_drawn),
+            ("a tracker that joins it is drawn", _a_joined_tracker_is_drawn),
         ],
     )
 
@@ -180,3 +181,18 @@ def _a_second_run_is_drawn(experiment: Experiment, tracker: str) -> None:
     _demand_sound(experiment, drawing, FRAMES - 1)
     more = drawing.primitives.keys() - before.primitives.keys()
     demand(more, "nothing is drawn of a second run beside the first")
+
+
+def _a_joined_tracker_is_drawn(experiment: Experiment, tracker: str) -> None:
+    """Draw a step that a tracker took of which the experiment's own code knows neither name nor title."""
+    known = straight(experiment, tracker)
+    title = experiment.trackers[tracker].title
+    step = replace(known.steps[-1], tracker="joined-later", tracker_title="Joined later")
+    try:
+        drawn = experiment.draw(step, known.run.diagnostics)
+    except Exception as error:
+        raise CheckError(
+            f"a step of a tracker that joins the experiment must be drawn, got {type(error).__name__}: {error}"
+        ) from error
+    names_it = title not in known.drawings[-1].caption or step.tracker_title in drawn.caption
+    demand(names_it, f"the caption of a step must name the tracker that took it by its title, got {drawn.caption!r}")

@@ -178,6 +178,7 @@ TRACKERS: dict[str, Tracker] = {
             "Computes the posterior exactly, since the model is linear and the noise Gaussian.",
             start_kalman,
             step_kalman,
+            reads=(),
         ),
     )
 }

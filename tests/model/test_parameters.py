@@ -165,10 +165,10 @@ def test_roles_find_declarations() -> None:
 def test_particles_are_limited(tracker: str, most: int, refused: str | None) -> None:
     """A limit on particles holds for all sets together, and only for the numbers that the tracker reads."""
     if refused is None:
-        limit_particles(Crowd, flat(Crowd()), tracker, most)
+        limit_particles(declarations(Crowd), flat(Crowd()), tracker, most)
         return
     with pytest.raises(ParameterError) as error:
-        limit_particles(Crowd, flat(Crowd()), tracker, most)
+        limit_particles(declarations(Crowd), flat(Crowd()), tracker, most)
     assert error.value.field == refused
 
 

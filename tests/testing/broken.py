@@ -344,4 +344,8 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
         lambda: drawing(lambda _, step, past, __: SOUND.draw(step, past)),
         "nothing is drawn of a second run",
     ),
+    "a tracker that joins it is drawn": (
+        lambda: drawing(lambda drawn, step, *_: replace(drawn, caption=TRACKERS[step.tracker].title)),
+        "a step of a tracker that joins the experiment must be drawn, got KeyError: 'joined-later'",
+    ),
 }

@@ -62,7 +62,7 @@ def arrows(state: Bank) -> Mesh:
 
 
 TRACKERS = {
-    name: Tracker(name, title, text, partial(start, several), partial(step, several), None, SERIES, measure)
+    name: Tracker(name, title, text, partial(start, several), partial(step, several), None, SERIES, measure, reads=())
     for name, title, text, several in (
         ("bank", "Bank of turns", "Weighs several rates of turn.", True),
         ("straight", "Straight on", "Expects no turn.", False),

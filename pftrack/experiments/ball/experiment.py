@@ -152,7 +152,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
 
 def _caption(step: Step) -> str:
     row = step.diagnostics
-    parts = [f"frame {row.frame}", TRACKERS[step.tracker].title]
+    parts = [f"frame {row.frame}", step.tracker_title]
     if step.tracker == GUIDED.id:
         parts.append(f"learned from {GUIDANCE.parse(step.parameters.learned).origin}")
     samples = row.vector("samples")

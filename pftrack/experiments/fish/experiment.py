@@ -148,7 +148,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
 
 def _caption(step: Step) -> str:
     row = step.diagnostics
-    parts = [f"frame {row.frame}", TRACKERS[step.tracker].title, f"{len(step.state.particles)} particles"]
+    parts = [f"frame {row.frame}", step.tracker_title, f"{len(step.state.particles)} particles"]
     if row.error is not None:
         parts.append(f"error {row.error:.1f} px" + (", outside the fish" if row.lost else ""))
     return " · ".join(parts)

@@ -72,7 +72,7 @@ def measure(frame: Frame, state: HandState) -> Mapping[str, SeriesValue]:
 
 def _caption(step: Step, shown: int) -> str:
     row, state = step.diagnostics, step.state
-    parts = [f"frame {row.frame}", TRACKERS[step.tracker].title]
+    parts = [f"frame {row.frame}", step.tracker_title]
     count = len(state.beam)
     if state.searching:
         parts.append("waiting; grey: the hand seen last")

@@ -146,7 +146,7 @@ def _caption(step: Step, past: Sequence[Diagnostics]) -> str:
             parts.append("face found again")
     if row.error is not None:
         parts.append(f"error {row.error:.1f}°" + (", lost" if row.lost else ""))
-    return " · ".join([*parts, TRACKERS[step.tracker].title])
+    return " · ".join([*parts, step.tracker_title])
 
 
 def _is_found_again(row: Diagnostics, past: Sequence[Diagnostics]) -> bool:

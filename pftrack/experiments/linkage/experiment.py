@@ -70,7 +70,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
 
 def _caption(step: Step) -> str:
     row, events = step.diagnostics, step.state.events
-    parts = [f"frame {row.frame}", TRACKERS[step.tracker].title]
+    parts = [f"frame {row.frame}", step.tracker_title]
     count = row.number("hypothesis_count")
     if count > 1:
         parts.append(f"{count:g} hypotheses")

@@ -102,7 +102,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         primitives |= true_marks(target.landmarks, 3.0)
     primitives |= pose_axes(state, np.zeros(3), AXES_MM)
     primitives |= camera(state, SIZE_PX)
-    parts = [f"frame {row.frame}", TRACKERS[step.tracker].title]
+    parts = [f"frame {row.frame}", step.tracker_title]
     if row.error is not None:
         parts.append(f"error {row.error:.1f}°" + (", lost" if row.lost else ""))
     return Drawing(width, height, primitives, " · ".join(parts))

@@ -79,7 +79,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
 
 def _caption(step: Step) -> str:
     row = step.diagnostics
-    parts = [f"frame {row.frame}", TRACKERS[step.tracker].title]
+    parts = [f"frame {row.frame}", step.tracker_title]
     if row.error is not None:
         parts.append(f"error {row.error:.3f}")
     return " · ".join(parts)

@@ -108,7 +108,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
 
 def _caption(step: Step) -> str:
     row, state = step.diagnostics, step.state
-    parts = [f"frame {row.frame}", TRACKERS[step.tracker].title]
+    parts = [f"frame {row.frame}", step.tracker_title]
     if row.error is not None:
         parts.append(f"shape error {row.error:.1f} %")
     return " · ".join([*parts, *_remarks(state, row)])

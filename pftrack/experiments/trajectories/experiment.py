@@ -133,7 +133,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
 def _caption(step: Step) -> str:
     row = step.diagnostics
     count = row.number("tracks")
-    parts = [f"frame {row.frame}", TRACKERS[step.tracker].title, f"{count:g} {'track' if count == 1.0 else 'tracks'}"]
+    parts = [f"frame {row.frame}", step.tracker_title, f"{count:g} {'track' if count == 1.0 else 'tracks'}"]
     outliers = row.number("outlier_share")
     if outliers > 0:
         parts.append(f"{100 * outliers:.0f} % outliers")

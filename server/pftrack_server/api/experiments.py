@@ -10,7 +10,6 @@ from starlette.responses import Response
 
 from pftrack.experiment import Experiment
 from pftrack.experiments import EXPERIMENTS
-from pftrack.model.parameters import declarations
 from pftrack_server.api.dependencies import AnExperiment, TheServices
 from pftrack_server.schemas.experiments import ExperimentDetail, ExperimentPublic, PluginPublic, PresetPublic
 from pftrack_server.tasks.functions import draw_experiment
@@ -39,7 +38,7 @@ def show_experiment(experiment: AnExperiment) -> ExperimentDetail:
     model = type(experiment.simulate().parameters)
     return ExperimentDetail(
         **_public_fields(experiment),
-        declarations=list(declarations(model)),
+        declarations=list(experiment.declarations(model)),
         layers=list(experiment.layers),
         worlds=list(experiment.worlds),
         parameter_schema=model.model_json_schema(),

@@ -6,7 +6,7 @@ from math import prod
 from typing import TypeVar
 
 from pftrack.experiment import Experiment
-from pftrack.model.parameters import ParameterError, declarations, flat, limit_particles, with_role
+from pftrack.model.parameters import ParameterError, declarations, flat, limit_particles
 from pftrack.sweep import Axis, Plan, SweepError, parse_axis
 from pftrack.sweep.axis import TRACKER, check
 from pftrack_server.errors import RefusedError
@@ -137,13 +137,13 @@ def _plain(number: float | None) -> str:
 def _within_server(plan: Plan, settings: Settings) -> None:
     """Refuse a plan in which a tracker has more particles, or a run more frames, than the server allows."""
     parameters = plan.wiring.simulate().parameters
-    model = type(parameters)
+    declared = plan.wiring.declarations(type(parameters))
     largest = {**flat(parameters), **plan.values}
     for axis in plan.axes:
-        if axis.name in {declaration.name for declaration in with_role(model, "particles")}:
+        if axis.name in {declaration.name for declaration in declared if declaration.role == "particles"}:
             largest[axis.name] = max(axis.values)
     for tracker in plan.trackers:
-        limit_particles(model, largest, tracker, settings.max_particles)
+        limit_particles(declared, largest, tracker, settings.max_particles)
     if plan.frames > settings.max_frames:
         raise ParameterError("frames", plan.frames, f"at most {settings.max_frames} on this server")
 

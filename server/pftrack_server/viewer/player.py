@@ -170,7 +170,7 @@ def _describe(run: Run) -> PanelDescription:
     experiment = run.experiment
     return PanelDescription(
         title=title_of(run),
-        declarations=declarations(type(run.setup.parameters)),
+        declarations=experiment.declarations(type(run.setup.parameters)),
         trackers={name: tracker.title for name, tracker in experiment.trackers.items()},
         layers=experiment.layers,
         worlds=experiment.worlds,

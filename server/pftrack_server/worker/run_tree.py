@@ -112,7 +112,7 @@ class RunTree:
             exports=[ExportPublic.model_validate(one) for one in exports_of(experiment)],
             about=list(experiment.subjects(preset)),
             watch=preset.watch if preset else "",
-            declarations=list(declarations(type(self._setup.parameters))),
+            declarations=list(experiment.declarations(type(self._setup.parameters))),
             trackers=[TrackerPublic(id=name, title=tracker.title) for name, tracker in experiment.trackers.items()],
             layers=list(experiment.layers),
             worlds=list(experiment.worlds),
@@ -164,7 +164,7 @@ class RunTree:
         return {
             "recipe": run.recipe.with_footage(truth=None),
             "timeline": timeline_view(changes, first),
-            "thresholds": threshold_views(changes, first, declarations(type(self._setup.parameters))),
+            "thresholds": threshold_views(changes, first, self.experiment.declarations(type(self._setup.parameters))),
         }
 
     def forward(self) -> dict[str, Any] | None:
@@ -349,7 +349,7 @@ class RunTree:
             changes.setdefault(change.frame, {}).update(change.values)
         parameters, name = self._setup.parameters, recipe.tracker or self.experiment.default_tracker
         for frame in sorted(changes):
-            parameters, name = _limit_values(parameters, name, changes[frame], self._max_particles)
+            parameters, name = self._limit_values(parameters, name, changes[frame])
         return Run.from_recipe(recipe, self.experiment, self._setup)
 
     def _wire(self, config: WorkerConfig) -> Setup:
@@ -373,17 +373,16 @@ class RunTree:
     def _limit_particles(self, values: Mapping[str, object], frame: int) -> None:
         """Refuse a change of what is in force in a frame of the active branch, if it makes too many particles."""
         run = self.run
-        _limit_values(run.parameters_at(frame), run.tracker_at(frame), values, self._max_particles)
+        self._limit_values(run.parameters_at(frame), run.tracker_at(frame), values)
 
-
-def _limit_values(
-    parameters: Parameters, tracker: str, values: Mapping[str, object], most: int
-) -> tuple[Parameters, str]:
-    """Return parameters and tracker after a change; refuse those with more particles than are allowed."""
-    tracker = str(values.get("tracker", tracker))
-    changed = revise(parameters, {name: value for name, value in values.items() if name != "tracker"})
-    limit_particles(type(changed), flat(changed), tracker, most)
-    return changed, tracker
+    def _limit_values(
+        self, parameters: Parameters, tracker: str, values: Mapping[str, object]
+    ) -> tuple[Parameters, str]:
+        """Return parameters and tracker after a change; refuse those with more particles than are allowed."""
+        tracker = str(values.get("tracker", tracker))
+        changed = revise(parameters, {name: value for name, value in values.items() if name != "tracker"})
+        limit_particles(self.experiment.declarations(type(changed)), flat(changed), tracker, self._max_particles)
+        return changed, tracker
 
 
 def check_timeline(timeline: Iterable[Change], frames: int) -> None:
