@@ -264,7 +264,7 @@ def _fork_spec(source: SessionSpec, wanted: int | None) -> SessionSpec:
     if frame > run.computed:
         bound = f"a frame that has been computed, 0 to {run.computed}"
         raise RefusedError(f"frame must be {bound}, got {frame}", field="frame", bound=bound, value=frame)
-    # What was changed later is not the past of this one.
-    timeline = tuple(change for change in run.recipe.timeline if change.frame <= frame)
+    # A change counts from the next frame on: what is in force where the class stands is that of the frame to come.
+    timeline = tuple(change for change in run.recipe.timeline if change.frame <= frame + 1)
     recipe = run.recipe.model_copy(update={"timeline": timeline}).with_footage(truth=source.truth)
     return new_spec(recipe, upload=source.upload, position=frame)

@@ -189,10 +189,22 @@ def test_a_fork_is_its_followers_own(
             error_of(other.ask(method, path, sample_count=1), 403)
         assert one.ask("DELETE", "follow/fork").status_code == 204
         wait_for(lambda: lecturer.get(f"/api/v1/{own}").status_code == 404)
+        begins_with_what_is_in_force(lecturer, session, one)
         again = other.ask("POST", "follow/fork", session=session).json()["id"]
         monkeypatch.setattr("pftrack_server.follow.forks.UNUSED_S", 0.0)
         wait_for(lambda: lecturer.get(f"/api/v1/sessions/{again}").status_code == 404)
     assert lecturer.get(f"/api/v1/sessions/{session}").json()["parameters"]["sample_count"] == 321
+
+
+def begins_with_what_is_in_force(lecturer: httpx.Client, session: str, one: Follower) -> None:
+    """What the lecturer has just changed, the tracker as well, counts from the frame after the one that is shown."""
+    lecturer.patch(f"/api/v1/sessions/{session}/parameters", json={"tracker": "condensation", "sample_count": 123})
+    fork = one.ask("POST", "follow/fork", session=session).json()["id"]
+    begun = one.ask("GET", f"sessions/{fork}").json()
+    assert (begun["position"], begun["tracker"], begun["parameters"]["sample_count"]) == (8, "condensation", 123)
+    one.ask("DELETE", "follow/fork")
+    wait_for(lambda: lecturer.get(f"/api/v1/sessions/{fork}").status_code == 404)
+    lecturer.patch(f"/api/v1/sessions/{session}/parameters", json={"sample_count": 321})
 
 
 def test_a_session_that_is_ended(guarded: Server, lecturer: httpx.Client, other: str) -> None:
