@@ -35,6 +35,8 @@ export class TargetForm {
   #target = null;
   /** Whether something is on its way to the server that the session needs. */
   #isBusy = false;
+  /** Whether a truth was given that is not used. */
+  #isTruthRefused = false;
   /** Whether a person has said anything, so that nothing is chosen for them any more. */
   #isTouched = false;
   #proposal = h("p", { class: "note", role: "status", hidden: true });
@@ -168,10 +170,11 @@ export class TargetForm {
     target.find();
     this.#check();
     fill(this.#truth);
-    this.#isBusy = false;
+    this.#isBusy = this.#isTruthRefused = false;
     if (experiment.truth_columns.length > 0) {
-      new TruthField(this.#truth, this.#upload, experiment, (isBusy) => {
+      new TruthField(this.#truth, this.#upload, experiment, ({ isBusy, isRefused }) => {
         this.#isBusy = isBusy;
+        this.#isTruthRefused = isRefused;
         this.#check();
       });
     }
@@ -202,6 +205,7 @@ export class TargetForm {
   /** Say whether there is all that a session needs. */
   #check() {
     this.#go.disabled = this.#isBusy || !this.#target?.footage;
+    setText(this.#go, this.#isTruthRefused ? "Track it without truth" : "Track it");
     this.#suitability?.ask(this.#target?.footage);
     this.#wrong.hidden = true;
   }

@@ -10,6 +10,12 @@ const TITLE = "Truth (CSV, optional)";
 const INPUT = "target-truth";
 const WORDS = "target-truth-words";
 
+/**
+ * @typedef {object} Standing
+ * @property {boolean} isBusy Whether a file is on its way.
+ * @property {boolean} isRefused Whether the last one was refused, so that there is no truth though somebody has given one.
+ */
+
 export class TruthField {
   #upload;
   #experiment;
@@ -21,7 +27,7 @@ export class TruthField {
    * @param {HTMLElement} root
    * @param {UploadPublic} upload
    * @param {ExperimentPublic} experiment
-   * @param {(isBusy: boolean) => void} changed
+   * @param {(standing: Standing) => void} changed
    */
   constructor(root, upload, experiment, changed) {
     this.#upload = upload;
@@ -41,14 +47,14 @@ export class TruthField {
     }
   }
 
-  #done() {
-    if (this.#field.isConnected) this.#changed(false);
+  #done(isRefused = false) {
+    if (this.#field.isConnected) this.#changed({ isBusy: false, isRefused });
   }
 
   /**
    * Ask for a file.
    *
-   * @param {string} [refused] What was wrong with the last one.
+   * @param {string} [refused] What was wrong with the last one, a sentence or more.
    */
   #ask(refused) {
     const picker = h("input", { type: "file", id: INPUT, accept: ".csv,text/csv", "aria-describedby": WORDS, "aria-invalid": String(Boolean(refused)) });
@@ -59,7 +65,9 @@ export class TruthField {
     const columns = `With the columns ${this.#experiment.truth_columns.join(", ")}; frames count from\u00a00`;
     const words = refused ? h("p", { class: "wrong", role: "alert", id: WORDS }, refused) : h("p", { class: "hint", id: WORDS }, columns);
     fill(this.#field, h("label", { for: INPUT }, TITLE), picker, words);
-    this.#done();
+    this.#done(refused !== undefined);
+    // It was chosen at the end of a form that scrolls: what is said of it is to be seen, whole.
+    if (refused !== undefined) this.#field.scrollIntoView({ block: "nearest" });
     return picker;
   }
 
@@ -85,16 +93,16 @@ export class TruthField {
 
   /** @param {File[]} files */
   async #give(files) {
-    this.#changed(true);
+    this.#changed({ isBusy: true, isRefused: false });
     try {
       this.#tell(await api.giveTruth(this.#upload.id, this.#experiment.id, files));
     } catch (error) {
-      this.#ask(messageOf(error));
+      this.#ask(`${files.map(({ name }) => name).join(", ")} was not accepted. ${messageOf(error)}`);
     }
   }
 
   async #remove() {
-    this.#changed(true);
+    this.#changed({ isBusy: true, isRefused: false });
     try {
       await api.removeTruth(this.#upload.id, this.#experiment.id);
       this.#ask();

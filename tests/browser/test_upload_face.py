@@ -36,6 +36,13 @@ UNFOLD = "(it) => { for (let at = it; at; at = at.parentElement) if (at.localNam
 # What a link to a session says of it.
 SHARED = "async (session) => (await import('./static/session/share.js')).bodyOf(session)"
 
+# Whether an element is in the window from its first line to its last, with nothing over it.
+UNCOVERED = """(selector) => {
+    const it = document.querySelector(selector);
+    const { left, top, bottom } = it.getBoundingClientRect();
+    return top >= 0 && [top + 4, bottom - 4].every((y) => it.contains(document.elementFromPoint(left + 4, y)));
+}"""
+
 
 class Form(View):
     """The form in which the target of an upload is shown."""
@@ -153,11 +160,15 @@ def test_points_are_found_corrected_and_tracked(gallery: Gallery, server: Server
     form.drag("lmc", 0.5, 0.5)
 
     form.give_truth("frame,x,y,w,h\n0,1,2,3,4\n")
-    form.page.locator("text=expected the columns frame, yaw_deg").wait_for()
+    form.page.locator("text=poses.csv was not accepted. ").wait_for()
+    assert "expected the columns frame, yaw_deg" in form.page.inner_text("#target-truth-words")
+    form.until(lambda: form.page.evaluate(UNCOVERED, "#target-truth-words"), "it is not behind the buttons")
+    assert go.inner_text() == "Track it without truth"
     rows = [f"{frame},{yaw},{pitch},{roll}" for frame, (yaw, pitch, roll) in enumerate(true_poses())]
     form.give_truth("\n".join(["frame,yaw_deg,pitch_deg,roll_deg", *rows]))
     form.page.locator(f"text=Truth of {COUNT} frames").wait_for()
     form.until(go.is_enabled, "it can be tracked")
+    assert go.inner_text() == "Track it"
     marks = form.points
 
     shown = form.track(server)
