@@ -98,23 +98,36 @@ function proposal(row, session) {
 }
 
 /**
- * One line that says how it goes.
+ * One line that says how it goes, and who says so. Where the truth is known it has the word, whatever the tracker thinks.
  *
  * @param {History} history
  * @param {SessionPublic} session
  * @returns {[words: string, kind: "unknown"|"lost"|"good"|"hidden"]}
  */
-export function state(history, { position, target, frame_rate_hz: frameRate }) {
-  const row = history.at(position);
+export function state(history, session) {
+  const row = history.at(session.position);
   if (!row) return ["not computed yet", "unknown"];
-  const since = row.lost_since;
-  if (row.searching) return [`lost since ${since}, looking for the ${target}`, "lost"];
-  // For a second of the run, so that it can be read.
+  const { searching, lost, hidden } = row;
+  const since = `lost since ${row.lost_since}`;
+  if (searching) return [`${since}, looking for the ${session.target} (by ${lost ? "truth and tracker" : "the tracker"})`, "lost"];
+  if (lost) return [`${since} (by truth)`, "lost"];
+  const source = lost === null ? "by the tracker" : "by truth";
+  if (wasSearching(history, session)) return [`${session.target} found again (${source})`, "good"];
+  if (hidden === true) return ["hidden (by truth)", "hidden"];
+  if (lost === false) return ["on target (by truth)", "good"];
+  if (row.error !== null) return ["", "unknown"];
+  return searching === false ? ["followed (by the tracker)", "good"] : ["truth not known", "unknown"];
+}
+
+/**
+ * Whether the tracker looked for its target a moment ago: for a second of the run, so that it can be read.
+ *
+ * @param {History} history
+ * @param {SessionPublic} session
+ */
+function wasSearching(history, { position, frame_rate_hz: frameRate }) {
   for (let frame = position - 1; frame >= Math.max(0, position - frameRate); frame -= 1) {
-    if (history.at(frame)?.searching) return [`${target} found again`, "good"];
+    if (history.at(frame)?.searching) return true;
   }
-  if (row.lost) return [`lost since ${since}`, "lost"];
-  if (row.hidden === true) return ["hidden", "hidden"];
-  if (row.lost === false) return ["on target", "good"];
-  return [row.error === null ? "truth not known" : "", "unknown"];
+  return false;
 }

@@ -3,11 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.drawing import COLOURS, Colour, Ellipse, Points
 from pftrack.model.layer import Key, Layer
 from pftrack.particles import ParticleSet
 
-__all__ = ["BY_SAMPLER", "SECOND_RUN", "at_height", "circle", "particle_clouds", "uncertainty"]
+__all__ = ["BY_SAMPLER", "SECOND_RUN", "at_height", "circle", "error_words", "particle_clouds", "uncertainty"]
 
 MOST_DRAWN = 5000
 """A browser moves this many points at thirty frames a second; of more, an even selection is drawn."""
@@ -30,6 +31,19 @@ def at_height(positions: NDArray[np.float64], heights: NDArray[np.float64] | flo
     raised[:, :2] = positions
     raised[:, 2] = heights
     return raised
+
+
+def error_words(row: Diagnostics, unit: str, missed: str = "lost") -> str:
+    """Return the error of a frame for its caption, and the verdict of the truth on it; nothing where it is unknown.
+
+    Args:
+        row: The frame.
+        unit: As it is written behind the number, with the space before it where there is one.
+        missed: What a target that counts as lost is called.
+    """
+    if row.error is None:
+        return ""
+    return f"error {row.error:.1f}{unit}" + (f", {missed} (by truth)" if row.lost else "")
 
 
 def particle_clouds(

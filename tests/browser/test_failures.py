@@ -75,7 +75,9 @@ def test_a_failure_and_its_cure_are_watched_in_step(failure: FailurePage, server
     failure.ready()
     assert page.url.endswith("/failures/wrong-dynamics")
     failure.stand_at(6)
-    failure.until(lambda: failure.verdict("failing") == "on target", "the target is held in the frame before")
+    failure.until(
+        lambda: failure.verdict("failing") == "on target (by truth)", "the target is held in the frame before"
+    )
     failure.until(lambda: "the estimate 4.4 px" in failure.measured("failing"), "what is measured is told")
     failure.until(lambda: "the estimate 27.3 px" in failure.measured("cured"), "of the cured run as well")
     assert "Tracker Guided diffusion" in page.inner_text("[data-side=failing] h2")
@@ -83,8 +85,8 @@ def test_a_failure_and_its_cure_are_watched_in_step(failure: FailurePage, server
 
     page.keyboard.press("ArrowRight")
     failure.stand_at(7)
-    failure.until(lambda: failure.verdict("failing") == "lost since 7", "the failing run has lost the ball")
-    failure.until(lambda: failure.verdict("cured") == "on target", "the cured one has not")
+    failure.until(lambda: failure.verdict("failing") == "lost since 7 (by truth)", "the failing run has lost the ball")
+    failure.until(lambda: failure.verdict("cured") == "on target (by truth)", "the cured one has not")
     page.locator(".failure-deck .scrubber").focus()
     page.keyboard.press("Home")
     failure.stand_at(0)

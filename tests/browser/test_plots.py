@@ -194,23 +194,24 @@ def test_a_face_behind_a_pillar_is_lost_and_found_again(watch: Watch, server: Se
         shown.stands_at(frame)
 
     go(10)
-    shown.until(lambda: shown.verdict == "on target", "the face is tracked")
+    shown.until(lambda: shown.verdict == "on target (by truth)", "the face is tracked")
     server.patch(f"sessions/{shown.id}/parameters", {"pillar_width_px": 300})
     go(35)
     searching = server.column(shown.id, "searching")
     since = server.column(shown.id, "lost_since")[35]
     assert since is not None
     assert since <= searching.index(True)
-    shown.until(lambda: shown.verdict == f"lost since {since}, looking for the face", "the page says that it is lost")
+    said = f"lost since {since}, looking for the face (by "
+    shown.until(lambda: shown.verdict.startswith(said), "the page says that it is lost")
     slider = shown.page.locator(".scrubber")
     shown.until(lambda: "no face" in (slider.get_attribute("aria-valuetext") or ""), "the scrubber says so, too")
     server.patch(f"sessions/{shown.id}/parameters", {"pillar_width_px": 0})
     go(60)
     again = len(searching) + server.column(shown.id, "searching")[len(searching) :].index(False)
     go(again)
-    shown.until(lambda: shown.verdict == "face found again", "the page says that it was found")
+    shown.until(lambda: shown.verdict == "face found again (by truth)", "the page says that it was found")
     go(again + 31)
-    shown.until(lambda: shown.verdict == "on target", "after a second it is tracked as before")
+    shown.until(lambda: shown.verdict == "on target (by truth)", "after a second it is tracked as before")
     shown.press("l")
     shown.until(lambda: (shown.position or 99) < since, "the page stands before the loss")
     yaw = series(server, shown.id, "yaw_deg_sd", first)
@@ -248,7 +249,8 @@ def test_on_a_recording_without_truth_the_tracker_says_what_was_lost(watch: Watc
     searching = server.column(shown.id, "searching")
     since = searching.index(True)
     server.seek(shown.id, since + 2)
-    shown.until(lambda: shown.verdict == f"lost since {since}, looking for the face", "the page says that it is lost")
+    said = f"lost since {since}, looking for the face (by the tracker)"
+    shown.until(lambda: shown.verdict == said, "the page says that it is lost")
     shown.until(lambda: "unrecognised" in panel(shown, "alpha").inner_text(), "the shading is the tracker's account")
     assert not panel(shown, "alpha").locator("h2 > span").evaluate(CUT_OFF)
     shown.until(lambda: "the truth is not known" in panel(shown, "error").inner_text(), "so is the error")
@@ -258,7 +260,7 @@ def test_on_a_recording_without_truth_the_tracker_says_what_was_lost(watch: Watc
     shown.page.click("text=Before the loss")
     shown.until(lambda: (shown.position or 99) < since, "the page stands before the loss")
     shown.until(
-        lambda: shown.verdict == "truth not known", "the face is there, and how well it is tracked nobody knows"
+        lambda: shown.verdict == "followed (by the tracker)", "the face is there, and nobody else knows how well"
     )
 
 

@@ -126,7 +126,7 @@ def test_what_is_said_of_the_tips_is_of_the_hand_that_is_shown() -> None:
     assert [caption.split(" · ")[3] for caption in captions] == [
         "tips off by 0 px",
         "tips off by 30 px",
-        "tips off by 60 px, lost",
+        "tips off by 60 px, lost (by truth)",
     ]
 
 

@@ -2,6 +2,7 @@ import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
 import { History, curve, isGone } from "../../frontend_static/session/history.js";
+import { state } from "../../frontend_static/session/readings.js";
 import { eventsOf, frequencies, isKnown, numberOf, samplers, samplesOf, valueOf } from "../../frontend_static/session/series.js";
 
 const row = (frame, more = {}) => ({ frame, estimate: [frame, 0], ...more });
@@ -135,5 +136,29 @@ describe("declared series", () => {
     assert.equal(history.measures("a"), true);
     assert.equal(history.measures("b"), false);
     assert.deepEqual([isKnown(null), isKnown(0), isKnown({ values: [[1]], weights: [1] })], [false, true, true]);
+  });
+});
+
+describe("the verdict on a frame", () => {
+  const session = { position: 3, target: "window", frame_rate_hz: 30 };
+  const verdict = (before, now) => {
+    const history = filled(4, (frame) => ({ error: null, lost: null, hidden: null, searching: null, lost_since: null, ...(frame < 3 ? before : now) }));
+    return state(history, session)[0];
+  };
+
+  it("is that of the truth where that is known, and names its source", () => {
+    assert.equal(verdict({}, { error: 2, lost: false }), "on target (by truth)");
+    assert.equal(verdict({}, { error: 63, lost: true, lost_since: 1, searching: false }), "lost since 1 (by truth)");
+    assert.equal(verdict({ searching: true }, { error: 63, lost: true, lost_since: 1, searching: false }), "lost since 1 (by truth)");
+    assert.equal(verdict({ searching: true }, { error: 2, lost: false, searching: false }), "window found again (by truth)");
+    assert.equal(verdict({}, { error: 5, lost: false, hidden: true }), "hidden (by truth)");
+  });
+
+  it("is the tracker's own account where nobody else knows", () => {
+    assert.equal(verdict({}, { lost_since: 2, searching: true }), "lost since 2, looking for the window (by the tracker)");
+    assert.equal(verdict({}, { error: 9, lost: true, lost_since: 2, searching: true }), "lost since 2, looking for the window (by truth and tracker)");
+    assert.equal(verdict({ searching: true }, { searching: false }), "window found again (by the tracker)");
+    assert.equal(verdict({}, { searching: false }), "followed (by the tracker)");
+    assert.equal(verdict({}, {}), "truth not known");
   });
 });

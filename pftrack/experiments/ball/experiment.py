@@ -14,7 +14,15 @@ from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.ball.calibration import CALIBRATION
 from pftrack.experiments.ball.failures import FAILURES
 from pftrack.experiments.ball.suitability import suits
-from pftrack.experiments.sketch import BY_SAMPLER, SECOND_RUN, at_height, circle, particle_clouds, uncertainty
+from pftrack.experiments.sketch import (
+    BY_SAMPLER,
+    SECOND_RUN,
+    at_height,
+    circle,
+    error_words,
+    particle_clouds,
+    uncertainty,
+)
 from pftrack.filters.fixed_lag import smooth
 from pftrack.likelihoods import chromaticity
 from pftrack.model.diagnostics import Diagnostics
@@ -158,9 +166,7 @@ def _caption(step: Step) -> str:
     samples = row.vector("samples")
     if samples is not None:
         parts.append("{:g} by prediction, {:g} by observation".format(*samples))
-    if row.error is not None:
-        parts.append(f"error {row.error:.1f} px" + (", lost" if row.lost else ""))
-    return " · ".join(parts)
+    return " · ".join(filter(None, [*parts, error_words(row, " px")]))
 
 
 def _estimates(rows: Sequence[Diagnostics]) -> NDArray[np.float64]:

@@ -15,7 +15,7 @@ from pftrack.experiments.fish.calibration import CALIBRATION
 from pftrack.experiments.fish.recording import FishBody, on_video, suits
 from pftrack.experiments.fish.sketch import draw_edges, draw_particles, draw_path, draw_truth, fish
 from pftrack.experiments.fish.world import CHANGES_WORLD, MODES_WORLD, changes_world, modes_world
-from pftrack.experiments.sketch import SECOND_RUN
+from pftrack.experiments.sketch import SECOND_RUN, error_words
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.drawing import COLOURS, Drawing, Picture, Primitive
 from pftrack.model.frame import Frame, Target
@@ -149,9 +149,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
 def _caption(step: Step) -> str:
     row = step.diagnostics
     parts = [f"frame {row.frame}", step.tracker_title, f"{len(step.state.particles)} particles"]
-    if row.error is not None:
-        parts.append(f"error {row.error:.1f} px" + (", outside the fish" if row.lost else ""))
-    return " · ".join(parts)
+    return " · ".join(filter(None, [*parts, error_words(row, " px", "outside the fish")]))
 
 
 def _distance(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> Any:  # noqa: ANN401 - one or many

@@ -81,7 +81,7 @@ def _caption(step: Step, shown: int) -> str:
     if row.error is not None and isinstance(step.frame.target, HandTarget):
         tips, target = state.tips[shown], step.frame.target
         off = float(_distance(tips, target.position))
-        parts.append(f"tips off by {off:.0f} px" + (", lost" if _too_far(tips, target) else ""))
+        parts.append(f"tips off by {off:.0f} px" + (", lost (by truth)" if _too_far(tips, target) else ""))
     if words := findings.describe(state):
         parts.append(words)
     return " · ".join(parts)

@@ -38,7 +38,7 @@ from pftrack.experiments.pose.sketch import (
     pose_axes,
     true_marks,
 )
-from pftrack.experiments.sketch import SECOND_RUN
+from pftrack.experiments.sketch import SECOND_RUN, error_words
 from pftrack.geometry.face_model import FEATURES, TITLES
 from pftrack.geometry.gaze import gaze
 from pftrack.model.diagnostics import Diagnostics
@@ -144,13 +144,13 @@ def _caption(step: Step, past: Sequence[Diagnostics]) -> str:
         parts.append(f"yaw {round(yaw)}°, pitch {round(pitch)}°, roll {round(roll)}°")
         if _is_found_again(row, past):
             parts.append("face found again")
-    if row.error is not None:
-        parts.append(f"error {row.error:.1f}°" + (", lost" if row.lost else ""))
-    return " · ".join([*parts, step.tracker_title])
+    return " · ".join(filter(None, [*parts, error_words(row, "°"), step.tracker_title]))
 
 
 def _is_found_again(row: Diagnostics, past: Sequence[Diagnostics]) -> bool:
-    """Whether there is a face that was lost a moment ago."""
+    """Whether there is a face that was lost a moment ago, and is not lost by the truth, which has the last word."""
+    if row.lost:
+        return False
     for before in reversed(past[: row.frame]):
         if row.time_s - before.time_s > SAID_FOR_S:
             return False

@@ -7,7 +7,15 @@ from numpy.typing import NDArray
 
 from pftrack.experiment import Step
 from pftrack.experiments.histogram.world import histogram_world
-from pftrack.experiments.sketch import BY_SAMPLER, SECOND_RUN, at_height, circle, particle_clouds, uncertainty
+from pftrack.experiments.sketch import (
+    BY_SAMPLER,
+    SECOND_RUN,
+    at_height,
+    circle,
+    error_words,
+    particle_clouds,
+    uncertainty,
+)
 from pftrack.likelihoods.histogram import rho_map
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.drawing import COLOURS, Colour, Drawing, Mesh, Picture, Polyline, Primitive
@@ -78,9 +86,7 @@ def _caption(step: Step) -> str:
     parts = [f"frame {row.frame}", f"likeness {row.number('likeness'):.2f}"]
     if step.state.searching:
         parts.append("searching")
-    if row.error is not None:
-        parts.append(f"error {row.error:.1f} px" + (", lost" if row.lost else ""))
-    return " · ".join(parts)
+    return " · ".join(filter(None, [*parts, error_words(row, " px")]))
 
 
 def _box(centre: NDArray[np.float64], size: tuple[float, float], colour: Colour, layer: str, height: float) -> Polyline:

@@ -22,7 +22,7 @@ from pftrack.experiments.linkage.presets import PRESETS
 from pftrack.experiments.linkage.recording import LinkagePoints, on_video
 from pftrack.experiments.linkage.sketch import draw_belief, draw_measurements, second_run, truth
 from pftrack.experiments.linkage.truth import SERIES, direction_error, is_missed, measure, report
-from pftrack.experiments.sketch import SECOND_RUN
+from pftrack.experiments.sketch import SECOND_RUN, error_words
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.drawing import Drawing, Picture, Primitive
 from pftrack.model.frame import Frame
@@ -82,9 +82,7 @@ def _caption(step: Step) -> str:
     unseen = _unseen(step.frame)
     if unseen:
         parts.append(f"not seen: {', '.join(unseen)}")
-    if row.error is not None:
-        parts.append(f"error {row.error:.1f}°" + (", lost" if row.lost else ""))
-    return " · ".join(parts)
+    return " · ".join(filter(None, [*parts, error_words(row, "°")]))
 
 
 def _unseen(frame: Frame) -> list[str]:

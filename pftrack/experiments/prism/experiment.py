@@ -33,7 +33,7 @@ from pftrack.experiments.pose.sketch import (
     true_marks,
 )
 from pftrack.experiments.prism.calibration import CALIBRATION
-from pftrack.experiments.sketch import SECOND_RUN, at_height
+from pftrack.experiments.sketch import SECOND_RUN, at_height, error_words
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.rotation import rotation
 from pftrack.model.diagnostics import Diagnostics
@@ -102,10 +102,8 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         primitives |= true_marks(target.landmarks, 3.0)
     primitives |= pose_axes(state, np.zeros(3), AXES_MM)
     primitives |= camera(state, SIZE_PX)
-    parts = [f"frame {row.frame}", step.tracker_title]
-    if row.error is not None:
-        parts.append(f"error {row.error:.1f}°" + (", lost" if row.lost else ""))
-    return Drawing(width, height, primitives, " · ".join(parts))
+    parts = [f"frame {row.frame}", step.tracker_title, error_words(row, "°")]
+    return Drawing(width, height, primitives, " · ".join(filter(None, parts)))
 
 
 def _place_solid(state: PoseState, theta: NDArray[np.float64]) -> Placed:

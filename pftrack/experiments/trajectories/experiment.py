@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiment import PICTURES, ExampleSweep, Experiment, Setup, Step
-from pftrack.experiments.sketch import SECOND_RUN
+from pftrack.experiments.sketch import SECOND_RUN, error_words
 from pftrack.experiments.trajectories import sketch
 from pftrack.experiments.trajectories.calibration import CALIBRATION
 from pftrack.experiments.trajectories.exports import EXPORTS
@@ -137,8 +137,8 @@ def _caption(step: Step) -> str:
     outliers = row.number("outlier_share")
     if outliers > 0:
         parts.append(f"{100 * outliers:.0f} % outliers")
-    if row.error is not None:
-        parts.append(f"track {step.state.selected}: error {row.error:.1f} px" + (", lost" if row.lost else ""))
+    if error := error_words(row, " px"):
+        parts.append(f"track {step.state.selected}: {error}")
     return " · ".join(parts)
 
 
