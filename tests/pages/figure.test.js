@@ -4,7 +4,8 @@ import { describe, it } from "node:test";
 import { boxOf, furniture, isSame, margins, scales } from "../../frontend_static/shared/figure/box.js";
 import { cellsOf } from "../../frontend_static/shared/figure/cells.js";
 import { boundsOf, moved, stepped } from "../../frontend_static/shared/figure/handle.js";
-import { kept, nearestOf, nearestOn } from "../../frontend_static/shared/figure/polyline.js";
+import * as band from "../../frontend_static/shared/figure/kinds/band.js";
+import { kept, nearestOf, nearestOn, pathThrough } from "../../frontend_static/shared/figure/polyline.js";
 import { Scale } from "../../frontend_static/shared/figure/scale.js";
 import { even, ticksOf, written } from "../../frontend_static/shared/figure/ticks.js";
 import { describe as describePanel, named, titled, valueOn } from "../../frontend_static/shared/figure/description.js";
@@ -246,5 +247,46 @@ describe("the cells of a map", () => {
     assert.deepEqual(y.map(({ text }) => text).slice(0, 4), ["0", "", "", "15"]);
     assert.equal(valueOn(names(4), 3.5), "15");
     assert.equal(valueOn(names(4), -0.5), "0");
+  });
+});
+
+/** What is drawn as the spans of x that its pieces reach over. */
+class Pieces {
+  spans = [];
+
+  moveTo(x) {
+    this.spans.push([x, x]);
+  }
+
+  lineTo(x) {
+    const span = this.spans.at(-1);
+    span[0] = Math.min(span[0], x);
+    span[1] = Math.max(span[1], x);
+  }
+
+  rect(x, _, width) {
+    this.spans.push([x, x + width]);
+  }
+
+  closePath() {}
+}
+
+describe("a curve with gaps", () => {
+  const x = Float64Array.from({ length: 12 }, (_, index) => index);
+  const y = Float64Array.from([1, 2, 3, NaN, NaN, NaN, 2, NaN, NaN, 5, 6, 7]);
+  const wanted = [[0, 2], [5.25, 6.75], [9, 11]];
+
+  it("leaves them free, line and area, and shows a value that stands alone", () => {
+    globalThis.Path2D = Pieces;
+    try {
+      assert.deepEqual(pathThrough(x, y).spans, wanted);
+      let filled;
+      const pen = { save: () => {}, restore: () => {}, fill: (path) => (filled = path) };
+      const scale = { all: (values) => values };
+      band.paint({ pen, ink: {}, x: scale, y: scale }, { x, low: y.map((value) => value && 0), high: y, ink: "", opacity: 1 });
+      assert.deepEqual(filled.spans, wanted);
+    } finally {
+      delete globalThis.Path2D;
+    }
   });
 });

@@ -3,24 +3,26 @@
 /** From so many points a column of pixels on, a line is thinned. */
 const CROWDED = 4;
 
+/** Half the length of what is drawn of a point that no other one is joined to, px. */
+export const ALONE = 0.75;
+
 /**
- * A path through points; what is not a number parts it.
+ * A path through points; what is not a number parts it. A point with nothing known at either side is a short dash.
  *
  * @param {Float64Array} x px
  * @param {Float64Array} y px
  */
 export function pathThrough(x, y) {
   const path = new Path2D();
-  let begun = false;
-  for (const index of kept(x, y)) {
-    if (!Number.isFinite(x[index] + y[index])) {
-      begun = false;
-      continue;
-    }
-    if (begun) path.lineTo(x[index], y[index]);
-    else path.moveTo(x[index], y[index]);
-    begun = true;
-  }
+  const points = kept(x, y);
+  const isKnown = (/** @type {number|undefined} */ index) => index !== undefined && Number.isFinite(x[index] + y[index]);
+  points.forEach((index, place) => {
+    if (!isKnown(index)) return;
+    const [before, after] = [isKnown(points[place - 1]), isKnown(points[place + 1])];
+    if (before) path.lineTo(x[index], y[index]);
+    else path.moveTo(after ? x[index] : x[index] - ALONE, y[index]);
+    if (!before && !after) path.lineTo(x[index] + ALONE, y[index]);
+  });
   return path;
 }
 

@@ -1,6 +1,6 @@
 /** What lies between two lines, such as two standard deviations around an estimate. */
 
-import { kept } from "../polyline.js";
+import { ALONE, kept } from "../polyline.js";
 import { tint } from "../canvas.js";
 
 /** @import { Sheet } from "../canvas.js" */
@@ -15,6 +15,11 @@ export function paint(sheet, band) {
   const [low, high] = [sheet.y.all(band.low), sheet.y.all(band.high)];
   const path = new Path2D();
   for (const piece of pieces(x, low, high)) {
+    if (piece[1] === piece[0] + 1) {
+      const [at] = piece;
+      path.rect(x[at] - ALONE, Math.min(low[at], high[at]), 2 * ALONE, Math.abs(high[at] - low[at]));
+      continue;
+    }
     const [above, below] = [high, low].map((edge) => kept(x.subarray(...piece), edge.subarray(...piece)).map((index) => index + piece[0]));
     above.forEach((index, place) => (place === 0 ? path.moveTo(x[index], high[index]) : path.lineTo(x[index], high[index])));
     for (const index of below.reverse()) path.lineTo(x[index], low[index]);
