@@ -18,6 +18,9 @@ import { History, isGone } from "./history.js";
  *   is known of it, fixed or not.
  */
 
+/** A picture that has not come for so long keeps nothing waiting. */
+const PICTURE_MS = 500;
+
 /** @extends {Topics<Topic>} */
 export class Store extends Topics {
   /**
@@ -38,6 +41,8 @@ export class Store extends Topics {
   refusal = "";
   /** @type {Set<string>} */
   #fetching = new Set();
+  /** The frame of the newest picture on the page, and when it came. */
+  #picture = { frame: -1, at: -Infinity };
 
   /** @param {{readOnly?: boolean}} [options] Whether whoever looks on here cannot steer it. */
   constructor({ readOnly = false } = {}) {
@@ -121,6 +126,31 @@ export class Store extends Topics {
   }
 
   /**
+   * Take note that the picture of a frame is painted next. While the run plays, pictures come later than numbers, and fewer of
+   * them: what is said is said of the frame that is seen.
+   *
+   * @param {number} frame
+   */
+  show(frame) {
+    this.#picture = { frame, at: performance.now() };
+    if (this.#seePicture()) this.tell("position");
+  }
+
+  /** Whether the run plays beside pictures, which say how far it is. */
+  get #followsPicture() {
+    return this.known.playing && performance.now() - this.#picture.at < PICTURE_MS;
+  }
+
+  /** Stand at the frame of the picture, if it is known; returns whether that is another one than before. */
+  #seePicture() {
+    const { session, history } = this;
+    const { frame } = this.#picture;
+    if (session === null || !this.#followsPicture || session.position === frame || history.at(frame) === undefined) return false;
+    session.position = frame;
+    return true;
+  }
+
+  /**
    * Show a speed that was asked for, until the server says otherwise.
    *
    * @param {number} speed
@@ -170,7 +200,8 @@ export class Store extends Topics {
   }
 
   /**
-   * Take over frames that were computed; while the run plays, the last of them is the one that is shown.
+   * Take over frames that were computed; while the run plays, the last of them is the one that is shown, or that which the
+   * picture shows.
    *
    * @param {SessionPublic} session
    * @param {string} branch
@@ -179,7 +210,9 @@ export class Store extends Topics {
   #computed(session, branch, rows) {
     this.#rows(branch, rows);
     const isShown = session.playing && branch === session.branch && rows.length > 0;
-    if (isShown) session.position = session.computed = /** @type {Row} */ (rows[rows.length - 1]).frame;
+    if (isShown) session.computed = /** @type {Row} */ (rows[rows.length - 1]).frame;
+    if (isShown && !this.#followsPicture) session.position = session.computed;
+    this.#seePicture();
     this.tell("history", ...(isShown ? /** @type {const} */ (["position", "computed"]) : []));
   }
 
@@ -190,7 +223,9 @@ export class Store extends Topics {
    * @param {Partial<SessionSnapshot>} changes
    */
   #merge(session, changes) {
+    const { position } = session;
     Object.assign(session, changes);
+    if (changes.branch === undefined && changes.playing === undefined && this.#followsPicture) session.position = position;
     for (const { id, parent, frame } of changes.branches ?? []) {
       if (this.historyOf(id).length === 0 && parent) this.historyOf(id).share(this.historyOf(parent), frame);
     }

@@ -57,6 +57,32 @@ describe("the store of a session", () => {
     assert.equal(store.known.position, 4);
   });
 
+  it("stands while the run plays on the frame of the picture, as soon as its numbers are there", () => {
+    store.receive(hello());
+    store.receive(changes({ playing: true }));
+    store.show(1);
+    assert.equal(store.known.position, 0, "nothing is known of it yet");
+    store.receive({ type: "frames", branch: "b0", rows: [{ frame: 1 }, { frame: 2 }, { frame: 3 }] });
+    assert.deepEqual([store.known.position, store.known.computed], [1, 3]);
+    told = [];
+    store.show(3);
+    assert.deepEqual([store.known.position, told], [3, ["position"]]);
+    store.receive(changes({ position: 4 }));
+    assert.equal(store.known.position, 3, "the picture of it is still to come");
+    store.receive(changes({ position: 4, playing: false }));
+    assert.equal(store.known.position, 4, "where it stands the server says");
+  });
+
+  it("waits for no picture that does not come", (test) => {
+    store.receive(hello());
+    store.receive(changes({ playing: true }));
+    store.show(0);
+    const now = globalThis.performance.now();
+    test.mock.method(globalThis.performance, "now", () => now + 600);
+    store.receive({ type: "frame", branch: "b0", diagnostics: { frame: 1 } });
+    assert.equal(store.known.position, 1);
+  });
+
   it("takes everything over from a greeting", () => {
     store.receive(hello());
     assert.equal(store.connection, "open");

@@ -18,6 +18,8 @@ export class FlatScene {
   #on;
   #signal;
   #hasPanel;
+  /** @type {import("../store.js").Store|null} */
+  #store = null;
   #overlay;
   /** @type {Promise<Layers>} */
   #layers;
@@ -51,6 +53,7 @@ export class FlatScene {
    * @param {import("../mount.js").Mounted} view
    */
   follow({ store }) {
+    this.#store = store;
     if (!this.#hasPanel) return;
     let isMade = false;
     const make = async () => {
@@ -69,7 +72,8 @@ export class FlatScene {
    */
   #show(session, layers) {
     if (this.#signal.aborted) return;
-    this.#signal.addEventListener("abort", mount(this.#stage, { session, layers, overlay: this.#overlay, onPainted: () => this.#on.drawn() }));
+    const on = { onReady: (/** @type {number} */ frame) => this.#store?.show(frame), onPainted: () => this.#on.drawn() };
+    this.#signal.addEventListener("abort", mount(this.#stage, { session, layers, overlay: this.#overlay, ...on }));
   }
 
   #toggle() {

@@ -26,7 +26,9 @@ import { WorldView } from "./world_view.js";
  * @property {string} session Its identifier.
  * @property {Layers} [layers] Which layers are shown; all of them without it.
  * @property {Overlay} [overlay] Says how it is painted where several lie over each other; it has no ground then.
- * @property {(frame: number) => void} [onPainted] Called with the number of each frame that was painted.
+ * @property {(frame: number) => void} [onReady] Called with the number of each frame that is painted next, so that what is said of
+ *     it beside the picture is shown at the same time.
+ * @property {() => void} [onPainted] Called when one was painted.
  * @property {() => void} [onGone] Called when the session has ended.
  */
 
@@ -64,6 +66,7 @@ class FlatView {
   #unsettle = () => {};
   #layers;
   #overlay;
+  #onReady;
   #onPainted;
   #signal;
   #came = 0;
@@ -80,9 +83,10 @@ class FlatView {
    * @param {Options} options
    * @param {AbortSignal} signal
    */
-  constructor(element, { session, layers = new Layers(), overlay, onPainted = () => {}, onGone = () => {} }, signal) {
+  constructor(element, { session, layers = new Layers(), overlay, onReady = () => {}, onPainted = () => {}, onGone = () => {} }, signal) {
     this.#layers = layers;
     this.#overlay = overlay;
+    this.#onReady = onReady;
     this.#onPainted = onPainted;
     this.#signal = signal;
     this.#soon = coalesce(() => this.#paint(), signal);
@@ -125,6 +129,7 @@ class FlatView {
     if (this.#signal.aborted || number < (this.#ready?.number ?? 0)) return;
     this.#ready = { drawing, bitmaps, number, painted };
     this.#soon();
+    this.#onReady(drawing.frame);
   }
 
   #paint() {
@@ -145,7 +150,7 @@ class FlatView {
     this.#layers.tell(drawing.legend);
     painted();
     this.#pictures.free(number);
-    this.#onPainted(drawing.frame);
+    this.#onPainted();
   }
 
   /** On hover the browser shows the name; a finger has no hover, so the line below the picture says it, too. */

@@ -5,7 +5,7 @@
 
 import { Alignment, FigureView } from "../../shared/figure/figure.js";
 import { h, setText } from "../../shared/dom.js";
-import { throttle } from "../../shared/timing.js";
+import { coalesce, throttle } from "../../shared/timing.js";
 import { curve } from "../history.js";
 import { samplers } from "../series.js";
 import { KINDS } from "./kinds/kinds.js";
@@ -56,6 +56,12 @@ export async function plots(root, view) {
   }, REDRAW_MS, signal);
   store.on(DRAWN, label);
   label();
+  // The figures of a frame are shown with its picture; what is drawn comes a little later.
+  const tell = coalesce(() => {
+    for (const { plot, value } of panels) setText(value, plot.reading(store));
+  }, signal);
+  store.on(DRAWN, tell);
+  tell();
   if (!store.isReadOnly) for (const { plot, figure, place } of panels) plot.listen(place, figure, view);
   keepDrawn(root, view, panels);
 }
@@ -159,14 +165,12 @@ function panel(root, plot, draw) {
  * @param {Store} store
  * @param {History[]} histories Of all branches.
  */
-function write({ plot, section, title, value, place, missing }, store, histories) {
+function write({ plot, section, title, place, missing }, store, histories) {
   const { history } = store;
   missing.hidden = !plot.declared.needs_truth || history.length === 0 || history.most(curve.error) !== null;
   // What a method does not have is not drawn; where only the truth is missing, that is said.
   section.hidden = history.length > 0 && missing.hidden && !plot.isMeasured(histories);
-  const reading = plot.reading(store);
-  setText(value, reading);
-  if (!store.known.playing) place.setAttribute("aria-label", inWords(plot, store.known.position, reading));
+  if (!store.known.playing) place.setAttribute("aria-label", inWords(plot, store.known.position, plot.reading(store)));
   const words = plot.heading(store);
   const text = words.map((word) => (typeof word === "string" ? word : word.textContent)).join("");
   if (title.textContent !== text) title.replaceChildren(...words);
