@@ -45,7 +45,8 @@ export function branchDialog({ store, commands, steering }, preferred) {
   const { session } = store;
   if (session === null) return;
   steering.pause();
-  const frame = session.position;
+  // Nothing follows the last frame.
+  const frame = session.branch_point ?? session.position;
   const others = session.trackers.filter((tracker) => tracker.id !== session.tracker);
   const other = others.find((tracker) => tracker.id === preferred) ?? others[0] ?? session.trackers[0];
   openDialog(`Branch from frame ${frame}`, (close) => {

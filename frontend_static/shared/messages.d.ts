@@ -1133,6 +1133,8 @@ export interface RunSnapshot {
   position: number;
   /** Furthest frame computed */
   computed: number;
+  /** Frame at which a change leaves this branch; null where it counts from its next frame on */
+  branch_point: number | null;
   /** Frame to which it is computing, while it is; a pause stops it */
   goal: number | null;
   /** Frame that it shows when it has come to its goal */
@@ -1240,6 +1242,8 @@ export interface SessionPublic {
   position: number;
   /** Furthest frame computed */
   computed: number;
+  /** Frame at which a change leaves this branch; null where it counts from its next frame on */
+  branch_point: number | null;
   /** Frame to which it is computing, while it is; a pause stops it */
   goal: number | null;
   /** Frame that it shows when it has come to its goal */
@@ -1313,6 +1317,8 @@ export interface SessionSnapshot {
   position: number;
   /** Furthest frame computed */
   computed: number;
+  /** Frame at which a change leaves this branch; null where it counts from its next frame on */
+  branch_point: number | null;
   /** Frame to which it is computing, while it is; a pause stops it */
   goal: number | null;
   /** Frame that it shows when it has come to its goal */

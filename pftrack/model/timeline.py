@@ -146,3 +146,14 @@ def _check_live(parameters: Parameters, values: Mapping[str, object]) -> None:
     for declaration in declarations(type(parameters)):
         if declaration.name in values and not declaration.live:
             raise ParameterError(declaration.name, values[declaration.name], "set before the run starts")
+
+
+def check_timeline(timeline: Iterable[Change], frames: int) -> None:
+    """Refuse a change that no frame of the run would ever see.
+
+    Raises:
+        ParameterError: A change lies beyond the last frame.
+    """
+    last = max((change.frame for change in timeline), default=0)
+    if last >= frames:
+        raise ParameterError("timeline", last, f"changes within the run, frames 0 to {frames - 1}")

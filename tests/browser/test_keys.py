@@ -15,6 +15,7 @@ def test_the_keyboard_in_one_visit(watch: Watch, server: Server) -> None:
     keys_move_through_the_run(shown, server)
     the_scrubber_goes_back_and_stays(shown, server)
     enter_in_the_branch_dialog_branches(shown)
+    a_run_that_has_ended_says_what_a_change_does(shown, server)
     no_digit_leaves_the_session(shown)
     a_preset_is_asked_for_by_a_menu(shown)
 
@@ -88,6 +89,26 @@ def the_scrubber_goes_back_and_stays(shown: SessionPage, server: Server) -> None
     assert not shown.session["playing"]
     now = lambda: shown.page.get_attribute(".scrubber", "aria-valuenow")  # noqa: E731 - one line of reading
     shown.until(lambda: now() == "33", "the scrubber stands there")
+
+
+def a_run_that_has_ended_says_what_a_change_does(shown: SessionPage, server: Server) -> None:
+    """At its end, and in its past, the panel says where a change makes a branch; another tracker then makes it."""
+    said, tracker = shown.page.locator(".control-effect"), shown.page.locator(".controls select").first
+    server.seek(shown.id, 60)
+    shown.stands_at(60)
+    said.wait_for(state="hidden")
+    server.seek(shown.id, 40)
+    said.get_by_text("A change at frame 40 makes a branch").wait_for()
+    server.seek(shown.id, 89)
+    said.get_by_text("The run has ended. A change runs it again from frame 0 and makes a branch").wait_for()
+    branches = len(shown.session["branches"])
+    tracker.select_option("condensation")
+    shown.until(lambda: len(shown.session["branches"]) == branches + 1, "there is one branch more")
+    shown.stands_at(0)
+    said.wait_for(state="hidden")
+    shown.press("ArrowRight")
+    shown.stands_at(1)
+    assert "Condensation" in shown.page.inner_text(".flat-caption")
 
 
 def no_digit_leaves_the_session(shown: SessionPage) -> None:

@@ -47,6 +47,26 @@ class TestParameters:
         assert branch["estimate"][13] != before["estimate"][13]
         assert columns(client, session["id"], session["branch"]) == before
 
+    def test_at_the_end_it_branches_from_the_start(self, client: httpx.Client) -> None:
+        """A run that has ended takes another tracker: it is told beforehand that it begins again, as a branch."""
+        session = begin(client, frames=8)
+        points = []
+        for frame in (4, 7, 3):
+            steer(client, session["id"], "seek", frame=frame)
+            points.append(get(client, session["id"])["branch_point"])
+        assert points == [None, 0, 3]
+        steer(client, session["id"], "seek", frame=7)
+        before = columns(client, session["id"])
+        answer = client.patch(f"/api/v1/sessions/{session['id']}/parameters", json={"tracker": "condensation"})
+        assert answer.status_code == 200, answer.text
+        now = get(client, session["id"])
+        assert (now["tracker"], now["position"], now["computed"], now["branch_point"]) == ("condensation", 0, 0, None)
+        assert [branch["frame"] for branch in now["branches"]] == [0, 0]
+        client.patch(f"/api/v1/sessions/{session['id']}/parameters", json={"sample_count": 200})
+        assert len(get(client, session["id"])["branches"]) == 2
+        steer(client, session["id"], "seek", frame=7)
+        assert columns(client, session["id"], session["branch"]) == before
+
     def test_fixed_parameters_begin_the_run_anew(self, client: httpx.Client) -> None:
         """A parameter that cannot change in mid-run begins it anew, with the same seed."""
         for experiment in client.get("/api/v1/experiments").json():
@@ -116,13 +136,6 @@ class TestParameters:
         """A body that is no JSON object is refused in the one error shape."""
         url = f"/api/v1/sessions/{session['id']}/parameters"
         error_of(client.patch(url, content=body, headers={"content-type": "application/json"}), 422)
-
-    def test_at_the_end_there_is_no_next_frame(self, client: httpx.Client) -> None:
-        """A change at the last frame is a conflict that says what to do."""
-        session = begin(client, frames=3)
-        steer(client, session["id"], "seek", frame=2)
-        answer = client.patch(f"/api/v1/sessions/{session['id']}/parameters", json={"sample_count": 100})
-        assert "go back" in error_of(answer, 409)["message"]
 
 
 class TestBranches:

@@ -7,7 +7,8 @@
  */
 
 import { api } from "../../shared/api.js";
-import { fill, h } from "../../shared/dom.js";
+import { fill, h, setText } from "../../shared/dom.js";
+import { coalesce } from "../../shared/timing.js";
 import { attempt } from "../../shared/toast.js";
 import { checkbox, choice, makeControl, numberBox } from "./control.js";
 import { Folds } from "./folds.js";
@@ -39,6 +40,8 @@ export class Panel {
   /** @type {Group[]} */
   #groups = [];
   #legend = h("ul", { class: "legend", "aria-label": "Legend" });
+  /** Says what a change does where that is more than to count from the next frame on. */
+  #effect = h("p", { class: "control-effect", role: "status", hidden: true });
 
   /**
    * @param {HTMLElement} root
@@ -56,6 +59,8 @@ export class Panel {
     this.#explain();
     layers.on(() => this.#explain(), signal);
     store.on(["parameters", "tracker", "recipe", "state", "connection"], () => !signal.aborted && this.#show());
+    store.on(["branch_point", "position", "playing"], coalesce(() => this.#warn(), signal));
+    this.#warn();
   }
 
   get #session() {
@@ -92,7 +97,18 @@ export class Panel {
       more ? folds.make("More parameters", elements(groups), { className: "control-group more" }) : elements(groups),
       this.#layers.declared.length > 0 && this.#drawn(folds),
       this.#layers.declared.length > 0 && this.#legend,
+      this.#effect,
     );
+  }
+
+  /** Say that a change makes a branch, before it is made. */
+  #warn() {
+    const { branch_point: frame, position, frames, playing } = this.#session;
+    this.#effect.hidden = frame === null || playing;
+    if (frame === null) return;
+    const branch = "makes a branch, with the same random numbers";
+    const isAtEnd = position === frames - 1;
+    setText(this.#effect, isAtEnd ? `The run has ended. A change runs it again from frame ${frame} and ${branch}.` : `A change at frame ${frame} ${branch}.`);
   }
 
   /**

@@ -45,9 +45,11 @@ class PanelValues:
         tracker: Identifier of the tracker.
         seed: Of the run.
         speed: As a factor of real time; 0 is as fast as possible.
+        branch_point: Frame at which a change leaves the branch; None where it counts from the next frame on.
     """
 
     values: Mapping[str, Value]
     tracker: str
     seed: int
     speed: float = 1.0
+    branch_point: int | None = None

@@ -87,6 +87,9 @@ class RunSnapshot(BaseModel):
     restarts: int = Field(0, description="How often it was restarted, which drops its past")
     position: int = Field(0, description="Frame that is shown")
     computed: int = Field(0, description="Furthest frame computed")
+    branch_point: int | None = Field(
+        None, description="Frame at which a change leaves this branch; null where it counts from its next frame on"
+    )
     goal: int | None = Field(None, description="Frame to which it is computing, while it is; a pause stops it")
     goal_position: int | None = Field(None, description="Frame that it shows when it has come to its goal")
     playing: bool = False

@@ -328,7 +328,7 @@ class Session:
 
     def _in_force(self) -> PanelValues:
         run = self.spec.run
-        return PanelValues(run.parameters, run.tracker, run.recipe.seed, run.speed)
+        return PanelValues(run.parameters, run.tracker, run.recipe.seed, run.speed, run.branch_point)
 
     # ------------------------------------------------------------ what the worker says
 

@@ -23,7 +23,7 @@ __all__ = ["SessionState"]
 
 OF_BRANCHES = frozenset({"branch", "second", "tracker"})
 """Fields that the list of the branches shows."""
-OF_PANEL = frozenset({"parameters", "recipe", "speed", "tracker"})
+OF_PANEL = frozenset({"branch_point", "parameters", "recipe", "speed", "tracker"})
 """Fields that the panel beside the scene shows."""
 PLACE = frozenset({"position", "computed"})
 """Fields that frames say by themselves while the run plays."""

@@ -25,6 +25,7 @@ from pftrack.model.parameters import ParameterError
 from pftrack.model.recipe import Footage
 from pftrack.model.sequence import FrameIndex, FrameSequence
 from pftrack.model.series import to_json
+from pftrack.model.timeline import check_timeline
 from pftrack.numerics.random import LARGEST_SEED
 from pftrack.rendering import png, render
 from pftrack.rendering.heat import over
@@ -33,7 +34,6 @@ from pftrack.runs.reproduction import departure, difference
 from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import Limits, SourceError, open_sequence
 from pftrack.sources.truth import TruthError
-from pftrack_server.worker.run_tree import check_timeline
 
 __all__ = [
     "TargetSearch",

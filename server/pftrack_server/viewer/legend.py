@@ -18,6 +18,7 @@ def legend_html(keys: Iterable[Key]) -> str:
     return f'<div class="pf-legend" role="note" aria-label="Legend">{entries}</div>'
 
 
-def caption_html(caption: str) -> str:
-    """Return the line about the frame that is shown."""
-    return f'<div class="pf-caption">{escape(caption) or "&nbsp;"}</div>'
+def caption_html(caption: str, branch_point: int | None = None) -> str:
+    """Return the line about the frame that is shown, and where a change would make a branch, if it would."""
+    what = "" if branch_point is None else f"<br>A change makes a branch from frame {branch_point}."
+    return f'<div class="pf-caption">{escape(caption) or "&nbsp;"}{what}</div>'

@@ -84,7 +84,8 @@ class Panel:
         self._choice = self._add_tracker()
         self._seed = SeedBox(server, in_force.seed, self._reseed)
         self._add_cameras(description.worlds)
-        self._caption = server.gui.add_html(caption_html(""))
+        self._said, self._branch_point = "", in_force.branch_point
+        self._caption = server.gui.add_html(caption_html("", self._branch_point))
         self._controls: dict[str, Control] = {}
         self._layers: dict[str, Handle] = {}
         self._folders: dict[str, viser.GuiFolderHandle] = {}
@@ -114,6 +115,9 @@ class Panel:
                 self._seed.show()
             if in_force.speed in SPEEDS:
                 self._speed.value = _speed_title(in_force.speed)
+            if in_force.branch_point != self._branch_point:
+                self._branch_point = in_force.branch_point
+                self.caption(self._said)
         self._requests.wake()
 
     def refuse(self, message: str) -> None:
@@ -131,7 +135,8 @@ class Panel:
 
     def caption(self, caption: str) -> None:
         """Show the line of text about the frame."""
-        self._caption.content = caption_html(caption)
+        self._said = caption
+        self._caption.content = caption_html(caption, self._branch_point)
 
     def legend(self, keys: Iterable[Key]) -> None:
         """Show what the colours of the drawing mean."""

@@ -5,7 +5,7 @@ It knows neither pipe nor clock: the worker drives it, and tests can too.
 
 import dataclasses
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,7 @@ from pftrack.model.palette import COLOURS
 from pftrack.model.parameters import ParameterError, Parameters, declarations, flat, limit_particles, revise, with_role
 from pftrack.model.recipe import Footage, Recipe
 from pftrack.model.sequence import FrameIndex, FrameSequence
-from pftrack.model.timeline import Timeline
+from pftrack.model.timeline import Timeline, check_timeline
 from pftrack.runs import checkpoint, record
 from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import DEFAULT_LIMITS, open_sequence
@@ -34,7 +34,7 @@ from pftrack_server.schemas.snapshot import Goal, RunSnapshot
 from pftrack_server.worker.protocol import WorkerConfig
 from pftrack_server.worker.timeline_view import threshold_views, timeline_view
 
-__all__ = ["RunTree", "check_timeline"]
+__all__ = ["RunTree"]
 
 
 class RunTree:
@@ -94,6 +94,13 @@ class RunTree:
     def at_newest(self) -> bool:
         """Whether the next frame has to be computed."""
         return self.run.position == self.run.computed
+
+    @property
+    def branch_point(self) -> int | None:
+        """Frame at which a change leaves the active branch; None where it counts from its next frame on."""
+        if self.run.frames > 1 and self.run.position == self.run.frames - 1:
+            return 0
+        return None if self.at_newest else self.run.position
 
     def describe(self) -> SessionDescription:
         """Return what is fixed while the session lives."""
@@ -155,6 +162,7 @@ class RunTree:
             restarts=self.restarts,
             position=run.position,
             computed=run.computed,
+            branch_point=self.branch_point,
         )
 
     def _told_course(self) -> dict[str, Any]:
@@ -271,8 +279,8 @@ class RunTree:
     def change(self, values: Mapping[str, object], branch: str) -> None:
         """Change parameters from the next frame on.
 
-        In the past this makes a branch, unless it changes no number; a parameter that cannot change in the middle of a
-        run restarts it.
+        In the past this makes a branch, unless it changes no number, and at the end of the run one from its start; a
+        parameter that cannot change in the middle of a run restarts it.
 
         Raises:
             ParameterError: A value is refused; nothing has changed then.
@@ -281,8 +289,8 @@ class RunTree:
         fixed = {item.name for item in declarations(type(self._setup.parameters)) if not item.live}
         if fixed & values.keys():
             self._restart(values)
-        elif not self.at_newest and not self.run.is_only_drawn(values):
-            self.branch(branch, self.run.position, values)
+        elif self.branch_point is not None and not self.run.is_only_drawn(values):
+            self.branch(branch, self.branch_point, values)
         else:
             self.run.change(values)
 
@@ -383,14 +391,3 @@ class RunTree:
         changed = revise(parameters, {name: value for name, value in values.items() if name != "tracker"})
         limit_particles(self.experiment.declarations(type(changed)), flat(changed), tracker, self._max_particles)
         return changed, tracker
-
-
-def check_timeline(timeline: Iterable[Change], frames: int) -> None:
-    """Refuse a change that no frame of the run would ever see.
-
-    Raises:
-        ParameterError: A change lies beyond the last frame.
-    """
-    last = max((change.frame for change in timeline), default=0)
-    if last >= frames:
-        raise ParameterError("timeline", last, f"changes within the run, frames 0 to {frames - 1}")
