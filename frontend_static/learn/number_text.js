@@ -60,15 +60,3 @@ export function stateOf(entry) {
 export function standing(entry) {
   return STANDING[stateOf(entry)];
 }
-
-/**
- * What a person has typed as a number: with a comma or a point. Whatever else it is, the server says what is allowed.
- *
- * @param {string} text
- * @returns {number|string}
- */
-export function parseNumber(text) {
-  const trimmed = text.trim();
-  const value = Number(trimmed.replace(/^(-?\d*),(\d+)$/, "$1.$2"));
-  return trimmed !== "" && Number.isFinite(value) ? value : trimmed;
-}

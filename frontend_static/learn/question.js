@@ -4,7 +4,7 @@ import { messageOf } from "../shared/api.js";
 import { fill, h } from "../shared/dom.js";
 import { isParticipant } from "../shared/participant.js";
 import { htmlElement } from "./html_text.js";
-import { figure, parseNumber } from "./number_text.js";
+import { figure } from "./number_text.js";
 
 /** @import { LessonDetail, QuestionPublic, VerdictPublic } from "../shared/messages.js" */
 /** @import { Child } from "../shared/elements.js" */
@@ -157,7 +157,8 @@ export class Question {
       this.#tell(`${kind === "choice" ? "Choose one of the answers" : "Type a number"} first, or skip the question.`);
       return null;
     }
-    return kind === "choice" ? given : parseNumber(given);
+    // The server reads a number as people type it, and says what it takes.
+    return given;
   }
 
   /**

@@ -1,6 +1,7 @@
 """How a prediction is judged: how far off it was, and in words why."""
 
 import math
+import re
 from dataclasses import dataclass
 
 from pftrack.lessons.lesson import Answer, Given, Mistake, Question
@@ -30,6 +31,9 @@ class Verdict:
     words: tuple[str, ...]
 
 
+DECIMAL_COMMA = re.compile(r"([-+]?\d*),(\d+)")
+
+
 def judge(question: Question, answer: Answer, given: Given) -> Verdict:
     """Judge a prediction.
 
@@ -54,7 +58,7 @@ def judge(question: Question, answer: Answer, given: Given) -> Verdict:
 
 
 def read_answer(question: Question, given: object) -> Given:
-    """Return a prediction as its question understands it.
+    """Return a prediction as its question understands it: of a number also as a person types it, with its unit.
 
     Raises:
         ParameterError: It is no answer to this question.
@@ -67,11 +71,28 @@ def read_answer(question: Question, given: object) -> Given:
     low, high = question.bounds
     unit = f" {question.unit}" if question.unit else ""
     allowed = f"a number between {_write(low)} and {_write(high)}{unit}"
-    if isinstance(given, bool) or not isinstance(given, int | float) or not math.isfinite(given):
+    value = _parse(given, question.unit) if isinstance(given, str) else given
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise ParameterError("answer", given, allowed)
-    if not low <= given <= high:
+    if not low <= value <= high:
         raise ParameterError("answer", given, allowed)
-    return float(given)
+    return float(value)
+
+
+def _parse(text: str, unit: str) -> float | None:
+    """Return the number that a person has typed, with a comma or a point, its unit, or as percent; None of others."""
+    bare, factor = text.strip().replace("\N{MINUS SIGN}", "-"), 1.0
+    if unit and bare.endswith(unit):
+        bare = bare.removesuffix(unit)
+    elif bare.endswith("%"):
+        bare, factor = bare.removesuffix("%"), 0.01
+    bare = bare.strip()
+    if (found := DECIMAL_COMMA.fullmatch(bare)) is not None:
+        bare = ".".join(found.groups())
+    try:
+        return factor * float(bare)
+    except ValueError:
+        return None
 
 
 def _fits(mistake: Mistake, value: Given, question: Question) -> bool:
@@ -87,11 +108,11 @@ def _how_far(question: Question, value: Given, answer: Answer, right: bool) -> s
         exact, said = ((question.choices or {}).get(str(each), each) for each in (answer.exact, value))
         return "Right." if right else f"The right answer is “{exact}”, not “{said}”."
     unit = f" {question.unit}" if question.unit else ""
+    # What the lesson measures in its place is told as well, and is another number.
+    exact = f"{_write(answer.exact)}{unit}" + (" in theory" if answer.measured is not None else "")
     if right:
-        return f"Right: it is {_write(answer.exact)}{unit}."
-    off = abs(value - answer.exact)
-    said, exact = _write(value), _write(answer.exact)
-    return f"You said {said}{unit}; it is {exact}{unit}, which is {_write(off, 3)}{unit} off."
+        return f"Right: it is {exact}."
+    return f"You said {_write(value)}{unit}; it is {exact}, which is {_write(abs(value - answer.exact), 3)}{unit} off."
 
 
 def _write(value: float, digits: int = 4) -> str:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from pftrack.lessons.lesson import Answer, Mistake, Question
-from pftrack.lessons.verdict import judge
+from pftrack.lessons.verdict import judge, read_answer
 from pftrack.model.parameters import ParameterError
 
 HALVED = Question(
@@ -49,6 +49,40 @@ def test_what_is_no_answer_is_refused_with_what_is(given: object) -> None:
     """The refusal names what is allowed."""
     with pytest.raises(ParameterError, match="between 0 and 100"):
         judge(HALVED, Answer(2.0), given)  # type: ignore[arg-type]  # what a client may send
+
+
+def test_what_is_measured_does_not_contradict_what_is_right() -> None:
+    """Where a lesson tells of a measured number, too, the right one is said to be that of the theory."""
+    assert judge(HALVED, Answer(2.0, 2.04, "Measured: 2.04."), 2).words[0] == "Right: it is 2 in theory."
+    said = judge(HALVED, Answer(2.0, 2.04, "Measured: 2.04."), 4).words[0]
+    assert said == "You said 4; it is 2 in theory, which is 2 off."
+    assert judge(HALVED, Answer(2.0), 2).words[0] == "Right: it is 2."
+
+
+@pytest.mark.parametrize(
+    ("typed", "unit", "value"),
+    [
+        ("0.55", "", 0.55),
+        (" 55% ", "", 0.55),
+        ("55 %", "", 0.55),
+        ("55,5 %", "", 0.555),
+        ("55 %", "%", 55.0),
+        ("55", "%", 55.0),
+        ("2,5 m²", "m²", 2.5),
+        ("\N{MINUS SIGN}1", "m", -1.0),
+        ("+1e1", "", 10.0),
+    ],
+)
+def test_a_number_is_taken_as_people_type_it(typed: str, unit: str, value: float) -> None:
+    """With a comma or a point, with its unit, and as percent of what is a share."""
+    assert read_answer(replace(HALVED, unit=unit, bounds=(-10, 100)), typed) == pytest.approx(value)
+
+
+@pytest.mark.parametrize("typed", ["", "%", "1,000,000", "half", "Infinity", "nan", "1 2", "5 km", "0x10"])
+def test_other_texts_are_no_number(typed: str) -> None:
+    """They are refused as they were typed."""
+    with pytest.raises(ParameterError, match=f"got '{typed}'"):
+        read_answer(HALVED, typed)
 
 
 def test_large_numbers_are_told_whole() -> None:

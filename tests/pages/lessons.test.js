@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
 import { Progress, VERSION, read } from "../../frontend_static/learn/progress.js";
-import { beside, checked, figure, standing, parseNumber } from "../../frontend_static/learn/number_text.js";
+import { beside, checked, figure, standing } from "../../frontend_static/learn/number_text.js";
 
 const PLACE = "pftrack-lessons";
 
@@ -127,15 +127,5 @@ describe("words", () => {
     assert.equal(standing({ skipped: true }), "viewed without an answer");
     assert.equal(standing({ given: 2, right: true }), "answered rightly");
     assert.equal(standing({ given: 4, right: false }), "answered, but wrong");
-  });
-
-  it("read a number with a point or a comma, and leave anything else to the server", () => {
-    assert.equal(parseNumber(" 0.5 "), 0.5);
-    assert.equal(parseNumber("0,5"), 0.5);
-    assert.equal(parseNumber("-1e3"), -1000);
-    assert.equal(parseNumber("1,000,000"), "1,000,000");
-    assert.equal(parseNumber("half"), "half");
-    assert.equal(parseNumber("Infinity"), "Infinity");
-    assert.equal(parseNumber(""), "");
   });
 });
