@@ -23,7 +23,9 @@ from pftrack.trackers.sampling.parameters import (
     Resampling,
     SamplingParameters,
     SwitchingParameters,
+    large_process_noise,
     resampling,
+    velocity_retention,
 )
 
 __all__ = [
@@ -69,27 +71,8 @@ class MotionParameters(Parameters):
         group=MODEL,
         trackers=MODELLED,
     )
-    large_process_noise_px: float = parameter(
-        5,
-        "Large process noise",
-        "Process noise while the posterior is wider than gamma.",
-        unit="px",
-        ge=0.01,
-        le=200,
-        step=0.1,
-        group=MODEL,
-        trackers=("pc-pf",),
-    )
-    velocity_retention: float = parameter(
-        1.0,
-        "Velocity retention",
-        "Share of the velocity kept from frame to frame: 1 is constant velocity, 0 a random walk.",
-        ge=0,
-        le=1,
-        step=0.05,
-        group=MODEL,
-        trackers=MODELLED,
-    )
+    large_process_noise_px: float = large_process_noise(MODEL)
+    velocity_retention: float = velocity_retention(MODEL, MODELLED)
     assumed_period_frames: float = parameter(
         0,
         "Assumed period",

@@ -1,6 +1,7 @@
 """The parameters of how a window is expected to move, and a camera with it."""
 
 from pftrack.model.parameters import Parameters, parameter
+from pftrack.trackers.sampling.parameters import large_process_noise, velocity_retention
 
 __all__ = ["PARTICLE", "MotionParameters"]
 
@@ -35,27 +36,8 @@ class MotionParameters(Parameters):
         group=MODEL,
         trackers=PARTICLE,
     )
-    velocity_retention: float = parameter(
-        1.0,
-        "Velocity retention",
-        "Share of the velocity kept from frame to frame: 1 is constant velocity, 0 a random walk.",
-        ge=0,
-        le=1,
-        step=0.05,
-        group=MODEL,
-        trackers=PARTICLE,
-    )
-    large_process_noise_px: float = parameter(
-        5,
-        "Large process noise",
-        "Noise on the position while the posterior is wider than gamma.",
-        unit="px",
-        ge=0.01,
-        le=200,
-        step=0.1,
-        group=MODEL,
-        trackers=("pc-pf",),
-    )
+    velocity_retention: float = velocity_retention(MODEL, PARTICLE)
+    large_process_noise_px: float = large_process_noise(MODEL)
     wide_share: float = parameter(
         0,
         "Wide share",

@@ -16,7 +16,9 @@ __all__ = [
     "gamma",
     "gamma_max",
     "gamma_min",
+    "large_process_noise",
     "resampling",
+    "velocity_retention",
 ]
 
 DRAWING = ("condensation", "apf", "pc-pf", "h-spf", "s-spf")
@@ -31,6 +33,35 @@ Resampling: TypeAlias = Literal["systematic", "stratified", "residual", "multino
 def resampling(trackers: tuple[str, ...]) -> Any:  # noqa: ANN401 - a field declaration
     """Declare how parents are drawn."""
     return parameter("systematic", "Resampling", "How parents are drawn.", group=SAMPLING, trackers=trackers)
+
+
+def velocity_retention(group: str, trackers: tuple[str, ...]) -> Any:  # noqa: ANN401 - a field declaration
+    """Declare how much of a velocity stays."""
+    return parameter(
+        1.0,
+        "Velocity retention",
+        "Share of the velocity kept from frame to frame: 1 is constant velocity, 0 a random walk.",
+        ge=0,
+        le=1,
+        step=0.05,
+        group=group,
+        trackers=trackers,
+    )
+
+
+def large_process_noise(group: str) -> Any:  # noqa: ANN401 - a field declaration
+    """Declare the noise on the position of those that switch to a larger one, px."""
+    return parameter(
+        5,
+        "Large process noise",
+        "Process noise of the position while the posterior is wider than gamma.",
+        unit="px",
+        ge=0.01,
+        le=200,
+        step=0.1,
+        group=group,
+        trackers=("pc-pf",),
+    )
 
 
 class SamplingParameters(Parameters):
