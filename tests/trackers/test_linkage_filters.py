@@ -20,8 +20,8 @@ from pftrack.trackers.linkage.chain import UPRIGHT, Chain, describe, observe, sl
 from pftrack.trackers.linkage.gaussians import constraints, noise
 from pftrack.trackers.linkage.handover import box, from_moments
 from pftrack.trackers.linkage.linearised import linearisation_points, predict
+from pftrack.trackers.linkage.observation import read_observation
 from pftrack.trackers.linkage.parameters import TABLE_4_1
-from pftrack.trackers.linkage.sight import look
 from pftrack.trackers.linkage.state import LinkageState
 
 LINKAGE = find("linkage")
@@ -76,7 +76,7 @@ def exact(state: LinkageState, frame: Frame, rows: list[int]) -> Gaussian:
     parameters = revise(DEFAULTS, CAREFUL)
     prior = Gaussian(*predict(chain.mean, chain.covariance, noise(parameters, False)))
     jacobian = slopes(prior.mean, UPRIGHT)[rows]
-    values = look(frame, state.origin_px, in_space=False)[rows, 0]
+    values = read_observation(frame, state.origin_px, in_space=False)[rows, 0]
     measured = values - observe(prior.mean, UPRIGHT)[rows] + jacobian @ prior.mean
     return kalman.update(prior, measured, jacobian, np.eye(len(rows)))[0]
 

@@ -17,8 +17,14 @@ from pftrack.sources.linkage.lines import LinkMeasurements
 from pftrack.sources.linkage.source import LinkageSource
 from pftrack.trackers.linkage.gaussians import noise
 from pftrack.trackers.linkage.linearised import predict
+from pftrack.trackers.linkage.observation import (
+    log_image_lengths,
+    observed_rows,
+    project,
+    project_slopes,
+    read_observation,
+)
 from pftrack.trackers.linkage.places import link_images, places_of
-from pftrack.trackers.linkage.sight import log_reach, look, observed_rows, show, show_slopes
 
 LINKAGE = find("linkage")
 SCENE: dict[str, Value] = {
@@ -66,22 +72,22 @@ def test_derivatives_are_those_of_differences() -> None:
     for _ in range(5):
         (state, attitude), seen, step = random_state(rng), observation(rng), 1e-5
         columns = [
-            (show(state + step * axis, attitude, seen) - show(state - step * axis, attitude, seen)) / (2 * step)
+            (project(state + step * axis, attitude, seen) - project(state - step * axis, attitude, seen)) / (2 * step)
             for axis in np.eye(17)
         ]
-        assert show_slopes(state, attitude, seen) == pytest.approx(np.array(columns).T, abs=1e-5)
+        assert project_slopes(state, attitude, seen) == pytest.approx(np.array(columns).T, abs=1e-5)
 
 
 def test_the_true_chain_is_on_its_lines() -> None:
     """What it shows is what was seen, if nothing errs, and whichever way normals point the distances are the same."""
     frame = frame_of(3, measurement_noise_px=0)
     target = frame.target
-    seen = look(frame, target.origin_px, in_space=True)
+    seen = read_observation(frame, target.origin_px, in_space=True)
     state = np.concatenate([target.omega, target.t, target.theta[1:], np.zeros(7), target.r])
     attitude = quaternion(np.array([0.5, -0.4, 0.2]))
     rows = observed_rows(seen)
     assert rows.tolist() == [0, 1, 6, 7, 8, 9, 10, 11, 12, 13]
-    assert show(state, attitude, seen)[rows] == pytest.approx(seen[rows, 0], abs=1e-9)
+    assert project(state, attitude, seen)[rows] == pytest.approx(seen[rows, 0], abs=1e-9)
 
 
 def test_the_density_of_a_line_does_not_depend_on_how_long_its_link_looks() -> None:
@@ -97,8 +103,10 @@ def test_the_density_of_a_line_does_not_depend_on_how_long_its_link_looks() -> N
         densities = np.zeros((401, 401))
         for row, angle in enumerate(angles):
             seen[8:10] = [0.0, -np.sin(angle), np.cos(angle)]
-            off = show(state, attitude, seen)[8:10, None] - offsets
-            densities[row] = np.exp(log_reach(state, attitude, seen) - 0.5 * np.square(off / deviation).sum(axis=0))
+            off = project(state, attitude, seen)[8:10, None] - offsets
+            densities[row] = np.exp(
+                log_image_lengths(state, attitude, seen) - 0.5 * np.square(off / deviation).sum(axis=0)
+            )
         whole = densities.sum() * (angles[1] - angles[0]) * (offsets[1] - offsets[0]) / (2 * np.pi * deviation**2)
         assert whole == pytest.approx(1.0, abs=0.01)
 
@@ -120,10 +128,10 @@ def test_on_what_is_almost_linear_all_are_the_kalman_filter(tracker: str) -> Non
     before = chosen.start(frame.target, frame, parameters, rng)
     chain = before.belief.members[0]
     prior = Gaussian(*predict(chain.mean, chain.covariance, noise(parameters, True)))
-    seen = look(frame, before.origin_px, in_space=True)
+    seen = read_observation(frame, before.origin_px, in_space=True)
     rows = observed_rows(seen)
-    jacobian = show_slopes(prior.mean, chain.attitude, seen)[rows]
-    linear = seen[rows, 0] - show(prior.mean, chain.attitude, seen)[rows] + jacobian @ prior.mean
+    jacobian = project_slopes(prior.mean, chain.attitude, seen)[rows]
+    linear = seen[rows, 0] - project(prior.mean, chain.attitude, seen)[rows] + jacobian @ prior.mean
     variance = float(parameters.observation_variance_px2)
     wanted, _ = kalman.update(prior, linear, jacobian, variance * np.eye(len(rows)))
     after = chosen.step(before, frame, parameters, rng)
@@ -145,7 +153,7 @@ def test_lines_that_cross_are_their_joints() -> None:
     normals = np.array([[0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]).repeat(2, axis=0)
     lines[[0, 1, 6, 7]], lines[8:] = points[[0, 1, 6, 7]], np.column_stack([rng.normal(size=6), normals])
     rows = observed_rows(lines)
-    told = [show_slopes(state, attitude, seen)[observed_rows(seen)] for seen in (points, lines)]
+    told = [project_slopes(state, attitude, seen)[observed_rows(seen)] for seen in (points, lines)]
     by_points, by_lines = (one.T @ one for one in told)
     # Root and tip are seen across their lines as well, so that lines know no less.
     assert np.linalg.eigvalsh(by_lines - by_points).min() > -1e-9
@@ -200,7 +208,7 @@ def test_the_true_image_of_a_link_is_within_what_lines_say() -> None:
     for index in range(0, 200, 7):
         for shown in ("lines", "lines-and-ends"):
             frame = frame_of(index, links_seen_as=shown, measurement_noise_px=1)
-            seen = look(frame, frame.target.origin_px, in_space=True)
+            seen = read_observation(frame, frame.target.origin_px, in_space=True)
             points = frame.target.landmarks.points_px - frame.target.origin_px
             for image, one, other in zip(link_images(seen, 3.0), points[:-1], points[1:], strict=True):
                 assert image is not None

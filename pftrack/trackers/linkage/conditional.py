@@ -19,8 +19,8 @@ from pftrack.geometry.linkage import Constraints
 from pftrack.numerics.compiled import compiled
 from pftrack.trackers.linkage.chain import recentre
 from pftrack.trackers.linkage.linearised import predict
+from pftrack.trackers.linkage.observation import observed_rows
 from pftrack.trackers.linkage.sides import see
-from pftrack.trackers.linkage.sight import observed_rows
 
 __all__ = ["Chains", "Given", "advance", "filter_again"]
 
@@ -70,7 +70,7 @@ def advance(
     Args:
         chains: Of the frame before.
         given: Noises and bounds.
-        seen: (m, 3) observation, see `sight`.
+        seen: (m, 3) observation, see `observation`.
         chances: (N,) uniform numbers by which sides are drawn.
 
     Returns:

@@ -35,8 +35,8 @@ from pftrack.trackers.linkage.chain import (
 )
 from pftrack.trackers.linkage.handover import chains, gaussian
 from pftrack.trackers.linkage.linearised import Candidates, Filtering, candidates, predict
+from pftrack.trackers.linkage.observation import log_image_lengths, observed_rows, project_all, read_observation
 from pftrack.trackers.linkage.parameters import LinkageTrackerParameters
-from pftrack.trackers.linkage.sight import log_reach, look, observed_rows, show_all
 from pftrack.trackers.linkage.state import NOTHING, Events, LinkageState
 
 __all__ = ["constraints", "filter_step", "noise", "start", "state_of", "unscented_step"]
@@ -124,7 +124,7 @@ def filter_step(
     members = [beam.members[place] for place in places]
     bounds = constraints(parameters, state.in_space)
     given = Filtering(
-        look(frame, state.origin_px, in_space=state.in_space),
+        read_observation(frame, state.origin_px, in_space=state.in_space),
         float(parameters.observation_variance_px2),
         noise(parameters, state.in_space),
         *bounds,
@@ -223,14 +223,14 @@ def unscented_step(
     mean, covariance = predict(
         contiguous_copy(chain.mean), contiguous_copy(chain.covariance), noise(parameters, state.in_space)
     )
-    seen = look(frame, state.origin_px, in_space=state.in_space)
+    seen = read_observation(frame, state.origin_px, in_space=state.in_space)
     rows = observed_rows(seen)
     log_evidence, cut, outlier = 0.0, 0, False
     if len(rows):
         spread, values = float(parameters.observation_variance_px2) * np.eye(len(rows)), seen[rows, 0]
 
         def observe(states: NDArray[np.float64]) -> NDArray[np.float64]:
-            flat = show_all(contiguous_copy(states.reshape(-1, states.shape[-1])), chain.attitude, seen)
+            flat = project_all(contiguous_copy(states.reshape(-1, states.shape[-1])), chain.attitude, seen)
             return np.asarray(flat[:, rows].reshape(*states.shape[:-1], len(rows)))
 
         expected, covariances, _ = unscented.transform(mean[None], covariance[None], observe)
@@ -238,7 +238,7 @@ def unscented_step(
         outlier = float(((values - expected[0]) * whitened).sum()) > parameters.outlier_limit_sd**2
         if not outlier:
             updated, log_evidence = unscented.update(Gaussian(mean, covariance), values, observe, spread)
-            log_evidence += log_reach(mean, chain.attitude, seen)
+            log_evidence += log_image_lengths(mean, chain.attitude, seen)
             mean, covariance = contiguous_copy(updated.mean), contiguous_copy(updated.covariance)
             cut = truncate(mean, covariance, *constraints(parameters, state.in_space))
     mean, covariance = contiguous_copy(mean), contiguous_copy(covariance)

@@ -25,7 +25,7 @@ from pftrack.geometry.rotation_vector import compose, matrix_quaternion, quatern
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.matrices import factorise, multiply, substitute
 from pftrack.trackers.linkage.chain import PLANE_STATES, joints, recentre
-from pftrack.trackers.linkage.sight import log_reach, observed_rows, show, show_slopes
+from pftrack.trackers.linkage.observation import log_image_lengths, observed_rows, project, project_slopes
 
 __all__ = ["Candidates", "Filtering", "candidates", "linearisation_points", "predict"]
 
@@ -36,7 +36,7 @@ class Filtering(NamedTuple):
     """What a step of these filters needs beside the belief.
 
     Attributes:
-        seen: (m, 3) observation, see `sight`.
+        seen: (m, 3) observation, see `observation`.
         variance: Of each coordinate, px^2.
         noise: (p,) standard deviations of the accelerations of the pose.
         rows: (k, n) constraints lo <= A x <= hi.
@@ -261,10 +261,10 @@ def _candidate(
     updated, left, log_evidence = point, covariance, 0.0
     for _ in range(given.rounds):
         point = updated
-        shown, slope = show(point, attitude, given.seen)[rows], show_slopes(point, attitude, given.seen)[rows]
+        shown, slope = project(point, attitude, given.seen)[rows], project_slopes(point, attitude, given.seen)[rows]
         innovation = seen - shown - multiply(slope, (mean - point).reshape(mean.shape[0], 1)).reshape(count)
         updated, left, log_evidence, _ = condition_on_innovation(mean, covariance, innovation, slope, spread)
-    found.log_evidences[place] = log_evidence + log_reach(point, attitude, given.seen)
+    found.log_evidences[place] = log_evidence + log_image_lengths(point, attitude, given.seen)
     # y' S^-1 y by what the update explains of y, since S^-1 = W^-1 (I - C K).
     explained = multiply(slope, (updated - mean).reshape(mean.shape[0], 1)).reshape(count)
     square = np.sum(innovation * (innovation - explained)) / given.variance
@@ -272,7 +272,7 @@ def _candidate(
     refuted = given.mirrors >= 0.0 and least_room(updated, left, given.rows, given.low, given.high) < -given.rejection
     if given.constrained:
         found.cuts[place] = truncate(updated, left, given.rows, given.low, given.high)
-    rest = seen - show(updated, attitude, given.seen)[rows]
+    rest = seen - project(updated, attitude, given.seen)[rows]
     score = -0.5 * (_square(lower, updated - mean) + np.sum(rest * rest) / given.variance)
     _fill(found, place, updated, left, attitude, -np.inf if refuted else score, 0)
 

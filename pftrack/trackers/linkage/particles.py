@@ -16,10 +16,10 @@ from pftrack.trackers.linkage.chain import reference_attitude
 from pftrack.trackers.linkage.conditional import advance
 from pftrack.trackers.linkage.gaussians import constraints, noise, state_of
 from pftrack.trackers.linkage.handover import chains, from_moments
+from pftrack.trackers.linkage.observation import read_observation
 from pftrack.trackers.linkage.parameters import LinkageTrackerParameters
 from pftrack.trackers.linkage.rejuvenation import filtered, move
 from pftrack.trackers.linkage.sampled import LengthParticles, Settings, begin, draw_states, given, resample
-from pftrack.trackers.linkage.sight import look
 from pftrack.trackers.linkage.state import Events, LinkageState
 
 __all__ = ["quantiles", "step"]
@@ -38,7 +38,7 @@ BAND = (0.025, 0.975)
 
 def step(state: LinkageState, frame: Frame, parameters: LinkageTrackerParameters, rng: Stream) -> LinkageState:
     """Take one frame, after that of any tracker."""
-    seen = look(frame, state.origin_px, in_space=state.in_space)
+    seen = read_observation(frame, state.origin_px, in_space=state.in_space)
     settings = Settings(
         noise(parameters, state.in_space),
         float(parameters.observation_variance_px2),

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pftrack.geometry.linkage import LINKS
 from pftrack.set_membership.polygons import Strip, extent, intersect
-from pftrack.trackers.linkage.sight import POINT_ROWS
+from pftrack.trackers.linkage.observation import POINT_ROWS
 
 __all__ = ["LinkImage", "bound_places", "link_images", "places_of"]
 
@@ -41,7 +41,7 @@ def link_images(seen: NDArray[np.float64], bound: float) -> list[LinkImage | Non
     """Return what is known of each link's image, None where it is nothing.
 
     Args:
-        seen: (8, 3) or (14, 3) observation, see `sight`.
+        seen: (8, 3) or (14, 3) observation, see `observation`.
         bound: Of the error of a measured coordinate, and of an end from its line, px.
     """
     if len(seen) == POINT_ROWS:

@@ -88,7 +88,7 @@ class LengthParticles(ParticleSet):
         origins: (N,) index of the Gaussian that each began with.
         base: Gaussians of the beginning.
         earlier: (N,) log p(y_1..t-1) of each.
-        history: (T, m, 3) what was seen since, see `sight`.
+        history: (T, m, 3) what was seen since, see `observation`.
         key: Of the settings that the chains were filtered with.
     """
 

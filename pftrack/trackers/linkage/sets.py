@@ -30,11 +30,11 @@ from pftrack.set_membership.space_cells import Link
 from pftrack.set_membership.space_observation import observe_in_space
 from pftrack.set_membership.strips import TRACE, VOLUME
 from pftrack.sources.linkage.truth import LinkageTarget
+from pftrack.trackers.linkage.observation import read_observation
 from pftrack.trackers.linkage.parameters import LinkageTrackerParameters
 from pftrack.trackers.linkage.places import bound_places, link_images
 from pftrack.trackers.linkage.regions import ROOT, Region, begin, box_of, known_bounds, union
 from pftrack.trackers.linkage.reports import SERIES, measure
-from pftrack.trackers.linkage.sight import look
 from pftrack.trackers.linkage.state import NOTHING, Events, LinkageState
 
 __all__ = ["TRACKERS"]
@@ -82,7 +82,7 @@ def step(
     treated = ways(method, parameters)
     scale = float(parameters.angle_scale_px)
     before, own = _regions(state, parameters, ellipsoids=treated.ellipsoids)
-    seen = look(frame, state.origin_px, in_space=state.in_space)
+    seen = read_observation(frame, state.origin_px, in_space=state.in_space)
     known, observe = _observing(seen, state.reference, parameters, treated)
     found = frame_step(
         [region.array for region in before],

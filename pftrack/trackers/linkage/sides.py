@@ -20,7 +20,7 @@ from pftrack.geometry.linkage import LINKS, Constraints
 from pftrack.numerics.compiled import compiled
 from pftrack.trackers.linkage.chain import PLANE_STATES
 from pftrack.trackers.linkage.linearised import linearisation_points
-from pftrack.trackers.linkage.sight import log_reach, show, show_slopes
+from pftrack.trackers.linkage.observation import log_image_lengths, project, project_slopes
 
 __all__ = ["see"]
 
@@ -72,7 +72,7 @@ def see(
         attitude: (4,) that omega is relative to.
         variance: Of an observed coordinate, px^2.
         bounds: On joints.
-        seen: (m, 3) observation, see `sight`.
+        seen: (m, 3) observation, see `observation`.
         rows: Rows of it that were seen.
         chance: Uniform number by which a side is drawn.
 
@@ -105,7 +105,7 @@ def see(
                     spreads[side, j, k] -= factor * work.cross[i, k]
         nearest = min(nearest, np.sqrt(max(square, 0.0)))
         if side == 0 or not _is_known(found, spreads, side):
-            evidences[side] = -0.5 * square - log_root + log_reach(found[side], attitude, seen)
+            evidences[side] = -0.5 * square - log_root + log_image_lengths(found[side], attitude, seen)
             weights[side] = evidences[side]
             if sides > 1:
                 weights[side] += log_share(found[side], spreads[side], bounds.rows, bounds.low, bounds.high)
@@ -134,14 +134,14 @@ def _settle(
     count, free = work.rest.shape[0], work.cross.shape[1] - 1
     half = free // 2  # velocities are not seen
     for _ in range(ROUNDS):
-        slope, shown = show_slopes(point, attitude, seen), show(point, attitude, seen)
+        slope, shown = project_slopes(point, attitude, seen), project(point, attitude, seen)
         _linearise(work, slope, shown, mean, covariance, point, variance, seen, rows)
         _whiten(work.total, work.cross)
         point = mean.copy()
         for i in range(count):
             for j in range(free):
                 point[j] += work.cross[i, j] * work.cross[i, free]
-        shown, bent = show(point, attitude, seen), 0.0
+        shown, bent = project(point, attitude, seen), 0.0
         for i in range(count):
             work.left[i] = work.rest[i]
             for j in range(half):

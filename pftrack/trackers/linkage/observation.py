@@ -12,7 +12,7 @@ ends for their noise.
 
 Of a line's two numbers, direction and offset, the density is that of the distances times the length that the link has
 in the image, by which the distances of its ends depend on the direction. Without this factor a short link would fit
-every line the better, since its ends are always near it (`log_reach`).
+every line the better, since its ends are always near it (`log_image_lengths`).
 
 An observation is an array (m, 3): the number, NaN where it was not seen, and the direction of which it is a component.
 m is 3 in the plane, 8 in space, and 14 in space with lines: then six rows follow, two for each link.
@@ -27,13 +27,21 @@ from pftrack.numerics.compiled import compiled
 from pftrack.sources.linkage.lines import LinkMeasurements
 from pftrack.trackers.linkage.chain import observe, slopes
 
-__all__ = ["POINT_ROWS", "log_reach", "look", "observed_rows", "show", "show_all", "show_slopes"]
+__all__ = [
+    "POINT_ROWS",
+    "log_image_lengths",
+    "observed_rows",
+    "project",
+    "project_all",
+    "project_slopes",
+    "read_observation",
+]
 
 POINT_ROWS = 2 * (LINKS + 1)
 """Coordinates of points in space; rows beyond them are of lines."""
 
 
-def look(frame: Frame, origin_px: NDArray[np.float64], *, in_space: bool) -> NDArray[np.float64]:
+def read_observation(frame: Frame, origin_px: NDArray[np.float64], *, in_space: bool) -> NDArray[np.float64]:
     """Return what was seen, (3, 3) in the plane, (8, 3) or (14, 3) in space, px from the origin.
 
     Raises:
@@ -61,7 +69,9 @@ def observed_rows(seen: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 @compiled
-def show(state: NDArray[np.float64], attitude: NDArray[np.float64], seen: NDArray[np.float64]) -> NDArray[np.float64]:
+def project(
+    state: NDArray[np.float64], attitude: NDArray[np.float64], seen: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Return what a state (n,) shows of what was seen (m, 3), (m,) px."""
     image = observe(state, attitude)
     if seen.shape[0] <= POINT_ROWS:
@@ -75,10 +85,10 @@ def show(state: NDArray[np.float64], attitude: NDArray[np.float64], seen: NDArra
 
 
 @compiled
-def show_slopes(
+def project_slopes(
     state: NDArray[np.float64], attitude: NDArray[np.float64], seen: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the derivatives of `show` by the state, (m, n)."""
+    """Return the derivatives of `project` by the state, (m, n)."""
     image = slopes(state, attitude)
     if seen.shape[0] <= POINT_ROWS:
         return image
@@ -92,18 +102,18 @@ def show_slopes(
 
 
 @compiled
-def show_all(
+def project_all(
     states: NDArray[np.float64], attitude: NDArray[np.float64], seen: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return what each of several states (N, n) shows of what was seen (m, 3), (N, m) px."""
     shown = np.empty((states.shape[0], seen.shape[0]))
     for n in range(states.shape[0]):
-        shown[n] = show(states[n], attitude, seen)
+        shown[n] = project(states[n], attitude, seen)
     return shown
 
 
 @compiled
-def log_reach(state: NDArray[np.float64], attitude: NDArray[np.float64], seen: NDArray[np.float64]) -> float:
+def log_image_lengths(state: NDArray[np.float64], attitude: NDArray[np.float64], seen: NDArray[np.float64]) -> float:
     """Return the sum of the logarithms of the lengths, px, that links have in the image that are seen as lines."""
     total = 0.0
     if seen.shape[0] > POINT_ROWS:
