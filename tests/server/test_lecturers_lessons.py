@@ -63,12 +63,14 @@ def test_a_file_in_the_data_directory_is_a_lesson(start_server: Callable[..., An
     """It is listed beside the course, judged by its run and checked; what is wrong with others is told by line."""
     folder = tmp_path / "data" / "lessons"
     folder.mkdir(parents=True)
-    for name, text in (("mine", MINE), ("broken", BROKEN), ("nothing", NOTHING)):
+    endless = MINE.replace("frames: 12", f"frames: 0x{'f' * 5000}")
+    for name, text in (("mine", MINE), ("broken", BROKEN), ("nothing", NOTHING), ("endless", endless)):
         (folder / f"{name}.md").write_text(text, encoding="utf-8")
     with start_server() as (_, client):
         listed = client.get(URL).json()
         assert {"mine", "nothing", "colour"} <= {it["id"] for it in listed["lessons"]}
-        (problem,) = listed["problems"]
+        problem, large = listed["problems"]
+        assert (large["origin"], large["line"]) == ("endless.md", 5)
         assert (problem["origin"], problem["line"]) == ("broken.md", 6)
         assert "did you mean seed?" in problem["message"]
         right = answer_of(read_lesson(MINE)).exact

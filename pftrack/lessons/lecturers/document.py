@@ -17,10 +17,12 @@ from typing import Any, Final, TypeAlias
 
 import yaml
 
-__all__ = ["LARGEST_BYTES", "Document", "DocumentError", "Place", "document_of", "read_document"]
+__all__ = ["LARGEST_BYTES", "Document", "DocumentError", "Place", "decode", "document_of", "read_source"]
 
 LARGEST_BYTES: Final = 32 * 1024
 DEEPEST: Final = 8
+LARGEST_NUMBER: Final = 10**30
+"""Of whole numbers; no field takes one so large, and one of thousands of digits cannot even be told."""
 FENCE: Final = "---"
 EXPONENT: Final = re.compile(r"[-+]?\d+(\.\d*)?[eE][-+]?\d{1,3}")
 """A number, which YAML 1.1 takes for a text unless it has a point and a sign."""
@@ -68,23 +70,31 @@ class Document:
         return self.lines.get(place, 1)
 
 
-def read_document(path: Path) -> Document:
-    """Read a file.
+def read_source(path: Path) -> bytes:
+    """Return the content of a file.
 
     Raises:
-        DocumentError: It is no text with a head, or too large.
+        DocumentError: It is too large.
         OSError: It cannot be read.
     """
     with path.open("rb") as file:
         data = file.read(LARGEST_BYTES + 1)
     if len(data) > LARGEST_BYTES:
         raise DocumentError(0, f"the file is larger than {LARGEST_BYTES // 1024} KiB; a lesson fits on one screen")
+    return data
+
+
+def decode(data: bytes) -> str:
+    """Return the text of a file's content.
+
+    Raises:
+        DocumentError: It is none.
+    """
     try:
-        text = data.decode("utf-8-sig")
+        return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b"\n") + 1
         raise DocumentError(line, "this is no UTF-8; save the file with that encoding") from None
-    return document_of(text)
 
 
 def document_of(text: str) -> Document:
@@ -153,8 +163,10 @@ def _build(node: yaml.Node, place: Place, loader: yaml.SafeLoader, places: dict[
         return built
     try:
         value = loader.construct_object(node)
-    except ValueError:
+    except (ValueError, OverflowError):
         raise DocumentError(node.start_mark.line + 2, f"{node.value[:40]!r} is no value; put it in quotes") from None
+    if isinstance(value, int) and abs(value) >= LARGEST_NUMBER:
+        raise DocumentError(node.start_mark.line + 2, f"{node.value[:40]!r} is too large a number")
     if isinstance(value, str) and node.style is None and EXPONENT.fullmatch(value):
         return float(value)
     return value if isinstance(value, bool | int | float | str) else node.value

@@ -88,7 +88,10 @@ def parse(text: str) -> Expression:
     except (SyntaxError, ValueError, MemoryError, RecursionError):
         raise ExpressionError(f"{text!r} is no expression; write one such as mean(error[40:])") from None
     names: set[str] = set()
-    _check(tree, names, 0)
+    try:
+        _check(tree, names, 0)
+    except RecursionError:  # of what is wrong before its depth is, and cannot be quoted
+        raise ExpressionError(f"it is nested more than {DEEPEST} deep") from None
     return Expression(text.strip(), tree, frozenset(names))
 
 

@@ -7,13 +7,14 @@ Files come from the project itself, from packages that name a package of theirs 
 from collections import ChainMap
 from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping
 from dataclasses import dataclass
+from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Final, TypeAlias, cast
 
 from pftrack.lessons.lecturers.builder import lesson_of
-from pftrack.lessons.lecturers.document import DocumentError, document_of, read_document
+from pftrack.lessons.lecturers.document import DocumentError, decode, document_of, read_source
 from pftrack.lessons.lesson import Lesson
 from pftrack.lessons.registry import LESSONS
 
@@ -23,6 +24,8 @@ GROUP: Final = "pftrack.lessons"
 SHIPPED: Final = Path(__file__).parent / "shipped"
 MOST_FILES: Final = 200
 """Of a folder."""
+MOST_KEPT: Final = 2 * MOST_FILES
+"""Files whose lessons are kept: one takes milliseconds to make, and a server is asked for all at each request."""
 
 Note: TypeAlias = Callable[[str, Iterable[DocumentError]], None]
 """(what people call a file, what is wrong with it)."""
@@ -76,22 +79,14 @@ def read_lessons(*folders: Path) -> Library:
     for place in (*_packages(note), *(_Place(folder, "") for folder in folders)):
         for path in _files(place, note):
             origin = f"{place.origin}{path.name}"
-            try:
-                document = read_document(path)
-            except DocumentError as error:
-                note(origin, [error])
-                continue
-            except OSError as error:
-                note(origin, [DocumentError(0, f"the file cannot be read: {error.strerror}")])
-                continue
-            lesson = lesson_of(document, origin)
-            if isinstance(lesson, list):
-                note(origin, lesson)
-            elif (holder := _holder(lesson.id, known)) is not None:
-                message = f"`id`: {lesson.id} is taken by {holder}; choose another"
-                note(origin, [DocumentError(document.line(("id",)), message)])
+            found = _read(path, origin)
+            if not isinstance(found, _Found):
+                note(origin, found)
+            elif (holder := _holder(found.lesson.id, known)) is not None:
+                message = f"`id`: {found.lesson.id} is taken by {holder}; choose another"
+                note(origin, [DocumentError(found.id_line, message)])
             else:
-                known[lesson.id] = lesson
+                known[found.lesson.id] = found.lesson
     course = cast("MutableMapping[str, Lesson]", LESSONS)  # what is chained behind the first is only read
     return Library(ChainMap(known, course), tuple(problems))
 
@@ -102,8 +97,8 @@ def read_lesson(text: str) -> Lesson:
     Raises:
         ValueError: It is none; the sentences say why.
     """
-    match lesson_of(document_of(text), "a notebook"):
-        case Lesson() as lesson:
+    match _found(text.encode(), "a notebook"):
+        case _Found(lesson=lesson):
             return lesson
         case problems:
             raise ValueError("; ".join(f"line {error.line}: {error.message}" for error in problems))
@@ -115,6 +110,39 @@ class _Place:
 
     folder: Path
     origin: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """The lesson of a file, and the line of its id."""
+
+    lesson: Lesson
+    id_line: int
+
+
+def _read(path: Path, origin: str) -> _Found | Iterable[DocumentError]:
+    """Return the lesson of a file, or what is wrong with it: whatever that leads to, it harms no other file."""
+    try:
+        return _found(read_source(path), origin)
+    except DocumentError as error:
+        return [error]
+    except OSError as error:
+        return [DocumentError(0, f"the file cannot be read: {error.strerror}")]
+    except Exception as error:  # noqa: BLE001 - a file may come from anybody, and what it leads others into is open
+        reason = f"reading it raises {type(error).__name__}; take out what is unusual in its head"
+        return [DocumentError(0, f"no lesson can be made of this file: {reason}")]
+
+
+@lru_cache(MOST_KEPT)
+def _found(data: bytes, origin: str) -> _Found | tuple[DocumentError, ...]:
+    """Return the lesson of a file's content, or all that is wrong with it.
+
+    Raises:
+        DocumentError: It is no text with a head.
+    """
+    document = document_of(decode(data))
+    lesson = lesson_of(document, origin)
+    return _Found(lesson, document.line(("id",))) if isinstance(lesson, Lesson) else tuple(lesson)
 
 
 def _holder(lesson_id: str, known: Mapping[str, Lesson]) -> str | None:

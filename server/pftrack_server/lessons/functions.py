@@ -7,19 +7,18 @@ import json
 import math
 import os
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pftrack.lessons import Demonstration, Lesson, Number, Verdict, judge
+from pftrack.lessons import Demonstration, Lesson, Number, Verdict, find, judge
 from pftrack.lessons.answers import numbers_of_run
+from pftrack.lessons.lecturers import read_lesson
 from pftrack.lessons.lesson import Check, Given
 from pftrack.lessons.verdict import read_answer
 from pftrack.model.parameters import Value, flat, nearest, revise
 from pftrack.model.recipe import Recipe
 from pftrack.runs.record import make
-from pftrack_server.lessons.library import lesson_of
 from pftrack_server.tasks.functions import Steps
 
 __all__ = ["check", "draw", "judge_demonstration", "judge_scenario", "run"]
@@ -28,14 +27,12 @@ NICENESS = 10
 """Of what may take a minute: figures and sessions, which somebody waits for, go first."""
 
 
-def draw(
-    folder: Path, wanted: str, values: Mapping[str, object], seed: int | None, revealed: bool, near: bool
-) -> bytes:
+def draw(wanted: str, source: str, values: Mapping[str, object], seed: int | None, revealed: bool, near: bool) -> bytes:
     """Return the JSON of what a demonstration comes to, as `FigurePublic` has it.
 
     Args:
-        folder: Of lecturers' lessons.
         wanted: Id of the lesson.
+        source: Text of its file, where it comes from one.
         values: Of its parameters; others have their defaults, or those at which the question is asked.
         seed: Of the random numbers; None for the lesson's own.
         revealed: Whether what answers the question is shown.
@@ -44,7 +41,7 @@ def draw(
     Raises:
         ParameterError: A value is refused.
     """
-    lesson = lesson_of(folder, wanted)
+    lesson = _lesson(wanted, source)
     body = _demonstration(lesson)
     start = body.parameters if revealed else _question_parameters(lesson)
     parameters = revise(start, nearest(type(start), values) if near else dict(values))
@@ -60,26 +57,26 @@ def draw(
     return json.dumps(told, allow_nan=False).encode()
 
 
-def judge_demonstration(folder: Path, wanted: str, given: Given) -> Verdict:
+def judge_demonstration(wanted: str, source: str, given: Given) -> Verdict:
     """Judge the answer to a demonstration's question.
 
     Raises:
         ParameterError: It is no answer to it.
     """
-    lesson = lesson_of(folder, wanted)
+    lesson = _lesson(wanted, source)
     read_answer(lesson.question, given)
     return judge(
         lesson.question, lesson.question.answer(_question_parameters(lesson), _demonstration(lesson).seed), given
     )
 
 
-def judge_scenario(folder: Path, wanted: str, given: Given, columns: Mapping[str, list[Any]]) -> Verdict:
+def judge_scenario(wanted: str, source: str, given: Given, columns: Mapping[str, list[Any]]) -> Verdict:
     """Judge the answer to a scenario's question by the columns of its run.
 
     Raises:
         ParameterError: It is no answer to it.
     """
-    question = lesson_of(folder, wanted).question
+    question = _lesson(wanted, source).question
     return judge(question, question.answer({name: np.asarray(column) for name, column in columns.items()}), given)
 
 
@@ -96,18 +93,22 @@ def run(recipe: Recipe) -> Steps:
     return {name: column.tolist() for name, column in numbers_of_run(made).items()}
 
 
-def check(folder: Path, wanted: str) -> Steps:
+def check(wanted: str, source: str) -> Steps:
     """Compute the checks of a lesson; a step is a check.
 
     One that cannot be computed has a problem in place of numbers, and the others are computed all the same.
     """
     os.nice(NICENESS)
-    checks = lesson_of(folder, wanted).checks
+    checks = _lesson(wanted, source).checks
     results: list[dict[str, Any]] = []
     for done, each in enumerate(checks):
         yield done, len(checks)
         results.append(_check(each))
     return {"results": results}
+
+
+def _lesson(wanted: str, source: str) -> Lesson:
+    return read_lesson(source) if source else find(wanted)
 
 
 def _demonstration(lesson: Lesson) -> Demonstration:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from pftrack.experiments import find as find_experiment
-from pftrack.lessons import Lesson, Verdict
+from pftrack.lessons import LESSONS, Lesson, Verdict, find
 from pftrack.lessons.answers import question_recipe
 from pftrack.lessons.lecturers import Library, read_lessons
 from pftrack.lessons.lecturers.expression import ExpressionError
@@ -18,7 +18,6 @@ from pftrack.model.parameters import ParameterError
 from pftrack.process import MEBIBYTE, Budget, CallError, Ending, Pool, WorkerLostError
 from pftrack_server.errors import NotFoundError, RefusedError, UnavailableError
 from pftrack_server.lessons import functions
-from pftrack_server.lessons.library import lesson_of
 from pftrack_server.lessons.results import Job, LessonResults
 from pftrack_server.log import RateLimitedLogger
 from pftrack_server.processes import FORK_SERVER
@@ -56,6 +55,7 @@ class Lessons:
 
     def __init__(self, folder: Path, kept: Path, tasks: ChildTasks) -> None:
         self._folder = folder
+        self._reading = asyncio.Lock()
         self._pool = Pool(FORK_SERVER, most=AT_ONCE, kept=KEPT, budget=BUDGET, refusals=REFUSALS)
         self._computed = LessonResults(kept, tasks)
 
@@ -69,7 +69,8 @@ class Lessons:
 
     async def all(self) -> Library:
         """Read all lessons, and what is wrong with those that cannot be read."""
-        return await asyncio.to_thread(read_lessons, self._folder)
+        async with self._reading:  # the first reads what is then kept for the others
+            return await asyncio.to_thread(read_lessons, self._folder)
 
     async def get(self, wanted: str) -> Lesson:
         """Return a lesson by its id or number.
@@ -78,7 +79,9 @@ class Lessons:
             NotFoundError: There is none; the sentence lists those that there are.
         """
         try:
-            return await asyncio.to_thread(lesson_of, self._folder, wanted)
+            if wanted in LESSONS or wanted.isdecimal():  # no file is read for one of the course
+                return await asyncio.to_thread(find, wanted)
+            return find(wanted, (await self.all()).lessons)
         except LookupError as error:
             said = str(error.args[0])
             raise NotFoundError(f"{said[:1].upper()}{said[1:].rstrip('.')}.") from None
@@ -93,7 +96,7 @@ class Lessons:
         if not isinstance(lesson.body, Demonstration):
             raise RefusedError("This lesson shows a run; it has no figure.", field="lesson", value=lesson.id)
         told = asked_for.parameters, asked_for.seed, asked_for.revealed, asked_for.nearest
-        drawn: bytes = await self._call(functions.draw, self._folder, lesson.id, *told)
+        drawn: bytes = await self._call(functions.draw, lesson.id, lesson.source, *told)
         return drawn
 
     async def notebook(self, lesson: Lesson) -> bytes:
@@ -115,7 +118,7 @@ class Lessons:
         """
         given = read_answer(lesson.question, given)
         if isinstance(lesson.body, Demonstration):
-            verdict: Verdict = await self._call(functions.judge_demonstration, self._folder, lesson.id, given)
+            verdict: Verdict = await self._call(functions.judge_demonstration, lesson.id, lesson.source, given)
             return verdict
         if problem := missing(lesson.body):
             raise RefusedError(problem)
@@ -127,13 +130,13 @@ class Lessons:
             raise RefusedError(job.problem)
         if job.result is None:
             return ComputingPublic(done=job.done, total=job.total)
-        by_run: Verdict = await self._call(functions.judge_scenario, self._folder, lesson.id, given, job.result)
+        by_run: Verdict = await self._call(functions.judge_scenario, lesson.id, lesson.source, given, job.result)
         return by_run
 
     async def checks(self, lesson: Lesson) -> Job:
         """Return what the checks of a lesson came to, or how far they are."""
         about: Mapping[str, object] = {"lesson": lesson.id, "origin": lesson.origin, "source": lesson.source}
-        return await self._computed.get(json.dumps(about), functions.check, self._folder, lesson.id)
+        return await self._computed.get(json.dumps(about), functions.check, lesson.id, lesson.source)
 
     async def _call(self, function: Callable[..., Any], *arguments: object) -> Any:  # noqa: ANN401 - whatever it returns
         """Return the result of one of `functions`.

@@ -11,8 +11,8 @@ import pytest
 from pftrack.lessons import LESSONS, find, judge
 from pftrack.lessons.answers import answer_of, question_recipe
 from pftrack.lessons.lecturers import Library, library, read_lessons
-from pftrack.lessons.lecturers.document import LARGEST_BYTES
-from pftrack.lessons.lesson import Demonstration, Scenario
+from pftrack.lessons.lecturers.document import LARGEST_BYTES, Document, DocumentError
+from pftrack.lessons.lesson import Demonstration, Lesson, Scenario
 from pftrack.model.parameters import declarations
 from tests.lessons.demonstrations import DEMONSTRATIONS
 
@@ -138,6 +138,10 @@ BAD = {
     "tag": (changed("seed: 3", "seed: !!python/object/apply:os.getcwd []"), 6, "the tag"),
     "bomb": (changed("seed: 3", "seed: &a [3]\nframe: *a"), 6, "references"),
     "deep": (changed("seed: 3", f"seed: {'[' * 400}{']' * 400}"), 6, "nested more than"),
+    "endless": (changed("seed: 3", f"seed: 0x{'f' * 5000}"), 6, "too large a number"),
+    "mistaken": (changed("given: [50, 100]", f"given: [0x{'f' * 5000}, 1]"), 23, "too large a number"),
+    "base 60": (changed("seed: 3", f"seed: 1:{'0:' * 300}0.5"), 6, "is no value"),
+    "signs": (changed("mean(error[2:])", f'"mean(error, {"-" * 370}1)"'), 24, "nested more than"),
     "control": (changed("A ball in", "A\x07ball in"), 3, "character that YAML does not allow"),
 }
 
@@ -151,6 +155,35 @@ def test_a_wrong_file_is_told_with_line_and_remedy(tmp_path: Path, text: str, li
     told = [(problem.line, problem.message) for problem in found.problems if problem.origin == "mine.md"]
     assert any(line == place and words in message for place, message in told), told
     assert all(words not in problem.message for problem in found.problems if problem.origin != "mine.md")
+
+
+def test_whatever_a_file_leads_to_harms_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What nobody has foreseen is told of that file, by the kind of what is raised."""
+    made = library.lesson_of
+
+    def make(document: Document, origin: str) -> Lesson | list[DocumentError]:
+        if origin == "mine.md":
+            raise ZeroDivisionError
+        return made(document, origin)
+
+    monkeypatch.setattr(library, "lesson_of", make)
+    (tmp_path / "other.md").write_text(GOOD.replace("my-lesson", "my-fine-lesson"))
+    found = read(tmp_path, GOOD.replace("my-lesson", "my-strange-lesson"))
+    assert "my-fine-lesson" in found.lessons
+    (problem,) = found.problems
+    assert problem.sentence.startswith("mine.md: no lesson can be made of this file: reading it raises ZeroDivision")
+
+
+def test_a_file_that_has_not_changed_is_not_made_into_a_lesson_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A server asks for all lessons at each request, and a folder may hold 200 files."""
+    first = read(tmp_path, GOOD.replace("my-lesson", "my-kept-lesson")).lessons["my-kept-lesson"]
+    monkeypatch.setattr(library, "lesson_of", None)
+    assert read_lessons(tmp_path).lessons["my-kept-lesson"] is first
+    monkeypatch.undo()
+    changed_file = read(tmp_path, GOOD.replace("my-lesson", "my-kept-lesson").replace("in the dark", "in the light"))
+    assert changed_file.lessons["my-kept-lesson"].title == "A ball in the light"
 
 
 def test_several_errors_are_told_at_once(tmp_path: Path) -> None:
