@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from pftrack.model.parameters import Value
+from pftrack.spreadsheet import csv_text, literal
 from pftrack.sweep import arrow
 from pftrack.sweep.errors import SweepError
 from pftrack.sweep.journal import chunk_files, partial_of, plan_of
@@ -133,16 +134,25 @@ def rows_of(
 
 
 def csv_pieces(result: Result) -> Iterator[bytes]:
-    """Yield a result as CSV, piece by piece, the header first; hashes as hexadecimal digits."""
+    """Yield a result as CSV, piece by piece, the header first; hashes as hexadecimal digits, texts as `literal`."""
     options = arrow.csv.WriteOptions(include_header=False, quoting_style="needed")
-    yield (",".join(schema(result.plan).names) + "\n").encode()
+    yield csv_text([schema(result.plan).names]).encode()
     for piece in result.pieces():
         place = piece.schema.get_field_index("estimates_sha256")
         digits = [None if it is None else it.hex() for it in piece.column(place).to_pylist()]
         shown = piece.set_column(place, "estimates_sha256", arrow.array(digits, arrow.string()))
+        for number, field in enumerate(shown.schema):
+            if field.type == arrow.string():
+                shown = shown.set_column(number, field.name, _literal(shown.column(number)))
         sink = arrow.BufferOutputStream()
         arrow.csv.write_csv(shown, sink, options)
         yield sink.getvalue().to_pybytes()
+
+
+def _literal(column: arrow.Array) -> arrow.Array:
+    """Return a column of texts as cells of CSV; each text is looked at once, however often it is there."""
+    encoded = column.combine_chunks().dictionary_encode()
+    return arrow.array([literal(it) for it in encoded.dictionary.to_pylist()], arrow.string()).take(encoded.indices)
 
 
 def summary(result: Result) -> dict[str, Any]:

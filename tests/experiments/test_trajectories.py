@@ -157,6 +157,15 @@ def test_gaps_are_bridged_and_files_are_in_the_units_that_came(tmp_path: Path) -
     assert len(export.make(run.current.state, run.diagnostics[:21]).splitlines()) == 22
 
 
+def test_a_spreadsheet_computes_no_name(tmp_path: Path) -> None:
+    """Tracks are named by whoever made the file, and a name that is a formula is shown as one."""
+    run = of_table("frame,track,x,y\n" + "\n".join(f"{frame},=1+1,{frame},5" for frame in range(6)), tmp_path)
+    (export,) = EXPERIMENT.exports
+    assert {row.split(",")[1] for row in export.make(run.current.state, run.diagnostics).decode().split()[1:]} == {
+        "'=1+1"
+    }
+
+
 def test_far_from_the_origin_places_keep_their_digits() -> None:
     """A path in metres of a map has six digits before the point; parts of a millimetre are written behind it."""
     assert exports._cell(np.float64(654321.1234)) == "654321.1234"

@@ -36,6 +36,7 @@ def test_the_long_form() -> None:
     assert np.isinf(table.variances[2]).all()
     assert table.warnings == ("In 1 of 4 frames no point is seen.",)
     assert write(table.names, table.positions, table.variances).splitlines()[1] == "0,a,15.0,10.0,4.0,9.0"
+    assert write(("=a, b",), table.positions, table.variances).splitlines()[1] == '0,"\'=a, b",15.0,10.0,4.0,9.0'
 
 
 @pytest.mark.parametrize(

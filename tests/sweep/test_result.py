@@ -5,6 +5,7 @@ import io
 from pathlib import Path
 
 import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from pftrack.sweep import Plan, Result, SweepError, csv_pieces, read_result, rows_of, summary
@@ -53,6 +54,19 @@ def test_csv_holds_the_same_rows(finished: Result) -> None:
         assert float(row["mean_error"]) == expected["mean_error"]
         assert row["success"] == str(expected["success"]).lower()
         assert row["problem"] == ""
+
+
+def test_a_spreadsheet_computes_no_problem(finished: Result, tmp_path: Path) -> None:
+    """A sentence about a run that failed may hold anything; the file's rows keep it as it is."""
+    table = finished.table
+    place = table.schema.get_field_index("problem")
+    path = tmp_path / "wrong.parquet"
+    texts = pa.array(["=1+1", "fails: -1", *[None] * (len(table) - 2)], pa.string())
+    metadata = pq.read_schema(finished.files[0]).metadata
+    pq.write_table(table.set_column(place, "problem", texts).replace_schema_metadata(metadata), path)
+    rows = list(csv.DictReader(io.StringIO(b"".join(csv_pieces(read_result(path))).decode())))
+    assert [row["problem"] for row in rows[:3]] == ["'=1+1", "fails: -1", ""]
+    assert read_result(path).table["problem"][0].as_py() == "=1+1"
 
 
 def test_pieces_are_read_by_column(finished: Result, plan: Plan) -> None:

@@ -6,11 +6,12 @@ import numpy as np
 
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.export import Export
+from pftrack.spreadsheet import csv_text
 from pftrack.trackers.trajectories.state import TrajectoriesState
 
 __all__ = ["EXPORTS"]
 
-HEADER = "frame,track,x,y,filtered_x,filtered_y,smoothed_x,smoothed_y,outlier"
+HEADER = "frame", "track", "x", "y", "filtered_x", "filtered_y", "smoothed_x", "smoothed_y", "outlier"
 
 
 def table_of(state: TrajectoriesState, past: Sequence[Diagnostics]) -> bytes:
@@ -27,21 +28,17 @@ def table_of(state: TrajectoriesState, past: Sequence[Diagnostics]) -> bytes:
     first = past[-1].frame + 1 - len(rows) + (0 if origin is None else origin.first_frame)
     names = [str(number) for number in range(rows.shape[1])] if origin is None else origin.names
     places = rows / scale + corner
-    lines = [HEADER]
+    lines: list[tuple[str, ...]] = [HEADER]
     for frame in range(len(rows)):
         for track, name in enumerate(names):
             if np.isfinite(places[frame, track]).any():
-                cells = ",".join(_cell(number) for number in places[frame, track].ravel())
-                lines.append(f"{first + frame},{_quote(name)},{cells},{int(outliers[frame, track])}")
-    return ("\n".join(lines) + "\n").encode()
+                cells = (_cell(number) for number in places[frame, track].ravel())
+                lines.append((str(first + frame), name, *cells, str(int(outliers[frame, track]))))
+    return csv_text(lines).encode()
 
 
 def _cell(number: np.float64) -> str:
     return f"{number:.10g}" if np.isfinite(number) else ""
-
-
-def _quote(name: str) -> str:
-    return '"' + name.replace('"', '""') + '"' if set(name) & set(',"\n\r') else name
 
 
 EXPORTS = (Export("paths", "Trajectories up to here, CSV", "paths.csv", "text/csv", table_of),)

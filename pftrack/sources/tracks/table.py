@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.sources.formats import TRACKS_COLUMNS, SourceError, decode, delimiter_of
+from pftrack.spreadsheet import csv_text
 
 __all__ = ["LARGEST_FILE_BYTES", "MOST_POINTS", "TrackTable", "read_tracks", "write"]
 
@@ -267,10 +268,10 @@ def _number(line: int, text: str, delimiter: str) -> float:
 
 def write(names: Sequence[str], positions: NDArray[np.float64], variances: NDArray[np.float64]) -> str:
     """Return the table, in the long form, of positions (T, n, 2) px and variances (T, n, 2) px^2."""
-    lines = [",".join(TRACKS_COLUMNS)]
+    lines: list[tuple[str, ...]] = [TRACKS_COLUMNS]
     for frame in range(len(positions)):
         for place, name in enumerate(names):
             if np.isfinite(variances[frame, place]).all():
                 numbers = (*positions[frame, place], *variances[frame, place])
-                lines.append(",".join([str(frame), name, *(repr(float(number)) for number in numbers)]))
-    return "\n".join(lines) + "\n"
+                lines.append((str(frame), name, *(repr(float(number)) for number in numbers)))
+    return csv_text(lines)

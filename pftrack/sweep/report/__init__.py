@@ -5,12 +5,12 @@ places by `layout`; `page`, by `plots` in a `frame`; `exports`, a file each; and
 share.
 """
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from pftrack.figures.picture import SCREEN_DOTS_PER_INCH, PictureForm, encode
+from pftrack.spreadsheet import csv_text
 from pftrack.sweep.errors import SweepError
 from pftrack.sweep.report.exports import export_result, manifest_of_result
 from pftrack.sweep.report.figures import figures
@@ -80,10 +80,7 @@ def write_report(
             files.append(folder / f"{name}.{form}")
             files[-1].write_bytes(encode(draw(), form, f"{manifest['title']}: {name}", manifest, SCREEN_DOTS_PER_INCH))
     files.append(folder / "tables.csv")
-    with files[-1].open("w", newline="") as file:
-        writer = csv.writer(file)
-        for table in made:
-            writer.writerows([[table.title], table.columns, *table.rows, []])
+    files[-1].write_text("".join(csv_text([[it.title], it.columns, *it.rows, []]) for it in made), encoding="utf-8")
     index = folder / "index.html"
     index.write_text(page(study, made))
     return Report(made, (*files, index), index, {**figures_of_all, "complete": result.complete})
