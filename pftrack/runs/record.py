@@ -13,11 +13,11 @@ import zlib
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from pftrack.experiment import Experiment, Setup
 from pftrack.experiments import find
@@ -81,7 +81,7 @@ class Record(BaseModel):
     version: Literal[2] = FORMAT
     pftrack: str = __version__
     recipe: Recipe
-    computed: int
+    computed: Annotated[int, Field(ge=1)]
     estimates_sha256: str
     computed_on: dict[str, str] = {}
 

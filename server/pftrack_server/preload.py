@@ -17,7 +17,7 @@ import pftrack_server.tasks.comparisons
 import pftrack_server.tasks.exports
 import pftrack_server.tasks.functions
 import pftrack_server.worker.loading
-import pftrack_server.worker.worker
+import pftrack_server.worker.process
 from pftrack.experiments import EXPERIMENTS
 
 __all__ = ["PRELOADED"]

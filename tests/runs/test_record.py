@@ -66,6 +66,14 @@ def test_a_saved_run_keeps_the_defaults_that_it_had(run: Run, tmp_path: Path) ->
     assert load(_rewritten(tmp_path / "b.pft", defaults={"gamma_px": 7.5})).parameters_at(0).gamma_px == 7.5
 
 
+@pytest.mark.parametrize("computed", [0, -3, "many"])
+def test_a_run_has_a_frame(run: Run, tmp_path: Path, computed: object) -> None:
+    """One that says that less was computed, or nothing, could be kept and never opened."""
+    save(run, tmp_path / "a.pft")
+    with pytest.raises(RecordError, match="computed is missing or wrong"):
+        read(_rewritten(tmp_path / "a.pft", computed=computed))
+
+
 def test_diagnostics_and_states_come_along(run: Run, tmp_path: Path) -> None:
     """The file holds every frame's numbers and, on request, every frame's particles."""
     run.seek(4)

@@ -8,7 +8,7 @@ from typing import Any
 
 from pftrack.files import write_whole
 from pftrack_server.schemas.snapshot import Goal
-from pftrack_server.worker import checkpoints, worker
+from pftrack_server.worker import checkpoints, process
 from pftrack_server.worker.protocol import WorkerConfig
 from pftrack_server.worker.run_tree import RunTree
 
@@ -31,7 +31,7 @@ def held_worker(end: socket.socket, config: WorkerConfig) -> None:
     assert config.states is not None
     allowed = Path(config.states).with_name("allowed")
     straight, RunTree.seek_steps = RunTree.seek_steps, way  # type: ignore[method-assign]
-    worker.main(end, config)
+    process.main(end, config)
 
 
 def held_worker_that_keeps_all(end: socket.socket, config: WorkerConfig) -> None:

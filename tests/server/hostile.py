@@ -34,6 +34,11 @@ def be_killed(*_: object) -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
+def take_too_long(*_: object) -> None:
+    """End as when all processor time has been used."""
+    os.kill(os.getpid(), signal.SIGXCPU)
+
+
 def fail(*_: object) -> None:
     """End by a mistake of our own."""
     raise RuntimeError("on purpose")

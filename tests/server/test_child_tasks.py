@@ -15,7 +15,7 @@ import pytest
 
 from pftrack.process import Budget, Ending, Reply, environment
 from pftrack.process.calls import GRACE_S
-from pftrack_server.errors import ClientGoneError, RefusedError
+from pftrack_server.errors import ClientGoneError, RefusedError, UnavailableError
 from pftrack_server.log import RateLimitedLogger
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.queue import Queues
@@ -130,6 +130,20 @@ def test_a_mistake_of_ours_is_in_the_log(
     with pytest.raises(RefusedError, match="cannot be read safely"):
         run(ChildTasks(Queues()).run(mistake))
     assert "on purpose" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("task", "error", "words"),
+    [
+        (hostile.be_killed, UnavailableError, "was killed, by the system or by somebody"),
+        (hostile.abort, RefusedError, "ended unexpectedly"),
+        (hostile.take_too_long, RefusedError, "more than the 1 s of processor time"),
+    ],
+)
+def test_how_a_process_ended_is_told(task: Callable[..., None], error: type[Exception], words: str) -> None:
+    """One that was killed is not told to need more than it may use, and the other way round."""
+    with pytest.raises(error, match=words):
+        run(ChildTasks(Queues()).run_long(task, cpu_seconds=1, on_step=lambda *_: None))
 
 
 TASK = """

@@ -20,7 +20,7 @@ from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.queue import Queues
 from pftrack_server.worker import loading
 from pftrack_server.worker.loading import load_compiled
-from pftrack_server.worker.worker import NICENESS
+from pftrack_server.worker.process import NICENESS
 from tests.apart import run
 from tests.server.host import Server
 

@@ -5,6 +5,7 @@ import os
 import signal
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -114,6 +115,24 @@ class TestResuming:
             pid = server.pid_of(session["id"])
             assert client.delete(f"/api/v1/sessions/{session['id']}").status_code == 204
             wait_for(lambda: not psutil.pid_exists(pid))
+
+    def test_a_step_on_the_way_gives_up_no_frame(self, start_server: Any, tmp_path: Path) -> None:
+        """It moves where the session will stand, and a speed interrupts nothing: all that was known is known again."""
+        with (
+            start_server() as (server, client),
+            stopped(server, client, tmp_path) as session,
+            ThreadPoolExecutor(2) as pool,
+        ):
+            assert resume(client, session["id"])["goal"] == FAR
+            assert steer(client, session["id"], "speed", speed=2)["goal"] == FAR
+            first = pool.submit(steer, client, session["id"], "step")
+            wait_for(lambda: shown(client, session["id"])["goal_position"] == FAR - 4)
+            second = pool.submit(steer, client, session["id"], "seek", frame=2)
+            assert first.result()["goal"] == FAR
+            wait_for(lambda: shown(client, session["id"])["goal_position"] == 2)
+            allow(tmp_path / "data")
+            arrived = second.result()
+            assert (arrived["position"], arrived["computed"], arrived["goal"]) == (2, FAR, None)
 
     def test_with_its_states_it_is_back_at_once(
         self, start_server: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

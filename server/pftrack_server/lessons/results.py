@@ -7,7 +7,7 @@ time waits for one computation. Whoever asks meanwhile is told how far it is.
 
 import asyncio
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from typing import Any
 import structlog
 
 from pftrack.process import Budget, Ending, Outcome, Refusal, Reply
-from pftrack_server.tasks.child_tasks import ChildTasks
+from pftrack_server.tasks.child_tasks import ChildTasks, ending_message
 from pftrack_server.tasks.disk_cache import DiskCache, digest
 from pftrack_server.tasks.queue import Queue
 
@@ -25,11 +25,6 @@ BUDGET = Budget(cpu_seconds=1800.0, silence_s=600.0)
 """A check may take a minute on a slow machine, and says nothing meanwhile."""
 AGAIN_S = 60.0
 """So long after a failure nobody tries again."""
-ENDINGS: Mapping[object, str] = {
-    Ending.OUT_OF_TIME: f"This did not respond for {BUDGET.silence_s:g} s and was stopped.",
-    Ending.OUT_OF_CPU_TIME: f"This needs more than the {BUDGET.cpu_seconds:g} s of processor time that it may use.",
-    Ending.KILLED: "This could not be computed: its process was killed, by the system or by somebody.",
-}
 
 log = structlog.get_logger(__name__)
 
@@ -121,6 +116,8 @@ class LessonResults:
                 await asyncio.to_thread(self._kept.write, name, result)
             case Refusal(message=message):
                 job.problem = f"{message[:1].upper()}{message[1:].rstrip('.')}."
+            case Ending() as how if how is not Ending.FAILED:
+                job.problem = ending_message(how, BUDGET)
             case _:
-                job.problem = ENDINGS.get(outcome, "This could not be computed; the server's log may say why.")
+                job.problem = "This could not be computed; the server's log may say why."
         job.ended = time.monotonic()

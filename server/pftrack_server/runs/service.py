@@ -105,6 +105,7 @@ async def bring_in(
             on_step=on_step,
         )
         summary = found["summary"]
+        last = min(saved.computed, summary["frames"]) - 1
         row = RunRow(
             id=new_name(),
             title=received.names[0].removesuffix(".pft") or found["title"],
@@ -112,8 +113,8 @@ async def bring_in(
             tracker=summary["tracker"],
             seed=saved.recipe.seed,
             frames=summary["frames"],
-            position=saved.computed - 1,
-            computed=saved.computed - 1,
+            position=last,
+            computed=last,
             outcome=outcome(summary),
             summary=summary,
             bookmarks=[],

@@ -19,6 +19,7 @@ from pftrack_server.errors import UnavailableError
 from pftrack_server.processes import FORK_SERVER
 from pftrack_server.resource_limits import allowed_cpu_seconds
 from pftrack_server.worker.loading import load_compiled
+from pftrack_server.worker.process import main
 from pftrack_server.worker.protocol import (
     OPENING,
     Command,
@@ -31,7 +32,6 @@ from pftrack_server.worker.protocol import (
     Request,
     WorkerConfig,
 )
-from pftrack_server.worker.worker import main
 
 __all__ = ["WorkerHandle", "WorkerLostError"]
 

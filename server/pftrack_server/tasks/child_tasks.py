@@ -22,7 +22,7 @@ from pftrack_server.processes import FORK_SERVER
 from pftrack_server.tasks import functions
 from pftrack_server.tasks.queue import Queues, unless_gone
 
-__all__ = ["ChildTasks"]
+__all__ = ["ChildTasks", "ending_message"]
 
 REFUSALS = ComparisonError, ExportError, ParameterError, RecordError, SourceError, TruthError
 """Exceptions whose text is for whoever asked; all others are for the log."""
@@ -56,7 +56,7 @@ class ChildTasks:
             UnavailableError: They do not answer.
         """
         async with self.queues.check.place():
-            _result(await self.answer(functions.do_nothing))
+            _result(await self.answer(functions.do_nothing), BUDGET)
 
     async def run(self, function: Callable[..., Any], *arguments: object) -> Any:  # noqa: ANN401 - whatever the function returns
         """Return the result of a function of `pftrack_server.tasks.functions`, of values that JSON can say and bytes.
@@ -66,7 +66,7 @@ class ChildTasks:
             UnavailableError: It took too long.
             ClientGoneError: Its client hung up.
         """
-        return _result(await unless_gone(self._in_turn(function, arguments), self.gone))
+        return _result(await unless_gone(self._in_turn(function, arguments), self.gone), BUDGET)
 
     async def run_long(
         self,
@@ -91,7 +91,7 @@ class ChildTasks:
         """
         budget = Budget(cpu_seconds=cpu_seconds, file_bytes=file_bytes)
         async with self.queues.heavy.place():
-            return _result(await self.answer(function, *arguments, budget=budget, on_step=on_step))
+            return _result(await self.answer(function, *arguments, budget=budget, on_step=on_step), budget)
 
     async def _in_turn(self, function: Callable[..., Any], arguments: tuple[object, ...]) -> Outcome:
         async with self.queues.light.place():
@@ -130,13 +130,26 @@ class ChildTasks:
         return outcome
 
 
-def _result(outcome: Outcome) -> Any:  # noqa: ANN401 - whatever the function returns
+def ending_message(how: Ending, budget: Budget) -> str:
+    """Return what is told of a task whose process has ended without an answer, a sentence."""
+    match how:
+        case Ending.OUT_OF_TIME:
+            return f"This did not respond for {budget.silence_s:g} s and was stopped."
+        case Ending.OUT_OF_CPU_TIME:
+            return f"This needs more than the {budget.cpu_seconds:g} s of processor time that it may use."
+        case Ending.KILLED:
+            return "This could not be finished: its process was killed, by the system or by somebody. Try again."
+    return "This could not be finished: its process ended unexpectedly. What it reads may be damaged."
+
+
+def _result(outcome: Outcome, budget: Budget) -> Any:  # noqa: ANN401 - whatever the function returns
     match outcome:
         case Reply(value=value):
             return value
         case Refusal(message=message):
             raise RefusedError(message[:1].upper() + message[1:])
-        case Ending.OUT_OF_TIME:
-            raise UnavailableError(f"This did not respond for {BUDGET.silence_s:g} s and was stopped.")
-        case _:
-            raise RefusedError("This needs more memory or time than is allowed for it, or cannot be read safely.")
+        case Ending.OUT_OF_TIME | Ending.KILLED as how:
+            raise UnavailableError(ending_message(how, budget))
+        case Ending() as how:
+            raise RefusedError(ending_message(how, budget))
+    raise RefusedError("This failed, or what it reads cannot be read safely; the server's log says where.")

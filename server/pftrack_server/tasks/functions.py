@@ -277,7 +277,7 @@ def weigh_record(path: str, video: tuple[str, str] | None, limits: Limits) -> St
         raise ParameterError("seed", recipe.seed, f"at most {LARGEST_SEED}, since browsers round beyond it")
     run = record.make(recipe, open_sequence=partial(reopen_footage, video, limits))
     check_timeline(run.timeline.changes, run.frames)
-    last = min(max(found.computed, 1), run.frames) - 1
+    last = min(found.computed, run.frames) - 1
     for step in run.seeking(last):
         yield step.diagnostics.frame + 1, last + 1
     drawing = run.experiment.draw(run.current, run.diagnostics)

@@ -6,11 +6,7 @@ to where a session was, they are worked off in the same loop, so that everybody 
 can cut it short.
 """
 
-import os
-import socket
-import sys
 import time
-import traceback
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +15,7 @@ from typing import Any, get_args
 from pftrack.model.drawing import Drawing
 from pftrack.model.export import ExportError
 from pftrack.model.parameters import ParameterError
-from pftrack.process import BlockingEnd, confine, leave_interrupts_to_parent
+from pftrack.process import BlockingEnd
 from pftrack.rendering import png, render
 from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
@@ -37,7 +33,6 @@ from pftrack_server.worker.protocol import (
     Command,
     Credit,
     Export,
-    Failed,
     Form,
     Heartbeat,
     Picture,
@@ -53,7 +48,7 @@ from pftrack_server.worker.protocol import (
 )
 from pftrack_server.worker.run_tree import RunTree
 
-__all__ = ["Worker", "main"]
+__all__ = ["Worker"]
 
 # What a command may be answered with; anything else is a mistake of ours and ends the session.
 REFUSALS = (ExportError, ParameterError, SourceError, RecordError, PastError, EndOfRun, OSError)
@@ -64,61 +59,25 @@ EARLY = 0.8
 HEARTBEAT_S = 1.0
 MEASURED_EVERY_S = 1.0
 """While frames keep coming; measures look at all frames so far."""
-NICENESS, GIVING_WAY = 3, 8
-"""Whoever serves everybody goes before one session's computation, and sweeps, with 10, come last."""
 # So long a command or a start may take before it becomes a way that others can watch and cut short.
 AT_ONCE_S = 0.5
-OPEN_FILES = 256
-
-
-def main(end: socket.socket, config: WorkerConfig) -> None:
-    """Run a session's worker until the web process hangs up."""
-    leave_interrupts_to_parent()
-    os.nice(GIVING_WAY if config.gives_way else NICENESS)
-    confine(memory_bytes=config.memory_bytes, cpu_seconds=config.cpu_seconds, open_files=OPEN_FILES)
-    pipe = BlockingEnd(end)
-    try:
-        worker = _make_worker(pipe, config)
-        if worker is not None:
-            worker.serve()
-    except (EOFError, BrokenPipeError, ConnectionResetError):
-        return
-    except MemoryError:
-        mebibytes = config.memory_bytes >> 20
-        _report_failure(pipe, Failed(f"The run needed more than the {mebibytes} MiB of memory that a session may use."))
-        sys.exit(1)
-    except Exception as error:  # noqa: BLE001 - whatever it was, it is reported once and ends this session alone
-        traceback.print_exc()
-        _report_failure(pipe, Failed(f"The computation failed ({type(error).__name__}); the server's log says where."))
-        sys.exit(1)
-
-
-def _make_worker(pipe: BlockingEnd, config: WorkerConfig) -> "Worker | None":
-    """Return the worker, or tell what of the config was refused."""
-    try:
-        return Worker(pipe, config)
-    except (ParameterError, SourceError, RecordError) as error:
-        _report_failure(pipe, Failed(str(error), error))
-    except LookupError as error:
-        # A session of an older version, whose experiment is no more.
-        _report_failure(pipe, Failed(str(error.args[0])))
-    return None
-
-
-def _report_failure(pipe: BlockingEnd, failed: Failed) -> None:
-    try:
-        pipe.send(failed)
-    except OSError:
-        return
 
 
 @dataclass
 class Seek:
-    """The way to a goal, a step at a time, and the request that waits for the end of it."""
+    """The way to a goal, a step at a time, and the request that waits for the end of it.
+
+    Attributes:
+        goal: Where to.
+        number: Of the request.
+        steps: What is left of it.
+        known: The furthest frame that had been computed before, and that another goal on the way does not give up.
+    """
 
     goal: Goal
     number: int
     steps: Iterator[dict[str, Any] | None]
+    known: int
 
 
 class Worker:
@@ -147,7 +106,7 @@ class Worker:
         self._way: Seek | None = None
         self._reported = config.run
         with watch(lambda _: self._heartbeat(), self._count_compiled):
-            self._start_seek(config.run.bound, OPENING)
+            self._start_seek(config.run.bound, OPENING, known=config.run.bound.computed)
 
     def serve(self) -> None:
         """Say that the run stands, then listen and compute until the web process hangs up."""
@@ -213,10 +172,10 @@ class Worker:
             self._checkpoints.on_frame(time.monotonic() - begun)
         self._mark_changed()
 
-    def _start_seek(self, goal: Goal, number: int, *, at_once_s: float = AT_ONCE_S) -> None:
+    def _start_seek(self, goal: Goal, number: int, *, known: int, at_once_s: float = AT_ONCE_S) -> None:
         """Go to a goal: at once if that takes but a moment, else step by step from now on."""
         goal = self._tree.reachable_goal(goal)
-        way = self._way = Seek(goal, number, self._tree.seek_steps(goal))
+        way = self._way = Seek(goal, number, self._tree.seek_steps(goal), known)
         end = time.monotonic() + at_once_s
         while time.monotonic() < end and self._step(way):
             pass
@@ -311,33 +270,36 @@ class Worker:
     # ------------------------------------------------------------ commands
 
     def _answer(self, request: Request) -> None:
-        # A look at the picture interrupts nothing; any other command ends the way to a goal.
-        looks = isinstance(request.command, Picture | Export)
-        if self._way is not None and not looks:
-            waiting, self._way = self._way.number, None
-            self._reply(waiting)
+        # What changes neither the run nor its frame interrupts nothing; any other command ends the way to a goal.
+        looks = isinstance(request.command, Picture | Export | Save | Speed)
+        left = None if looks else self._way
+        if left is not None:
+            self._way = None
         try:
-            result = self._execute(request.command, request.number)
+            result = self._execute(request.command, request.number, left)
         except REFUSALS as error:
+            self._way = self._way or left
             if self._news or self._rows:
                 self._report(draw=not self._playing)
             self._pipe.send(Reply(request.number, error=error))
             return
+        if left is not None:
+            self._reply(left.number)
         if self._way is None or looks:
             self._reply(request.number, result)
 
-    def _execute(self, command: Command, number: int) -> object:  # noqa: C901, PLR0912 - one case a command
+    def _execute(self, command: Command, number: int, left: Seek | None) -> object:  # noqa: C901, PLR0912 - one case a command
         match command:
             case Transport(action="play"):
                 self._play()
             case Transport(action="pause"):
                 self._playing = False
             case Transport(action="step"):
-                self._seek(self._tree.run.position + 1, number, clamp=True)
+                self._step_by(1, number, left)
             case Transport(action="back"):
-                self._seek(self._tree.run.position - 1, number, clamp=True)
+                self._step_by(-1, number, left)
             case Transport(action="seek", frame=frame):
-                self._seek(frame, number)
+                self._seek(frame, number, left)
             case Speed(speed=speed):
                 # The next frame is due no later than at the new speed, but not at once: a correction is no frame.
                 self._speed, self._behind_s = speed, 0.0
@@ -367,15 +329,20 @@ class Worker:
             self._tree.run.seek(0)
         self._playing, self._due, self._behind_s = True, time.monotonic(), 0.0
 
-    def _seek(self, frame: int, number: int, *, clamp: bool = False) -> None:
+    def _step_by(self, frames: int, number: int, left: Seek | None) -> None:
+        """Go on or back, on the way to a goal from where that ends."""
+        position = self._tree.run.position if left is None else left.goal.position
+        self._seek(min(max(position + frames, 0), self._tree.run.frames - 1), number, left)
+
+    def _seek(self, frame: int, number: int, left: Seek | None) -> None:
+        """Go to a frame; what was known before the way that this ends is still computed again."""
         last = self._tree.run.frames - 1
-        if clamp:
-            frame = min(max(frame, 0), last)
         if not 0 <= frame <= last:
             raise ParameterError("frame", frame, f"a frame of the run, 0 to {last}")
         self._playing = False
-        known = self._tree.run.computed
-        self._start_seek(Goal(max(frame, known), frame), number, at_once_s=AT_ONCE_S if frame <= known else 0.0)
+        known = max(self._tree.run.computed, left.known if left is not None else 0)
+        at_once_s = AT_ONCE_S if max(frame, known) <= self._tree.run.computed else 0.0
+        self._start_seek(Goal(max(frame, known), frame), number, known=known, at_once_s=at_once_s)
 
     def _change(self, values: dict[str, object], branch: str) -> object:
         """Change parameters; the answer is the frame from which they count."""
@@ -396,7 +363,7 @@ class Worker:
         if again:
             # The web process may never have had them: it forgets all diagnostics when the server ends.
             self._rows = self._tree.rows(0)
-            self._start_seek(command.run.bound, number)
+            self._start_seek(command.run.bound, number, known=command.run.bound.computed)
 
     def _report_restart(self) -> None:
         """Report the rows of a run that has just been restarted."""

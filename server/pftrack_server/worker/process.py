@@ -1,0 +1,60 @@
+"""The process of a worker: what it may take, how it begins, and what is told when it fails."""
+
+import os
+import socket
+import sys
+import traceback
+
+from pftrack.model.parameters import ParameterError
+from pftrack.process import BlockingEnd, confine, leave_interrupts_to_parent
+from pftrack.runs.record import RecordError
+from pftrack.sources.sequence import SourceError
+from pftrack_server.worker.protocol import Failed, WorkerConfig
+from pftrack_server.worker.worker import Worker
+
+__all__ = ["main"]
+
+NICENESS, GIVING_WAY = 3, 8
+"""Whoever serves everybody goes before one session's computation, and sweeps, with 10, come last."""
+OPEN_FILES = 256
+
+
+def main(end: socket.socket, config: WorkerConfig) -> None:
+    """Run a session's worker until the web process hangs up."""
+    leave_interrupts_to_parent()
+    os.nice(GIVING_WAY if config.gives_way else NICENESS)
+    confine(memory_bytes=config.memory_bytes, cpu_seconds=config.cpu_seconds, open_files=OPEN_FILES)
+    pipe = BlockingEnd(end)
+    try:
+        worker = _make_worker(pipe, config)
+        if worker is not None:
+            worker.serve()
+    except (EOFError, BrokenPipeError, ConnectionResetError):
+        return
+    except MemoryError:
+        mebibytes = config.memory_bytes >> 20
+        _report_failure(pipe, Failed(f"The run needed more than the {mebibytes} MiB of memory that a session may use."))
+        sys.exit(1)
+    except Exception as error:  # noqa: BLE001 - whatever it was, it is reported once and ends this session alone
+        traceback.print_exc()
+        _report_failure(pipe, Failed(f"The computation failed ({type(error).__name__}); the server's log says where."))
+        sys.exit(1)
+
+
+def _make_worker(pipe: BlockingEnd, config: WorkerConfig) -> Worker | None:
+    """Return the worker, or tell what of the config was refused."""
+    try:
+        return Worker(pipe, config)
+    except (ParameterError, SourceError, RecordError) as error:
+        _report_failure(pipe, Failed(str(error), error))
+    except LookupError as error:
+        # A session of an older version, whose experiment is no more.
+        _report_failure(pipe, Failed(str(error.args[0])))
+    return None
+
+
+def _report_failure(pipe: BlockingEnd, failed: Failed) -> None:
+    try:
+        pipe.send(failed)
+    except OSError:
+        return
