@@ -14,14 +14,14 @@ import pytest
 from pftrack_server.errors import ClientGoneError
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.functions import do_nothing
-from pftrack_server.tasks.queue import Queue, unless_gone
+from pftrack_server.tasks.queue import Queue, Queues, unless_gone
 from tests.apart import run
 from tests.conftest import BASE
 from tests.server.host import Server
 from tests.server.test_uploads import png, send
 from tests.waiting import wait_for
 
-FILM = b"no film at all" * 400_000
+FILM = b"no film at all" * 1_400_000
 BOUNDARY = "a-boundary"
 
 
@@ -86,6 +86,62 @@ async def give_up_as_ones_turn_comes() -> None:
 def test_the_first_to_come_is_the_first_to_be_served() -> None:
     """Each is told how many are before it, and one that gives up is passed over."""
     assert run(take_turns()) == ["a", "c", "d"]
+
+
+async def pass_by() -> list[str]:
+    queue, order = Queue(1), list[str]()
+
+    async def work(name: str, weight_s: float) -> None:
+        async with queue.place(name, weight_s=weight_s):
+            order.append(name)
+
+    async with queue.place():
+        waiting = []
+        for name, weight_s in (("film", 500.0), ("clip", 20.0), ("other film", 500.0), ("picture", 0.0)):
+            waiting.append(asyncio.create_task(work(name, weight_s)))
+            await asyncio.sleep(0)
+        assert [queue.before(name) for name in ("picture", "film")] == [1, 3]
+    await asyncio.gather(*waiting)
+    return order
+
+
+def test_small_ones_pass_large_ones() -> None:
+    """What takes less time comes before what has come earlier by less than that."""
+    assert run(pass_by()) == ["picture", "clip", "film", "other film"]
+
+
+class Works:
+    """Work of three kinds: one that takes a moment, and two that end when they are let."""
+
+    def __init__(self) -> None:
+        self.begun: list[str] = []
+        self.ends = {name: asyncio.Event() for name in ("one", "two")}
+
+    async def do(self, name: str) -> str:
+        self.begun.append(name)
+        if name in self.ends:
+            await self.ends[name].wait()
+        return name
+
+
+async def turn_out_heavy() -> list[str]:
+    queues, works = Queues(light=1, heavy=1, moment_s=0.05), Works()
+    one, two = (
+        asyncio.create_task(queues.take_turn(lambda name=name: works.do(name), name)) for name in ("one", "two")
+    )
+    assert await asyncio.wait_for(queues.take_turn(lambda: works.do("light")), 10) == "light"
+    assert (queues.before("one"), queues.before("two")) == (0, 1)
+    works.ends["one"].set()
+    works.ends["two"].set()
+    assert await asyncio.gather(one, two) == ["one", "two"]
+    assert queues.light.is_free
+    assert queues.heavy.is_free
+    return works.begun
+
+
+def test_what_takes_a_moment_does_not_wait_for_what_turns_out_heavy() -> None:
+    """One goes on among heavy work, the next has to begin again when its turn comes, and both make room."""
+    assert run(turn_out_heavy()) == ["one", "two", "light", "two"]
 
 
 def test_a_place_is_not_lost() -> None:

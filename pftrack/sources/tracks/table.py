@@ -28,6 +28,7 @@ __all__ = ["LARGEST_FILE_BYTES", "MOST_POINTS", "TrackTable", "read_tracks", "wr
 
 LARGEST_FILE_BYTES = 12 * 1024 * 1024
 MOST_POINTS = 400
+MOST_COLUMNS = 16_384
 FEWEST_FRAMES = 2
 ONLY = "1"
 """Name of the point of a table that names none."""
@@ -89,7 +90,13 @@ def read_tracks(data: bytes, most_frames: int) -> TrackTable:
         SourceError: It is no such table, a line of it is wrong, or it has too much or too little.
     """
     text = decode(data)
-    delimiter = delimiter_of(text.partition("\n")[0])
+    first = text.partition("\n")[0]
+    delimiter = delimiter_of(first)
+    if first.count(delimiter) >= MOST_COLUMNS:
+        raise SourceError(
+            f"the table has more than {MOST_COLUMNS:,} columns, which no spreadsheet has; "
+            f"at most {MOST_POINTS} points are allowed"
+        )
     lines = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
     try:
         header = [name.strip().strip("\ufeff").lower().replace(" ", "_") for name in next(lines, [])]

@@ -26,7 +26,6 @@ from pftrack_server.api.dependencies import (
 from pftrack_server.errors import ConflictError, NotFoundError, RefusedError
 from pftrack_server.schemas.uploads import SightingPublic, SuitabilityPublic, TruthPublic, UploadPublic
 from pftrack_server.store.files import is_name
-from pftrack_server.store.tables import UploadRow
 from pftrack_server.tasks.functions import TargetSearch, find_mark, frame_jpeg
 from pftrack_server.tasks.queue import unless_gone
 from pftrack_server.uploads.intake import check_room, index_of, limits_of, take_in
@@ -36,9 +35,6 @@ from pftrack_server.uploads.truth import discard_truth, load_truth, store_truth
 __all__ = ["router"]
 
 router = APIRouter(prefix="/uploads", tags=["uploads"])
-
-LIGHT_BYTES = 4 * 1024 * 1024
-"""An upload up to this size is looked through in a moment."""
 
 Number = Annotated[int, Query(ge=0, le=10_000_000)]
 
@@ -112,14 +108,9 @@ async def add_upload(
     received = await receive(
         request, folder, store.disk_budget, most_bytes=settings.max_upload_bytes, most_files=settings.max_upload_files
     )
-    queue = services.queues.light if received.size_bytes <= LIGHT_BYTES else services.queues.heavy
-
-    async def inspect() -> UploadRow:
-        async with queue.place(ticket):
-            return await take_in(store, settings, tasks, folder, received, services.stopping.is_set)
-
+    taking = take_in(store, settings, tasks, folder, received, services.stopping.is_set, ticket)
     try:
-        row = await unless_gone(inspect(), lambda: wait_until_gone(request))
+        row = await unless_gone(taking, lambda: wait_until_gone(request))
     finally:
         await asyncio.to_thread(shutil.rmtree, folder, ignore_errors=True)
     return UploadPublic.model_validate(row)

@@ -1,8 +1,9 @@
 """What is computed once and kept: checks of lessons, and the runs that their questions are about.
 
 Each is kept under a hash of all that it depends on, the program among it, and computed again when that has changed. It
-is computed in a child task when it is first asked for, one after the other, so that a class that opens a lesson at one
-time waits for one computation. Whoever asks meanwhile is told how far it is.
+is computed in a child task when it is first asked for, so that a class that opens a lesson at one time waits for one
+computation. Of several one after the other is computed, and what takes a moment waits for nothing that takes longer.
+Whoever asks meanwhile is told how far it is.
 """
 
 import asyncio
@@ -17,12 +18,14 @@ import structlog
 from pftrack.process import Budget, Ending, Outcome, Refusal, Reply
 from pftrack_server.tasks.child_tasks import ChildTasks, ending_message
 from pftrack_server.tasks.disk_cache import DiskCache, digest
-from pftrack_server.tasks.queue import Queue
+from pftrack_server.tasks.queue import Queues
 
 __all__ = ["Job", "LessonResults"]
 
 BUDGET = Budget(cpu_seconds=1800.0, silence_s=600.0)
 """A check may take a minute on a slow machine, and says nothing meanwhile."""
+MOMENT_S = 3.0
+"""So long what is computed is taken for light."""
 AGAIN_S = 60.0
 """So long after a failure nobody tries again."""
 
@@ -70,7 +73,7 @@ class LessonResults:
     def __init__(self, folder: Path, tasks: ChildTasks) -> None:
         self._kept = DiskCache(folder)
         self._tasks = tasks
-        self._turn = Queue(1)
+        self._queues = Queues(light=1, heavy=1, moment_s=MOMENT_S)
         self._jobs: dict[str, Job] = {}
 
     def open(self) -> None:
@@ -105,8 +108,9 @@ class LessonResults:
 
     async def _compute(self, name: str, job: Job, function: Callable[..., Any], arguments: tuple[object, ...]) -> None:
         try:
-            async with self._turn.place():
-                outcome: Outcome = await self._tasks.answer(function, *arguments, budget=BUDGET, on_step=job.step)
+            outcome: Outcome = await self._queues.take_turn(
+                lambda: self._tasks.answer(function, *arguments, budget=BUDGET, on_step=job.step)
+            )
         except Exception:
             log.exception("a lesson's computation failed", function=function.__name__)
             outcome = Ending.FAILED

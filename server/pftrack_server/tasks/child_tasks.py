@@ -28,6 +28,8 @@ REFUSALS = ComparisonError, ExportError, ParameterError, RecordError, SourceErro
 """Exceptions whose text is for whoever asked; all others are for the log."""
 
 BUDGET = Budget()
+LONG_S = 30.0
+"""So long a long task may take, as far as its place in the line goes."""
 
 warnings = RateLimitedLogger(__name__)
 
@@ -90,7 +92,7 @@ class ChildTasks:
             UnavailableError: It gave no sign of life for too long.
         """
         budget = Budget(cpu_seconds=cpu_seconds, file_bytes=file_bytes)
-        async with self.queues.heavy.place():
+        async with self.queues.heavy.place(weight_s=LONG_S):
             return _result(await self.answer(function, *arguments, budget=budget, on_step=on_step), budget)
 
     async def _in_turn(self, function: Callable[..., Any], arguments: tuple[object, ...]) -> Outcome:

@@ -8,13 +8,14 @@ import contextlib
 import dataclasses
 import re
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Coroutine, Mapping
 from pathlib import Path
-from typing import ParamSpec, TypeVar
+from typing import Any, Final, ParamSpec, TypeVar
 
 import structlog
 
 from pftrack.model.sequence import FrameIndex
+from pftrack.process import MEBIBYTE
 from pftrack.sources.images import natural_order
 from pftrack.sources.sequence import DEFAULT_LIMITS, Limits, SourceError
 from pftrack_server.errors import ConflictError, DiskFullError
@@ -28,6 +29,11 @@ from pftrack_server.uploads.multipart import Received
 from pftrack_server.uploads.probe import probe
 
 __all__ = ["check_room", "index_of", "limits_of", "take_in"]
+
+LIGHT_BYTES: Final = 16 * MEBIBYTE
+"""An upload up to this size is probably looked through in a moment."""
+BYTES_A_SECOND: Final = MEBIBYTE
+"""So fast, slow machines look through one."""
 
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
@@ -93,8 +99,18 @@ async def take_in(
     folder: Path,
     received: Received,
     stopped: Callable[[], bool],
+    ticket: str | None = None,
 ) -> UploadRow:
     """Look through files that arrived, and keep them, unless the server stops meanwhile or nobody waits any more.
+
+    Args:
+        store: Where to keep them.
+        settings: What is allowed.
+        tasks: Where they are looked through, in turn; small ones pass large ones.
+        folder: Where they are.
+        received: The files.
+        stopped: Asked now and then whether to give up.
+        ticket: A name under which the client asks for its place.
 
     Raises:
         SourceError: They are no sequence of pictures, or exceed the limits.
@@ -103,8 +119,17 @@ async def take_in(
     """
     await asyncio.to_thread(check_room, store, settings, received.size_bytes)
     content, names = await _to_the_end(_arrange, folder, received)
+
+    def look() -> Coroutine[Any, Any, FrameIndex]:
+        return probe(tasks, content, limits_of(settings), stopped=stopped)
+
+    heavy_s = received.size_bytes / BYTES_A_SECOND
     try:
-        found = await probe(tasks, content, limits_of(settings), stopped=stopped)
+        if received.size_bytes > LIGHT_BYTES:
+            async with tasks.queues.heavy.place(ticket, weight_s=heavy_s):
+                found = await look()
+        else:
+            found = await tasks.queues.take_turn(look, ticket, weight_s=heavy_s)
     except SourceError as error:
         raise SourceError(_by_their_names(str(error), names)) from None
 
