@@ -15,6 +15,7 @@ from pftrack_server.follow.access import AccessGuard
 from pftrack_server.middleware.base_path import BasePath
 from pftrack_server.middleware.body_limit import BodyLimit
 from pftrack_server.middleware.errors import install
+from pftrack_server.middleware.head import HeadAsGet
 from pftrack_server.middleware.metrics import Metrics, Stopwatch
 from pftrack_server.middleware.security import Guard
 from pftrack_server.services import Services
@@ -71,6 +72,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.add_middleware(AccessGuard)
     app.add_middleware(BodyLimit, most_bytes=settings.max_body_bytes)
     app.add_middleware(Guard, settings=settings)
+    app.add_middleware(HeadAsGet)
     app.add_middleware(BasePath, settings=settings)
     app.add_middleware(Stopwatch, metrics=metrics)
     return app

@@ -2,8 +2,8 @@
 
 Whoever connects has some seconds to send the head of a request, which has a longest length, and whoever was answered
 has some to send the next. When the process has nearly as many connections as it may have files, those that have been
-silent for longest make room. A browser that takes nothing of what it asked for is given up. Bodies have a limit of
-their own in `pftrack_server.middleware.body_limit`.
+silent for longest make room, and then those whose bodies come most slowly. A browser that takes nothing of what it
+asked for is given up. Bodies have a limit of their own in `pftrack_server.middleware.body_limit`.
 """
 
 import asyncio
@@ -28,6 +28,8 @@ TAKING_S = 120.0
 """Time in which something of what was sent must be taken; the system takes it from this process in large pieces."""
 FILES_SHARE = 0.5
 """Share of the process's files that browsers may have; the others belong to workers, uploads and the database."""
+SLOW_S = 1.0
+"""Time after which a body that has not ended is slow."""
 LARGEST_MESSAGE = 64 * 1024
 CLOSING = {"connection": "close"}
 
@@ -83,15 +85,16 @@ class Connection(_SilenceWatch, HttpToolsProtocol):
     _deadline: asyncio.TimerHandle | None = None
     _head_bytes: int | None = None
     """Length of the head so far; None while none is coming."""
+    _body_since: float | None = None
+    """When a body began to come; None while none does."""
+    _body_bytes = 0
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # as uvicorn's own
         """Begin to wait, in the place of one that has waited longer if there are too many."""
         super().connection_made(transport)
         self._wait()
-        if len(self.connections) > most_connections():
-            silent = [each for each in self.connections if isinstance(each, Connection) and each.silent_since]
-            if silent:
-                min(silent, key=lambda each: each.silent_since or 0.0).transport.abort()
+        if len(self.connections) > most_connections() and (wanted_least := self._wanted_least()):
+            wanted_least.transport.abort()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Wait no longer."""
@@ -126,12 +129,36 @@ class Connection(_SilenceWatch, HttpToolsProtocol):
         self._head_bytes = None
         self._on_activity()
 
+        self._body_since, self._body_bytes = time.monotonic(), 0
+
+    def on_body(self, body: bytes) -> None:
+        """Take note of how fast a body comes."""
+        super().on_body(body)
+        self._body_bytes += len(body)
+
+    def on_message_complete(self) -> None:
+        """Take note that the body is there."""
+        super().on_message_complete()
+        self._body_since = None
+
     def on_response_complete(self) -> None:
         """Wait for the next request: uvicorn's own deadline ends with any byte, as of a body that nobody reads."""
         has_next = bool(self.pipeline)
         super().on_response_complete()
         if not has_next:
             self._wait()
+
+    def _wanted_least(self) -> "Connection | None":
+        """Return the one that has waited longest for a request, else the one whose body comes most slowly; or none."""
+        known = [each for each in self.connections if isinstance(each, Connection)]
+        silent = [(each.silent_since, each) for each in known if each.silent_since is not None and each is not self]
+        now = time.monotonic()
+        slow = [
+            (each._body_bytes / (now - each._body_since), each)  # noqa: SLF001 - of another one of its kind
+            for each in known
+            if each._body_since is not None and now - each._body_since > SLOW_S  # noqa: SLF001 - see above
+        ]
+        return min(silent or slow, key=lambda pair: pair[0], default=(0.0, None))[1]
 
     def _wait(self) -> None:
         self._on_activity()

@@ -173,6 +173,32 @@ def test_silent_connections_make_room(start_server: Any, monkeypatch: pytest.Mon
             raw.close()
 
 
+def test_slow_uploads_make_room(start_server: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """When there are too many, those that come most slowly end; others are answered, and none holds a file open."""
+    monkeypatch.setattr(connections, "most_connections", lambda: 20)
+    monkeypatch.setattr(connections, "SLOW_S", 0.0)
+    part = b'--x\r\nContent-Disposition: form-data; name="file"; filename="a.mp4"\r\n\r\n' + bytes(1000)
+    head = (
+        f"POST {BASE}/api/v1/uploads HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100000\r\n"
+        "Content-Type: multipart/form-data; boundary=x\r\n\r\n"
+    )
+    incoming = tmp_path / "data" / "incoming"
+    with start_server() as (server, _), contextlib.ExitStack() as held:
+        slow = []
+        for number in range(40):
+            raw = held.enter_context(socket.create_connection(("127.0.0.1", server.port), timeout=30))
+            raw.sendall(head.encode() + part)
+            slow.append(raw)
+            if number == 10:
+                wait_for(lambda: len([path for path in incoming.glob("*/*") if path.stat().st_size]) == 11)
+                links = [str(link.readlink()) for link in Path("/proc/self/fd").iterdir() if link.is_symlink()]
+                assert not [link for link in links if link.startswith(str(incoming))]
+        with httpx.Client(base_url=server.url) as other:
+            assert other.get("/healthz").status_code == 200
+        wait_for(lambda: len(server.uvicorn.server_state.connections) <= 20)
+        assert sum(is_closed(raw) for raw in slow[:10]) >= 5
+
+
 def test_a_body_that_pauses_is_given_up() -> None:
     """A request whose body stops coming is answered and ends."""
     sent: list[Any] = []

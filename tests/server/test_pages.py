@@ -23,6 +23,15 @@ def test_pages(client: httpx.Client, path: str) -> None:
     assert "http://" not in answer.text.replace("http://www.w3.org", "")
 
 
+@pytest.mark.parametrize("path", ["/", "/api/v1/experiments", "/static/shared/style.css", "/nowhere"])
+def test_heads(client: httpx.Client, path: str) -> None:
+    """Whatever can be fetched can be asked for its headers alone; what is wrong is as wrong as with GET."""
+    head, whole = client.head(path), client.get(path)
+    assert (head.status_code, head.content) == (whole.status_code, b"")
+    for name in ("content-type", "content-length", "cache-control"):
+        assert head.headers.get(name) == whole.headers.get(name)
+
+
 PAGES = Path(__file__).parents[2] / "frontend_static"
 VERSIONED = re.compile(r"^static/version/\w+/")
 

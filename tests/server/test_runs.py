@@ -46,7 +46,14 @@ def test_saved_and_listed(client: httpx.Client) -> None:
     assert "40 frames" in run["outcome"]
     assert run in client.get("/api/v1/runs").json()
     assert client.get(f"/api/v1/runs/{run['id']}").json() == run
-    assert client.get(run["thumbnail"]).content.startswith(b"\x89PNG")
+    picture = client.get(run["thumbnail"])
+    assert picture.content.startswith(b"\x89PNG")
+    assert picture.headers["cache-control"] == "private, max-age=86400"
+    assert client.get(f"/api/v1/runs/{run['id']}").headers["cache-control"] == "private, no-cache"
+    for path in (run["thumbnail"], f"/api/v1/runs/{run['id']}/download"):
+        head, whole = client.head(path), client.get(path)
+        assert (head.status_code, head.content) == (200, b"")
+        assert head.headers["content-length"] == str(len(whole.content))
     assert client.delete(f"/api/v1/runs/{run['id']}").status_code == 204
     for path in ("", "/download", "/thumbnail.png"):
         error_of(client.get(f"/api/v1/runs/{run['id']}{path}"), 404)

@@ -70,6 +70,7 @@ class TestTakenIn:
         assert (upload["width"], upload["height"], upload["size_bytes"]) == (*SIZE, len(clip))
         assert upload in client.get("/api/v1/uploads").json()
         frame = client.get(f"/api/v1/uploads/{upload['id']}/frames/3.jpg")
+        assert frame.headers["cache-control"] == "private, max-age=86400"
         assert frame.headers["content-type"] == "image/jpeg"
         assert frame.content.startswith(b"\xff\xd8")
         assert error_of(client.get(f"/api/v1/uploads/{upload['id']}/frames/24.jpg"), 422)["message"]

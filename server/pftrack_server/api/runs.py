@@ -19,6 +19,7 @@ from pftrack_server.api.dependencies import (
     TheTasks,
     wait_until_gone,
 )
+from pftrack_server.api.kept_pictures import kept_picture
 from pftrack_server.api.uploads import MULTIPART
 from pftrack_server.errors import ClientGoneError, NotFoundError
 from pftrack_server.runs.imports import Import
@@ -129,7 +130,7 @@ def thumbnail(run: ARun, store: AStore) -> Response:
     path = store.files.thumbnail(run.id)
     if not path.exists():
         raise NotFoundError("The picture of this run is missing.")
-    return Response(path.read_bytes(), media_type="image/png", headers={"Cache-Control": "max-age=86400"})
+    return kept_picture(path.read_bytes(), "image/png")
 
 
 @router.post("/{run}/open", status_code=HTTPStatus.CREATED)

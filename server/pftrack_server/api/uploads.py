@@ -23,6 +23,7 @@ from pftrack_server.api.dependencies import (
     Ticket,
     wait_until_gone,
 )
+from pftrack_server.api.kept_pictures import kept_picture
 from pftrack_server.errors import ConflictError, NotFoundError, RefusedError
 from pftrack_server.schemas.uploads import SightingPublic, SuitabilityPublic, TruthPublic, UploadPublic
 from pftrack_server.store.files import is_name
@@ -154,7 +155,7 @@ async def show_frame(
         index = await index_of(store, settings, tasks, upload.id)
         picture = await tasks.run(frame_jpeg, where, index, frame, limits_of(settings))
         await asyncio.to_thread(store.files.keep_preview, upload.id, frame, picture)
-    return Response(picture, media_type="image/jpeg", headers={"Cache-Control": "max-age=86400"})
+    return kept_picture(picture, "image/jpeg")
 
 
 @router.get("/{upload}/mark")

@@ -2,6 +2,9 @@
 
 Three checks stand in one ASGI middleware, because FastAPI's own http middleware never sees a websocket:
 
+What is answered is of whoever has the token alone: caches between a browser and the server keep nothing that does not
+say so.
+
 1. *Host* must be a name of this server. A page of a stranger whose name was rebound to 127.0.0.1 carries its own.
 2. *Origin* of every state-changing request and of every websocket must be the server itself. Programs that are no
    browsers send none, and cannot be tricked by a page.
@@ -47,6 +50,7 @@ HEADERS = {
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
     "Permissions-Policy": "camera=(), microphone=(), geolocation=()",
+    "Cache-Control": "private, no-cache",
 }
 WEEK_SECONDS = 7 * 24 * 3600
 UNKNOWN = 401

@@ -1,7 +1,8 @@
 """Uploading: a multipart body written to disk while it arrives, and cut off as soon as it is too large.
 
 FastAPI's own form parser keeps a whole upload before anybody can say no, so the parts are taken from the wire here. A
-part's file name is only ever a title and an order; what a file is called on disk is made up by the server.
+part's file name is only ever a title and an order; what a file is called on disk is made up by the server. A file is
+open only while a piece of it is written: those who send slowly would have one each, and a process has only so many.
 """
 
 import asyncio
@@ -83,7 +84,7 @@ async def _read(request: Request, parser: MultipartParser, parts: "_Parts", room
                 looked = total
                 await asyncio.to_thread(room.check)
             if chunk:
-                await asyncio.to_thread(parser.write, chunk)
+                await asyncio.to_thread(_write, parser, parts, chunk)
         parser.finalize()
     except ClientDisconnect:
         raise ApiError("The connection broke during the upload") from None
@@ -98,6 +99,11 @@ async def _read(request: Request, parser: MultipartParser, parts: "_Parts", room
         raise RefusedError("There is no file in the request; send it in a field named file", field="file")
 
 
+def _write(parser: MultipartParser, parts: "_Parts", chunk: bytes) -> None:
+    parser.write(chunk)
+    parts.close()
+
+
 def _too_large(most_bytes: int) -> str:
     return f"An upload may have at most {most_bytes / 1024**2:.4g} MiB"
 
@@ -110,6 +116,7 @@ class _Parts:
         self.most_bytes = most_bytes
         self._most_files = most_files
         self._folder = folder
+        self._path: Path | None = None
         self._file: IO[bytes] | None = None
         self._name, self._value = b"", b""
         self._disposition = b""
@@ -117,7 +124,7 @@ class _Parts:
     @property
     def open(self) -> bool:
         """Whether a file has begun and not ended."""
-        return self._file is not None
+        return self._path is not None
 
     def callbacks(self) -> dict[str, Any]:
         """Return what the parser calls."""
@@ -128,14 +135,18 @@ class _Parts:
             "on_header_end": self._header_end,
             "on_headers_finished": self._headers,
             "on_part_data": self._data,
-            "on_part_end": self.close,
+            "on_part_end": self._end,
         }
 
     def close(self) -> None:
-        """Finish the current file."""
+        """Let go of the current file until more of it comes."""
         if self._file is not None:
             self._file.close()
             self._file = None
+
+    def _end(self) -> None:
+        self.close()
+        self._path = None
 
     def _begin(self) -> None:
         self._name = self._value = self._disposition = b""
@@ -159,17 +170,19 @@ class _Parts:
         number = len(self.received.paths)
         if number >= self._most_files:
             raise TooLargeError(f"An upload may have at most {self._most_files} files")
-        path = self._folder / f"{number:06d}"
-        self._file = path.open("wb")
-        self.received.paths.append(path)
+        self._path = self._folder / f"{number:06d}"
+        self._path.touch()
+        self.received.paths.append(self._path)
         self.received.names.append(_title(options[b"filename"]))
 
     def _data(self, data: bytes, start: int, end: int) -> None:
-        if self._file is None:
+        if self._path is None:
             return
         self.received.size_bytes += end - start
         if self.received.size_bytes > self.most_bytes:
             raise TooLargeError(_too_large(self.most_bytes))
+        if self._file is None:
+            self._file = self._path.open("ab")
         self._file.write(memoryview(data)[start:end])
 
 
