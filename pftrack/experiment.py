@@ -18,6 +18,7 @@ from pftrack.model.frame import Frame, Target
 from pftrack.model.layer import Layer
 from pftrack.model.marks import Mark, read_mark
 from pftrack.model.measures import HIT_RATE, Measure
+from pftrack.model.own_account import own_account
 from pftrack.model.parameters import Declaration, ParameterError, Parameters, Value, declarations
 from pftrack.model.plot import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading
 from pftrack.model.recipe import Footage
@@ -216,6 +217,8 @@ class Experiment:
             size, such as its silhouette, or by a belief that is no point; None leaves it to `lost`.
         on_video: Wire a recording, where the experiment takes one.
         footage: The kinds of recording that it takes, of pictures by default.
+        recorded: (kind of a recording) -> the parameters of runs on it, before they are fitted to a target; they are
+            needed where a sweep on a recording is planned.
         marks: The kinds of mark that it takes on a recording; the first is the one that an editor offers. Where there
             are none, all of a recording is followed.
         unmarked: The kinds of recording that may come without a mark all the same, since all of one may be the target.
@@ -259,6 +262,7 @@ class Experiment:
     missed: Callable[[Any, Target], bool | None] | None = None
     on_video: OnVideo | None = None
     footage: tuple[Kind, ...] = PICTURES
+    recorded: Callable[[Kind], Parameters] | None = None
     marks: tuple[type[Mark], ...] = ()
     unmarked: tuple[Kind, ...] = ()
     advice: str = ""
@@ -343,6 +347,25 @@ class Experiment:
     def run_measures(self) -> tuple[Measure, ...]:
         """All measures of a run: the hit rate, where there is a notion of lost, and those declared."""
         return (*((HIT_RATE,) if self.judges_loss else ()), *self.measures)
+
+    def measures_on(self, footage: Footage | None) -> tuple[Measure, ...]:
+        """Return all measures of a run on a recording, or of a simulated one: without truth, by its own account."""
+        if footage is None or footage.truth:
+            return self.run_measures
+        return (*self.run_measures, *own_account(self.unit))
+
+    def parameters_on(self, kind: Kind | None) -> Parameters:
+        """Return the parameters of runs on a kind of recording, before they are fitted to it; of the scene if None.
+
+        Raises:
+            ParameterError: It takes no such recording, or does not declare them.
+        """
+        if kind is None:
+            return self.simulate().parameters
+        self.check_footage(kind)
+        if self.recorded is None:
+            raise ParameterError("footage", kind, f"left out: {self.id} does not declare the parameters of recordings")
+        return self.recorded(kind)
 
     def miscalibration(self, *in_force: tuple[str, Any]) -> dict[Direction, str]:
         """Return why bands are not to be believed, by the way in which they are not.

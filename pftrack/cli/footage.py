@@ -1,20 +1,58 @@
 """What a command line says of a recording: where it is, where it begins, what is marked in it, what is true of it."""
 
+import os
 from collections.abc import Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from pftrack.cli.output import CommandError, note, wrong_use
 
 if TYPE_CHECKING:
     from pftrack.experiment import Experiment, Setup
     from pftrack.model.recipe import Footage, Recipe
-    from pftrack.model.sequence import FrameSequence
+    from pftrack.model.sequence import FrameSequence, Kind
     from pftrack.runs.record import OpenSequence
+    from pftrack.sweep import Recording
 
-__all__ = ["FootageOptions", "footage_of", "open_footage", "open_setup"]
+__all__ = [
+    "Box",
+    "FootageOptions",
+    "Mark",
+    "Points",
+    "Start",
+    "Swept",
+    "Tracks",
+    "Truth",
+    "Video",
+    "footage_of",
+    "frames_left",
+    "open_footage",
+    "open_setup",
+    "path_from",
+    "swept_recording",
+]
+
+Video = Annotated[
+    Path | None, typer.Option(help="A video, an animated GIF, a folder of pictures, or a table of tracks (CSV).")
+]
+Tracks = Annotated[Path | None, typer.Option(help="A table of tracks (CSV), the same as --video.")]
+Mark = Annotated[
+    str | None,
+    typer.Option(metavar="KIND:...", help="The target on the first frame; `show` prints the kinds and their forms."),
+]
+Box = Annotated[str | None, typer.Option(metavar="X,Y,W,H", help="Short for --mark box:X,Y,W,H, px.")]
+Points = Annotated[Path | None, typer.Option(metavar="FILE", help="Short for --mark points:FILE.")]
+Start = Annotated[
+    str | None,
+    typer.Option(
+        metavar="FRAME", help="Frame on which the target is marked; the first with truth, or 0, if not given."
+    ),
+]
+Truth = Annotated[Path | None, typer.Option(help="CSV with what is true of each frame; `show` prints the columns.")]
 
 
 @dataclass(frozen=True)
@@ -107,6 +145,57 @@ def open_setup(
 
     setup = wire(experiment, footage.model_copy(update=changes), opened)
     return setup, sequences[0]
+
+
+@dataclass(frozen=True)
+class Swept:
+    """A recording on which a sweep is.
+
+    Attributes:
+        footage: What a recipe says of it, with the target where it was marked or found.
+        kind: Of recording.
+        frames: How many there are from its start on.
+        recording: Where it is.
+    """
+
+    footage: "Footage"
+    kind: "Kind"
+    frames: int
+    recording: "Recording"
+
+
+def swept_recording(experiment: "Experiment", said: FootageOptions, out: Path | None) -> Swept | None:
+    """Return the recording that options speak of; None if they speak of none.
+
+    Args:
+        experiment: Whose sweep it is.
+        said: What the options say.
+        out: Where the result goes, from which the recording is found again.
+    """
+    from pftrack.model.recipe import Recipe
+    from pftrack.sweep import Recording
+
+    with ExitStack() as stack:
+        setup, sequence = open_setup(stack, experiment, Recipe(experiment=experiment.id), said, Path())
+        if sequence is None or setup.footage is None or said.video is None:
+            return None
+        path = path_from(said.video, out) if out is not None else None
+        return Swept(
+            setup.footage.model_copy(update={"path": path}),
+            sequence.index.kind,
+            frames_left(sequence, setup),
+            Recording(str(said.video), sequence.index.to_json()),
+        )
+
+
+def frames_left(sequence: "FrameSequence", setup: "Setup") -> int:
+    """Return how many frames a recording has from its start on."""
+    return sequence.frame_count - (setup.footage.start if setup.footage else 0)
+
+
+def path_from(video: Path, out: Path) -> str:
+    """Return where a recording is, seen from a file that is written: the two can be moved together."""
+    return os.path.relpath(video.absolute(), out.absolute().parent)
 
 
 def open_footage(stack: ExitStack, path: Path, *, square: bool | None = None) -> "FrameSequence":

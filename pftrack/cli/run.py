@@ -12,7 +12,20 @@ import typer
 
 from pftrack.cli.compiling import compiling
 from pftrack.cli.exports import ExportOut, wanted_exports, write_exports
-from pftrack.cli.footage import FootageOptions, footage_of, open_setup
+from pftrack.cli.footage import (
+    Box,
+    FootageOptions,
+    Mark,
+    Points,
+    Start,
+    Tracks,
+    Truth,
+    Video,
+    footage_of,
+    frames_left,
+    open_setup,
+    path_from,
+)
 from pftrack.cli.learn import guidance_of
 from pftrack.cli.listing import Json, PresetName, find_experiment, find_preset
 from pftrack.cli.output import FAILED, CommandError, emit, note, progress, table, whole, wrong_use
@@ -47,28 +60,13 @@ def run(
     ],
     preset: PresetName = None,
     tracker: Annotated[str | None, typer.Option(help="A tracker's name, as `show` prints it.")] = None,
-    video: Annotated[
-        Path | None,
-        typer.Option(help="A video, an animated GIF, a folder of pictures, or a table of tracks (CSV)."),
-    ] = None,
-    tracks: Annotated[Path | None, typer.Option(help="A table of tracks (CSV), the same as --video.")] = None,
-    mark: Annotated[
-        str | None,
-        typer.Option(
-            metavar="KIND:...", help="The target on the first frame; `show` prints the kinds and their forms."
-        ),
-    ] = None,
-    box: Annotated[str | None, typer.Option(metavar="X,Y,W,H", help="Short for --mark box:X,Y,W,H, px.")] = None,
-    points: Annotated[Path | None, typer.Option(metavar="FILE", help="Short for --mark points:FILE.")] = None,
-    start: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FRAME", help="Frame on which the target is marked; the first with truth, or 0, if not given."
-        ),
-    ] = None,
-    truth: Annotated[
-        Path | None, typer.Option(help="CSV with what is true of each frame; `show` prints the columns.")
-    ] = None,
+    video: Video = None,
+    tracks: Tracks = None,
+    mark: Mark = None,
+    box: Box = None,
+    points: Points = None,
+    start: Start = None,
+    truth: Truth = None,
     assignments: Annotated[
         list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A parameter's value; may be repeated.")
     ] = None,
@@ -110,7 +108,7 @@ def run(
         stack.enter_context(compiling())
         setup, sequence = open_setup(stack, found, recipe, said, folder)
         if wanted is not None:
-            changes["frames"] = wanted if sequence is None else min(wanted, _frames_left(sequence, setup))
+            changes["frames"] = wanted if sequence is None else min(wanted, frames_left(sequence, setup))
         values = {**values_of(setup.parameters, assignments or []), **_guidance_value(found, learned)}
         if begin is not None:
             values = {**_preset_values(setup, begin), **values}
@@ -125,7 +123,7 @@ def run(
         write_exports(exports, made)
         if out is not None:
             try:
-                save(made, out, footage_path=_relative(said.video, out) if said.video else None)
+                save(made, out, footage_path=path_from(said.video, out) if said.video else None)
             except OSError as error:  # it speaks of the file beside, which nobody asked for
                 raise CommandError(f"{out} cannot be written: {error.strerror}") from None
     _print(summary, json=json)
@@ -212,11 +210,6 @@ def _preset_values(setup: "Setup", preset: "Preset") -> "Mapping[str, Value]":
     return preset.parameters
 
 
-def _frames_left(sequence: "FrameSequence", setup: "Setup") -> int:
-    """Return how many frames a recording has from its start on."""
-    return sequence.frame_count - (setup.footage.start if setup.footage else 0)
-
-
 def _note_unread(experiment: "Experiment", setup: "Setup", values: "Mapping[str, Value]", tracker: str) -> None:
     for declaration in experiment.declarations(type(setup.parameters)):
         if declaration.name in values and declaration.trackers and tracker not in declaration.trackers:
@@ -236,11 +229,6 @@ def _check_places(out: Path | None, film: Path | None) -> None:
             raise CommandError(f"{place} cannot be written: there is no folder {place.absolute().parent}")
         if not os.access(place.absolute().parent, os.W_OK):
             raise CommandError(f"{place} cannot be written: its folder is read-only")
-
-
-def _relative(video: Path, out: Path) -> str:
-    """Where the video is, seen from the saved run: the two can be moved together."""
-    return os.path.relpath(video.absolute(), out.absolute().parent)
 
 
 def _suitability(made: "Run", sequence: "FrameSequence | None") -> dict[str, Any]:

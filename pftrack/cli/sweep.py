@@ -16,6 +16,18 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.progress import Progress as Bar
 from typer.core import TyperGroup
 
+from pftrack.cli.footage import (
+    Box,
+    FootageOptions,
+    Mark,
+    Points,
+    Start,
+    Swept,
+    Tracks,
+    Truth,
+    Video,
+    swept_recording,
+)
 from pftrack.cli.listing import Json, PresetName, find_experiment, find_preset
 from pftrack.cli.output import CommandError, emit, note, table, whole, wrong_use
 from pftrack.cli.values import assign, value_of
@@ -23,7 +35,8 @@ from pftrack.cli.values import assign, value_of
 if TYPE_CHECKING:
     from pftrack.experiment import Experiment, Preset
     from pftrack.model.parameters import Value
-    from pftrack.sweep import Plan, Progress, Result
+    from pftrack.model.sequence import Kind
+    from pftrack.sweep import Plan, Progress, Recording, Result
 
 __all__ = ["plan_of", "register"]
 
@@ -48,6 +61,13 @@ def register(app: typer.Typer) -> None:
 def run(
     experiment: Annotated[str | None, typer.Argument(help="An experiment's name, as `list` prints it.")] = None,
     preset: PresetName = None,
+    video: Video = None,
+    tracks: Tracks = None,
+    mark: Mark = None,
+    box: Box = None,
+    points: Points = None,
+    start: Start = None,
+    truth: Truth = None,
     axes: Annotated[
         list[str] | None,
         typer.Option(
@@ -79,33 +99,37 @@ def run(
 ) -> None:
     """Compute an experiment over a grid of conditions, one row a run; `pftrack sweep report FILE` shows the result.
 
-    The word `run` may be left out.
+    With --video all runs are on a recording, each trial with a seed of its own. Where its truth is not given, runs are
+    measured by what the trackers say of themselves. The word `run` may be left out.
     """
     from pftrack.sweep import SweepError
 
     processes = whole("--jobs", jobs or str(_cores()), 1, 256)
     if cluster is not None and jobs is not None:
         raise wrong_use("--cluster computes on its own workers and takes no --jobs")
-    planned = [experiment, preset, axes, trackers, frames, assignments, out]
+    said = FootageOptions.of(video, tracks, mark, box, points, start, truth)
+    planned = [experiment, preset, axes, trackers, frames, assignments, out, *said.marks, start, truth]
     if resume is not None and (dry_run or any(it is not None for it in planned)):
         raise wrong_use(
             "--resume continues the plan of its file and cannot be combined with a plan, --out or --dry-run"
         )
     if resume is None and experiment is None:
         raise wrong_use("name an experiment, `pftrack list` lists them, or --resume a sweep that was stopped")
-    plan = None
+    plan, swept = None, None
     if experiment is not None:
         found = find_experiment(experiment)
         begin = find_preset(found, preset) if preset is not None else None
         try:
-            plan = plan_of(found, begin, axes or [], trackers, trials, frames, assignments or [], seed)
+            swept = swept_recording(found, said, out)
+            plan = plan_of(found, begin, axes or [], trackers, trials, frames, assignments or [], seed, swept)
         except SweepError as error:
             raise wrong_use(str(error)) from None
         if dry_run:
-            _estimate(plan, processes, json=json)
+            _estimate(plan, processes, swept.recording if swept else None, json=json)
             return
     place = _place(resume, out)
-    _compute(plan, place, processes, cluster, json=json)
+    recording = swept.recording if swept else _recording_of(place, said.video) if resume else None
+    _compute(plan, place, processes, cluster, recording, json=json)
 
 
 def report(
@@ -153,8 +177,9 @@ def plan_of(
     frames: str | None,
     assignments: list[str],
     seed: str,
+    swept: Swept | None = None,
 ) -> "Plan":
-    """Return the runs that the options of a command line describe.
+    """Return the runs that the options of a command line describe, on a recording if there is one.
 
     Raises:
         SweepError: They make no sense together.
@@ -163,37 +188,43 @@ def plan_of(
     from pftrack.runs.run import LONGEST_RUN
     from pftrack.sweep import MOST_RUNS, Plan, parse_axis
 
-    varied = tuple(parse_axis(experiment, text) for text in axes)
+    kind = swept.kind if swept else None
+    varied = tuple(parse_axis(experiment, text, kind) for text in axes)
     named = tuple(name.strip() for name in trackers.split(",")) if trackers is not None else ()
-    values = _values(experiment, assignments)
+    values = _values(experiment, assignments, kind)
     if preset is not None:  # what is said beside it goes before
         said = {axis.name for axis in varied} | set(values)
         values = {name: value for name, value in preset.parameters.items() if name not in said} | values
         if not named and "tracker" not in said:
             named = (preset.tracker,)
+    wanted = 0 if frames is None else whole("--frames", frames, 1, LONGEST_RUN)
+    if swept is not None:
+        wanted = min(wanted or swept.frames, swept.frames)
     return Plan(
         experiment=experiment.id,
         axes=varied,
         trackers=named,
         trials=whole("--trials", trials, 1, MOST_RUNS),
         seed=whole("--seed", seed, 0, LARGEST_SEED),
-        frames=0 if frames is None else whole("--frames", frames, 1, LONGEST_RUN),
+        frames=wanted,
         values=values,
+        footage=swept.footage if swept else None,
+        kind=kind,
     )
 
 
-def _values(experiment: "Experiment", assignments: list[str]) -> "dict[str, Value]":
+def _values(experiment: "Experiment", assignments: list[str], kind: "Kind | None") -> "dict[str, Value]":
     from pftrack.model.parameters import ParameterError
     from pftrack.sweep import SweepError
     from pftrack.sweep.axis import find_declaration
 
     values: dict[str, Value] = {}
-    model = type(experiment.simulate().parameters)
+    model = type(experiment.parameters_on(kind))
     for name, text in map(assign, assignments):
         if name in values:
             raise wrong_use(f"--set gives {name} twice")
         if name != "tracker":
-            find_declaration(experiment, name)
+            find_declaration(experiment, name, kind)
         try:
             values[name] = text if name == "tracker" else value_of(model, name, text)
         except ParameterError as error:
@@ -217,10 +248,26 @@ def _place(resume: Path | None, out: Path | None) -> Path:
     return out
 
 
-def _estimate(plan: "Plan", jobs: int, *, json: bool) -> None:
+def _recording_of(place: Path, video: Path | None) -> "Recording | None":
+    """Return where the recording of a sweep that was begun is: where it is said to be now, else where its plan says."""
+    from pftrack.sweep import Recording
+    from pftrack.sweep import resume as journal_of
+
+    footage = journal_of(place).plan.footage
+    if footage is None:
+        if video is not None:
+            raise wrong_use(f"{place} is a sweep of a simulated scene and takes no --video")
+        return None
+    found = video or place.parent / (footage.path or footage.name)
+    if not found.exists():
+        raise CommandError(f"the sweep is on {found}, which is not there; say with --video where it is")
+    return Recording(str(found))
+
+
+def _estimate(plan: "Plan", jobs: int, recording: "Recording | None", *, json: bool) -> None:
     from pftrack.sweep import estimate
 
-    found = estimate(plan, jobs)
+    found = estimate(plan, jobs, recording)
     if json:
         emit({"runs": found.runs, "cells": found.conditions, "seconds": found.seconds})
     else:
@@ -230,13 +277,15 @@ def _estimate(plan: "Plan", jobs: int, *, json: bool) -> None:
         )
 
 
-def _compute(plan: "Plan | None", out: Path, jobs: int, cluster: str | None, *, json: bool) -> None:
+def _compute(
+    plan: "Plan | None", out: Path, jobs: int, cluster: str | None, recording: "Recording | None", *, json: bool
+) -> None:
     from pftrack.sweep import SweepStopped, carry_out, summary
 
     begun = perf_counter()
     with _stoppable() as stop, _bar(plan.experiment if plan else out.stem) as show:
         try:
-            result = carry_out(plan, out, jobs=jobs, cluster=cluster, progress=show, stop=stop)
+            result = carry_out(plan, out, jobs=jobs, cluster=cluster, recording=recording, progress=show, stop=stop)
         except SweepStopped:
             done, total = show.seen
             raise CommandError(
@@ -253,15 +302,21 @@ def _compute(plan: "Plan | None", out: Path, jobs: int, cluster: str | None, *, 
 
 
 def _print(result: "Result", seconds: float) -> None:
+    from pftrack.model.own_account import own_account
     from pftrack.sweep import cells
 
     rows = []
+    footage = result.plan.footage
+    said = own_account(result.plan.wiring.unit) if footage is not None and not footage.truth else ()
     for name, found in cells(result).items():
         rate = f"{found.rate[0, 0]:.3f}" if found.judged[0, 0] else ""
         interval = f"{found.low[0, 0]:.3f} to {found.high[0, 0]:.3f}" if found.judged[0, 0] else ""
         error = "" if isnan(found.mean_error[0, 0]) else f"{found.mean_error[0, 0]:.4g}"
-        rows.append((name, f"{found.runs[0, 0]:,}", rate, interval, error))
-    table("", ("tracker", "runs", "success", "95 % interval", "mean error"), rows)
+        by_itself = (found.measures[it.name][0, 0] for it in said)
+        numbers = ["" if isnan(it) else f"{it:.4g}" for it in by_itself] if said else [rate, interval, error]
+        rows.append((name, f"{found.runs[0, 0]:,}", *numbers))
+    columns = [it.title.lower() for it in said] or ["success", "95 % interval", "mean error"]
+    table("", ("tracker", "runs", *columns), rows)
     typer.echo(f"\n{result.plan.runs:,} rows in {result.path}, {_duration(seconds)}")
 
 

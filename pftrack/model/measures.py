@@ -76,6 +76,9 @@ class EvaluatedRun:
         lost: (L,) whether that counts as lost, False where the truth is unknown; None if there is no such notion.
         extents: (L, 2) width and height of the box around the target, px; NaN for one without such a box.
         believed: (L, 2) width and height that the tracker believes the target has, px; NaN for one that does not say.
+        searching: (L,) 1 where the tracker looks for its target by its own account, else 0, NaN for one that does not
+            say; None where that is not kept.
+        deviations: (L,) root mean square of the posterior standard deviations; None where they are not kept.
     """
 
     estimates: NDArray[np.float64]
@@ -84,6 +87,8 @@ class EvaluatedRun:
     lost: NDArray[np.bool_] | None
     extents: NDArray[np.float64]
     believed: NDArray[np.float64]
+    searching: NDArray[np.float64] | None = None
+    deviations: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -127,7 +127,9 @@ def _fold(
     source = setup.open_source(seeds[0], parameters)
     # What an experiment keeps of its own series takes the states of all frames, and a fold has the last one only.
     # What a target is missed by takes states and targets, and a fold has estimates and places.
-    folds = experiment.missed is None and not any(series.reductions for series in experiment.series)
+    # What a tracker says of itself, where there is no truth, takes the rows of all frames.
+    by_truth = experiment.measures_on(setup.footage) == experiment.run_measures
+    folds = by_truth and experiment.missed is None and not any(series.reductions for series in experiment.series)
     names = [name for name in trackers if folds and experiment.trackers[name].fold is not None]
     runs = {
         (seed, name): _begin(experiment.trackers[name], source, parameters, seed) for seed in seeds for name in names

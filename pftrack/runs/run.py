@@ -315,9 +315,10 @@ class Run:
 
     def measures(self) -> Mapping[str, float | int]:
         """Return the measures of the run so far that it has a truth for, by name."""
-        if all(row.truth is None for row in self.diagnostics):
+        measures = self.experiment.measures_on(self.setup.footage)
+        if measures == self.experiment.run_measures and all(row.truth is None for row in self.diagnostics):
             return {}
-        return evaluate(self.experiment.run_measures, self._evaluated())
+        return evaluate(measures, self._evaluated())
 
     def summary(self) -> Summary:
         """Return what came of the run so far.
@@ -337,7 +338,7 @@ class Run:
             changes=self.timeline.changes,
             unit=self.experiment.unit,
             verdict=judge(course, decisive, allowed_loss(parameters)),
-            measures=evaluate(self.experiment.run_measures, course),
+            measures=evaluate(self.experiment.measures_on(self.setup.footage), course),
             step_ms_median=median(row.step_ms for row in self.diagnostics[1:]) if self.computed else None,
             miscalibration=self.miscalibration,
             estimates_sha256=self.estimates_sha256,

@@ -72,6 +72,8 @@ def evaluated_run(rows: Sequence[Diagnostics], declared: Sequence[Series], *, ju
         np.array([bool(row.lost) for row in rows]) if judged else None,
         np.array([row.extent or (np.nan, np.nan) for row in rows]),
         np.array([(extent and row.vector(extent)) or (np.nan, np.nan) for row in rows]),
+        np.array([np.nan if row.searching is None else float(row.searching) for row in rows]),
+        np.array([np.sqrt(np.mean(np.square(row.sigma))) if row.sigma else np.nan for row in rows]),
     )
 
 

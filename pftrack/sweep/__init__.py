@@ -6,6 +6,9 @@ fills every map evenly. A *journal* keeps each finished chunk on disk, so that a
 stopped, by whatever. The *result* is one Parquet file; its *cells* are what a map shows, and each row opens as a live
 run that comes to the same numbers.
 
+All runs may be on one *recording*, of which the plan knows hash, target and truth; workers get its content. Where its
+truth is not known, runs are measured by what the tracker says of itself.
+
 What methods are compared by is a *quantity*: success, the error, or a measure that the experiment declares.
 
 In order of use: `parse_axis`, `Plan`, `begin` or `carry_out`, `resume`, `read_result`, `cells`, `samples`, `compare`.
@@ -26,6 +29,7 @@ from pftrack.sweep.errors import SweepError, SweepStopped
 from pftrack.sweep.journal import Journal, begin, partial_of, resume
 from pftrack.sweep.plan import Plan, Single
 from pftrack.sweep.quantities import Quantity, Samples, quantities, quantity_named, samples
+from pftrack.sweep.recording import Recording
 from pftrack.sweep.result import Result, csv_pieces, read_chunk, read_result, rows_of, summary
 
 __all__ = [
@@ -41,6 +45,7 @@ __all__ = [
     "Plan",
     "Progress",
     "Quantity",
+    "Recording",
     "Result",
     "Samples",
     "Significance",

@@ -23,6 +23,7 @@ from pftrack.model.parameters import (
     describe_allowed,
     parse,
 )
+from pftrack.model.sequence import Kind
 from pftrack.sweep.errors import SweepError
 
 __all__ = ["MOST_RUNS", "TRACKER", "Axis", "check", "find_declaration", "parse_axis"]
@@ -48,12 +49,13 @@ class Axis:
         return all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in self.values)
 
 
-def parse_axis(experiment: Experiment, text: str) -> Axis:
+def parse_axis(experiment: Experiment, text: str, kind: Kind | None = None) -> Axis:
     """Read an axis from text, as a command line gives it.
 
     Args:
         experiment: Whose parameters and trackers can be varied.
         text: `name=start:stop:step` or `name=a,b,c`.
+        kind: Of the recording that is swept; None for the simulated scene.
 
     Raises:
         SweepError: There is no such parameter, or a value is of the wrong kind, out of bounds or given twice.
@@ -62,24 +64,24 @@ def parse_axis(experiment: Experiment, text: str) -> Axis:
     name, given = name.strip(), given.strip()
     if not (separator and name):
         raise SweepError(f"an axis is {FORMS}, got {text!r}")
-    declaration = None if name == TRACKER else find_declaration(experiment, name)
+    declaration = None if name == TRACKER else find_declaration(experiment, name, kind)
     if not given:
         raise SweepError(f"the axis {name} is empty; an axis is {FORMS}")
     if ":" in given and declaration is not None and declaration.kind in {"integer", "number"}:
-        return check(experiment, Axis(name, _range_values(declaration, given)))
+        return check(experiment, Axis(name, _range_values(declaration, given)), kind)
     parts = [part.strip() for part in given.split(",")]
     if not all(parts):
         raise SweepError(f"the axis {name} has an empty value: {_short(given)}")
     if declaration is None:
-        return check(experiment, Axis(name, tuple(parts)))
-    model = type(experiment.simulate().parameters)
+        return check(experiment, Axis(name, tuple(parts)), kind)
+    model = type(experiment.parameters_on(kind))
     try:
-        return check(experiment, Axis(name, tuple(parse(model, name, part) for part in parts)))
+        return check(experiment, Axis(name, tuple(parse(model, name, part) for part in parts)), kind)
     except ParameterError as error:
         raise SweepError(f"the axis {error}") from None
 
 
-def check(experiment: Experiment, axis: Axis) -> Axis:
+def check(experiment: Experiment, axis: Axis, kind: Kind | None = None) -> Axis:
     """Return an axis with its values in the parameter's own kind, or refuse it.
 
     Raises:
@@ -94,7 +96,7 @@ def check(experiment: Experiment, axis: Axis) -> Axis:
     if axis.name == TRACKER:
         values: Sequence[Value] = [_tracker(experiment, value) for value in axis.values]
     else:
-        declaration = find_declaration(experiment, axis.name)
+        declaration = find_declaration(experiment, axis.name, kind)
         if declaration.kind == "file":
             raise SweepError(
                 f"{axis.name} is a file parameter, which cannot be varied; expected a parameter with numbers or choices"
@@ -108,17 +110,26 @@ def check(experiment: Experiment, axis: Axis) -> Axis:
     return Axis(axis.name, tuple(values))
 
 
-def find_declaration(experiment: Experiment, name: str) -> Declaration:
-    """Return the declaration of a parameter of an experiment's simulated scene or trackers.
+def find_declaration(experiment: Experiment, name: str, kind: Kind | None = None) -> Declaration:
+    """Return the declaration of a parameter of an experiment's trackers, or of its scene.
+
+    Args:
+        experiment: Whose.
+        name: Of the parameter.
+        kind: Of the recording that is swept; None for the simulated scene.
 
     Raises:
         SweepError: There is none; the sentence names near matches.
     """
-    known = {it.name: it for it in declarations(type(experiment.simulate().parameters))}
+    try:
+        known = {it.name: it for it in declarations(type(experiment.parameters_on(kind)))}
+    except ParameterError as error:
+        raise SweepError(str(error)) from None
     if name not in known:
         near = get_close_matches(name, [*known, TRACKER], n=3)
         hint = f"did you mean {' or '.join(near)}?" if near else f"`pftrack show {experiment.id}` lists them"
-        raise SweepError(f"{experiment.id} has no parameter {_short(name)}; {hint}")
+        where = "" if kind is None else " on a recording"
+        raise SweepError(f"{experiment.id} has no parameter {_short(name)}{where}; {hint}")
     return known[name]
 
 

@@ -152,7 +152,7 @@ def _count(result: Result, x: str | None, y: str | None) -> Counts:
 def _map(counts: Counts, tracker: int) -> CellMap:
     of_tracker = counts.sums[:, tracker]
     sums: Mapping[str, NDArray[np.float64]] = dict(zip(SUMS, of_tracker, strict=False))
-    names = [measure.name for measure in counts.plan.wiring.run_measures]
+    names = [measure.name for measure in counts.plan.measures]
     low, high = wilson(sums["successes"], sums["judged"], CONFIDENCE)
     with np.errstate(invalid="ignore", divide="ignore"):
         rate = sums["successes"] / sums["judged"]

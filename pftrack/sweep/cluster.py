@@ -1,8 +1,8 @@
 """The cluster: workers of a Dask scheduler, on other machines perhaps, that compute for a sweep.
 
 Chunks travel as a plan's text and a number, and come back as the bytes of a file, so workers need pftrack of the same
-version and nothing else: no shared disk. Dask itself moves the task of a lost worker to another one, and gives up on a
-task that has ended several of them.
+version and nothing else: no shared disk. A recording travels once to each worker. Dask itself moves the task of a lost
+worker to another one, and gives up on a task that has ended several of them.
 """
 
 import logging
@@ -13,6 +13,7 @@ from time import monotonic
 from typing import Any
 
 from pftrack.sweep.errors import SweepError
+from pftrack.sweep.recording import Recording, pack
 from pftrack.sweep.work import one_thread, version
 from pftrack.sweep.workers import Done
 from pftrack.version import __version__
@@ -74,6 +75,17 @@ class ClusterWorkers:
     def free(self) -> int:
         """Return how many more tasks keep all threads of the cluster busy."""
         return max(self._threads * TASKS_A_THREAD - len(self._running), 0)
+
+    def share(self, recording: Recording | None) -> object:
+        """Send a recording to all workers; those that join later get it from the others."""
+        if recording is None:
+            return None
+        try:
+            return self._client.scatter(pack(recording), broadcast=True, hash=False)
+        except OSError as error:
+            raise SweepError(f"the recording cannot be read: {error.strerror}") from None
+        except Exception as error:  # noqa: BLE001 - the connection can break in many ways
+            raise SweepError(f"the recording could not be sent to the cluster: {_first_line(error)}") from None
 
     def start(self, number: int, function: Callable[..., Any], *arguments: object) -> None:
         """Give a task to the scheduler."""

@@ -62,7 +62,7 @@ def count(plan: Plan, table: arrow.Table | None, x: str | None, y: str | None = 
         raise SweepError(f"a map needs two different axes, got {x} twice")
     across, down = (None if name is None else plan.axis(name) for name in (x, y))
     shape = len(plan.trackers), len(down.values) if down else 1, len(across.values) if across else 1
-    measures = plan.wiring.run_measures
+    measures = plan.measures
     sums = np.zeros((len(SUMS) + OF_MEASURE * len(measures), *shape))
     if table is not None and len(table):
         place = row_places(plan, table, across, down)
@@ -92,7 +92,7 @@ def count(plan: Plan, table: arrow.Table | None, x: str | None, y: str | None = 
 
 def columns(plan: Plan, x: str | None, y: str | None) -> list[str]:
     """Return the columns that `count` reads; a result of an earlier version lacks some of the measures'."""
-    measures = (measure.name for measure in plan.wiring.run_measures)
+    measures = (measure.name for measure in plan.measures)
     return [*COLUMNS, *(name for name in (x, y) if name is not None), *measures]
 
 

@@ -16,6 +16,7 @@ from pftrack.sweep.errors import SweepError, SweepStopped
 from pftrack.sweep.journal import Journal, begin, resume
 from pftrack.sweep.plan import Plan
 from pftrack.sweep.pool import LocalWorkers
+from pftrack.sweep.recording import Recording
 from pftrack.sweep.result import Result, read_result
 from pftrack.sweep.work import as_text, compute_chunk, measure
 from pftrack.sweep.workers import Workers
@@ -83,6 +84,7 @@ def carry_out(
     *,
     jobs: int = 1,
     cluster: str | None = None,
+    recording: Recording | None = None,
     progress: Callable[[Progress], object] | None = None,
     stop: Callable[[], bool] | None = None,
 ) -> Result:
@@ -93,6 +95,7 @@ def carry_out(
         out: The result file, to be written.
         jobs: Processes of this machine.
         cluster: Address of a Dask scheduler that computes in their place.
+        recording: That of the plan, where it is on one.
         progress: Called with the progress several times a second.
         stop: Asked several times a second whether to stop.
 
@@ -108,6 +111,8 @@ def carry_out(
     with journal.claim():
         journal.check_version()
         if not journal.finished:
+            if journal.plan.footage is not None and recording is None:
+                raise SweepError(f"the sweep is on {journal.plan.footage.name or 'a recording'}, which has to be given")
             try:
                 found = open_workers(jobs, cluster)
             except SweepError:
@@ -115,14 +120,14 @@ def carry_out(
                     journal.clear()
                 raise
             with closing(found) as workers:
-                _Drive(journal, workers, max(jobs, 1), progress, stop).finish()
+                _Drive(journal, workers, max(jobs, 1), recording, progress, stop).finish()
         journal.clear()
     return read_result(journal.out)
 
 
-def estimate(plan: Plan, jobs: int = 1) -> Estimate:
+def estimate(plan: Plan, jobs: int = 1, recording: Recording | None = None) -> Estimate:
     """Return what a plan would cost, measured on a few of its runs."""
-    run_s = measure(as_text(plan))
+    run_s = measure(as_text(plan), recording)
     return Estimate(plan.runs, plan.conditions, plan.runs * run_s / jobs, run_s)
 
 
@@ -147,11 +152,13 @@ class _Drive:
         journal: Journal,
         workers: Workers,
         jobs: int,
+        recording: Recording | None,
         progress: Callable[[Progress], object] | None,
         stop: Callable[[], bool] | None,
     ) -> None:
         self._journal, self._plan, self._workers, self._jobs = journal, journal.plan, workers, jobs
         self._text = as_text(journal.plan)
+        self._recording = workers.share(recording)
         self._progress, self._stop = progress or (lambda _: None), stop or (lambda: False)
         self._lost = 0
         self._attempts: Counter[int] = Counter()
@@ -170,7 +177,8 @@ class _Drive:
         while waiting or running:
             while waiting and self._workers.free() > 0:
                 number = waiting.popleft()
-                self._workers.start(number, compute_chunk, self._text, chunks.conditions, chunks.trials, number)
+                task = self._text, chunks.conditions, chunks.trials, number, self._recording
+                self._workers.start(number, compute_chunk, *task)
                 running.add(number)
             self._collect(chunks, waiting, running, POLL_S)
             if self._stop():
@@ -180,7 +188,7 @@ class _Drive:
     def _cut(self) -> Chunks:
         """Measure the plan and cut it into chunks of about a second."""
         self._tell()
-        self._workers.start(MEASURING, measure, self._text)
+        self._workers.start(MEASURING, measure, self._text, self._recording)
         while True:
             for done in self._workers.collect(POLL_S):
                 if not done.lost:
@@ -190,7 +198,7 @@ class _Drive:
                     self._journal.cut(chunks)
                     return chunks
                 self._lose(MEASURING, done.lost, "the first run")
-                self._workers.start(MEASURING, measure, self._text)
+                self._workers.start(MEASURING, measure, self._text, self._recording)
             if self._stop():
                 raise SweepStopped
 

@@ -12,12 +12,15 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from hashlib import blake2b
 from math import prod
-from typing import Any, Self
+from typing import Any, Self, get_args
 
-from pftrack.experiments import Experiment, find
-from pftrack.model.parameters import ParameterError, Value, revise
-from pftrack.model.recipe import Recipe
+from pftrack.experiments import Experiment, Setup, find
+from pftrack.model.measures import Measure
+from pftrack.model.parameters import ParameterError, Parameters, Value, revise
+from pftrack.model.recipe import Footage, Recipe
+from pftrack.model.sequence import Kind
 from pftrack.numerics.random import LARGEST_SEED
+from pftrack.runs.record import OpenSequence, wire
 from pftrack.runs.run import LONGEST_RUN, Change, Run
 from pftrack.sweep.axis import MOST_RUNS, TRACKER, Axis, check, find_declaration, value_of
 from pftrack.sweep.errors import SweepError
@@ -58,6 +61,8 @@ class Plan:
         seed: Of all seeds.
         frames: Length of a run; 0 stands for the experiment's own.
         values: Parameters that differ from the defaults in every run.
+        footage: The recording on which all runs are, with the target in it; None for the simulated scene.
+        kind: Of the recording.
 
     Raises:
         SweepError: Anything of it is unknown, out of bounds, given twice or too much.
@@ -70,18 +75,21 @@ class Plan:
     seed: int = 0
     frames: int = 0
     values: Mapping[str, Value] = field(default_factory=dict)
+    footage: Footage | None = None
+    kind: Kind | None = None
 
     def __post_init__(self) -> None:
         try:
             experiment = find(self.experiment)
         except LookupError as error:
             raise SweepError(str(error.args[0])) from None
-        axes, trackers = _axes(experiment, self.axes, self.trackers)
+        self._check_recording()
+        axes, trackers = _axes(experiment, self.axes, self.trackers, self.kind)
         changed = {
             "axes": axes,
             "trackers": trackers,
             "frames": self.frames or experiment.frames,
-            "values": _values(experiment, self.values, axes),
+            "values": _values(experiment, self.values, axes, self.kind),
         }
         for name, value in changed.items():
             object.__setattr__(self, name, value)
@@ -100,6 +108,28 @@ class Plan:
     def wiring(self) -> Experiment:
         """The experiment itself."""
         return find(self.experiment)
+
+    @property
+    def parameters(self) -> Parameters:
+        """The parameters of its runs, before a recording is known."""
+        return self.wiring.parameters_on(self.kind)
+
+    @property
+    def measures(self) -> tuple[Measure, ...]:
+        """What its runs are measured by, beside success and error."""
+        return self.wiring.measures_on(self.footage)
+
+    def setup(self, open_recording: OpenSequence | None = None) -> Setup:
+        """Return what all its runs are on.
+
+        Args:
+            open_recording: How to find the recording.
+
+        Raises:
+            RecordError: The recording is not to be had, or is another one.
+            ParameterError: The experiment does not take it.
+        """
+        return wire(self.wiring, self.footage, open_recording)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -165,20 +195,28 @@ class Plan:
             seed=seed,
             frames=self.frames,
             timeline=(Change(0, values),) if values else (),
+            footage=self.footage,
         )
         return Single(number, trial, recipe)
 
-    def live(self, number: int) -> Run:
+    def live(self, number: int, open_recording: OpenSequence | None = None) -> Run:
         """Return one run, to be stepped through, at its frame 0; it comes to the row's `estimates_sha256`.
+
+        Args:
+            number: Of the run.
+            open_recording: How to find the recording, where it is on one.
 
         Raises:
             SweepError: There is no such run.
             ParameterError: Its values are at odds with each other; its row names the problem.
         """
-        return Run.from_recipe(self.single(number).recipe, self.wiring, self.wiring.simulate())
+        return Run.from_recipe(self.single(number).recipe, self.wiring, self.setup(open_recording))
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plan as JSON values."""
+        recording = {}
+        if self.footage is not None:
+            recording = {"kind": self.kind, "footage": self.footage.model_dump(mode="json", exclude_defaults=True)}
         return {
             "experiment": self.experiment,
             "axes": [{"name": axis.name, "values": list(axis.values)} for axis in self.axes],
@@ -187,6 +225,7 @@ class Plan:
             "seed": self.seed,
             "frames": self.frames,
             "values": dict(self.values),
+            **recording,
         }
 
     @classmethod
@@ -205,15 +244,43 @@ class Plan:
                 seed=raw["seed"],
                 frames=raw["frames"],
                 values=dict(raw["values"]),
+                footage=Footage.model_validate(raw["footage"]) if raw.get("footage") is not None else None,
+                kind=raw.get("kind"),
             )
         except (KeyError, TypeError, ValueError) as error:
             if isinstance(error, SweepError):
                 raise
             raise SweepError("the description of a sweep lacks something or has it in another form") from None
 
+    def _check_recording(self) -> None:
+        """Refuse a recording that the experiment does not take, or of which the plan does not know enough."""
+        if (self.footage is None) != (self.kind is None):
+            raise SweepError("a sweep on a recording names the recording and its kind")
+        if self.footage is None or self.kind is None:
+            return
+        if self.kind not in get_args(Kind):
+            raise SweepError(f"a recording is of the kind {' or '.join(get_args(Kind))}, got {self.kind!r}")
+        if self.footage.sha256 is None:
+            raise SweepError("a sweep on a recording needs the hash of its content, by which workers know it")
+        if not self.frames:
+            raise SweepError("a sweep on a recording needs the number of its frames")
+        try:
+            self.wiring.parameters_on(self.kind)
+            if self.footage.mark is not None:
+                self.wiring.mark(self.footage.mark)
+        except ParameterError as error:
+            raise SweepError(str(error)) from None
+        if self.footage.mark is None and self.wiring.needs_mark(self.kind):
+            raise SweepError(f"{self.experiment} needs the mark of its target in a recording")
+
     def _check_possible(self) -> None:
-        """Refuse a plan all of whose conditions are impossible; those of which some are get rows that say so."""
-        parameters = self.wiring.simulate().parameters
+        """Refuse a plan all of whose conditions are impossible; those of which some are get rows that say so.
+
+        The parameters of a recording follow from its target: whether they go together is seen when it is open.
+        """
+        if self.footage is not None:
+            return
+        parameters = self.parameters
         last: ParameterError | None = None
         looked_at = min(self.conditions, LOOKED_AT)
         for step in range(looked_at):
@@ -229,7 +296,7 @@ class Plan:
 
 
 def _axes(
-    experiment: Experiment, given: tuple[Axis, ...], trackers: tuple[str, ...]
+    experiment: Experiment, given: tuple[Axis, ...], trackers: tuple[str, ...], kind: Kind | None
 ) -> tuple[tuple[Axis, ...], tuple[str, ...]]:
     """Return the axes without that of trackers, and the trackers."""
     axes: list[Axis] = []
@@ -240,12 +307,14 @@ def _axes(
         if axis.name == TRACKER:
             trackers = tuple(str(value) for value in check(experiment, axis).values)
         else:
-            axes.append(check(experiment, axis))
+            axes.append(check(experiment, axis, kind))
     named = check(experiment, Axis(TRACKER, trackers or (experiment.default_tracker,)))
     return tuple(axes), tuple(str(value) for value in named.values)
 
 
-def _values(experiment: Experiment, given: Mapping[str, Value], axes: tuple[Axis, ...]) -> dict[str, Value]:
+def _values(
+    experiment: Experiment, given: Mapping[str, Value], axes: tuple[Axis, ...], kind: Kind | None
+) -> dict[str, Value]:
     varied = {axis.name for axis in axes}
     values = {}
     for name, value in given.items():
@@ -253,7 +322,7 @@ def _values(experiment: Experiment, given: Mapping[str, Value], axes: tuple[Axis
             raise SweepError("tracker is no fixed value of a sweep; name the trackers as such")
         if name in varied:
             raise SweepError(f"{name} is an axis of the sweep and cannot have a fixed value ({value}) as well")
-        values[name] = value_of(find_declaration(experiment, name), value)
+        values[name] = value_of(find_declaration(experiment, name, kind), value)
     return values
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from pftrack.process import UNLIMITED, BlockingPool, CallError, ForkServer, WorkerLostError
 from pftrack.sweep.errors import SweepError
+from pftrack.sweep.recording import Recording
 from pftrack.sweep.work import one_thread
 from pftrack.sweep.workers import Done
 
@@ -47,6 +48,10 @@ class LocalWorkers:
     def free(self) -> int:
         """Return how many processes have nothing to do."""
         return self._pool.processes - len(self._numbers)
+
+    def share(self, recording: Recording | None) -> Recording | None:
+        """Return the recording: a process of this machine opens it where it is."""
+        return recording
 
     def start(self, number: int, function: Callable[..., Any], *arguments: object) -> None:
         """Give a task to a process that has nothing to do; one that was lost meanwhile is replaced."""

@@ -104,7 +104,7 @@ def quantities(plan: Plan) -> tuple[Quantity, ...]:
         ),
         *(
             Quantity(it.name, it.title, it.description, it.unit, it.better, share=it.how == "share", column=it.name)
-            for it in plan.wiring.run_measures
+            for it in plan.measures
         ),
     )
 

@@ -57,7 +57,7 @@ Results = Sequence[Outcome | None]
 def schema(plan: Plan) -> arrow.Schema:
     """Return the columns of a plan's rows."""
     axes = [(axis.name, _kind(axis.values[0])) for axis in plan.axes]
-    scores = [(measure.name, "float64") for measure in plan.wiring.run_measures]
+    scores = [(measure.name, "float64") for measure in plan.measures]
     kept = [(reduction.name, REDUCED[reduction.how]) for reduction in reductions(plan)]
     witness = zip(WITNESS, (arrow.binary(32), "string"), strict=True)
     return arrow.schema([("run", "int64"), *axes, *WHICH, *OUTCOME, *scores, *kept, (TIMING, "float64"), *witness])
@@ -77,13 +77,12 @@ def conform(table: arrow.Table, columns: arrow.Schema) -> arrow.Table:
     return arrow.table(arrays, schema=columns)
 
 
-def compute(plan: Plan, chunk: Chunk) -> arrow.Table:
-    """Carry out the runs of a chunk and return their rows, by run number.
+def compute(plan: Plan, chunk: Chunk, setup: Setup) -> arrow.Table:
+    """Carry out the runs of a chunk, on what the plan's runs are on, and return their rows, by run number.
 
     A combination of values that the parameters refuse gives rows with the refusal as their problem, and so does a run
     that fails; the others of its condition are computed all the same.
     """
-    setup = plan.wiring.simulate()
     seeds: list[int] = []
     results: list[Outcome | None] = []
     problems: list[str | None] = []
@@ -163,7 +162,7 @@ def _table(
         arrays[name] = values.take(arrow.array(np.repeat(places, by_piece)))
     for name, kind in (*OUTCOME, (TIMING, "float64")):
         arrays[name] = arrow.array([None if it is None else getattr(it, name) for it in results], kind)
-    for measure in plan.wiring.run_measures:
+    for measure in plan.measures:
         scores = [None if it is None else it.measures.get(measure.name) for it in results]
         arrays[measure.name] = arrow.array(scores, "float64")
     for reduction in reductions(plan):

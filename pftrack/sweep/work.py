@@ -5,21 +5,27 @@ as text and is understood once in a process.
 """
 
 import json
+import threading
 from functools import lru_cache
 from itertools import islice
 from time import perf_counter
+from typing import TypeAlias
 
 import cv2
 
+from pftrack.experiments import Setup
 from pftrack.runs.batch import outcomes
 from pftrack.sweep import arrow
 from pftrack.sweep.chunks import Chunks
 from pftrack.sweep.journal import metadata
 from pftrack.sweep.plan import Plan
+from pftrack.sweep.recording import Packed, Recording, setup_of
 from pftrack.sweep.table import compute
 from pftrack.version import __version__
 
 __all__ = ["as_text", "compute_chunk", "measure", "one_thread", "version"]
+
+Given: TypeAlias = "Recording | Packed | None"
 
 MEASURED_S = 0.5
 """How long a plan is measured at most, beyond the first condition."""
@@ -35,7 +41,7 @@ def as_text(plan: Plan) -> str:
     return json.dumps(plan.as_dict(), sort_keys=True)
 
 
-def compute_chunk(text: str, conditions: int, trials: int, number: int) -> bytes:
+def compute_chunk(text: str, conditions: int, trials: int, number: int, recording: Given = None) -> bytes:
     """Carry out a chunk and return its Parquet file.
 
     Args:
@@ -43,18 +49,18 @@ def compute_chunk(text: str, conditions: int, trials: int, number: int) -> bytes
         conditions: Whole conditions in a chunk.
         trials: Trials in a chunk.
         number: Of the chunk.
+        recording: That of the plan, where it is on one.
     """
-    plan = _plan(text)
-    table = compute(plan, Chunks(plan, conditions, trials)[number]).replace_schema_metadata(metadata(plan))
+    plan, setup = _plan(text), _setup(text, recording, threading.get_ident())
+    table = compute(plan, Chunks(plan, conditions, trials)[number], setup).replace_schema_metadata(metadata(plan))
     sink = arrow.BufferOutputStream()
     arrow.parquet.write_table(table, sink, compression="zstd", write_page_checksum=True)
     return bytes(sink.getvalue().to_pybytes())
 
 
-def measure(text: str) -> float:
+def measure(text: str, recording: Given = None) -> float:
     """Return how long a run of a plan takes, s, from a few conditions all over it."""
-    plan = _plan(text)
-    setup = plan.wiring.simulate()
+    plan, setup = _plan(text), _setup(text, recording, threading.get_ident())
 
     def took(number: int, trials: int, frames: int) -> float:
         condition = plan.condition(number)
@@ -94,3 +100,10 @@ def one_thread() -> None:
 @lru_cache(maxsize=4)
 def _plan(text: str) -> Plan:
     return Plan.from_dict(json.loads(text))
+
+
+@lru_cache(maxsize=4)
+def _setup(text: str, recording: Given, thread: int) -> Setup:
+    """Return what a plan's runs are on; each thread has a decoder of its own."""
+    del thread
+    return setup_of(_plan(text), recording)

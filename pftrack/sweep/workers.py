@@ -8,6 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from pftrack.sweep.recording import Recording
+
 __all__ = ["Done", "Workers"]
 
 
@@ -31,6 +33,9 @@ class Workers(Protocol):
 
     def free(self) -> int:
         """Return how many more tasks can be given out without keeping them waiting for long."""
+
+    def share(self, recording: Recording | None) -> object:
+        """Return what tasks are given in the place of a recording of this machine, so that all workers have it."""
 
     def start(self, number: int, function: Callable[..., Any], *arguments: object) -> None:
         """Give out a task: a function of a module and plain values.

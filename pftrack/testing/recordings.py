@@ -100,6 +100,7 @@ def _a_film_is_tracked(experiment: Experiment) -> None:
             mark = known or experiment.mark(at_first(kind, sequence.size))
             setup = _wire(experiment, sequence, mark, start, sure=known is not None)
             if setup is not None:
+                _demand_declared(experiment, setup, sequence)
                 _demand_suitability(experiment, setup, sequence, f"a recording with a {kind.name()}")
                 # What one tracker makes of a kind of mark the others make as well, and some are slow.
                 trackers = list(experiment.trackers) if place == 0 else []
@@ -107,6 +108,7 @@ def _a_film_is_tracked(experiment: Experiment) -> None:
         if not experiment.needs_mark(sequence.index.kind):
             setup = _wire(experiment, sequence, None, 0, sure=False)
             if setup is not None:
+                _demand_declared(experiment, setup, sequence)
                 trackers = [] if experiment.marks else list(experiment.trackers)
                 _demand_tracked(experiment, setup, sequence, "a recording without a mark", trackers)
 
@@ -127,6 +129,14 @@ def _wire(
         raise CheckError(
             f"{what} in a film of the scene must be taken or refused by a ValueError, got {said}"
         ) from error
+
+
+def _demand_declared(experiment: Experiment, setup: Setup, sequence: FrameSequence) -> None:
+    """Demand that the parameters which plans of sweeps go by are those of the recording."""
+    if experiment.recorded is not None:
+        kind, had = sequence.index.kind, type(setup.parameters)
+        declared = type(experiment.recorded(kind))
+        demand(had is declared, f"recorded must say {had.__name__} of a {kind}, and says {declared.__name__}")
 
 
 def _demand_suitability(experiment: Experiment, setup: Setup, sequence: FrameSequence, what: str) -> None:

@@ -6,15 +6,19 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import closing
 from importlib.util import find_spec
 from pathlib import Path
 
 import psutil
 import pytest
 
+from pftrack.model.recipe import Footage
 from pftrack.reproduce.pool import Pool
-from pftrack.sweep import Plan, Progress, Result, SweepError, begin, carry_out, resume
+from pftrack.sources.sequence import open_sequence
+from pftrack.sweep import Plan, Progress, Recording, Result, SweepError, begin, carry_out, resume
 from pftrack.sweep.chunks import Chunks
+from tests.server.test_uploads import video
 
 # Looked for and not imported, which takes a second: each worker of pytest would do so to collect these tests.
 pytestmark = pytest.mark.skipif(find_spec("distributed") is None, reason="needs the package distributed")
@@ -65,6 +69,21 @@ def wait_for(cluster: Cluster, workers: int) -> None:
 
     with Client(cluster.address, timeout=START_S, set_as_default=False) as client:
         client.wait_for_workers(workers, timeout=START_S)
+
+
+def test_a_recording_comes_to_the_workers(cluster: Cluster, tmp_path: Path) -> None:
+    """They have no disk in common with the driver: the rows are those of this machine all the same."""
+    clip = tmp_path / "ball.mp4"
+    clip.write_bytes(video(12))
+    with closing(open_sequence(clip)) as sequence:
+        mark = {"kind": "box", "x": 10, "y": 20, "width": 10, "height": 10}
+        footage = Footage(sha256=sequence.sha256, name="ball.mp4", start=1, mark=mark)
+    plan = Plan("histogram", trials=3, frames=8, values={"sample_count": 30}, footage=footage, kind="video")
+    here, there = (
+        carry_out(plan, tmp_path / name, cluster=address, recording=Recording(str(clip))).table["estimates_sha256"]
+        for name, address in (("here.parquet", None), ("there.parquet", cluster.address))
+    )
+    assert here.to_pylist() == there.to_pylist()
 
 
 def test_who_sends_work_to_a_cluster_listens_nowhere(cluster: Cluster) -> None:

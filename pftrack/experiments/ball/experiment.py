@@ -313,6 +313,7 @@ EXPERIMENT = Experiment(
     calibration=CALIBRATION,
     simulate=simulate,
     on_video=on_video,
+    recorded=lambda _kind: RecordedBallParameters(),
     marks=(Box,),
     suits=suits,
     draw=draw,

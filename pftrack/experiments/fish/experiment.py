@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.fish.calibration import CALIBRATION
-from pftrack.experiments.fish.recording import FishBody, on_video, suits
+from pftrack.experiments.fish.recording import FishBody, RecordedFishParameters, on_video, suits
 from pftrack.experiments.fish.sketch import draw_edges, draw_particles, draw_path, draw_truth, fish
 from pftrack.experiments.fish.world import CHANGES_WORLD, MODES_WORLD, changes_world, modes_world
 from pftrack.experiments.sketch import SECOND_RUN, error_words
@@ -260,6 +260,7 @@ EXPERIMENT = Experiment(
     worlds=(MODES_WORLD, CHANGES_WORLD),
     simulate=simulate,
     on_video=on_video,
+    recorded=lambda _kind: RecordedFishParameters(),
     marks=(FishBody,),
     advice="Mark the whole body in a picture in which it is nearly straight.",
     suits=suits,

@@ -16,7 +16,7 @@ from pftrack.experiments.hand import findings, sketch, truth
 from pftrack.experiments.hand.calibration import CALIBRATION
 from pftrack.experiments.hand.marks import HandTips
 from pftrack.experiments.hand.presets import PRESETS
-from pftrack.experiments.hand.recording import FINDER, on_video, suits
+from pftrack.experiments.hand.recording import FINDER, RecordedHandParameters, on_video, suits
 from pftrack.experiments.hand.world import HAND_WORLD, hand_world
 from pftrack.experiments.sketch import SECOND_RUN
 from pftrack.model.diagnostics import Diagnostics
@@ -137,6 +137,7 @@ EXPERIMENT = Experiment(
     error=_distance,
     missed=is_missed,
     on_video=on_video,
+    recorded=lambda _kind: RecordedHandParameters(),
     marks=(HandTips,),
     advice="Spread all five fingers, with the palm towards the camera and the arm leaving the picture.",
     finder=FINDER,

@@ -19,7 +19,7 @@ from pftrack.experiments.head.growth import GROWTH_PLOTS, GROWTH_READINGS, SHAPE
 from pftrack.experiments.head.marks import FaceBox, FacePoints
 from pftrack.experiments.head.own_face import MASK_OPACITY, MEAN_FACE, UNCERTAINTY, surface_colours
 from pftrack.experiments.head.presets import PRESETS
-from pftrack.experiments.head.recording import on_video
+from pftrack.experiments.head.recording import RecordedHeadParameters, on_video
 from pftrack.experiments.head.sketch import PlacedHead
 from pftrack.experiments.head.start import FINDER
 from pftrack.experiments.head.suitability import suits
@@ -227,6 +227,7 @@ EXPERIMENT = Experiment(
     lost=_is_lost,
     measures=POSE_MEASURES,
     on_video=on_video,
+    recorded=lambda _kind: RecordedHeadParameters(),
     marks=(FacePoints, FaceBox),
     advice="Left and right are the person's own.",
     finder=FINDER,

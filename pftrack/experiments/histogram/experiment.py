@@ -139,6 +139,7 @@ EXPERIMENT = Experiment(
     calibration=CALIBRATION,
     simulate=simulate,
     on_video=on_video,
+    recorded=lambda _kind: RecordedHistogramParameters(),
     marks=(Box,),
     suits=suits,
     draw=draw,

@@ -19,7 +19,7 @@ from pftrack.experiments.linkage.lengths import LENGTHS_WORLD, lengths_world
 from pftrack.experiments.linkage.parameters import SimulatedLinkageParameters
 from pftrack.experiments.linkage.plots import KEPT, MEASURES, PLOTS, READINGS
 from pftrack.experiments.linkage.presets import PRESETS
-from pftrack.experiments.linkage.recording import LinkagePoints, on_video
+from pftrack.experiments.linkage.recording import LinkagePoints, RecordedLinkageParameters, on_video
 from pftrack.experiments.linkage.sketch import draw_belief, draw_measurements, second_run, truth
 from pftrack.experiments.linkage.truth import SERIES, direction_error, is_missed, measure, report
 from pftrack.experiments.sketch import SECOND_RUN, error_words
@@ -134,6 +134,7 @@ EXPERIMENT = Experiment(
     worlds=(DEPTH_WORLD, LENGTHS_WORLD),
     simulate=simulate,
     on_video=on_video,
+    recorded=lambda _kind: RecordedLinkageParameters(),
     footage=(*PICTURES, "tracks"),
     marks=(LinkagePoints,),
     unmarked=("tracks",),

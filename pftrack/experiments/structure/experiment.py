@@ -341,6 +341,7 @@ EXPERIMENT = Experiment(
     warm_frames=92,
     simulate=simulate,
     on_video=on_video,
+    recorded=lambda _kind: StructureTrackerParameters(),
     footage=("tracks",),
     advice="All points of the table are followed; nothing needs to be marked.",
     truth=None,

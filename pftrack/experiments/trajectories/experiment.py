@@ -194,6 +194,7 @@ EXPERIMENT = Experiment(
     calibration=CALIBRATION,
     simulate=simulate,
     on_video=on_video,
+    recorded=lambda kind: TrajectoriesTrackerParameters() if kind == "tracks" else RecordedTrajectoriesParameters(),
     footage=(*PICTURES, "tracks"),
     advice="Corners are found in the picture to start at; nothing needs to be marked.",
     truth=None,

@@ -151,4 +151,4 @@ def _share(table: pa.Table) -> float:
 
 
 def _piece(plan: Plan, chunks: Chunks, number: int) -> pa.Table:
-    return compute(plan, chunks[number])
+    return compute(plan, chunks[number], plan.setup())

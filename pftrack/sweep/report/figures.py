@@ -44,7 +44,7 @@ def _file(quantity: Quantity) -> str:
 def _boxed_axis(study: Study) -> Axis | None:
     """Return the axis that boxes are drawn over: the number of particles, or the only one with several numbers."""
     several = [axis for axis in study.result.plan.axes if axis.numerical and 1 < len(axis.values) <= MOST_BOXES]
-    model = type(study.result.plan.wiring.simulate().parameters)
+    model = type(study.result.plan.parameters)
     particles = {declaration.name for declaration in with_role(model, "particles")}
     counts = [axis for axis in several if axis.name in particles]
     return counts[0] if counts else several[0] if len(several) == 1 else None

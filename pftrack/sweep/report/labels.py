@@ -12,7 +12,7 @@ __all__ = ["format_value", "label", "number"]
 
 def label(study: Study, axis: Axis) -> str:
     """Return what an axis is called, with its unit."""
-    declaration = find_declaration(study.result.plan.wiring, axis.name)
+    declaration = find_declaration(study.result.plan.wiring, axis.name, study.result.plan.kind)
     return f"{declaration.title}, {declaration.unit}" if declaration.unit else declaration.title
 
 

@@ -78,8 +78,8 @@ def _title(study: Study, pair: Comparison) -> str:
 
 
 def _fixed(study: Study) -> str:
-    experiment = study.result.plan.wiring
+    plan = study.result.plan
     return ", ".join(
-        f"{find_declaration(experiment, name).title.lower()} {format_value(value)}"
-        for name, value in study.result.plan.values.items()
+        f"{find_declaration(plan.wiring, name, plan.kind).title.lower()} {format_value(value)}"
+        for name, value in plan.values.items()
     )

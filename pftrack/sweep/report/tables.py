@@ -7,7 +7,7 @@ import numpy as np
 from pftrack.sweep.axis import Axis
 from pftrack.sweep.cells import CellMap, Code
 from pftrack.sweep.comparison import TEST_TITLES, Comparison
-from pftrack.sweep.quantities import COMMON, Quantity
+from pftrack.sweep.quantities import COMMON, Quantity, quantities
 from pftrack.sweep.report.labels import format_value, label, number
 from pftrack.sweep.report.study import Study
 
@@ -75,18 +75,19 @@ def _measures(study: Study) -> tuple[Table, ...]:
 
 
 def _along(study: Study, axis: Axis) -> Table:
-    """Success (or error, where nothing is judged) along one axis, all others pooled."""
+    """Success (or, where nothing is judged, the first quantity that is known) along one axis, all others pooled."""
     found = study.by_axis[axis.name]
+    known = study.quantities or quantities(study.result.plan)[1:]
     rows = []
     for place, value in enumerate(axis.values):
         cells = (
             f"{_rate(cell, place)} ({_interval(cell, place)})"
             if cell.judged[0, place]
-            else number(cell.mean_error[0, place])
+            else number(known[0].means(cell)[0, place])
             for cell in found.values()
         )
         rows.append((format_value(value), *cells))
-    what = "Success (95 % interval)" if study.judged else "Mean error"
+    what = "Success (95 % interval)" if study.judged else known[0].label
     return Table(f"{what} by {label(study, axis)}", (axis.name, *study.trackers), tuple(rows))
 
 

@@ -184,6 +184,6 @@ class Results:
 
     def _row(self, row: dict[str, Any]) -> RowPublic:
         known = {name: row[name] for name in RowPublic.model_fields if name in row}
-        measures = {measure.name: row[measure.name] for measure in self._plan.wiring.run_measures}
+        measures = {measure.name: row[measure.name] for measure in self._plan.measures}
         conditions = {axis.name: row[axis.name] for axis in self._plan.axes}
         return RowPublic(**known, conditions=conditions, measures=measures)

@@ -114,7 +114,7 @@ class RunTree:
             series=list(experiment.all_series()),
             plots=list(experiment.plots),
             readings=list(experiment.readings),
-            measures=[MeasurePublic(**measure.as_dict()) for measure in experiment.run_measures],
+            measures=[MeasurePublic(**measure.as_dict()) for measure in experiment.measures_on(self._setup.footage)],
             success_measure=self._setup.success,
             exports=[ExportPublic.model_validate(one) for one in exports_of(experiment)],
             about=list(experiment.subjects(preset)),

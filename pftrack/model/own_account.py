@@ -1,0 +1,48 @@
+"""What a tracker says of itself, as measures of a run on a recording of which no truth is known.
+
+It may be wrong: a tracker that follows the wrong thing says that it follows. So these numbers compare trackers and
+parameters, and prove nothing.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.model.measures import EvaluatedRun, Measure
+
+__all__ = ["own_account"]
+
+
+def own_account(unit: str) -> tuple[Measure, ...]:
+    """Return the measures of a run by the tracker's own account.
+
+    Args:
+        unit: Of its estimates.
+    """
+    return (
+        Measure(
+            "following_share",
+            "Following, by its own account",
+            "Share of the frames in which the tracker does not look for its target; unknown for one that never looks.",
+            "share",
+            _following,
+        ),
+        Measure(
+            "mean_deviation",
+            "Deviation, by its own account",
+            "Mean over the frames of the posterior standard deviation, over all components (root mean square).",
+            "mean",
+            _deviation,
+            unit=unit,
+            better="lower",
+        ),
+    )
+
+
+def _following(course: EvaluatedRun) -> NDArray[np.float64]:
+    return 1.0 - course.searching if course.searching is not None else np.full(len(course.errors), np.nan)
+
+
+def _deviation(course: EvaluatedRun) -> NDArray[np.float64]:
+    if course.deviations is None:
+        return np.full(len(course.errors), np.nan)
+    return np.where(np.isfinite(course.deviations), course.deviations, np.nan)

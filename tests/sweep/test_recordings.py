@@ -1,0 +1,140 @@
+"""Sweeps on a recording: its runs are those that sessions on it are, with truth and without."""
+
+from collections.abc import Iterator
+from contextlib import closing
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from pftrack.experiments import find
+from pftrack.model.recipe import Footage
+from pftrack.sources.sequence import open_sequence
+from pftrack.sweep import (
+    Axis,
+    Plan,
+    Recording,
+    SweepError,
+    SweepStopped,
+    carry_out,
+    cells,
+    compare,
+    quantity_named,
+    read_result,
+    samples,
+)
+from pftrack.sweep.recording import _open, pack, setup_of
+from pftrack.sweep.report import write_report
+from tests.server.test_uploads import video
+
+FRAMES = 12
+TRACKERS = ("condensation", "apf")
+
+
+@pytest.fixture(scope="module")
+def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("clip") / "ball.mp4"
+    path.write_bytes(video(20))
+    return path
+
+
+@pytest.fixture(scope="module")
+def footage(clip: Path) -> Footage:
+    with closing(open_sequence(clip)) as sequence:
+        setup = find("histogram").on_video(  # type: ignore[misc] # it takes recordings
+            sequence, find("histogram").mark({"kind": "box", "x": 10, "y": 20, "width": 10, "height": 10}), start=1
+        )
+    assert setup.footage is not None
+    return setup.footage
+
+
+@pytest.fixture
+def plan(footage: Footage) -> Plan:
+    return Plan(
+        "histogram", (Axis("sample_count", (30, 60)),), TRACKERS, trials=2, frames=FRAMES, footage=footage, kind="video"
+    )
+
+
+def truth_of(footage: Footage) -> Footage:
+    return footage.model_copy(update={"truth": dict.fromkeys(range(1, 20), (10.0, 20.0, 10.0, 10.0))})
+
+
+def rows_of(plan: Plan, clip: Path, out: Path) -> Iterator[dict[str, object]]:
+    result = carry_out(plan, out, jobs=1, recording=Recording(str(clip)))
+    yield from result.table.to_pylist()
+
+
+@pytest.mark.parametrize("known", [False, True], ids=["without truth", "with truth"])
+def test_rows_are_the_runs_that_open(plan: Plan, clip: Path, tmp_path: Path, *, known: bool) -> None:
+    """Each row comes to the numbers of the live run of its recipe; without truth the trackers speak for themselves."""
+    if known and plan.footage is not None:
+        plan = replace(plan, footage=truth_of(plan.footage))
+    assert Plan.from_dict(plan.as_dict()) == plan
+    rows = list(rows_of(plan, clip, tmp_path / "a.parquet"))
+    assert len(rows) == 8
+    assert len({row["estimates_sha256"] for row in rows}) == 8
+    for number in (0, 3, 7):
+        run = plan.live(number, partial(_open, Recording(str(clip))))
+        run.finish()
+        assert bytes.fromhex(run.estimates_sha256) == rows[number]["estimates_sha256"]
+        assert plan.single(number).recipe.footage == plan.footage
+    for row in rows:
+        assert row["problem"] is None
+        assert (row["success"] is None) is not known
+        assert row["labelled_frames"] == (FRAMES if known else 0)
+        if not known:
+            assert 0.0 < row["mean_deviation"] < 50.0  # type: ignore[operator] # a number
+    assert ("mean_deviation" in rows[0]) is not known
+
+
+def test_two_trackers_are_compared_by_their_own_account(plan: Plan, clip: Path, tmp_path: Path) -> None:
+    """The table and the figure of a report have what is known, and nothing of success."""
+    result = carry_out(plan, tmp_path / "a.parquet", jobs=1, recording=Recording(str(clip)))
+    quantity = quantity_named(plan, "mean_deviation")
+    found = compare(quantity, cells(result), samples(result, quantity, None), *TRACKERS)
+    assert found.paired.pairs.tolist() == [[4]]
+    report = write_report(result, tmp_path / "report")
+    assert {"measure-mean_deviation.png"} <= {path.name for path in report.files}
+    assert "Following, by its own account by Particles" in {table.title for table in report.tables}
+
+
+def test_it_goes_on_with_its_recording_alone(plan: Plan, clip: Path, tmp_path: Path) -> None:
+    """A sweep that was stopped needs the recording again; without it, or with another one, nothing is computed."""
+    out, here = tmp_path / "a.parquet", Recording(str(clip))
+    with pytest.raises(SweepStopped):
+        carry_out(plan, out, jobs=1, recording=here, stop=lambda: True)
+    with pytest.raises(SweepError, match=r"on ball\.mp4, which has to be given"):
+        carry_out(None, out, jobs=1)
+    other = tmp_path / "other.mp4"
+    other.write_bytes(video(21))
+    with pytest.raises(SweepError, match="has other content"):
+        carry_out(None, out, jobs=1, recording=Recording(str(other)))
+    assert carry_out(None, out, jobs=1, recording=here).complete
+    assert read_result(out).plan == plan
+
+
+def test_a_recording_travels(plan: Plan, clip: Path, tmp_path: Path) -> None:
+    """What a worker elsewhere unpacks is the same recording, of a file as of a folder of pictures."""
+    packed = pack(Recording(str(clip)))
+    assert setup_of(plan, packed).footage == plan.footage
+    (tmp_path / "0.png").write_bytes(b"a")
+    assert pack(Recording(str(tmp_path))).folder
+
+
+def test_what_a_plan_needs_to_know_of_a_recording(plan: Plan, footage: Footage) -> None:
+    """Parameters are those of a recording, and hash, kind, length and target are there."""
+    wrong = {
+        "no parameter 'sway_px' on a recording": {"axes": (Axis("sway_px", (1.0,)),)},
+        "names the recording and its kind": {"kind": None},
+        "of the kind video or gif or images or tracks": {"kind": "hologram"},
+        "takes no other recording": {"kind": "tracks"},
+        "needs the hash": {"footage": footage.model_copy(update={"sha256": None})},
+        "number of its frames": {"frames": 0},
+        "needs the mark": {"footage": footage.model_copy(update={"mark": None})},
+    }
+    for words, changes in wrong.items():
+        with pytest.raises(SweepError, match=words):
+            replace(plan, **changes)  # type: ignore[arg-type] # of all kinds
+    with pytest.raises(SweepError, match="takes no recording"):
+        replace(plan, experiment="sine", axes=(), trackers=())
