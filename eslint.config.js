@@ -7,7 +7,7 @@ const BROWSER = [
   "FormData", "HTMLElement", "HTMLIFrameElement", "IntersectionObserver", "Image", "MouseEvent", "MutationObserver", "Node", "OffscreenCanvas",
   "PointerEvent", "ResizeObserver", "TextDecoder", "TextEncoder", "URL", "URLSearchParams", "WebSocket", "XMLHttpRequest",
   "addEventListener", "atob", "btoa", "cancelAnimationFrame", "clearInterval", "clearTimeout", "createImageBitmap", "devicePixelRatio",
-  "document", "CSS", "DecompressionStream", "Response",
+  "document", "CSS", "NodeFilter", "Text", "DecompressionStream", "Response",
   "fetch", "getComputedStyle", "history", "innerHeight", "innerWidth", "localStorage", "location", "matchMedia", "navigator",
   "performance", "requestAnimationFrame", "requestIdleCallback", "sessionStorage", "setInterval", "setTimeout", "Path2D", "Blob", "ImageData",
 ];

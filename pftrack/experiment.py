@@ -15,6 +15,7 @@ from pftrack.model.export import Export
 from pftrack.model.failure import Failure
 from pftrack.model.finder import Finder
 from pftrack.model.frame import Frame, Target
+from pftrack.model.glossary import Section, Term
 from pftrack.model.layer import Layer
 from pftrack.model.marks import Mark, read_mark
 from pftrack.model.measures import HIT_RATE, Measure
@@ -240,6 +241,7 @@ class Experiment:
         family: What kind of thing it estimates, a few words. Those of one family stand together on the start page.
         calibration: What its trackers say of their own error, and settings in which that is not to be believed.
         failures: Named ways in which its trackers go wrong, each with what shows it and what cures it.
+        terms: Words of its own that its plots, readings and measures use, for the glossary.
         interface: Version of the interface that it was written for. An experiment of another package must state it, or
             it is not used; 0, for the project's own, is always the present one.
     """
@@ -285,6 +287,7 @@ class Experiment:
     calibration: Calibration = STANDARD_CALIBRATION
     warm_frames: int = 2
     family: str = "Others"
+    terms: tuple[Term, ...] = ()
     interface: int = 0
 
     def __post_init__(self) -> None:
@@ -318,6 +321,11 @@ class Experiment:
         for name in kept:
             if kept.count(name) > 1:
                 raise ValueError(f"{self.id} declares {name!r} twice among its measures and reductions")
+
+    @property
+    def glossary(self) -> Section:
+        """Its own words: those that it declares, and its trackers."""
+        return Section(self.title, (*self.terms, *(tracker.term for tracker in self.trackers.values())))
 
     def _check_calibration(self, series: Container[str]) -> None:
         said = self.calibration

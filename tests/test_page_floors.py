@@ -7,7 +7,7 @@ from pathlib import Path
 PAGES = Path(__file__).parents[1] / "frontend_static"
 FLOORS = (
     {"follow", "gallery", "failures", "work"},
-    {"compare", "help", "learn", "references", "sweep", "upload"},
+    {"compare", "glossary", "help", "learn", "references", "sweep", "upload"},
     {"session"},
     {"lecturer"},
     {"shared"},

@@ -49,6 +49,7 @@ HOMONYMS = {
 """Names of parameters that are names of something general as well."""
 
 PLACES = {
+    ("pftrack/model/glossary.py", "resampling"): "a word of the field",
     ("pftrack/model/marks/body.py", "head"): "the front end of a body",
     ("pftrack/likelihoods/__init__.py", "histogram"): "a likelihood, by the field's name for it",
     ("pftrack/lessons/figure.py", "histogram"): "a kind of trace, by the field's name for it",

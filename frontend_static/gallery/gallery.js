@@ -10,6 +10,7 @@ import { navigation } from "../shared/navigation.js";
 import { pluginProblems } from "./plugins.js";
 import { offer } from "./tour_offer.js";
 import { TargetForm } from "../upload/target.js";
+import { GLOSSARY } from "../shared/terms.js";
 import { themeButton } from "../shared/theme.js";
 import { attempt, toast } from "../shared/toast.js";
 import { DropZone } from "../upload/upload.js";
@@ -26,7 +27,7 @@ let form = null;
 
 if (RUN.test(location.hash)) location.replace(`work?show=runs${location.hash}`);
 navigation("experiments");
-part("tools").append(h("a", { class: "link", href: REFERENCES }, "References"), themeButton());
+part("tools").append(h("a", { class: "link", href: GLOSSARY }, "Glossary"), h("a", { class: "link", href: REFERENCES }, "References"), themeButton());
 new DropZone(part("drop"), {
   uploaded: (upload) => {
     location.hash = `upload/${encodeURIComponent(upload.id)}`;

@@ -3,6 +3,7 @@
 import { REFERENCES, citationList } from "../shared/citations.js";
 import { openDialog } from "../shared/dialog.js";
 import { h } from "../shared/dom.js";
+import { GLOSSARY } from "../shared/terms.js";
 import { isParticipant } from "../shared/participant.js";
 
 /** @param {import("../shared/messages.js").ExperimentPublic} experiment */
@@ -11,6 +12,6 @@ export function aboutDialog({ id, title, question, description, references }) {
     h("p", { class: "question" }, question),
     h("p", {}, description),
     citationList(title, references),
-    !isParticipant && h("p", {}, h("a", { href: `${REFERENCES}#${encodeURIComponent(id)}` }, "All references")),
+    !isParticipant && h("p", {}, h("a", { href: `${REFERENCES}#${encodeURIComponent(id)}` }, "All references"), " · ", h("a", { href: GLOSSARY }, "Glossary")),
   ], { wide: true });
 }

@@ -4,6 +4,7 @@ import { api } from "../shared/api.js";
 import { openDialog } from "../shared/dialog.js";
 import { h } from "../shared/dom.js";
 import { isParticipant } from "../shared/participant.js";
+import { GLOSSARY } from "../shared/terms.js";
 import { tourLink } from "../shared/tour_link.js";
 import { HELP } from "./keys.js";
 
@@ -17,6 +18,7 @@ export function helpDialog() {
       HELP.map(({ keys, what }) => [h("dt", {}, keys.split(" ").map((key) => h("kbd", {}, key))), h("dd", {}, what)]),
     ),
     tour,
+    !isParticipant && h("p", {}, h("a", { href: GLOSSARY }, "Glossary: what the words mean")),
   ]);
 }
 

@@ -1,6 +1,7 @@
 /** The "this frame" box: the numbers behind the picture, as the experiment declares them. */
 
 import { fill, h, setText } from "../shared/dom.js";
+import { explain } from "../shared/terms.js";
 import { coalesce } from "../shared/timing.js";
 import { measures } from "./measures.js";
 import { isMeasured, state, words } from "./readings.js";
@@ -31,6 +32,7 @@ export function readout(root, view) {
       readings = session.readings;
       lines = readings.map(({ title }) => ({ title: h("dt", {}, title), value: h("dd", {}) }));
       fill(list, lines.map(({ title, value }) => [title, value]));
+      for (const { title } of lines) explain(title, { experiment: session.recipe.experiment });
     }
     const row = history.at(session.position);
     readings.forEach((reading, place) => {

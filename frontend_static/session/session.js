@@ -7,6 +7,7 @@ import { icon } from "../shared/icons.js";
 import { navigation } from "../shared/navigation.js";
 import { present, presentationButton } from "../shared/presentation.js";
 import { linkTo } from "../shared/share_link.js";
+import { explain } from "../shared/terms.js";
 import { themeButton } from "../shared/theme.js";
 import { toast } from "../shared/toast.js";
 import { tourOfAddress } from "../shared/tour_link.js";
@@ -111,6 +112,7 @@ function header() {
     if (session === null) return;
     const words = wordsOf(session);
     setText(title, words);
+    explain(title, { experiment: session.recipe.experiment });
     sweep.hidden = !session.sweep || isParticipant;
     if (session.sweep) sweep.href = `sweep/${encodeURIComponent(session.sweep)}`;
     document.title = `${words} · pftrack`;

@@ -178,6 +178,7 @@ const truthPath = (id, of) => upload(id, `truth?${query({ experiment: of })}`);
 /**
  * @typedef {object} Api Every request that the pages make, but for those of sweeps.
  * @property {() => Promise<Messages.ExperimentPublic[]>} experiments
+ * @property {() => Promise<Messages.SectionPublic[]>} glossary
  * @property {(id: string) => Promise<Messages.ExperimentDetail>} experiment
  * @property {() => Promise<Messages.PluginPublic[]>} plugins
  * @property {() => Promise<Messages.CompilationPublic>} compilation
@@ -225,6 +226,7 @@ const truthPath = (id, of) => upload(id, `truth?${query({ experiment: of })}`);
 /** @type {Api} */
 export const api = {
   experiments: () => request("GET", "experiments"),
+  glossary: () => request("GET", "glossary"),
   experiment: (id) => request("GET", experimentPath(id)),
   plugins: () => request("GET", "plugins"),
   compilation: () => request("GET", "compilation"),

@@ -1165,6 +1165,14 @@ export interface ScenarioPublic {
   problem: string | null;
 }
 
+/** Words that belong together. */
+export interface SectionPublic {
+  title: string;
+  /** Whose own words they are; null of those that all experiments share */
+  experiment: string | null;
+  terms: TermPublic[];
+}
+
 /** The declaration of something measured in every frame. */
 export interface Series {
   name: string;
@@ -1459,6 +1467,14 @@ export interface SweepPublic {
   created: string;
   outcome: string;
   page: string;
+}
+
+/** A word and what it means. */
+export interface TermPublic {
+  name: string;
+  meaning: string;
+  /** Other forms in which pages have it */
+  also: string[];
 }
 
 /** What the tracker compares something with, as it changed in the course of the run. */

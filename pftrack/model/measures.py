@@ -243,7 +243,7 @@ def _within(limit: float, course: EvaluatedRun) -> NDArray[np.float64]:
 
 HIT_RATE = Measure(
     "hit_rate",
-    "Not lost",
+    "On target",
     "Share of the labelled frames that do not count as lost by the experiment's own limit.",
     "share",
     _held,
@@ -261,7 +261,7 @@ PICTURE_MEASURES = (
     ),
     Measure(
         "precision_20px",
-        "Within 20 px",
+        "Within 20 px of the truth",
         "Share of the labelled frames whose estimate is at most 20 px from the centre of the true box.",
         "share",
         partial(_within, PRECISE_PX),
@@ -269,7 +269,7 @@ PICTURE_MEASURES = (
     ),
     Measure(
         "normalised_error",
-        "Error by size",
+        "Median error over the target's size",
         "Median over the labelled frames of the error divided by the diagonal of the true box.",
         "median",
         _normalise,
@@ -288,7 +288,7 @@ PICTURE_MEASURES = (
     ),
     Measure(
         "frames_to_failure",
-        "Frames to failure",
+        "Frames before the first failure",
         "Frames before the first labelled one in which a box of the true size around the estimate does not overlap "
         "the true box; all frames of the run if that never happens.",
         "until",
@@ -301,7 +301,7 @@ PICTURE_MEASURES = (
 
 MEAN_IOU = Measure(
     "mean_iou",
-    "Overlap",
+    "Mean overlap with the true box",
     "Mean over the labelled frames of the intersection over the union of the box that the tracker believes in and "
     "the true one; a tracker without a size has none.",
     "mean",
@@ -313,7 +313,7 @@ MEAN_IOU = Measure(
 POSE_MEASURES = (
     Measure(
         "precision_10deg",
-        "Within 10°",
+        "Within 10° of the truth",
         "Share of the labelled frames whose error is at most 10 degrees.",
         "share",
         partial(_within, PRECISE_DEG),
@@ -331,7 +331,7 @@ POSE_MEASURES = (
     ),
     Measure(
         "frames_to_failure",
-        "Frames to failure",
+        "Frames before the first failure",
         "Frames before the first labelled one that counts as lost; all frames of the run if none does.",
         "until",
         _missed,

@@ -1,5 +1,6 @@
 """What a tracker is, and what its states offer to whoever runs, records and watches it."""
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -8,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.model.frame import Frame, Target
+from pftrack.model.glossary import Term
 from pftrack.model.parameters import Declaration
 from pftrack.model.series import Series, SeriesValue
 from pftrack.numerics.random import Stream
@@ -64,6 +66,9 @@ def nothing(state: Any) -> Mapping[str, SeriesValue]:  # noqa: ANN401 - the stat
     return {}
 
 
+SHORT_NAME = re.compile(r"\(([^()]+)\)$")
+
+
 @dataclass(frozen=True)
 class Tracker:
     """A named way of tracking.
@@ -94,6 +99,11 @@ class Tracker:
     measure: Callable[[Any], Mapping[str, SeriesValue]] = nothing
     searching: Callable[[Any], bool] | None = None
     reads: tuple[str, ...] | None = None
+
+    @property
+    def term(self) -> Term:
+        """What the glossary says of it, under its title and the short name that the title has in brackets."""
+        return Term(self.title, self.description.removesuffix("."), tuple(SHORT_NAME.findall(self.title)))
 
 
 def with_readers(declared: Sequence[Declaration], trackers: Mapping[str, Tracker]) -> tuple[Declaration, ...]:

@@ -85,6 +85,12 @@ async def references(request: Request) -> Response:
     return _page(request, "references/references.html")
 
 
+@router.get("/glossary")
+async def glossary(request: Request) -> Response:
+    """Return the page of the words and what they mean."""
+    return _page(request, "glossary/glossary.html")
+
+
 @router.get("/learn")
 async def learn(request: Request) -> Response:
     """Return the overview of the lessons."""

@@ -19,9 +19,9 @@ def test_the_run_so_far_is_measured(watch: Watch, server: Server) -> None:
     shown = watch()
     server.seek(shown.id, 59)
     shown.stands_at(59)
-    leading = shown.page.locator(".measures summary")
-    shown.until(lambda: "not lost" in leading.inner_text() and "100 %" in leading.inner_text(), "it is said first")
-    leading.click()
+    leading = shown.page.locator(".measures")
+    shown.until(lambda: "on target" in leading.inner_text() and "100 %" in leading.inner_text(), "it is said first")
+    leading.locator("summary").click()
     listed = shown.page.locator(".measures dl")
     shown.until(lambda: "of 60" in listed.inner_text(), "frames to failure are told of how many")
     # The numbers of the frame, which stand in the same place, can still be read.
@@ -33,4 +33,5 @@ def test_the_run_so_far_is_measured(watch: Watch, server: Server) -> None:
     known = server.get(f"sessions/{shown.id}")["measured"]
     assert f"inside the true box\n{100 * known['inside_share']:.0f} %" in words
     assert f"{known['median_error_px']:.1f} px" in words
-    assert "box" in (shown.page.locator(".measures dt").first.get_attribute("title") or "")
+    shown.page.locator(".measures dt .term").first.hover()
+    shown.page.locator("#meaning").get_by_text("inside the true box").wait_for()

@@ -59,7 +59,7 @@ def test_every_picture_that_a_page_names_is_made() -> None:
     assert named["picture"] == PICTURES.keys()
     assert named["film"] == FILMS.keys()
     assert named["live"] == LIVE.keys()
-    assert named["reference"] == {"command-line", "python", "rest"}
+    assert named["reference"] == {"command-line", "glossary", "python", "rest"}
     assert named["file"] == OUTSIDE.keys()
 
 

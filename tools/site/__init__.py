@@ -5,7 +5,7 @@ pages are plain Markdown and read well without it, so what only the site can sho
 
 - `contents`: tables of contents, from the lists of links on each folder's `index.md`
 - `inserts`: `<!-- picture NAME: words -->`, films, live pages, the references
-- `python_pages`, `rest`, `command_line`: the references, from docstrings, OpenAPI and typer
+- `python_pages`, `rest`, `command_line`, `glossary`: the references, from docstrings, OpenAPI, typer and the glossary
 - `formulas`: formulas as MathML, by the reader of the lessons
 - `offline`: no script within a page, no address of another host
 - `conf`: the settings of Sphinx

@@ -12,7 +12,7 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tools.site import command_line, python_pages, rest
+from tools.site import command_line, glossary, python_pages, rest
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
@@ -64,6 +64,7 @@ REFERENCES: dict[str, Callable[[], str]] = {
     "command-line": command_line.markdown,
     "python": lambda: python_pages.CONTENTS,
     "rest": rest.markdown,
+    "glossary": glossary.markdown,
 }
 
 

@@ -1,6 +1,7 @@
 /** One control, made from the declaration of one parameter: it proposes values and shows what is in force. */
 
 import { h } from "../../shared/dom.js";
+import { explain, explainControl } from "../../shared/terms.js";
 
 /** @import { ControlPublic, Declaration } from "../../shared/messages.js" */
 /** @import { Value } from "../../shared/format.js" */
@@ -45,7 +46,8 @@ export function makeControl(declaration, turning, propose) {
 export function checkbox(label, hint, propose) {
   /** @type {HTMLInputElement} */
   const box = h("input", { type: "checkbox", on: { change: () => propose(box.checked) } });
-  const element = h("label", { class: "control check", title: hint }, box, h("span", {}, label));
+  const element = h("label", { class: "control check" }, box, h("span", {}, label));
+  if (hint !== "") explainControl(element, hint);
   return { element, show: (value) => (box.checked = Boolean(value)) };
 }
 
@@ -127,7 +129,8 @@ function colour({ label, hint }, propose) {
  */
 function action({ label, hint }, propose) {
   let count = 0;
-  const button = h("button", { type: "button", title: hint, on: { click: () => propose(count + 1) } }, label);
+  const button = h("button", { type: "button", on: { click: () => propose(count + 1) } }, label);
+  explainControl(button, hint);
   return { element: h("div", { class: "control" }, button), show: (value) => (count = Number(value)) };
 }
 
@@ -171,7 +174,9 @@ function labelled(label, hint, input) {
   const id = `control-${made}`;
   input.id = id;
   input.setAttribute("aria-description", hint);
-  return h("div", { class: "control", title: hint }, h("label", { for: id }, label), input);
+  const named = h("label", { for: id }, label);
+  explain(named, { own: hint });
+  return h("div", { class: "control" }, named, input);
 }
 
 /** @param {number} value */

@@ -5,6 +5,7 @@
 
 import { Alignment, FigureView } from "../../shared/figure/figure.js";
 import { h, setText } from "../../shared/dom.js";
+import { explain } from "../../shared/terms.js";
 import { coalesce, throttle } from "../../shared/timing.js";
 import { curve } from "../history.js";
 import { samplers } from "../series.js";
@@ -151,7 +152,7 @@ function panel(root, plot, draw) {
   const place = h("div", { class: "plot", role: "img", "aria-label": plot.declared.description });
   place.title = plot.rowTitles.map(([name, words]) => `${name}  ${words}`).join("\n");
   const missing = h("p", { class: "missing", hidden: true }, "the truth is not known");
-  const section = h("section", { class: "panel", data: { plot: plot.id } }, h("h2", { title: plot.declared.description }, title, value), place, missing);
+  const section = h("section", { class: "panel", data: { plot: plot.id } }, h("h2", {}, title, value), place, missing);
   if (plot.rows > 1) {
     section.classList.add("tall");
     section.style.setProperty("--rows", String(plot.rows));
@@ -173,7 +174,9 @@ function write({ plot, section, title, place, missing }, store, histories) {
   if (!store.known.playing) place.setAttribute("aria-label", inWords(plot, store.known.position, plot.reading(store)));
   const words = plot.heading(store);
   const text = words.map((word) => (typeof word === "string" ? word : word.textContent)).join("");
-  if (title.textContent !== text) title.replaceChildren(...words);
+  if (title.textContent === text) return;
+  title.replaceChildren(...words);
+  explain(title, { own: plot.declared.description, experiment: store.known.recipe.experiment });
 }
 
 /**

@@ -50,7 +50,7 @@ export function paint(sheet, content) {
   const { pen } = sheet;
   const { curves, smallest, thresholds, history } = content;
   pen.clearRect(0, 0, pen.canvas.width, pen.canvas.height);
-  labels(sheet, content);
+  wells(sheet);
   bands(sheet, content);
   paintCurves(sheet, "error", curves.error, { most: curves.error.top(smallest), width: 1.6, hasArea: true });
   const limits = thresholds.flatMap(({ steps }) => steps.map(({ value }) => 1.25 * (value ?? 0)));
@@ -64,21 +64,24 @@ export function paint(sheet, content) {
 }
 
 /**
- * @param {Sheet} sheet
+ * What each row is called.
+ *
+ * @param {import("./rows.js").Rows} rows
  * @param {Content} content
+ * @returns {{label: string, middle: number}[]} From top to bottom; px from the top.
  */
-function labels({ pen, axis, ink, rows }, { thresholds, mixture, gone }) {
+export function labels(rows, { thresholds, mixture, gone }) {
   /** @type {Partial<Record<RowName, string>>} */
   const own = { sigma: thresholds.length > 0 ? "sigma | limit" : "sigma", proposal: mixture.label, bands: gone };
-  pen.font = "11px system-ui, sans-serif";
-  pen.textBaseline = "middle";
-  pen.textAlign = "right";
-  for (const [name, [label, y, height]] of /** @type {[RowName, [string, number, number]][]} */ (Object.entries(rows))) {
-    pen.fillStyle = ink.muted;
-    pen.fillText(own[name] ?? label, axis.left - 12, y + height / 2);
-    if (name === "flags" || name === "changes") continue;
-    pen.fillStyle = ink.well;
-    pen.fillRect(axis.left, y, axis.width, height);
+  const listed = /** @type {[RowName, [string, number, number]][]} */ (Object.entries(rows));
+  return listed.map(([name, [label, top, height]]) => ({ label: own[name] ?? label, middle: top + height / 2 })).filter(({ label }) => label !== "");
+}
+
+/** @param {Sheet} sheet */
+function wells({ pen, axis, ink, rows }) {
+  pen.fillStyle = ink.well;
+  for (const [name, [, top, height]] of /** @type {[RowName, [string, number, number]][]} */ (Object.entries(rows))) {
+    if (name !== "flags" && name !== "changes") pen.fillRect(axis.left, top, axis.width, height);
   }
 }
 

@@ -5,6 +5,7 @@
 
 import { fill, h } from "../../shared/dom.js";
 import { smallestSpan } from "../../shared/format.js";
+import { explain } from "../../shared/terms.js";
 import { onTheme, tokens } from "../../shared/theme.js";
 import { coalesce, later, throttle } from "../../shared/timing.js";
 import { isGone } from "../history.js";
@@ -14,7 +15,7 @@ import { Shades } from "../plots/shades.js";
 import { ofRole, samplers, valueOf } from "../series.js";
 import { marks } from "../timeline.js";
 import { Curves } from "./curves.js";
-import { paint, playhead } from "./paint.js";
+import { labels, paint, playhead } from "./paint.js";
 import { Axis, HEIGHT, rowOf, rowsWithout } from "./rows.js";
 import { describe, goneOf, missingOf, mixtureOf, weightOf } from "./description.js";
 
@@ -37,6 +38,8 @@ export class Scrubber {
     this.#canvas,
     this.#tip,
   );
+  #names = h("ul", { class: "scrubber-rows" });
+  #named = "";
   /** All but the playhead, which moves more often than the rest changes. */
   #background = document.createElement("canvas");
   /**
@@ -70,7 +73,7 @@ export class Scrubber {
    */
   constructor(root, view) {
     this.#view = view;
-    fill(root, this.#slider);
+    fill(root, this.#slider, this.#names);
     this.#drawPlayhead = coalesce(() => this.#paintPlayhead(), view.signal);
     this.#drawAll = throttle(() => this.#paintAll(), REPAINT_MS, view.signal);
     view.store.on(["position", "computed"], () => {
@@ -172,8 +175,22 @@ export class Scrubber {
     this.#slider.dataset.rows = Object.keys(this.#rows).join(" ");
     const pen = /** @type {CanvasRenderingContext2D} */ (this.#background.getContext("2d"));
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-    paint({ pen, axis: this.#axis, rows: this.#rows, ink: this.#inks(session) }, this.#content(session));
+    const content = this.#content(session);
+    paint({ pen, axis: this.#axis, rows: this.#rows, ink: this.#inks(session) }, content);
+    this.#nameRows(content, session.recipe.experiment);
     this.#drawPlayhead();
+  }
+
+  /**
+   * @param {Content} content
+   * @param {string} experiment
+   */
+  #nameRows(content, experiment) {
+    const rows = labels(this.#rows, content);
+    if (JSON.stringify(rows) === this.#named) return;
+    this.#named = JSON.stringify(rows);
+    fill(this.#names, rows.map(({ label, middle }) => h("li", { style: `top: ${middle}px` }, label)));
+    explain(this.#names, { experiment });
   }
 
   /** @param {SessionPublic} session */

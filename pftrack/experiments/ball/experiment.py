@@ -43,6 +43,7 @@ from pftrack.trackers.ball.learned import GUIDANCE
 from pftrack.trackers.ball.parameters import SCORING, BallTrackerParameters
 from pftrack.trackers.ball.step import TRACKERS
 from pftrack.trackers.parameters import miss_share
+from pftrack.trackers.sampling.parameters import TERMS
 
 __all__ = ["EXPERIMENT", "RecordedBallParameters", "SimulatedBallParameters"]
 
@@ -330,4 +331,5 @@ EXPERIMENT = Experiment(
         trials=20,
         frames=60,
     ),
+    terms=TERMS,
 )

@@ -19,6 +19,7 @@ from pftrack.experiments.sketch import SECOND_RUN, error_words
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.drawing import COLOURS, Drawing, Picture, Primitive
 from pftrack.model.frame import Frame, Target
+from pftrack.model.glossary import Term
 from pftrack.model.layer import Key, Layer
 from pftrack.model.measures import PICTURE_MEASURES
 from pftrack.model.plot import ERROR, PARTICLES, SAMPLE_SIZE, SIGMA, STEP_TIME, Plot, Reading
@@ -87,6 +88,12 @@ READINGS = (
     PARTICLES,
     Reading("log evidence", "evidence"),
     STEP_TIME,
+)
+
+TERMS = (
+    Term("heading", "the direction in which the head of the fish points"),
+    Term("bend", "how far the tail is bent, as an angle"),
+    Term("farthest point", "of the drawn fish, the distance of its worst point from an edge in the picture"),
 )
 
 
@@ -274,6 +281,7 @@ EXPERIMENT = Experiment(
     target="fish",
     plots=PLOTS,
     readings=READINGS,
+    terms=TERMS,
     example_sweep=ExampleSweep(
         {"sample_count": (50, 100, 200, 500, 1000), "tank_number": (200, 202, 204, 206, 208)},
         trackers=("guided", "ordinary"),

@@ -22,6 +22,7 @@ from pftrack.experiments.sketch import SECOND_RUN
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.drawing import Drawing, Picture, Primitive
 from pftrack.model.frame import Frame, Target
+from pftrack.model.glossary import Term
 from pftrack.model.layer import Key, Layer
 from pftrack.model.plot import ERROR, SAMPLE_SIZE, STEP_TIME, Plot, Reading
 from pftrack.model.references import SHIMADA, Citation
@@ -192,6 +193,11 @@ EXPERIMENT = Experiment(
         Reading("protrusions", "value", "", "protrusions"),
         Reading("log evidence", "evidence"),
         STEP_TIME,
+    ),
+    terms=(
+        Term("silhouette", "the outline of the hand in the picture, filled"),
+        Term("protrusions", "how many fingers stick out of the silhouette"),
+        Term("kept hands", "how many poses of the hand are kept at once, the most probable ones"),
     ),
     example_sweep=ExampleSweep(
         {"edge_noise_px": (0.0, 0.6, 1.2, 2.0, 3.0), "beam_width": (1, 2, 4, 8)},

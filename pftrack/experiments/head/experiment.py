@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pftrack.experiment import ExampleSweep, Experiment, Setup, Step
 from pftrack.experiments.head.calibration import CALIBRATION
 from pftrack.experiments.head.exports import EXPORTS
-from pftrack.experiments.head.growth import GROWTH_PLOTS, GROWTH_READINGS, SHAPE_ERROR, head_measure
+from pftrack.experiments.head.growth import GROWTH_PLOTS, GROWTH_READINGS, GROWTH_TERMS, SHAPE_ERROR, head_measure
 from pftrack.experiments.head.marks import FaceBox, FacePoints
 from pftrack.experiments.head.own_face import MASK_OPACITY, MEAN_FACE, UNCERTAINTY, surface_colours
 from pftrack.experiments.head.presets import PRESETS
@@ -25,7 +25,7 @@ from pftrack.experiments.head.start import FINDER
 from pftrack.experiments.head.suitability import suits
 from pftrack.experiments.head.truth import POSES
 from pftrack.experiments.head.world import HEAD_WORLD, head_world
-from pftrack.experiments.pose.series import POSE_PLOTS, POSE_READINGS, mean_error_deg, pose_series
+from pftrack.experiments.pose.series import POSE_PLOTS, POSE_READINGS, POSE_TERMS, mean_error_deg, pose_series
 from pftrack.experiments.pose.sketch import (
     BY_PREDICTION,
     beside,
@@ -244,6 +244,7 @@ EXPERIMENT = Experiment(
         for plot in (*POSE_PLOTS, *GROWTH_PLOTS)
     ),
     readings=(*POSE_READINGS, *GROWTH_READINGS),
+    terms=(*POSE_TERMS, *GROWTH_TERMS),
     # How fast may the driver turn, with how few particles?
     example_sweep=ExampleSweep(
         {"speed": (0.5, 1, 2, 3, 4), "sample_count": (10, 20, 50, 200)},

@@ -10,13 +10,14 @@ import numpy as np
 
 from pftrack.experiments.pose.series import pose_measure
 from pftrack.model.frame import Frame
+from pftrack.model.glossary import Term
 from pftrack.model.plot import Plot, Reading
 from pftrack.model.series import Series, SeriesValue
 from pftrack.structure.alignment import residuals
 from pftrack.trackers.head.memory import HeadMemory
 from pftrack.trackers.pose.state import PoseState
 
-__all__ = ["GROWTH_PLOTS", "GROWTH_READINGS", "SHAPE_ERROR", "head_measure"]
+__all__ = ["GROWTH_PLOTS", "GROWTH_READINGS", "GROWTH_TERMS", "SHAPE_ERROR", "head_measure"]
 
 SHAPE_ERROR = Series("shape_error_mm", "distance of the face model from the driver's face", "mm")
 
@@ -51,6 +52,12 @@ GROWTH_READINGS = (
     Reading("own face", "value", series="own_share"),
     Reading("face model sure to", "value", unit="mm", series="shape_sd_mm"),
     Reading("frames learned", "value", unit="frames", series="shape_frames"),
+)
+
+GROWTH_TERMS = (
+    Term("own face", "how much of this person's own shape is in the face model, 0 to 1; 0 is the mean face"),
+    Term("face model", "the points of a face in space; it may grow from the mean face to that of the person"),
+    Term("frames learned", "how many frames the face model has been learned from so far"),
 )
 
 

@@ -20,6 +20,7 @@ from pftrack.experiments.histogram.sketch import LAYERS, draw
 from pftrack.experiments.histogram.suitability import suits
 from pftrack.experiments.histogram.world import HISTOGRAM_WORLD
 from pftrack.likelihoods import chromaticity
+from pftrack.model.glossary import Term
 from pftrack.model.marks import Box, Mark
 from pftrack.model.measures import MEAN_IOU, PICTURE_MEASURES
 from pftrack.model.parameters import ParameterError, revise
@@ -33,6 +34,7 @@ from pftrack.sources.recording import RecordingParameters, RecordingSource, chec
 from pftrack.trackers.histogram.parameters import SCORING, HistogramTrackerParameters
 from pftrack.trackers.histogram.step import TRACKERS
 from pftrack.trackers.parameters import miss_share
+from pftrack.trackers.sampling.parameters import TERMS
 
 __all__ = ["EXPERIMENT", "RecordedHistogramParameters", "SimulatedHistogramParameters"]
 
@@ -117,6 +119,13 @@ LIKENESS = Plot(
     series=("likeness",),
 )
 
+COLOUR_TERMS = (
+    Term(
+        "likeness", "how alike the colours of the window and of the target are, 0 to 1: their Bhattacharyya coefficient"
+    ),
+    Term("lambda", "how much a frame is trusted: the greater, the more a small difference of the colours counts"),
+)
+
 EXPERIMENT = Experiment(
     id="histogram",
     title="A window by its colours",
@@ -149,6 +158,7 @@ EXPERIMENT = Experiment(
     target="target",
     plots=(ERROR, LIKENESS, SIGMA, SAMPLE_SIZE, SAMPLERS),
     readings=(*STANDARD_READINGS, Reading("likeness", "value", series="likeness")),
+    terms=(*TERMS, *COLOUR_TERMS),
     example_sweep=ExampleSweep(
         {"sharpness": (2, 5, 10, 20, 50, 100, 200), "sample_count": (25, 50, 100, 300, 1000)},
         trackers=("condensation", "h-spf"),

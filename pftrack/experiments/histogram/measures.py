@@ -21,8 +21,8 @@ def _is_held_at_end(course: EvaluatedRun) -> NDArray[np.float64]:
 
 HELD_AT_END = Measure(
     "held_at_end",
-    "Held at the end",
-    "Share of the last 10 labelled frames that do not count as lost.",
+    f"On target in the last {LAST} frames",
+    f"Share of the last {LAST} labelled frames that do not count as lost.",
     "share",
     _is_held_at_end,
 )

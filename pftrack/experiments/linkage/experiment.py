@@ -17,7 +17,7 @@ from pftrack.experiments.linkage.depth import DEPTH_WORLD, depth_world
 from pftrack.experiments.linkage.failures import FAILURES
 from pftrack.experiments.linkage.lengths import LENGTHS_WORLD, lengths_world
 from pftrack.experiments.linkage.parameters import SimulatedLinkageParameters
-from pftrack.experiments.linkage.plots import KEPT, MEASURES, PLOTS, READINGS
+from pftrack.experiments.linkage.plots import KEPT, MEASURES, PLOTS, READINGS, TERMS
 from pftrack.experiments.linkage.presets import PRESETS
 from pftrack.experiments.linkage.recording import LinkagePoints, RecordedLinkageParameters, on_video
 from pftrack.experiments.linkage.sketch import draw_belief, draw_measurements, second_run, truth
@@ -151,6 +151,7 @@ EXPERIMENT = Experiment(
     target="linkage",
     plots=PLOTS,
     readings=READINGS,
+    terms=TERMS,
     # How sure one must be of the points, and for how many hypotheses there must be room.
     example_sweep=ExampleSweep(
         {"measurement_noise_px": (0.5, 1, 1.5, 2, 3), "beam_width": (1, 2, 4, 8)},

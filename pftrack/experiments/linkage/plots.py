@@ -3,10 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.model.glossary import Term
 from pftrack.model.measures import EvaluatedRun, Measure
 from pftrack.model.plot import ERROR, PARTICLES, SAMPLE_SIZE, STEP_TIME, Plot, Reading
 
-__all__ = ["KEPT", "MEASURES", "PLOTS", "READINGS"]
+__all__ = ["KEPT", "MEASURES", "PLOTS", "READINGS", "TERMS"]
 
 LINKS = 3
 LAST_FRAMES = 6
@@ -33,7 +34,7 @@ def _last_errors(course: EvaluatedRun) -> NDArray[np.float64]:
 
 KEPT = Measure(
     "kept_at_the_end",
-    "Kept at the end",
+    f"On target in the last {LAST_FRAMES} frames",
     f"Share of the last {LAST_FRAMES} labelled frames in which no link's direction is beyond the limit, or regions "
     "hold the truth.",
     "share",
@@ -45,7 +46,7 @@ MEASURES = (
     KEPT,
     Measure(
         "median_direction_error_deg",
-        "Median error",
+        "Median error of the directions",
         "Median over the labelled frames of the greatest error of a link's direction.",
         "median",
         _errors,
@@ -54,7 +55,7 @@ MEASURES = (
     ),
     Measure(
         "final_direction_error_deg",
-        "Final error",
+        f"Median error of the last {LAST_FRAMES} frames",
         f"Median over the last {LAST_FRAMES} labelled frames of the greatest error of a link's direction.",
         "median",
         _last_errors,
@@ -135,4 +136,13 @@ READINGS = (
     Reading("bounds cut", "value", series="cut"),
     PARTICLES,
     STEP_TIME,
+)
+
+TERMS = (
+    Term(
+        "length", "of a link of the chain, in the picture's unit; with one camera it shows only in the course of time"
+    ),
+    Term("direction", "where a link points, as an angle from the axis of the picture"),
+    Term("bounds cut", "how much the known bounds have cut off from what is believed"),
+    Term("mirror", "two poses of a link that one camera sees alike: towards it and away from it"),
 )

@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 
 from pftrack.geometry.gaze import gaze
 from pftrack.model.frame import Frame
+from pftrack.model.glossary import Term
 from pftrack.model.plot import ERROR, PARTICLES, SAMPLE_SIZE, STEP_TIME, Plot, Reading
 from pftrack.model.series import Series, SeriesValue
 from pftrack.numerics.angles import wrap
 from pftrack.trackers.pose.state import PoseState
 
-__all__ = ["POSE_PLOTS", "POSE_READINGS", "mean_error_deg", "pose_measure", "pose_series"]
+__all__ = ["POSE_PLOTS", "POSE_READINGS", "POSE_TERMS", "mean_error_deg", "pose_measure", "pose_series"]
 
 ANGLES = ("yaw", "pitch", "roll")
 THETA = ("theta_x", "theta_y", "theta_z")
@@ -68,6 +69,24 @@ POSE_READINGS = (
     STEP_TIME,
 )
 """The readings of the same."""
+
+POSE_TERMS = (
+    Term(
+        "alpha",
+        "the share of a feature's particles, 0 to 1, that the pose of the whole proposes; the rest go on from the "
+        "feature's own past. It falls where a feature does not move with the whole, or is hidden",
+    ),
+    Term(
+        "truth in",
+        "how often so far the true angles lay in the central 50 % and the central 95 % of what is believed; an honest "
+        "tracker has 50 % and 95 %, less means that it is too sure, more that it is too unsure",
+    ),
+    Term("yaw", "the turn to the left or right, about the upright axis"),
+    Term("pitch", "the turn up or down, as in a nod"),
+    Term("roll", "the tilt towards a shoulder, about the line of sight"),
+    Term("recognised", "how many features the tracker itself made out in this frame"),
+)
+"""The words of the same."""
 
 
 def pose_series(features: tuple[str, ...]) -> tuple[Series, ...]:

@@ -16,6 +16,7 @@ from pftrack.experiments.pose.placing import heights, place_points
 from pftrack.experiments.pose.series import (
     POSE_PLOTS,
     POSE_READINGS,
+    POSE_TERMS,
     mean_error_deg,
     pose_measure,
     pose_series,
@@ -256,6 +257,7 @@ EXPERIMENT = Experiment(
     calibration=CALIBRATION,
     plots=POSE_PLOTS,
     readings=POSE_READINGS,
+    terms=POSE_TERMS,
     # Where the affine camera's error and the corners' noise decide which prediction is worth more.
     example_sweep=ExampleSweep(
         {"distance_mm": (70, 80, 100, 150, 300), "noise_px": (1, 3, 10, 20, 40)},

@@ -24,6 +24,7 @@ from pftrack.experiments.structure.truth import SERIES, SHARE, measure, shape_er
 from pftrack.experiments.structure.world import SHAPE_WORLD, shape_world
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.drawing import Drawing, Picture, Primitive
+from pftrack.model.glossary import Term
 from pftrack.model.layer import Key, Layer
 from pftrack.model.marks import Mark
 from pftrack.model.measures import EvaluatedRun, Measure
@@ -136,7 +137,7 @@ def _errors(course: EvaluatedRun) -> NDArray[np.float64]:
 
 WITHIN = Measure(
     "shape_within_5_percent",
-    "Shape within 5 %",
+    "Shape within 5 % of the truth",
     "Share of the labelled frames whose shape error is at most 5 % of the body's size.",
     "share",
     _within,
@@ -147,7 +148,7 @@ MEASURES = (
     WITHIN,
     Measure(
         "frames_to_shape",
-        "Frames to the shape",
+        "Frames before the shape is found",
         "Frames before the first labelled one whose shape error is at most 5 %; all frames of the run if none is.",
         "until",
         _within,
@@ -364,6 +365,16 @@ EXPERIMENT = Experiment(
         Reading("pitch", "value", unit="°", series="pitch_deg"),
         Reading("log evidence", "evidence"),
         STEP_TIME,
+    ),
+    terms=(
+        Term("shape error", "how far the points are from the true body, in percent of its size"),
+        Term("as a solid", "the error of the shape once its own proportions are kept: turned, moved and scaled only"),
+        Term("depth", "how deep the body is beside the noise; below about 1 its depth is not known"),
+        Term("own shape", "how much the points' own shape counts beside what was assumed, 0 to 1"),
+        Term("measured", "how many of the points were measured in this frame"),
+        Term("yaw", "the turn about the upright axis"),
+        Term("pitch", "the turn up or down"),
+        Term("free energy", "how well the model explains what was measured, as a bound that learning raises"),
     ),
     # Where what is hidden, and how wildly it is measured, decides which method is worth its cost.
     example_sweep=ExampleSweep(

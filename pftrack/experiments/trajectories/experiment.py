@@ -17,7 +17,7 @@ from pftrack.experiments.sketch import SECOND_RUN, error_words
 from pftrack.experiments.trajectories import sketch
 from pftrack.experiments.trajectories.calibration import CALIBRATION
 from pftrack.experiments.trajectories.exports import EXPORTS
-from pftrack.experiments.trajectories.plots import MEASURES, PLOTS, READINGS
+from pftrack.experiments.trajectories.plots import MEASURES, PLOTS, READINGS, TERMS
 from pftrack.experiments.trajectories.presets import PRESETS
 from pftrack.experiments.trajectories.scales import SCALES_WORLD, scales_world
 from pftrack.experiments.trajectories.search import (
@@ -208,6 +208,7 @@ EXPERIMENT = Experiment(
     target="track",
     plots=PLOTS,
     readings=READINGS,
+    terms=TERMS,
     exports=EXPORTS,
     # How sure one must be of the measurements, and how smooth of the motion, for each law of the noise.
     example_sweep=ExampleSweep(

@@ -3,10 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.model.glossary import Term
 from pftrack.model.measures import EvaluatedRun, Measure
 from pftrack.model.plot import ERROR, PARTICLES, STEP_TIME, Plot, Reading
 
-__all__ = ["MEASURES", "PLOTS", "READINGS"]
+__all__ = ["MEASURES", "PLOTS", "READINGS", "TERMS"]
 
 
 def _errors(course: EvaluatedRun) -> NDArray[np.float64]:
@@ -109,4 +110,12 @@ READINGS = (
     PARTICLES,
     Reading("log evidence", "evidence"),
     STEP_TIME,
+)
+
+TERMS = (
+    Term("tracks", "how many features are followed at once"),
+    Term("outliers", "the share of the measurements that are wrong, by what is believed"),
+    Term("noise σ", "the scale of the noise of a measurement, as an interval that the tracker learns"),
+    Term("motion τ", "how freely a feature changes its motion, as an interval that the tracker learns"),
+    Term("lag", "how many frames a smoothed position is behind the newest one, so that later frames can mend it"),
 )

@@ -5,6 +5,7 @@ from typing import Any, Literal, Self, TypeAlias
 from pydantic import model_validator
 
 from pftrack.filters.auxiliary import WeightRule
+from pftrack.model.glossary import Term
 from pftrack.model.parameters import ParameterError, Parameters, parameter
 from pftrack.trackers.parameters import particle_count, resampling_threshold
 
@@ -80,6 +81,16 @@ class SamplingParameters(Parameters):
     resampling_threshold: float = resampling_threshold(
         group=SAMPLING, trackers=("condensation", "pc-pf", "h-spf", "s-spf")
     )
+
+
+TERMS = (
+    Term(
+        "gamma",
+        "the threshold of sigma: a tracker that is less sure than this looks at the picture for where to put its "
+        "particles, or lets them move further",
+    ),
+)
+"""Words of those that switch."""
 
 
 def gamma(default: float) -> Any:  # noqa: ANN401 - a field declaration

@@ -14,6 +14,7 @@ from pftrack_server.api import (
     failures,
     follow,
     follows,
+    glossary,
     lessons,
     queue,
     runs,
@@ -31,5 +32,5 @@ __all__ = ["router"]
 router = APIRouter(prefix="/api/v1")
 router.include_router(experiments.plugins)
 computing = compilation, queue, sessions, stream, exports, runs, work, lessons, failures, comparisons, follows, follow
-for part in (experiments, uploads, *computing, sweeps, sweep_files, sweep_stream):
+for part in (experiments, glossary, uploads, *computing, sweeps, sweep_files, sweep_stream):
     router.include_router(part.router)

@@ -31,6 +31,7 @@ LOOKING: Final = (
     "WS /api/v1/sessions/{seen}/drawings",
     "GET /api/v1/lessons/{lessons}",
     "GET /api/v1/experiments/{experiment}",
+    "GET /api/v1/glossary",
 )
 STEERING: Final = (
     "GET /session/{steered}",

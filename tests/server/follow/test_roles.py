@@ -25,6 +25,7 @@ LOOKING = {
     "WS /api/v1/sessions/{session}/drawings",
     "GET /api/v1/lessons/{lesson}",
     "GET /api/v1/experiments/{experiment}",
+    "GET /api/v1/glossary",
     "GET /static",
     "HEAD /static",
 }

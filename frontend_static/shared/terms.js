@@ -1,0 +1,196 @@
+/**
+ * What the words on a page mean: the one way in which pages explain them. What is explained has a dotted line under
+ * it. Whoever points at it, reaches it by Tab or taps it reads what it means; Escape puts that away.
+ */
+
+import { api } from "./api.js";
+import { h } from "./dom.js";
+import { Tooltip } from "./tooltip.js";
+
+/** @import { SectionPublic, TermPublic } from "./messages.js" */
+
+/** Where all words are. */
+export const GLOSSARY = "glossary";
+/** Within these nothing is marked: they do what they say, or are marked already. */
+const APART = ".term, button, a, input, select, textarea, canvas, svg, output";
+/** What is explained: words that do nothing else, and what does something beside. */
+const MARKED = ".term, .explained";
+
+/** The words that are known where an experiment is shown. */
+class Words {
+  #known;
+  #pattern;
+
+  /** @param {SectionPublic[]} sections */
+  constructor(sections) {
+    // What comes later, an experiment's own, goes before what all share.
+    this.#known = new Map(sections.flatMap(({ terms }) => terms.flatMap((term) => [term.name, ...term.also].map((form) => [form.toLowerCase(), term]))));
+    const forms = [...this.#known.keys()].sort((one, other) => other.length - one.length).map((form) => form.replace(/[.*+?^${}()|[\]\\]/gu, "\\$&"));
+    this.#pattern = new RegExp(`(?<![\\p{L}\\p{N}-])(?:${forms.join("|") || "(?!)"})(?![\\p{L}\\p{N}-])`, "giu");
+  }
+
+  /**
+   * The words in a text, with where they are.
+   *
+   * @param {string} text
+   * @returns {{from: number, to: number, term: TermPublic}[]}
+   */
+  in(text) {
+    return [...text.matchAll(this.#pattern)].flatMap(({ 0: form, index }) => {
+      const term = this.#known.get(form.toLowerCase());
+      return term ? [{ from: index, to: index + form.length, term }] : [];
+    });
+  }
+}
+
+/** @type {Promise<SectionPublic[]>|null} */
+let sections = null;
+/** @type {Map<string, Promise<Words>>} By experiment. */
+const words = new Map();
+
+/**
+ * The words that all experiments share, and those of one.
+ *
+ * @param {string} experiment
+ */
+function wordsOf(experiment) {
+  sections ??= api.glossary();
+  const found = words.get(experiment) ?? sections.then((all) => new Words(all.filter((each) => each.experiment === null || each.experiment === experiment)));
+  words.set(experiment, found);
+  return found;
+}
+
+/**
+ * What is said of each marked word: of its own, and by the glossary of an experiment.
+ *
+ * @type {WeakMap<Element, {own: string, experiment: string}>}
+ */
+const said = new WeakMap();
+
+/**
+ * Mark the words in an element that the glossary has; or, where something is said of all of it, all of it. Text that
+ * changes is marked again by whoever changes it; what is marked already stays.
+ *
+ * @param {HTMLElement} element
+ * @param {{own?: string, experiment?: string}} [options] What is said of all of it; whose words it has.
+ */
+export function explain(element, { own = "", experiment = "" } = {}) {
+  if (own !== "") {
+    const first = element.firstElementChild;
+    if (first?.classList.contains("term") && element.childNodes.length === 1) return;
+    const marked = markedTerm(...element.childNodes);
+    element.append(marked);
+    said.set(marked, { own, experiment });
+    return;
+  }
+  const text = element.textContent;
+  // Without the glossary the words stand as they are.
+  wordsOf(experiment).then((known) => {
+    if (element.textContent === text) markWords(element, known, experiment);
+  }, () => {});
+}
+
+/**
+ * Explain something that does something when it is pressed, such as a box to check: it still does.
+ *
+ * @param {HTMLElement} element
+ * @param {string} own
+ * @param {string} [experiment]
+ */
+export function explainControl(element, own, experiment = "") {
+  element.classList.add("explained");
+  said.set(element, { own, experiment });
+}
+
+/** @param {...(Node|string)} content In a line of text it has to break as text does, which a button's does not. */
+function markedTerm(...content) {
+  return h("span", { class: "term", role: "button", tabindex: 0 }, content);
+}
+
+/**
+ * @param {HTMLElement} element
+ * @param {Words} known
+ * @param {string} experiment
+ */
+function markWords(element, known, experiment) {
+  const walker = document.createTreeWalker(element, NodeFilter.SHOW_TEXT);
+  /** @type {Text[]} */
+  const texts = [];
+  while (walker.nextNode()) if (walker.currentNode instanceof Text && !walker.currentNode.parentElement?.closest(APART)) texts.push(walker.currentNode);
+  for (const node of texts) {
+    /** @type {(string|Node)[]} */
+    const parts = [];
+    let done = 0;
+    for (const { from, to } of known.in(node.data)) {
+      const marked = markedTerm(node.data.slice(from, to));
+      said.set(marked, { own: "", experiment });
+      parts.push(node.data.slice(done, from), marked);
+      done = to;
+    }
+    if (done > 0) node.replaceWith(...parts, node.data.slice(done));
+  }
+}
+
+const tooltip = new Tooltip();
+tooltip.element.id = "meaning";
+tooltip.element.setAttribute("role", "tooltip");
+/** @type {Element|null} */
+let shown = null;
+
+/** @param {Element} marked */
+async function show(marked) {
+  const about = said.get(marked);
+  if (about === undefined || marked === shown) return;
+  hide();
+  shown = marked;
+  const known = await wordsOf(about.experiment).catch(() => new Words([]));
+  if (shown !== marked || !marked.isConnected) return;
+  const terms = new Set(known.in(marked.textContent ?? "").map(({ term }) => term));
+  const meanings = [...terms].map(({ name, meaning }) => h("p", {}, h("strong", {}, name), ` – ${meaning}`));
+  // What is open over the page would cover it.
+  (marked.closest("dialog[open], [popover], main, header") ?? document.body).append(tooltip.element);
+  const { left, width, top, bottom } = marked.getBoundingClientRect();
+  tooltip.show([about.own !== "" && h("p", {}, about.own), meanings], { x: left + width / 2, y: top, below: bottom });
+  marked.setAttribute("aria-describedby", tooltip.element.id);
+}
+
+function hide() {
+  shown?.removeAttribute("aria-describedby");
+  shown = null;
+  tooltip.hide();
+}
+
+/** @param {Event} event */
+function markedOf({ target }) {
+  return target instanceof Element ? target.closest(MARKED) : null;
+}
+
+if (typeof document !== "undefined") {
+  document.addEventListener("pointerover", (event) => {
+    const marked = markedOf(event);
+    if (marked !== null) show(marked);
+    else if (shown !== null && shown !== document.activeElement) hide();
+  });
+  document.addEventListener("focusin", (event) => {
+    const marked = markedOf(event);
+    if (marked === null) hide();
+    else show(marked);
+  });
+  document.addEventListener("focusout", hide);
+  document.addEventListener("scroll", hide, { capture: true, passive: true });
+  document.addEventListener("pointerdown", (event) => markedOf(event) ?? hide());
+  document.addEventListener("click", (event) => {
+    const marked = markedOf(event);
+    // Whatever it stands in, such as a label or the head of what unfolds, does nothing for a tap; a mouse has read it already.
+    if (marked === null || !marked.classList.contains("term") || event.pointerType === "mouse") return;
+    event.preventDefault();
+    event.stopPropagation();
+    show(marked);
+  }, { capture: true });
+  document.addEventListener("keydown", (event) => {
+    if (event.key !== "Escape" || shown === null) return;
+    event.preventDefault();
+    event.stopPropagation();
+    hide();
+  }, { capture: true });
+}

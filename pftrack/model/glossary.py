@@ -1,0 +1,165 @@
+"""The glossary: one meaning for each word that pages, messages and documentation use, declared as data.
+
+Words that all experiments share stand here, and an experiment declares those of its own (`Experiment.terms`). The page
+of the glossary, what pages say of a word that is pointed at, and the documentation are made of these declarations.
+"""
+
+from dataclasses import dataclass
+
+__all__ = ["GLOSSARY", "Section", "Term"]
+
+
+@dataclass(frozen=True, slots=True)
+class Term:
+    """A word and what it means.
+
+    Attributes:
+        name: The word as it stands in a sentence.
+        meaning: What it means, a sentence without its full stop, for somebody who hears it for the first time.
+        also: Other forms in which pages have it, such as its plural or a symbol.
+    """
+
+    name: str
+    meaning: str
+    also: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """Terms that belong together.
+
+    Attributes:
+        title: What they are about.
+        terms: In the order in which they are best read.
+    """
+
+    title: str
+    terms: tuple[Term, ...]
+
+
+GLOSSARY = (
+    Section(
+        "What pftrack is made of",
+        (
+            Term(
+                "experiment",
+                "a source, trackers, parameters, a drawing and measures that belong together, under one name",
+            ),
+            Term("source", "gives any frame at any time: a recording or a simulated scene"),
+            Term(
+                "frame", "one moment of a source: its picture or table row, its time, and the truth where it is known"
+            ),
+            Term("recording", "a video, an animated GIF, a set of pictures or a table of tracks"),
+            Term("scene", "a simulated world that a source shows; also the view in three dimensions of a session"),
+            Term("target", "what a tracker follows"),
+            Term("tracker", "steps a state from one frame to the next"),
+            Term("filter", "the mathematics inside a tracker: bootstrap, auxiliary, Kalman and others"),
+            Term("run", "one source, one tracker, one seed, one timeline, from the first frame to the last"),
+            Term("seed", "the number from which all random numbers of a run come"),
+            Term("timeline", "the changes of parameters in a run, each with its frame"),
+            Term("recipe", "everything that makes a run, as one text; it gives the same numbers on any machine"),
+            Term("branch", "a run that shares the past of another run and differs from one frame on"),
+            Term("parameter", "a value that you may set; a live parameter may change in the middle of a run"),
+            Term("preset", "a tracker and values of parameters under a name"),
+            Term("mark", "where the target is in one picture: a box, points, a line"),
+            Term("footage", "in a recipe, the recording with its start and its mark"),
+        ),
+    ),
+    Section(
+        "What a tracker computes",
+        (
+            Term("state", "everything that a tracker knows after a frame"),
+            Term("particle", "one guess of the target's state", ("particles",)),
+            Term("weight", "how much a particle counts"),
+            Term(
+                "ESS",
+                "effective sample size: how many equal particles would be worth as much as the weighted ones",
+                ("effective sample size",),
+            ),
+            Term("likelihood", "how well a state explains a picture"),
+            Term("prediction", "particles that move by the dynamics, without a look at the new picture"),
+            Term("observation", "particles that come from the new picture"),
+            Term("resampling", "drawing particles anew, in proportion to their weights"),
+            Term("estimate", "the one state that a tracker reports for a frame"),
+            Term("sigma", "the standard deviation of the estimate", ("noise σ",)),
+            Term("log evidence", "the logarithm of how well the model expected the frames so far"),
+            Term("band", "an interval that should hold the truth in a given share of the frames"),
+            Term("hypothesis", "one of several states that a tracker keeps at once", ("hypotheses",)),
+            Term(
+                "proposal",
+                "where the particles of a frame come from: the prediction, the observation, or shares of both",
+                ("proposals", "sampler", "samplers"),
+            ),
+            Term(
+                "condensation",
+                "the bootstrap filter of vision: all particles come from the prediction, and the picture weights them",
+            ),
+            Term(
+                "threshold",
+                "the value at which a tracker changes what it does; sigma and others are compared with it",
+                ("thresholds", "limit"),
+            ),
+            Term("step", "one frame of tracking; as a number, the time that it took to compute", ("step time",)),
+            Term("mismatch", "how far a prediction is from what was measured, in standard deviations"),
+            Term(
+                "posterior",
+                "all that is believed of the state after a frame: the particles with their weights, or a Gaussian",
+            ),
+        ),
+    ),
+    Section(
+        "How a run is judged",
+        (
+            Term("truth", "the true state of the target, known in a simulated scene or from a table"),
+            Term("error", "distance between estimate and truth, in the unit of the experiment"),
+            Term("lost", "the error is above the limit of the experiment; the truth decides"),
+            Term("searching", "the tracker itself says that it has no target"),
+            Term("hidden", "something covers the target in this frame"),
+            Term("measure", "one number for a whole run, such as the share of frames inside the true box"),
+            Term("success", "a measure that the experiment names is good enough"),
+            Term("suitability", "a number from 0 to 1: how well a tracker can follow a marked target"),
+            Term("series", "what a tracker or an experiment measures in every frame"),
+            Term("reading", "a line of numbers for one frame, beside the picture"),
+            Term("failure", "a named way to fail, with a symptom that can be measured"),
+            Term("cure", "the change that removes the symptom"),
+        ),
+    ),
+    Section(
+        "Many runs",
+        (
+            Term("comparison", "two to four runs beside each other, in step"),
+            Term("sweep", "a grid of conditions, each with several trials"),
+            Term("axis", "a parameter that a sweep varies"),
+            Term("condition", "one combination of the values of all axes"),
+            Term("trial", "one of several seeds of a condition"),
+            Term("map", "a number for every condition, drawn over two axes"),
+            Term("reproduction", "a published result, computed again"),
+            Term("finding", "one line of a reproduction: their number, our number, and whether they agree"),
+            Term(
+                "reference implementation",
+                "the second, independent program whose numbers the reproductions use where a publication has none",
+            ),
+        ),
+    ),
+    Section(
+        "The dashboard",
+        (
+            Term("dashboard", "all pages that the server gives to a browser"),
+            Term("session", "a run that somebody watches, with its branches and bookmarks"),
+            Term("worker", "the process that computes a session"),
+            Term("drawing", "what is drawn over a picture: points, lines, ellipses, in named layers"),
+            Term("flat view", "the picture with its drawing, in two dimensions"),
+            Term("scrubber", "the bar below a session that shows the whole run"),
+            Term("upload", "a recording that somebody gave to the server"),
+            Term("saved run", "a run in a file (.pft)"),
+            Term("export", "a file of another kind that is written from a run"),
+            Term("manifest", "what an export says about itself: version, recipe, hashes, units, citation"),
+            Term("lesson", "one idea on one page, with a question before the answer"),
+            Term("class", "people who follow what a lecturer shows"),
+            Term("follower", "one of them"),
+            Term("copy", "a follower's own session that begins at the lecturer's frame; REST calls it a fork"),
+            Term("base path", "what every address of a server begins with, for example /tracking"),
+        ),
+    ),
+)
+"""What all experiments share, by what it is about."""

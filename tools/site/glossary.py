@@ -1,0 +1,17 @@
+"""The glossary, from the declarations of the library and of the experiments."""
+
+from pftrack.experiments import EXPERIMENTS
+from pftrack.model.glossary import GLOSSARY, Section
+
+__all__ = ["markdown"]
+
+
+def markdown() -> str:
+    """Return the glossary as Markdown: a table for what all share by subject, and for each experiment."""
+    sections = (*GLOSSARY, *(EXPERIMENTS[name].glossary for name in EXPERIMENTS.own))
+    return "\n\n".join(_table(section) for section in sections)
+
+
+def _table(section: Section) -> str:
+    rows = (f"| **{term.name}** | {term.meaning} |".replace("\n", " ") for term in section.terms)
+    return f"## {section.title}\n\n| word | meaning |\n|---|---|\n" + "\n".join(rows)
