@@ -4,7 +4,7 @@ import { openDialog } from "../shared/dialog.js";
 import { fill, h, setText } from "../shared/dom.js";
 import { attempt } from "../shared/toast.js";
 import { followed as api } from "../lecturer/api.js";
-import { sessionTitle } from "./sessions_view.js";
+import { sessionTitle } from "../session/timeline.js";
 
 /** @import { Mounted } from "../session/mount.js" */
 /** @import { FollowPublic } from "../shared/messages.js" */

@@ -2,7 +2,7 @@
 
 import { mount } from "../session/mount.js";
 import { SessionStart } from "../session/session_start.js";
-import { trackerTitle } from "../session/timeline.js";
+import { sessionTitle } from "../session/timeline.js";
 import { fill, h, setText } from "../shared/dom.js";
 import { coalesce } from "../shared/timing.js";
 import { ofSession, showParameters } from "./parameter_list.js";
@@ -24,15 +24,6 @@ export function showSessions(place, sessions, { plots = [], layers = [] }) {
   const several = sessions.map((session) => beside(session, layers));
   fill(place, h("div", { class: "follow-several", data: { count: sessions.length } }, several.map(({ element }) => element)));
   return several.map(({ view }) => view);
-}
-
-/**
- * What tells a session from the others beside it.
- *
- * @param {SessionPublic} session
- */
-export function sessionTitle(session) {
-  return `${session.title} · ${trackerTitle(session, session.tracker)} · seed ${session.recipe.seed}`;
 }
 
 /**

@@ -2,14 +2,15 @@
 
 import { aboutDialog } from "./about.js";
 import { api } from "../shared/api.js";
+import { askName } from "../shared/dialog.js";
 import { fill, h, part, setText } from "../shared/dom.js";
-import { icon } from "../shared/icons.js";
+import { icon, iconButton } from "../shared/icons.js";
 import { navigation } from "../shared/navigation.js";
 import { present, presentationButton } from "../shared/presentation.js";
 import { linkTo } from "../shared/share_link.js";
 import { explain } from "../shared/terms.js";
 import { themeButton } from "../shared/theme.js";
-import { toast } from "../shared/toast.js";
+import { attempt, toast } from "../shared/toast.js";
 import { tourOfAddress } from "../shared/tour_link.js";
 import { END_FORK, endFork } from "../lecturer/end_fork.js";
 import { brand, isFollower, isParticipant } from "../shared/participant.js";
@@ -21,7 +22,7 @@ import { mount } from "./mount.js";
 import { presetMenu } from "./presets.js";
 import { start } from "./page_start.js";
 import { shareDialog } from "./share.js";
-import { trackerTitle } from "./timeline.js";
+import { sessionTitle } from "./timeline.js";
 import { guide } from "./tour/tour.js";
 
 /** @import { ExperimentDetail, PresetPublic } from "../shared/messages.js" */
@@ -42,7 +43,7 @@ const { store, commands } = view;
 const presets = presetMenu(openPreset);
 const control = new ClassControl(() => {
   const { session } = store;
-  return session === null || !view.able ? null : { title: wordsOf(session), sessions: [session.id], lesson: null };
+  return session === null || !view.able ? null : { title: sessionTitle(session), sessions: [session.id], lesson: null };
 }, view.signal);
 
 header();
@@ -79,6 +80,11 @@ function openPreset(preset) {
 function header() {
   const title = h("h1", {});
   const sweep = h("a", { class: "link", title: "The sweep that this run comes from", hidden: true }, "Sweep");
+  const rename = iconButton("rename", "Rename this session", async () => {
+    const { session } = store;
+    const name = session && (await askName("Rename this session", session.name));
+    if (session && name !== null) await attempt(() => api.renameSession(session.id, name));
+  });
   const about = h(
     "button",
     {
@@ -97,6 +103,7 @@ function header() {
     brand(),
     sweep,
     title,
+    !isParticipant && rename,
     h("span", { class: "spring" }),
     !isParticipant && presets.element,
     steering,
@@ -107,10 +114,10 @@ function header() {
     h("button", { type: "button", class: "quiet icon-only", title: "Keys (?)", "aria-label": "Keys", on: { click: actions.help } }, "?"),
   );
   if (!isParticipant) navigation(null);
-  store.on(["tracker", "recipe", "state", "connection"], () => {
+  store.on(["name", "tracker", "recipe", "state", "connection"], () => {
     const { session } = store;
     if (session === null) return;
-    const words = wordsOf(session);
+    const words = sessionTitle(session);
     setText(title, words);
     explain(title, { experiment: session.recipe.experiment });
     sweep.hidden = !session.sweep || isParticipant;
@@ -141,9 +148,4 @@ function tools() {
  */
 function tool(name, text, hint, run) {
   return h("button", { type: "button", class: "tool", title: hint, disabled: true, on: { click: run } }, icon(name), h("span", { class: "wide-only" }, text));
-}
-
-/** @param {import("../shared/messages.js").SessionPublic} session */
-function wordsOf(session) {
-  return `${session.title} · ${trackerTitle(session, session.tracker)} · seed ${session.recipe.seed}`;
 }

@@ -64,6 +64,15 @@ function inWords(session, name, before, after) {
 }
 
 /**
+ * What tells a session from others: its name, its tracker, its seed.
+ *
+ * @param {SessionPublic} session
+ */
+export function sessionTitle(session) {
+  return `${session.name} · ${trackerTitle(session, session.tracker)} · seed ${session.recipe.seed}`;
+}
+
+/**
  * A tracker's name as people know it.
  *
  * @param {{trackers: {id: string, title: string}[]}} session

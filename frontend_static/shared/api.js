@@ -188,6 +188,7 @@ const truthPath = (id, of) => upload(id, `truth?${query({ experiment: of })}`);
  * @property {(id: string) => Promise<Messages.SessionPublic>} session
  * @property {(body: Messages.SessionCreate) => Promise<Messages.SessionPublic>} start
  * @property {(id: string) => Promise<null>} end
+ * @property {(id: string, name: string) => Promise<Messages.SessionPublic>} renameSession
  * @property {(id: string, values: Record<string, Value>) => Promise<Messages.Changed>} parameters
  * @property {(id: string, action: Messages.TransportUpdate["action"], more?: Partial<Messages.TransportUpdate>) => Promise<Messages.SessionPublic>} transport
  * @property {(id: string, body: Messages.BranchCreate) => Promise<Messages.SessionPublic>} branch
@@ -213,6 +214,7 @@ const truthPath = (id, of) => upload(id, `truth?${query({ experiment: of })}`);
  * @property {(id: string) => Promise<null>} cancelImport
  * @property {(id: string) => Promise<Messages.RunPublic>} run
  * @property {(id: string) => Promise<Messages.SessionPublic>} open
+ * @property {(id: string, title: string) => Promise<Messages.RunPublic>} renameRun
  * @property {(id: string) => Promise<null>} remove
  * @property {(id: string) => string} downloadAddress
  * @property {(id: string, name: string, plot: string) => Promise<{name: string, content: Blob}>} exported
@@ -238,6 +240,7 @@ export const api = {
   session: (id) => request("GET", session(id)),
   start: (body) => request("POST", "sessions", body),
   end: (id) => request("DELETE", session(id)),
+  renameSession: (id, name) => request("PATCH", session(id), { name }),
   parameters: (id, values) => request("PATCH", session(id, "parameters"), values),
   transport: (id, action, more = {}) => request("POST", session(id, "transport"), { action, ...more }),
   branch: (id, body) => request("POST", session(id, "branch"), body),
@@ -265,6 +268,7 @@ export const api = {
   cancelImport: (id) => request("DELETE", `runs/imports/${encodeURIComponent(id)}`),
   run: (id) => request("GET", run(id)),
   open: (id) => request("POST", run(id, "open")),
+  renameRun: (id, title) => request("PATCH", run(id), { title }),
   remove: (id) => request("DELETE", run(id)),
   exported: (id, name, plot) => fetched(session(id, exportPath(name, plot))),
   exportSession: (id, name, plot) => request("POST", session(id, exportPath(name, plot))),

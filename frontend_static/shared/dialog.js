@@ -71,6 +71,34 @@ export function confirmLoss({ title, text, action }) {
   });
 }
 
+/**
+ * Ask what something is to be called.
+ *
+ * @param {string} title
+ * @param {string} name As it is called now.
+ * @returns {Promise<string|null>} Null if it is to stay.
+ */
+export function askName(title, name) {
+  return new Promise((resolve) => {
+    /** @type {string|null} */
+    let answer = null;
+    const element = openDialog(title, (close) => {
+      /** @type {HTMLInputElement} */
+      const field = h("input", { type: "text", id: "new-name", value: name, maxlength: 200, autofocus: true });
+      const accept = (/** @type {Event} */ event) => {
+        event.preventDefault();
+        answer = field.value.trim() || null;
+        close();
+      };
+      const buttons = [h("button", { type: "button", on: { click: close } }, "Cancel"), h("button", { type: "submit", class: "primary" }, "Rename")];
+      return [h("form", { method: "dialog", on: { submit: accept } }, h("label", { for: "new-name" }, "Name"), field, h("footer", {}, buttons))];
+    });
+    const field = element.querySelector("input");
+    field?.select();
+    element.addEventListener("close", () => resolve(answer));
+  });
+}
+
 /** Whether keys belong to a dialog now. */
 export function dialogIsOpen() {
   return document.querySelector("dialog[open]") !== null;

@@ -1150,6 +1150,11 @@ export interface RunSnapshot {
   measured: Record<string, number | null>;
 }
 
+/** What people call a saved run. */
+export interface RunUpdate {
+  title: string;
+}
+
 /** A run of an experiment, of which some parameters may be turned. */
 export interface ScenarioPublic {
   recipe: Recipe;
@@ -1198,6 +1203,8 @@ export interface SessionCreate {
 /** What is fixed of a session while it lives. */
 export interface SessionDescription {
   title: string;
+  /** Its clip, or the preset that it began as; empty if it is neither */
+  subject: string;
   unit: string;
   target: string;
   series: Series[];
@@ -1268,11 +1275,15 @@ export interface SessionPublic {
   state: "starting" | "ready" | "playing" | "ended" | "suspended" | "crashed";
   /** Why it is in this state, where there is something to say */
   message: string | null;
+  /** As a person called it, or its clip, preset or experiment */
+  name: string;
   /** What a person should know of it, a sentence */
   remark: string | null;
   branches: BranchPublic[];
   bookmarks: Bookmark[];
   title: string;
+  /** Its clip, or the preset that it began as; empty if it is neither */
+  subject: string;
   unit: string;
   target: string;
   series: Series[];
@@ -1302,6 +1313,7 @@ export interface SessionPublic {
   upload: string | null;
   created: string;
   page: string;
+  thumbnail: string;
   viewer: string;
 }
 
@@ -1343,6 +1355,8 @@ export interface SessionSnapshot {
   state: "starting" | "ready" | "playing" | "ended" | "suspended" | "crashed";
   /** Why it is in this state, where there is something to say */
   message: string | null;
+  /** As a person called it, or its clip, preset or experiment */
+  name: string;
   /** What a person should know of it, a sentence */
   remark: string | null;
   branches: BranchPublic[];
@@ -1352,6 +1366,7 @@ export interface SessionSnapshot {
 /** Everything that is kept of a session. */
 export interface SessionSpec {
   id: string;
+  name: string;
   sweep: string | null;
   upload: string | null;
   follow: string | null;
@@ -1363,6 +1378,12 @@ export interface SessionSpec {
   created: string;
   remark: string | null;
   description: SessionDescription | null;
+}
+
+/** What people call a session. */
+export interface SessionUpdate {
+  /** As it is to be called; by its clip or preset again if empty */
+  name: string;
 }
 
 /** Something in which the runs differ. */

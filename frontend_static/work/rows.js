@@ -2,7 +2,7 @@
 
 import { START } from "../shared/address.js";
 import { api } from "../shared/api.js";
-import { confirmLoss } from "../shared/dialog.js";
+import { askName, confirmLoss } from "../shared/dialog.js";
 import { h } from "../shared/dom.js";
 import { exportLists } from "../shared/exports.js";
 import { bytes, count, moment } from "../shared/format.js";
@@ -37,12 +37,14 @@ const SWEEP_STATES = { running: "running", stopped: "stopped, can be resumed", d
  */
 export function sessionRow(session, again) {
   const doing = session.goal === null ? SESSION_STATES[session.state] : "computing";
-  const facts = [`seed ${session.recipe.seed}`, `frame ${session.position} / ${session.frames}`, doing, moment(session.created)];
+  const experiment = session.name === session.title ? "" : session.title;
+  const facts = [experiment, `seed ${session.recipe.seed}`, `frame ${session.position} / ${session.frames}`, doing, moment(session.created)];
   const question = { title: "End this session?", text: "Anything you have not saved is lost.", action: "End it" };
-  const title = link(session.page, `${session.title} · ${trackerTitle(session, session.tracker)}`);
-  return row({ session: session.id }, `session-${session.id}`, null, title, facts, [
+  const title = link(session.page, `${session.name} · ${trackerTitle(session, session.tracker)}`);
+  return row({ session: session.id }, `session-${session.id}`, session.thumbnail, title, facts, [
     link(session.page, "Open", "button"),
-    removal(`End ${session.title}`, question, () => api.end(session.id), again),
+    renaming(session.name, (name) => api.renameSession(session.id, name), again),
+    removal(`End ${session.name}`, question, () => api.end(session.id), again),
   ]);
 }
 
@@ -64,6 +66,7 @@ export function runRow(run, again, choice) {
     h("label", { class: "row-choice", title: "Choose two to four runs to compare them" }, box, "Compare"),
     h("button", { type: "button", on: { click: open } }, "Open"),
     filesOf(run),
+    renaming(run.title, (title) => api.renameRun(run.id, title), again),
     removal(`Delete ${run.title}`, question, () => api.remove(run.id), again),
   ]);
 }
@@ -153,6 +156,19 @@ function reproduced(summary) {
   const differs = /** @type {{first_frame?: number}|undefined} */ (summary.differs);
   const from = typeof differs?.first_frame === "number" ? `, from frame ${differs.first_frame} on` : "";
   return summary.reproduced ? "same numbers as in its file" : `other numbers than in its file${from}`;
+}
+
+/**
+ * @param {string} name
+ * @param {(name: string) => Promise<unknown>} rename
+ * @param {Again} again
+ */
+function renaming(name, rename, again) {
+  const press = async () => {
+    const answer = await askName(`Rename ${name}`, name);
+    if (answer !== null) await attempt(() => rename(answer).then(again));
+  };
+  return iconButton("rename", `Rename ${name}`, press);
 }
 
 /**

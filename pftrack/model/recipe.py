@@ -10,6 +10,7 @@ in it; the file itself is found by whoever makes the run.
 """
 
 from collections.abc import Mapping
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
@@ -51,6 +52,11 @@ class Footage(BaseModel):
     mark: dict[Annotated[str, Field(max_length=64)], Any] | None = None
     truth: dict[int, tuple[Annotated[float, Field(allow_inf_nan=False)], ...]] | None = None
     square: bool | None = None
+
+    @property
+    def title(self) -> str:
+        """Name of the file without its suffix."""
+        return PurePath(self.name).stem
 
     @classmethod
     def of(cls, sequence: "FrameSequence", mark: "Mark | None", start: int, truth: "Truth | None" = None) -> Self:

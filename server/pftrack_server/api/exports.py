@@ -31,7 +31,9 @@ PlotId = Annotated[str | None, Query(max_length=64, description="The one plot th
 async def export_session(session: ASession, export: Name, exports: TheExports, plot: PlotId = None) -> ExportJobPublic:
     """Begin to write the active branch of a session, as far as it was computed, as a file of another kind."""
     run = session.spec.run
-    return _view(exports.write(Subject(run.recipe, run.computed, run.position), export, plot))
+    return _view(
+        exports.write(Subject(run.recipe, run.computed, run.position, session.state.snapshot.name), export, plot)
+    )
 
 
 @router.get("/runs/{run}/exports")
@@ -53,7 +55,7 @@ async def export_run(
     if not path.exists():
         raise NotFoundError("The file of this run is missing.")
     saved = Record.model_validate(await tasks.run(read_record, str(path)))
-    return _view(exports.write(Subject(saved.recipe, saved.computed - 1, run.position), export, plot))
+    return _view(exports.write(Subject(saved.recipe, saved.computed - 1, run.position, run.title), export, plot))
 
 
 @router.get("/exports/{name}")

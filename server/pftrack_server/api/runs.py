@@ -22,10 +22,11 @@ from pftrack_server.api.dependencies import (
 from pftrack_server.api.kept_pictures import kept_picture
 from pftrack_server.api.uploads import MULTIPART
 from pftrack_server.errors import ClientGoneError, NotFoundError
+from pftrack_server.runs.exports import run_file_name
 from pftrack_server.runs.imports import Import
 from pftrack_server.runs.service import check_room, compare, reopen, save
 from pftrack_server.schemas.messages import SessionPublic
-from pftrack_server.schemas.runs import ImportPublic, RunCreate, RunPublic
+from pftrack_server.schemas.runs import ImportPublic, RunCreate, RunPublic, RunUpdate
 from pftrack_server.store.files import is_name
 from pftrack_server.store.tables import RunRow
 from pftrack_server.tasks.jobs import failure_of
@@ -108,6 +109,14 @@ def show_run(run: ARun) -> RunPublic:
     return run_view(run)
 
 
+@router.patch("/{run}")
+async def rename_run(run: ARun, body: RunUpdate, store: AStore) -> RunPublic:
+    """Give a saved run another name."""
+    await asyncio.to_thread(store.rename_run, run.id, body.title)
+    run.title = body.title
+    return run_view(run)
+
+
 @router.delete("/{run}", status_code=HTTPStatus.NO_CONTENT)
 async def remove_run(run: Name, store: AStore) -> None:
     """Delete a saved run, also one whose entry in the database is damaged."""
@@ -121,7 +130,7 @@ def download(run: ARun, store: AStore) -> FileResponse:
     path = store.files.record(run.id)
     if not path.exists():
         raise NotFoundError("The file of this run is missing.")
-    return FileResponse(path, media_type=RECORD, filename=f"{run.experiment}-{run.tracker}-{run.seed}.pft")
+    return FileResponse(path, media_type=RECORD, filename=f"{run_file_name(run.experiment, run.title)}-{run.seed}.pft")
 
 
 @router.get("/{run}/thumbnail.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})

@@ -5,11 +5,12 @@ import shutil
 from http import HTTPStatus
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Body, Path, Query
+from fastapi import APIRouter, Body, Path, Query, Request
 from starlette.background import BackgroundTask
-from starlette.responses import FileResponse, Response
+from starlette.responses import FileResponse, RedirectResponse, Response
 
 from pftrack_server.api.dependencies import AManager, ASession, AStore, Begin
+from pftrack_server.base_path import address_of
 from pftrack_server.errors import NotFoundError
 from pftrack_server.runs.exports import Subject, file_name
 from pftrack_server.schemas.messages import SessionPublic
@@ -19,6 +20,7 @@ from pftrack_server.schemas.sessions import (
     Changed,
     Columns,
     SessionCreate,
+    SessionUpdate,
     TransportUpdate,
 )
 from pftrack_server.schemas.snapshot import Bookmark
@@ -48,6 +50,14 @@ async def list_sessions(manager: AManager) -> list[SessionPublic]:
 @router.get("/{session}")
 async def show_session(session: ASession) -> SessionPublic:
     """Tell everything about a session."""
+    return session.view()
+
+
+@router.patch("/{session}")
+async def rename_session(session: ASession, body: SessionUpdate, manager: AManager) -> SessionPublic:
+    """Give a session a name."""
+    session.state.rename(body.name)
+    await manager.note()
     return session.view()
 
 
@@ -113,6 +123,20 @@ async def picture(session: ASession) -> Response:
 
 
 @router.get(
+    "/{session}/thumbnail.png",
+    response_class=Response,
+    responses={200: {"content": {"image/png": {}}}, 307: {"description": "It has none; this is its experiment's"}},
+)
+async def thumbnail(request: Request, session: ASession) -> Response:
+    """Return a picture of about where a session is, or lead to that of its experiment."""
+    png = await session.thumbnail()
+    if png is None:
+        experiment = session.spec.recipe.experiment
+        return RedirectResponse(address_of(request.scope, f"api/v1/experiments/{experiment}/thumbnail.png"))
+    return Response(png, media_type="image/png", headers={"Cache-Control": "no-store"})
+
+
+@router.get(
     "/{session}/exports/{export}", response_class=FileResponse, responses={200: {"content": {"model/gltf-binary": {}}}}
 )
 async def export(
@@ -129,7 +153,7 @@ async def export(
         raise
     after = BackgroundTask(shutil.rmtree, folder, ignore_errors=True)
     run = session.spec.run
-    name = file_name(Subject(run.recipe, run.computed, run.position), offered, plot)
+    name = file_name(Subject(run.recipe, run.computed, run.position, session.state.snapshot.name), offered, plot)
     return FileResponse(
         folder / "file",
         media_type=offered.media_type,

@@ -67,7 +67,7 @@ def _having(
 
 def _of_session(session: SessionPublic) -> tuple[object, ...]:
     kept = experiment_words(session.recipe.experiment, [session.tracker])
-    return session.title, kept, f"seed {session.recipe.seed}", session.state
+    return session.name, session.title, kept, f"seed {session.recipe.seed}", session.state
 
 
 def _of_run(row: RunRow) -> tuple[object, ...]:

@@ -82,7 +82,7 @@ def _of_session(name: str, place: str, tracker: str | None = None, *, house: Run
     branch = session.spec.branches.get(place) if session else None
     if session is None or branch is None:
         raise NotFoundError(f"There is no branch {place[:32]!r} of a session {name[:32]!r} any more; it was ended.")
-    recipe, title = branch.run.recipe, f"{session.description.title}, {branch.title}"
+    recipe, title = branch.run.recipe, f"{session.state.snapshot.name}, {branch.title}"
     if tracker is not None:
         trackers = find_experiment(recipe.experiment).trackers
         if tracker not in trackers:

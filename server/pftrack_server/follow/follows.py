@@ -208,7 +208,7 @@ class Follows:
     # ------------------------------------------------------------ within
 
     def _titles(self, sessions: Sequence[str]) -> dict[str, str]:
-        return {name: self._manager.get(name).description.title for name in sessions}
+        return {name: self._manager.get(name).state.snapshot.name for name in sessions}
 
     async def _lesson(self, wanted: str | None) -> tuple[str, str] | None:
         """Return id and title of a lesson."""
@@ -225,7 +225,7 @@ class Follows:
 
     def _title_of(self, session: str) -> str | None:
         found = self._manager.find(session)
-        return found.description.title if found else None
+        return found.state.snapshot.name if found else None
 
     def _expire(self, follow: Follow, hours: float) -> None:
         if earlier := self._timers.get(follow.name):

@@ -4,12 +4,14 @@ A file lies in a folder of its own for as long as its job can be asked for, and 
 child computes the run from its recipe.
 """
 
+import re
 import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
+from pftrack.experiments import EXPERIMENTS
 from pftrack.exports.formats import RunExport, check_plot, exports_of
 from pftrack.model.export import find_export
 from pftrack.model.recipe import Footage, Recipe
@@ -24,7 +26,10 @@ from pftrack_server.tasks.exports import Order, write_export
 from pftrack_server.tasks.jobs import Job, Jobs
 from pftrack_server.uploads.intake import limits_of
 
-__all__ = ["Exporting", "Exports", "Subject", "file_name"]
+__all__ = ["Exporting", "Exports", "Subject", "file_name", "run_file_name"]
+
+LONGEST = 60
+"""Characters of a run's name that the name of a file has."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,11 +40,13 @@ class Subject:
         recipe: What makes it.
         computed: The last frame that belongs to it.
         position: The frame at which it stands.
+        name: What people call it.
     """
 
     recipe: Recipe
     computed: int
     position: int
+    name: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,6 +139,14 @@ class Exports(Jobs[Ordered, Path]):
 
 
 def file_name(subject: Subject, kind: RunExport | ExportPublic, plot: str | None) -> str:
-    """Return what a file is called: by the experiment and the last frame in it, or the one that it shows."""
+    """Return what a file is called: by the run, and the last frame in it or the one that it shows."""
     frame = subject.position if kind.group == "model" else subject.computed
-    return f"{'-'.join(filter(None, (subject.recipe.experiment, str(frame), plot)))}.{kind.suffix}"
+    run = run_file_name(subject.recipe.experiment, subject.name)
+    return f"{'-'.join(filter(None, (run, str(frame), plot)))}.{kind.suffix}"
+
+
+def run_file_name(experiment: str, name: str) -> str:
+    """Return what files of a run are called: by its experiment, and by its name unless that says no more."""
+    known = EXPERIMENTS.get(experiment)
+    rest = name.removeprefix(known.title) if known else name
+    return "-".join(filter(None, (experiment, re.sub(r"[^\w.]+", "-", rest.lower()).strip("-.")[:LONGEST])))

@@ -55,7 +55,7 @@ async def save(store: Store, session: Session, title: str | None) -> RunRow:
     summary = saved["summary"]
     row = RunRow(
         id=name,
-        title=title or f"{session.description.title} · {session.description.tracker_title(run.tracker)}",
+        title=title or f"{session.state.snapshot.name} · {session.description.tracker_title(run.tracker)}",
         experiment=run.recipe.experiment,
         tracker=run.tracker,
         seed=run.recipe.seed,

@@ -42,6 +42,7 @@ class SessionDescription(BaseModel):
     """What is fixed of a session while it lives."""
 
     title: str
+    subject: str = Field("", description="Its clip, or the preset that it began as; empty if it is neither")
     unit: str = "px"
     target: str = "target"
     series: list[Series] = []

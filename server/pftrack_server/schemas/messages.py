@@ -27,6 +27,7 @@ class SessionPublic(SessionDescription, SessionSnapshot):
     upload: str | None
     created: str
     page: str
+    thumbnail: str
     viewer: str
 
 

@@ -6,7 +6,7 @@ from pydantic import BaseModel, Field
 
 from pftrack_server.schemas.body import RequestBody
 
-__all__ = ["ImportPublic", "RunCreate", "RunPublic"]
+__all__ = ["ImportPublic", "RunCreate", "RunPublic", "RunUpdate"]
 
 Title = Annotated[str, Field(max_length=200)]
 
@@ -16,6 +16,12 @@ class RunCreate(RequestBody):
 
     session: str = Field(max_length=64)
     title: Title | None = None
+
+
+class RunUpdate(RequestBody):
+    """What people call a saved run."""
+
+    title: Annotated[Title, Field(min_length=1)]
 
 
 class ImportPublic(BaseModel):

@@ -8,7 +8,7 @@ from pftrack.model.parameters import Value
 from pftrack.model.recipe import Recipe, Seed
 from pftrack_server.schemas.body import FrameNumber, RequestBody, Values
 
-__all__ = ["BookmarkCreate", "BranchCreate", "Changed", "Columns", "SessionCreate", "TransportUpdate"]
+__all__ = ["BookmarkCreate", "BranchCreate", "Changed", "Columns", "SessionCreate", "SessionUpdate", "TransportUpdate"]
 
 SLOWEST = 0.1
 Title = Annotated[str, Field(max_length=200)]
@@ -33,6 +33,12 @@ class SessionCreate(RequestBody):
         pattern=r"^[0-9a-f]{16}$",
         description="Name chosen by the client: by it, it can end a session whose answer it has not seen",
     )
+
+
+class SessionUpdate(RequestBody):
+    """What people call a session."""
+
+    name: Title = Field(description="As it is to be called; by its clip or preset again if empty")
 
 
 class TransportUpdate(RequestBody):

@@ -136,6 +136,7 @@ class SessionSnapshot(RunSnapshot):
 
     state: Phase
     message: str | None = Field(None, description="Why it is in this state, where there is something to say")
+    name: str = Field("", description="As a person called it, or its clip, preset or experiment")
     remark: str | None = Field(None, description="What a person should know of it, a sentence")
     branches: list[BranchPublic]
     bookmarks: list[Bookmark]

@@ -34,6 +34,7 @@ class SessionSpec(BaseModel):
 
     Attributes:
         id: Its name.
+        name: What a person called it; empty if nobody did.
         sweep: Name of the sweep of which it is a run.
         upload: Name of the upload that its footage is.
         follow: Name of the class whose follower has it; it ends with that.
@@ -48,6 +49,7 @@ class SessionSpec(BaseModel):
     """
 
     id: str
+    name: str = ""
     sweep: str | None = None
     upload: str | None = None
     follow: str | None = None

@@ -7,6 +7,7 @@ one at a time.
 import asyncio
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -23,7 +24,7 @@ from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.sessions.panel_commands import PanelCommands
 from pftrack_server.sessions.scene_feed import SceneFeed
 from pftrack_server.sessions.state import SessionState
-from pftrack_server.sessions.worker_handle import WorkerHandle
+from pftrack_server.sessions.worker_handle import WorkerHandle, WorkerLostError
 from pftrack_server.settings import Settings
 from pftrack_server.stream.listeners import SessionListeners
 from pftrack_server.worker import protocol
@@ -66,6 +67,7 @@ class Session:
         self._worker: WorkerHandle | None = None
         self._starting: WorkerHandle | None = None
         self._is_closed = False
+        self._thumbnail: bytes | None = None
 
     # ------------------------------------------------------------ what it is
 
@@ -262,6 +264,13 @@ class Session:
         """Return the current frame as PNG."""
         png: bytes = await self._request(protocol.Picture(), _plain)
         return png
+
+    async def thumbnail(self) -> bytes | None:
+        """Return a picture of about where it is as PNG, or None if there has been none while this server runs."""
+        if self.worker is not None and self.is_free:
+            with suppress(ConflictError, WorkerLostError):
+                self._thumbnail = await self.picture()
+        return self._thumbnail
 
     async def export(self, name: str, path: Path, plot: str | None) -> ExportPublic:
         """Write a file of the active branch, or of the current frame, and return what it is.

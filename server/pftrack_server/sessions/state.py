@@ -58,8 +58,17 @@ class SessionState:
         spec = self.spec
         run = {**vars(spec.run), "playing": False}
         return SessionSnapshot(
-            **run, state=phase, remark=spec.remark, branches=branch_views(spec), bookmarks=spec.bookmarks
+            **run,
+            state=phase,
+            name=self._name(),
+            remark=spec.remark,
+            branches=branch_views(spec),
+            bookmarks=spec.bookmarks,
         )
+
+    def _name(self) -> str:
+        known = self.spec.description
+        return self.spec.name or (known.subject or known.title if known else "")
 
     # ------------------------------------------------------------ what is known
 
@@ -123,7 +132,7 @@ class SessionState:
         What was changed since may be another preset's or nobody's, but the controls stay where a person has them.
         """
         first = self.spec.description or description
-        return description.model_copy(update={"about": first.about, "watch": first.watch})
+        return description.model_copy(update={"about": first.about, "watch": first.watch, "subject": first.subject})
 
     def advance(self, changes: Mapping[str, Any], rows: Sequence[dict[str, Any]] = ()) -> None:
         """Take down what has changed of the run and the diagnostics of frames just computed, and tell both.
@@ -191,6 +200,12 @@ class SessionState:
         self.listeners.greet()
 
     # ------------------------------------------------------------ what people do to it
+
+    def rename(self, name: str) -> None:
+        """Call it so; by its clip or preset if that is empty."""
+        self.spec.name = name.strip()
+        self.dirty = True
+        self._tell({"name": self._name()})
 
     def name_branch(self, branch: str, title: str) -> None:
         """Give a branch another title."""

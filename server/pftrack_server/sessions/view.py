@@ -21,6 +21,7 @@ def view(spec: SessionSpec, description: SessionDescription, snapshot: SessionSn
         upload=spec.upload,
         created=spec.created,
         page=f"session/{spec.id}",
+        thumbnail=f"api/v1/sessions/{spec.id}/thumbnail.png",
         viewer=f"viz/{spec.id}/",
     )
 

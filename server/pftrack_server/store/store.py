@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from typing import Any, TypeVar
 
 import structlog
-from sqlalchemy import CursorResult, delete, func, inspect, select, text
+from sqlalchemy import CursorResult, delete, func, inspect, select, text, update
 from sqlalchemy.exc import DataError, DBAPIError
 from sqlalchemy.orm import sessionmaker
 from sqlalchemy.sql.expression import SQLColumnExpression
@@ -118,6 +118,15 @@ class Store:
             DamagedError: Its row cannot be read.
         """
         return self._get(RunRow, name)
+
+    def rename_run(self, name: str, title: str) -> None:
+        """Give a run another title, if there is one."""
+
+        def save() -> None:
+            with self._begin.begin() as database:
+                database.execute(update(RunRow).where(RunRow.id == name).values(title=title))
+
+        self.disk_budget.write(save)
 
     def remove_run(self, name: str) -> bool:
         """Forget a run, if there is one: its row first, so that a crash leaves no row without a file."""

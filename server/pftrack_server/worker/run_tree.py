@@ -106,9 +106,10 @@ class RunTree:
         """Return what is fixed while the session lives."""
         experiment, source = self.experiment, self.run.source
         width, height = source.size
-        preset = self._preset()
+        preset, footage = self._preset(), self.run.recipe.footage
         return SessionDescription(
             title=experiment.title,
+            subject=footage.title if footage else preset.title if preset else "",
             unit=experiment.unit,
             target=experiment.target,
             series=list(experiment.all_series()),

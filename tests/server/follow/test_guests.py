@@ -33,6 +33,7 @@ ALLOWED = {
     "GET /api/v1/sessions/{session}",
     "GET /api/v1/sessions/{session}/diagnostics",
     "GET /api/v1/experiments/{experiment}",
+    "GET /api/v1/glossary",
 }
 
 

@@ -1,0 +1,59 @@
+"""What people call things: sessions, runs and files by their clip or preset, or by a name that somebody gave."""
+
+import httpx
+import pytest
+
+from pftrack.experiments import find
+from pftrack_server.runs.exports import run_file_name
+from tests.server.host import begin
+
+PRESET = find("ball").presets[-1]
+
+
+@pytest.fixture
+def session(client: httpx.Client) -> dict[str, object]:
+    """One that begins as a preset."""
+    wish = {"experiment": "ball", "tracker": PRESET.tracker, "seed": PRESET.seed, "parameters": dict(PRESET.parameters)}
+    return begin(client, **wish)
+
+
+def test_a_session_is_called_by_its_preset(client: httpx.Client, session: dict[str, object]) -> None:
+    """The run that is saved of it and the files that are made of it are, too."""
+    assert session["name"] == PRESET.title
+    run = client.post("/api/v1/runs", json={"session": session["id"]}).json()
+    assert run["title"].startswith(PRESET.title)
+    table = client.get(f"/api/v1/sessions/{session['id']}/exports/csv")
+    assert f'filename="{run_file_name("ball", PRESET.title)}-' in table.headers["content-disposition"]
+
+
+def test_a_name_that_is_given_stays(client: httpx.Client, session: dict[str, object]) -> None:
+    """Sessions and runs are found by it; an empty one brings back the first."""
+    path = f"/api/v1/sessions/{session['id']}"
+    assert client.patch(path, json={"name": " Tuesday's ball "}).json()["name"] == "Tuesday's ball"
+    found = client.get("/api/v1/work", params={"q": "tuesday"}).json()
+    assert [each["name"] for each in found["sessions"]] == ["Tuesday's ball"]
+    run = client.post("/api/v1/runs", json={"session": session["id"]}).json()
+    assert client.patch(f"/api/v1/runs/{run['id']}", json={"title": "Wednesday"}).json()["title"] == "Wednesday"
+    assert [each["id"] for each in client.get("/api/v1/work", params={"q": "wednesday"}).json()["runs"]] == [run["id"]]
+    assert (
+        'filename="ball-wednesday-' in client.get(f"/api/v1/runs/{run['id']}/download").headers["content-disposition"]
+    )
+    assert client.patch(path, json={"name": ""}).json()["name"] == PRESET.title
+    assert client.patch(f"/api/v1/runs/{run['id']}", json={"title": ""}).status_code == 422
+
+
+def test_a_session_has_a_picture(client: httpx.Client, session: dict[str, object]) -> None:
+    """That of the frame that is shown."""
+    answer = client.get(f"/{session['thumbnail']}")
+    assert answer.headers["content-type"] == "image/png"
+    assert answer.content.startswith(b"\x89PNG")
+
+
+def test_names_of_files_are_plain() -> None:
+    """Whatever people call a run, and whatever says no more than the experiment."""
+    title = find("ball").title
+    assert run_file_name("ball", title) == "ball"
+    assert run_file_name("ball", f"{title} · Condensation") == "ball-condensation"
+    assert run_file_name("ball", "../Straße: 100 %/a") == "ball-straße-100-a"
+    assert run_file_name("gone", "a b") == "gone-a-b"
+    assert len(run_file_name("ball", "x" * 200)) < 80
