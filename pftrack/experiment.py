@@ -242,6 +242,8 @@ class Experiment:
         calibration: What its trackers say of their own error, and settings in which that is not to be believed.
         failures: Named ways in which its trackers go wrong, each with what shows it and what cures it.
         terms: Words of its own that its plots, readings and measures use, for the glossary.
+        clip_title: Name on the screen where a recording is tracked, by what it follows; the title if empty.
+        clip_about: Names of the parameters to turn first on a recording; if there are none, those of presets.
         interface: Version of the interface that it was written for. An experiment of another package must state it, or
             it is not used; 0, for the project's own, is always the present one.
     """
@@ -288,6 +290,8 @@ class Experiment:
     warm_frames: int = 2
     family: str = "Others"
     terms: tuple[Term, ...] = ()
+    clip_title: str = ""
+    clip_about: tuple[str, ...] = ()
     interface: int = 0
 
     def __post_init__(self) -> None:
@@ -408,10 +412,16 @@ class Experiment:
             None,
         )
 
-    def subjects(self, preset: Preset | None) -> tuple[str, ...]:
-        """Return the names of the parameters that a preset is about; without one, those that any preset sets."""
+    def title_on(self, footage: Footage | None) -> str:
+        """Return its name on the screen: of a simulated scene, or of a recording."""
+        return self.clip_title or self.title if footage else self.title
+
+    def subjects(self, preset: Preset | None, footage: Footage | None = None) -> tuple[str, ...]:
+        """Return the parameters that a preset or a recording is about; without either, those that any preset sets."""
         if preset is not None:
             return preset.subjects
+        if footage is not None and self.clip_about:
+            return self.clip_about
         return tuple(dict.fromkeys(name for each in self.presets for name in each.parameters if name not in each.scene))
 
     def measure_named(self, name: str) -> Measure:

@@ -325,6 +325,8 @@ export interface EstimateRequest {
 export interface ExperimentDetail {
   id: string;
   title: string;
+  /** What it is called where a recording is tracked */
+  clip_title: string;
   /** What kind of thing it estimates; those of one family stand together */
   family: string;
   question: string;
@@ -365,6 +367,8 @@ export interface ExperimentDetail {
 export interface ExperimentPublic {
   id: string;
   title: string;
+  /** What it is called where a recording is tracked */
+  clip_title: string;
   /** What kind of thing it estimates; those of one family stand together */
   family: string;
   question: string;

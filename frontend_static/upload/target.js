@@ -52,7 +52,7 @@ export class TargetForm {
   constructor(root, upload, experiments, cancel) {
     this.#upload = upload;
     this.#able = experiments.filter(({ footage }) => footage.includes(upload.kind));
-    this.#experiment = h("select", { id: "target-experiment" }, this.#able.map(({ id, title }) => h("option", { value: id }, title)));
+    this.#experiment = h("select", { id: "target-experiment" }, this.#able.map((each) => h("option", { value: each.id }, each.clip_title)));
     this.#start = h("input", { type: "range", min: 0, max: Math.max(0, upload.frames - 1), value: 0, step: 1, id: "target-start" });
     fill(root, this.#form(cancel));
     this.#listen();
@@ -87,7 +87,7 @@ export class TargetForm {
       if (this.#isTouched || this.#target?.footage || !this.#experiment.isConnected) return;
       if (!sighting?.mark) continue;
       this.#choose(experiment);
-      setText(this.#proposal, `There is a ${experiment.target} in the picture. Choose another experiment to follow something else.`);
+      setText(this.#proposal, `There is a ${experiment.target} in the picture. To follow something else, choose what else it is followed as.`);
       this.#proposal.hidden = false;
       return;
     }
@@ -135,7 +135,7 @@ export class TargetForm {
         "div",
         { class: "target-choices" },
         this.#suits,
-        this.#able.length > 1 && [h("label", { for: "target-experiment" }, "Experiment"), this.#experiment, this.#proposal],
+        this.#able.length > 1 && [h("label", { for: "target-experiment" }, "Follow it as"), this.#experiment, this.#proposal],
         h("label", { for: "target-start" }, "Start at picture ", this.#at),
         this.#start,
         h("label", { for: "target-tracker" }, "Tracker"),

@@ -25,7 +25,12 @@ def experiment_words(experiment: str, trackers: Iterable[str]) -> str:
     names = [experiment, *trackers]
     known = EXPERIMENTS.get(experiment)
     if known is not None:
-        names += [known.title, known.target, *(known.trackers[name].title for name in names if name in known.trackers)]
+        names += [
+            known.title,
+            known.clip_title,
+            known.target,
+            *(known.trackers[name].title for name in names if name in known.trackers),
+        ]
     return " ".join(names)
 
 

@@ -1,11 +1,16 @@
 """What people call things: sessions, runs and files by their clip or preset, or by a name that somebody gave."""
 
+from typing import Any
+
 import httpx
 import pytest
 
 from pftrack.experiments import find
 from pftrack_server.runs.exports import run_file_name
 from tests.server.host import begin
+from tests.server.test_suitability import box
+from tests.server.test_suitability import clip as clip  # noqa: PLC0414 - a fixture
+from tests.server.test_suitability import upload as upload  # noqa: PLC0414 - a fixture
 
 PRESET = find("ball").presets[-1]
 
@@ -57,3 +62,20 @@ def test_names_of_files_are_plain() -> None:
     assert run_file_name("ball", "../Straße: 100 %/a") == "ball-straße-100-a"
     assert run_file_name("gone", "a b") == "gone-a-b"
     assert len(run_file_name("ball", "x" * 200)) < 80
+
+
+def test_a_clip_gives_its_name_and_what_follows_it_another(client: httpx.Client, upload: str) -> None:
+    """What is tracked by its colour is no ball behind an occluder, and what matters on a clip is turned first."""
+    recipe = {"experiment": "ball", "footage": {"mark": box(31, 51), "start": 0}}
+    session: dict[str, Any] = client.post("/api/v1/sessions", json={"recipe": recipe, "upload": upload}).json()
+    assert (session["name"], session["title"]) == ("walk", "Colour blob")
+    names = [each["name"] for each in session["declarations"]]
+    assert set(session["about"]) < set(names)
+    groups = {each["name"]: each["group"] for each in session["declarations"]}
+    assert "Occluder and look-alikes" not in {groups[name] for name in session["about"]}
+    assert groups[names[0]] != "Occluder and look-alikes"
+    run = client.post("/api/v1/runs", json={"session": session["id"]}).json()
+    assert run["title"].startswith("walk · ")
+    assert client.get("/api/v1/work", params={"q": "blob walk"}).json()["found"]["runs"] == 1
+    (listed,) = (each for each in client.get("/api/v1/experiments").json() if each["id"] == "ball")
+    assert (listed["title"], listed["clip_title"]) == ("Ball behind an occluder", "Colour blob")

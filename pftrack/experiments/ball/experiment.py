@@ -56,7 +56,7 @@ class SimulatedBallParameters(BallTrackerParameters, BallSceneParameters):
     """The simulated scene and its trackers."""
 
 
-class RecordedBallParameters(BallTrackerParameters, RecordingParameters):
+class RecordedBallParameters(RecordingParameters, BallTrackerParameters):
     """A recording with an overlay, and its trackers."""
 
     lost_share: float = miss_share(0.25, group=SCORING)
@@ -332,4 +332,6 @@ EXPERIMENT = Experiment(
         frames=60,
     ),
     terms=TERMS,
+    clip_title="Colour blob",
+    clip_about=("sample_count", "gamma_px", "process_noise_px", "background_level", "colour_model"),
 )

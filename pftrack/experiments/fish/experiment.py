@@ -282,6 +282,7 @@ EXPERIMENT = Experiment(
     plots=PLOTS,
     readings=READINGS,
     terms=TERMS,
+    clip_title="Fish by its outline",
     example_sweep=ExampleSweep(
         {"sample_count": (50, 100, 200, 500, 1000), "tank_number": (200, 202, 204, 206, 208)},
         trackers=("guided", "ordinary"),

@@ -72,7 +72,7 @@ class FishBody(LongBody):
         return FishTarget.of(pose, lengths, np.zeros(2), hidden=None)
 
 
-class RecordedFishParameters(FishTrackerParameters, RecordingParameters):
+class RecordedFishParameters(RecordingParameters, FishTrackerParameters):
     """A recording with an overlay, and its trackers."""
 
 

@@ -39,7 +39,7 @@ GROWTH_SD = 0.015
 """By which share a hand may grow from picture to picture, as it does when it comes nearer to a real camera."""
 
 
-class RecordedHandParameters(HandTrackerParameters, RecordingParameters):
+class RecordedHandParameters(RecordingParameters, HandTrackerParameters):
     """A recording with an overlay, and its trackers."""
 
 

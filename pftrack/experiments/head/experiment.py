@@ -243,6 +243,7 @@ EXPERIMENT = Experiment(
         replace(plot, row_titles=tuple(TITLES[name] for name in FEATURES)) if plot.kind == "features" else plot
         for plot in (*POSE_PLOTS, *GROWTH_PLOTS)
     ),
+    clip_about=("sample_count", "face_model", "hidden_weight", "template_renewal", "pose_band", "find_again"),
     readings=(*POSE_READINGS, *GROWTH_READINGS),
     terms=(*POSE_TERMS, *GROWTH_TERMS),
     # How fast may the driver turn, with how few particles?

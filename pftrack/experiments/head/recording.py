@@ -37,7 +37,7 @@ FRAME_RATE_HZ = 30.0
 """Of Bando's pictures, for which its noise of motion was chosen."""
 
 
-class RecordedHeadParameters(HeadTrackerParameters, RecordingParameters):
+class RecordedHeadParameters(RecordingParameters, HeadTrackerParameters):
     """A recording with an overlay, and its trackers."""
 
 

@@ -43,7 +43,7 @@ class SimulatedHistogramParameters(HistogramTrackerParameters, LawnSceneParamete
     """The simulated lawn and its trackers."""
 
 
-class RecordedHistogramParameters(HistogramTrackerParameters, RecordingParameters):
+class RecordedHistogramParameters(RecordingParameters, HistogramTrackerParameters):
     """A recording with an overlay, and its trackers."""
 
     lost_share: float = miss_share(0.25, group=SCORING)
@@ -159,6 +159,8 @@ EXPERIMENT = Experiment(
     plots=(ERROR, LIKENESS, SIGMA, SAMPLE_SIZE, SAMPLERS),
     readings=(*STANDARD_READINGS, Reading("likeness", "value", series="likeness")),
     terms=(*TERMS, *COLOUR_TERMS),
+    clip_title="Colours of a window",
+    clip_about=("sample_count", "sharpness", "weigh_background", "follow_size", "process_noise_px", "find_again"),
     example_sweep=ExampleSweep(
         {"sharpness": (2, 5, 10, 20, 50, 100, 200), "sample_count": (25, 50, 100, 300, 1000)},
         trackers=("condensation", "h-spf"),

@@ -152,6 +152,7 @@ EXPERIMENT = Experiment(
     plots=PLOTS,
     readings=READINGS,
     terms=TERMS,
+    clip_title="Chain of links",
     # How sure one must be of the points, and for how many hypotheses there must be room.
     example_sweep=ExampleSweep(
         {"measurement_noise_px": (0.5, 1, 1.5, 2, 3), "beam_width": (1, 2, 4, 8)},

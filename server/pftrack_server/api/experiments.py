@@ -66,6 +66,7 @@ def _public_fields(experiment: Experiment) -> dict[str, Any]:
     return {
         "id": experiment.id,
         "title": experiment.title,
+        "clip_title": experiment.clip_title or experiment.title,
         "family": experiment.family,
         "question": experiment.question,
         "references": [citation.as_dict() for citation in experiment.references],

@@ -40,6 +40,7 @@ class ExperimentPublic(BaseModel):
 
     id: str
     title: str
+    clip_title: str = Field(description="What it is called where a recording is tracked")
     family: str = Field(description="What kind of thing it estimates; those of one family stand together")
     question: str
     references: list[CitationPublic] = Field(description="What it comes from, the main one first")

@@ -108,7 +108,7 @@ class RunTree:
         width, height = source.size
         preset, footage = self._preset(), self.run.recipe.footage
         return SessionDescription(
-            title=experiment.title,
+            title=experiment.title_on(footage),
             subject=footage.title if footage else preset.title if preset else "",
             unit=experiment.unit,
             target=experiment.target,
@@ -118,7 +118,7 @@ class RunTree:
             measures=[MeasurePublic(**measure.as_dict()) for measure in experiment.measures_on(self._setup.footage)],
             success_measure=self._setup.success,
             exports=[ExportPublic.model_validate(one) for one in exports_of(experiment)],
-            about=list(experiment.subjects(preset)),
+            about=list(experiment.subjects(preset, footage)),
             watch=preset.watch if preset else "",
             declarations=list(experiment.declarations(type(self._setup.parameters))),
             trackers=[TrackerPublic(id=name, title=tracker.title) for name, tracker in experiment.trackers.items()],
