@@ -136,12 +136,14 @@ class Setup:
             simulated scene.
         success: Name of the measure that decides on success, a share: its frames that miss are counted against the
             parameter with the role "loss_share".
+        beside: (frame, state, parameters) -> the value of `BESIDE`, where a target's likelihood is one of places.
     """
 
     open_source: Callable[[int, Any], Source[Any]]
     parameters: Parameters
     footage: Footage | None = None
     success: str = HIT_RATE.name
+    beside: Callable[[Frame, Any, Any], float] | None = None
 
 
 class Draw(Protocol):

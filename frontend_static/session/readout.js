@@ -15,9 +15,10 @@ import { isMeasured, state, words } from "./readings.js";
 export function readout(root, view) {
   const { store, signal } = view;
   const verdict = h("p", { class: "verdict" });
+  const look = h("p", { class: "look", hidden: true });
   const doubts = h("div", {});
   const list = h("dl", {});
-  fill(root, h("h2", { class: "visually-hidden" }, "This frame"), verdict, doubts, list);
+  fill(root, h("h2", { class: "visually-hidden" }, "This frame"), verdict, look, doubts, list);
   measures(root, view);
   /** @type {Reading[]} */
   let readings = [];
@@ -44,11 +45,13 @@ export function readout(root, view) {
     const [text, kind] = state(history, session);
     setText(verdict, text);
     verdict.dataset.kind = kind;
+    setText(look, session.look);
+    look.hidden = session.look === "";
     if (session.doubts !== said) {
       said = session.doubts;
       const entries = Object.entries(said);
       fill(doubts, entries.map(([title, why]) => h("details", { class: "doubt" }, h("summary", {}, title), h("p", {}, why))));
     }
   }, signal);
-  store.on(["position", "branch", "history", "doubts"], draw);
+  store.on(["position", "branch", "history", "doubts", "look"], draw);
 }

@@ -1150,6 +1150,8 @@ export interface RunSnapshot {
   behind_s: number;
   /** While it compiles what it uses first: how many functions so far */
   compiling: number | null;
+  /** How the target separates from its surroundings where it is, and since when */
+  look: string;
   /** Measures of the branch so far, by name */
   measured: Record<string, number | null>;
 }
@@ -1274,6 +1276,8 @@ export interface SessionPublic {
   behind_s: number;
   /** While it compiles what it uses first: how many functions so far */
   compiling: number | null;
+  /** How the target separates from its surroundings where it is, and since when */
+  look: string;
   /** Measures of the branch so far, by name */
   measured: Record<string, number | null>;
   state: "starting" | "ready" | "playing" | "ended" | "suspended" | "crashed";
@@ -1354,6 +1358,8 @@ export interface SessionSnapshot {
   behind_s: number;
   /** While it compiles what it uses first: how many functions so far */
   compiling: number | null;
+  /** How the target separates from its surroundings where it is, and since when */
+  look: string;
   /** Measures of the branch so far, by name */
   measured: Record<string, number | null>;
   state: "starting" | "ready" | "playing" | "ended" | "suspended" | "crashed";

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from pftrack.experiment import Experiment
 from pftrack.model.frame import Frame
 from pftrack.model.series import Series, SeriesValue, check_value
+from pftrack.model.suitability import BESIDE
 from pftrack.model.tracker import Tracker, TrackState
 from pftrack.once import warn_once
 
@@ -16,7 +17,12 @@ __all__ = ["measurements"]
 
 
 def measurements(
-    experiment: Experiment, declared: Mapping[str, Series], tracker: Tracker, frame: Frame, state: TrackState
+    experiment: Experiment,
+    declared: Mapping[str, Series],
+    tracker: Tracker,
+    frame: Frame,
+    state: TrackState,
+    beside: Callable[[], float] | None = None,
 ) -> dict[str, SeriesValue]:
     """Return what was measured of a frame, by name.
 
@@ -26,10 +32,13 @@ def measurements(
         tracker: What has computed the state.
         frame: What was seen.
         state: What is believed.
+        beside: How the target separates from its surroundings, where that is measured.
     """
     kept = _usable(f"{experiment.id}, {tracker.id}", declared, lambda: tracker.measure(state), frame)
     if (measure := experiment.measure) is not None:
         kept |= _usable(experiment.id, declared, lambda: measure(frame, state), frame)
+    if beside is not None:
+        kept |= _usable(experiment.id, declared, lambda: {BESIDE.name: beside()}, frame)
     return kept
 
 

@@ -418,11 +418,15 @@ class Run:
             step_ms,
             scale=self.experiment.scale,
             searching=tracker.searching(state) if tracker.searching else None,
-            series=measurements(self.experiment, self._declared, tracker, frame, state),
+            series=measurements(self.experiment, self._declared, tracker, frame, state, self._beside(frame, state)),
         )
         self.diagnostics.append(row)
         self._keyframes.offer(index, state)
         return self._make_step(index, state, frame)
+
+    def _beside(self, frame: Frame, state: TrackState) -> Callable[[], float] | None:
+        beside, parameters = self.setup.beside, self.parameters_at(frame.index)
+        return None if beside is None else lambda: beside(frame, state, parameters)
 
     def _judge(self, frame: Frame, state: TrackState, parameters: Parameters) -> tuple[float | None, bool | None]:
         """Return error and verdict of a frame, None where the truth is unknown or there is no notion of lost."""

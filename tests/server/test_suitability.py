@@ -113,3 +113,32 @@ def test_experiments_say_whether_they_can_tell(client: httpx.Client) -> None:
     assert told["ball"]
     assert told["head"]
     assert not told["sine"]
+
+
+def test_the_verdict_changes_while_tracking(client: httpx.Client) -> None:
+    """A disc that loses its colour separates no more, and the session says so and since when."""
+    file = BytesIO()
+    with av.open(file, "w", format="mp4") as container:
+        stream = container.add_stream("libx264", rate=30, options={"crf": "12"})
+        stream.width, stream.height, stream.pix_fmt = 160, 120, "yuv420p"
+        y, x = np.mgrid[:120, :160]
+        for frame in range(2 * FRAMES):
+            picture = np.full((120, 160, 3), 110, np.uint8)
+            picture[np.hypot(x - 40, y - 60) <= 9] = (210, 40, 40) if frame < FRAMES else (112, 110, 110)
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
+        container.mux(stream.encode(None))
+    upload = client.post("/api/v1/uploads", files={"file": ("fade.mp4", file.getvalue())}).json()["id"]
+    told = ask(client, upload, box(31, 51)).json()["remark"]
+    assert "looked at picture 0, and around the same place in 8 pictures up to 23" in told.lower()
+    for experiment in ("ball", "histogram"):
+        recipe = {"experiment": experiment, "footage": {"mark": box(31, 51), "start": 0}}
+        session = client.post("/api/v1/sessions", json={"recipe": recipe, "upload": upload}).json()
+        where = f"/api/v1/sessions/{session['id']}"
+        said = [
+            client.post(f"{where}/transport", json={"action": "seek", "frame": frame}).json()["look"]
+            for frame in (FRAMES - 1, 2 * FRAMES - 1, 3)
+        ]
+        assert said[0].startswith("Separates well from the start"), said
+        assert "since frame" in said[1], said
+        assert not said[1].startswith("Separates well"), said
+        assert said[2].startswith("Separates well from the start"), said

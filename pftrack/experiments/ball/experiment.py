@@ -5,6 +5,7 @@ switch between them? The scene is simulated, or any recording on which a person 
 """
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.ball.calibration import CALIBRATION
 from pftrack.experiments.ball.failures import FAILURES
-from pftrack.experiments.ball.suitability import suits
+from pftrack.experiments.ball.suitability import look_beside, suits
 from pftrack.experiments.sketch import (
     BY_SAMPLER,
     SECOND_RUN,
@@ -34,6 +35,7 @@ from pftrack.model.parameters import ParameterError, revise
 from pftrack.model.recipe import Footage
 from pftrack.model.references import BANDO, BANDO_2006, Citation
 from pftrack.model.sequence import FrameSequence
+from pftrack.model.suitability import BESIDE
 from pftrack.model.tour import Tour
 from pftrack.model.truth import Truth
 from pftrack.sources.ball import BallSceneParameters, BallSource
@@ -116,7 +118,13 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
         del seed, parameters
         return RecordingSource(sequence, box, start, truth.at if truth else None)
 
-    return Setup(open_source, parameters, Footage.of(sequence, mark, start, truth), success="inside_share")
+    return Setup(
+        open_source,
+        parameters,
+        Footage.of(sequence, mark, start, truth),
+        success="inside_share",
+        beside=partial(look_beside, size_px=box[2:]),
+    )
 
 
 def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
@@ -320,6 +328,7 @@ EXPERIMENT = Experiment(
     draw=draw,
     error=_distance,
     lost=_is_lost,
+    series=(BESIDE,),
     measures=PICTURE_MEASURES,
     target="ball",
     exports=(GUIDANCE.export,),

@@ -7,18 +7,20 @@ from typing import Any
 
 import numpy as np
 
-from pftrack.experiments.surroundings import BETTER_BY, frames_of_a_second, remark
+from pftrack.experiments.surroundings import BETTER_BY, beside, frames_of_a_second, looked_at, remark
 from pftrack.likelihoods import chromaticity
 from pftrack.likelihoods.chromaticity import ColourModel
 from pftrack.likelihoods.separation import Box as Place
 from pftrack.likelihoods.separation import Separation, contrast, separation, surroundings
+from pftrack.model.frame import Frame
 from pftrack.model.marks import Box
 from pftrack.model.recipe import Footage
 from pftrack.model.sequence import FrameSequence
 from pftrack.model.suitability import NOT_AT_ALL, WELL, Suitability
 from pftrack.trackers.ball.likelihood import colour_model
+from pftrack.trackers.point_state import PointState
 
-__all__ = ["suits"]
+__all__ = ["look_beside", "suits"]
 
 USUAL_LEVEL = 0.02
 """Background level that a recording begins with."""
@@ -48,7 +50,30 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: Any) -> Suitabi
     found = replace(view.separation(model, level), alike=alike)
     value = found.contrast
     advice, better = _advice(view, parameters, value) if value < WELL else ((), None)
-    return Suitability(value, remark(value, found), advice, better, likelihood)
+    said = f"{remark(value, found)}; {looked_at(sequence, footage.start)}"
+    return Suitability(value, said, advice, better, likelihood)
+
+
+def look_beside(frame: Frame, state: PointState, parameters: Any, size_px: tuple[float, float]) -> float:  # noqa: ANN401 - see above
+    """Return how likely what is around the estimate is beside the estimate itself, in a picture.
+
+    Args:
+        frame: The picture.
+        state: Of the tracker.
+        parameters: In force.
+        size_px: Width and height of the target as it was marked.
+    """
+    if frame.image_rgb is None:
+        raise ValueError("a colour is seen in a picture, got a frame without one")
+    picture, (width, height) = frame.image_rgb, size_px
+    x, y = state.estimate[:2] - np.array(size_px) / 2
+    box = float(x), float(y), width, height
+    rows, columns = surroundings(picture.shape, box)
+    every = _every(round(min(size_px)), FINE_PX)
+    seen = chromaticity.likelihood_map(
+        picture[rows, columns][::every, ::every], colour_model(parameters), parameters.background_level
+    )
+    return beside(separation(seen, (), _scale((box[0] - columns.start, box[1] - rows.start, width, height), every)))
 
 
 class _View:

@@ -17,7 +17,7 @@ from pftrack.experiments.histogram.measures import HELD_AT_END
 from pftrack.experiments.histogram.presets import PRESETS
 from pftrack.experiments.histogram.settings import PICTURES
 from pftrack.experiments.histogram.sketch import LAYERS, draw
-from pftrack.experiments.histogram.suitability import suits
+from pftrack.experiments.histogram.suitability import look_beside, suits
 from pftrack.experiments.histogram.world import HISTOGRAM_WORLD
 from pftrack.likelihoods import chromaticity
 from pftrack.model.glossary import Term
@@ -28,6 +28,7 @@ from pftrack.model.plot import ERROR, SAMPLE_SIZE, SAMPLERS, SIGMA, STANDARD_REA
 from pftrack.model.recipe import Footage
 from pftrack.model.references import KAGAMI, PEREZ, Citation
 from pftrack.model.sequence import FrameSequence
+from pftrack.model.suitability import BESIDE
 from pftrack.model.truth import Truth
 from pftrack.sources.lawn import LawnSceneParameters, LawnSource
 from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
@@ -99,7 +100,13 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
         del seed, parameters
         return RecordingSource(sequence, box, start, truth.at if truth else None)
 
-    return Setup(open_source, parameters, Footage.of(sequence, mark, start, truth), success="inside_share")
+    return Setup(
+        open_source,
+        parameters,
+        Footage.of(sequence, mark, start, truth),
+        success="inside_share",
+        beside=look_beside,
+    )
 
 
 def _distance(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> Any:  # noqa: ANN401 - one or many
@@ -154,6 +161,7 @@ EXPERIMENT = Experiment(
     draw=draw,
     error=_distance,
     lost=_is_lost,
+    series=(BESIDE,),
     measures=(HELD_AT_END, *PICTURE_MEASURES, MEAN_IOU),
     target="target",
     plots=(ERROR, LIKENESS, SIGMA, SAMPLE_SIZE, SAMPLERS),

@@ -5,22 +5,26 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiments.surroundings import BETTER_BY, frames_of_a_second, remark
+from pftrack.experiments.surroundings import BETTER_BY, beside, frames_of_a_second, looked_at, remark
 from pftrack.likelihoods.colour_bins import SPACES, Space
 from pftrack.likelihoods.histogram import Window, fit, rho_map
-from pftrack.likelihoods.separation import Separation, separation
+from pftrack.likelihoods.separation import Separation, separation, surroundings
+from pftrack.model.frame import Frame
 from pftrack.model.marks import Box
 from pftrack.model.recipe import Footage
 from pftrack.model.sequence import FrameSequence
 from pftrack.model.suitability import WELL, Suitability
 from pftrack.numerics.elementary import exponential
+from pftrack.trackers.histogram.state import HistogramState
 
-__all__ = ["suits"]
+__all__ = ["look_beside", "suits"]
 
 SHARPNESS = 50.0
 """Lambda for which the grades were set, of a window without parts; trackers may have another."""
 STEPS_A_WINDOW = 6
 """So many places are looked at along the shorter side of a window."""
+COARSE_STEPS = 4
+"""The same of each frame of a run."""
 
 
 def suits(sequence: FrameSequence, footage: Footage, parameters: Any) -> Suitability:  # noqa: ANN401 - on either model
@@ -36,8 +40,37 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: Any) -> Suitabi
     likelihood, found = view.separation(*chosen)
     value = found.contrast
     return Suitability(
-        value, remark(value, found), _advice(view, chosen, value) if value < WELL else (), None, likelihood
+        value,
+        f"{remark(value, found)}; {looked_at(sequence, footage.start)}",
+        _advice(view, chosen, value) if value < WELL else (),
+        None,
+        likelihood,
     )
+
+
+def look_beside(frame: Frame, state: HistogramState, parameters: Any) -> float:  # noqa: ANN401 - on either model
+    """Return how likely what is around the estimate is beside the estimate itself, by the colours as they are counted.
+
+    Args:
+        frame: The picture.
+        state: Of the tracker.
+        parameters: In force.
+    """
+    del parameters  # what counts of them is in the state
+    if frame.image_rgb is None:
+        raise ValueError("colours are seen in a picture, got a frame without one")
+    picture, window = frame.image_rgb, state.window
+    width, height = state.box_px
+    x, y = state.estimate[:2] - np.array([width, height]) / 2
+    box = float(x), float(y), width, height
+    rows, columns = surroundings(picture.shape, box)
+    # Windows at the edge of what is looked at reach beyond it.
+    top, left = max(rows.start - window.reach_down_px, 0), max(columns.start - window.reach_across_px, 0)
+    seen = picture[top : rows.stop + window.reach_down_px, left : columns.stop + window.reach_across_px]
+    step = max(min(window.size_px) // COARSE_STEPS, 1)
+    rho = rho_map(np.ascontiguousarray(seen), window, state.space, state.model, step, state.background)
+    likelihood = exponential(SHARPNESS * (rho - 1.0))
+    return beside(separation(likelihood, (), ((x - left) / step, (y - top) / step, width / step, height / step)))
 
 
 class _View:

@@ -30,7 +30,7 @@ __all__ = [
 FIRST = "b0"
 """Name of a session's first branch."""
 
-PASSING = frozenset({"behind_s", "compiling", "computed", "measured", "position"})
+PASSING = frozenset({"behind_s", "compiling", "computed", "look", "measured", "position"})
 """Fields of a run that change all the time while it plays: they are worth writing down now and then alone."""
 
 Phase = Literal["starting", "ready", "playing", "ended", "suspended", "crashed"]
@@ -96,6 +96,7 @@ class RunSnapshot(BaseModel):
     speed: float = Field(1.0, description="Times real time; 0 is as fast as possible")
     behind_s: float = Field(0.0, description="How far a frame is behind its time, s, since it plays at this speed")
     compiling: int | None = Field(None, description="While it compiles what it uses first: how many functions so far")
+    look: str = Field("", description="How the target separates from its surroundings where it is, and since when")
     measured: dict[str, float | None] = Field({}, description="Measures of the branch so far, by name")
 
     @property

@@ -24,6 +24,7 @@ from pftrack.model.palette import COLOURS
 from pftrack.model.parameters import ParameterError, Parameters, declarations, flat, limit_particles, revise, with_role
 from pftrack.model.recipe import Footage, Recipe
 from pftrack.model.sequence import FrameIndex, FrameSequence
+from pftrack.model.suitability import BESIDE, describe_course
 from pftrack.model.timeline import Timeline, check_timeline
 from pftrack.runs import checkpoint, record
 from pftrack.runs.run import Change, Run
@@ -144,6 +145,14 @@ class RunTree:
         if self._measured[0] != of:
             self._measured = of, dict(self.run.measures())
         return self._measured[1]
+
+    def look(self) -> str:
+        """Return how the target separates from its surroundings in the frame that is shown, a sentence."""
+        if self._setup.beside is None:
+            return ""
+        rows = self.run.diagnostics[: self.run.position + 1]
+        said = describe_course([row.number(BESIDE.name) for row in rows])
+        return said and f"{said}."
 
     def snapshot(self) -> RunSnapshot:
         """Return what moves of the active branch, as far as it is known here."""

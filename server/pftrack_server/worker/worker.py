@@ -95,6 +95,7 @@ class Worker:
         self._due = 0.0
         self._behind_s = 0.0
         self._measures: dict[str, float | int] = {}
+        self._look = ""
         self._measured = 0.0
         self._rows: list[dict[str, Any]] = []
         self._news = False
@@ -223,7 +224,7 @@ class Worker:
         goal = self._way.goal if self._way is not None else None
         now = time.monotonic()
         if not (self._playing or self._way) or now - self._measured > MEASURED_EVERY_S:
-            self._measures, self._measured = self._tree.measures(), now
+            self._measures, self._look, self._measured = self._tree.measures(), self._tree.look(), now
         return self._tree.snapshot().model_copy(
             update={
                 "playing": self._playing,
@@ -232,6 +233,7 @@ class Worker:
                 "goal": goal and goal.computed,
                 "goal_position": goal and goal.position,
                 "measured": self._measures,
+                "look": self._look,
             }
         )
 
