@@ -5,6 +5,7 @@ import { whenCompiled } from "../shared/compiling.js";
 import { fill, h, part } from "../shared/dom.js";
 import { navigation } from "../shared/navigation.js";
 import { notice } from "../shared/notice.js";
+import { presentationButton } from "../shared/presentation.js";
 import { themeButton } from "../shared/theme.js";
 import { later } from "../shared/timing.js";
 import { curve } from "./curve.js";
@@ -19,7 +20,7 @@ const root = part("failures");
 const end = new AbortController();
 
 navigation("failures");
-part("tools").append(themeButton());
+part("tools").append(themeButton(), presentationButton());
 addEventListener("pagehide", () => end.abort());
 addEventListener("pageshow", (event) => event.persisted && location.reload());
 load();

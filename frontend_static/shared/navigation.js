@@ -3,6 +3,8 @@
 import { START, here } from "./address.js";
 import { h } from "./dom.js";
 import { icon } from "./icons.js";
+// Escape ends a presentation on every page of the site.
+import "./presentation.js";
 
 /** @typedef {"experiments"|"learn"|"failures"|"work"|"help"} Place */
 

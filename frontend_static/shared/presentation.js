@@ -1,6 +1,7 @@
 /**
  * Presentation: the page fills the screen in large type, to be read from the back of a lecture room. Sizes follow the font
- * size of the root; what gives way to the picture is said by the style sheets under `data-presenting`.
+ * size of the root; what gives way to the picture is said by the style sheets under `data-presenting`. It belongs to the tab:
+ * whoever goes on to another page goes on presenting, until it is ended. Pages without its button are shown as ever meanwhile.
  */
 
 import { dialogIsOpen } from "./dialog.js";
@@ -8,8 +9,20 @@ import { fill, h } from "./dom.js";
 import { icon } from "./icons.js";
 
 const KEY = "f";
+const KEPT_AS = "pftrack-presenting";
 const TYPED = "input:not([type=checkbox]):not([type=radio]):not([type=range]), textarea, select, [contenteditable]";
 const root = document.documentElement;
+/** The browser leaves full screen by itself with the page; that ends nothing. */
+let isLeft = false;
+
+addEventListener("pagehide", () => (isLeft = true));
+addEventListener("pageshow", () => (isLeft = false));
+// The browser ends full screen by itself when somebody presses Escape.
+document.addEventListener("fullscreenchange", () => document.fullscreenElement === null && !isLeft && turn(false));
+document.addEventListener("keydown", (event) => {
+  if (event.key !== "Escape" || !isPlain(event) || document.querySelector(":popover-open") !== null) return;
+  if (isPresenting() || isKept()) present(false);
+});
 
 /** Whether the page is presented. */
 export function isPresenting() {
@@ -31,13 +44,10 @@ export function presentationButton({ hears = true } = {}) {
     button.setAttribute("aria-pressed", String(isPresenting()));
   };
   new MutationObserver(show).observe(root, { attributeFilter: ["data-presenting"] });
-  // The browser ends full screen by itself when somebody presses Escape.
-  document.addEventListener("fullscreenchange", () => document.fullscreenElement === null && turn(false));
   document.addEventListener("keydown", (event) => {
-    if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey || dialogIsOpen()) return;
-    if (event.key === "Escape" && isPresenting() && document.querySelector(":popover-open") === null) present(false);
-    else if (hears && event.key.toLowerCase() === KEY && !isTyping(event.target)) present();
+    if (hears && event.key.toLowerCase() === KEY && isPlain(event) && !isTyping(event.target)) present();
   });
+  if (isKept()) goOn();
   show();
   return button;
 }
@@ -59,10 +69,46 @@ export async function present(wanted = !isPresenting()) {
   }
 }
 
+/** Present as the page before did. Browsers give a new page the whole screen only after a key or a click. */
+function goOn() {
+  turn(true);
+  const heard = new AbortController();
+  const again = () => {
+    heard.abort();
+    if (isPresenting()) present(true);
+  };
+  document.addEventListener("pointerup", again, { signal: heard.signal });
+  document.addEventListener("keydown", (event) => isPlain(event) && again(), { signal: heard.signal });
+}
+
 /** @param {boolean} wanted */
 function turn(wanted) {
   if (wanted) root.dataset.presenting = "";
   else delete root.dataset.presenting;
+  try {
+    if (wanted) sessionStorage.setItem(KEPT_AS, "");
+    else sessionStorage.removeItem(KEPT_AS);
+  } catch {
+    // Without storage it ends with the page.
+  }
+}
+
+/** Whether the tab presents, be it shown on this page or not. */
+function isKept() {
+  try {
+    return sessionStorage.getItem(KEPT_AS) !== null;
+  } catch {
+    return false;
+  }
+}
+
+/**
+ * Whether a key is meant for the page as it stands.
+ *
+ * @param {KeyboardEvent} event
+ */
+function isPlain(event) {
+  return !event.defaultPrevented && !event.ctrlKey && !event.metaKey && !event.altKey && !dialogIsOpen();
 }
 
 /** @param {EventTarget|null} target */
