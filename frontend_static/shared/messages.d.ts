@@ -307,7 +307,7 @@ export interface EstimateRequest {
   experiment: string;
   /** Name on the screen; made up from the plan if it is not given. */
   title?: string | null;
-  /** What is varied; the axes multiply. */
+  /** What is varied; the axes multiply. On a recording there may be none: other seeds alone. */
   axes: SweepAxis[];
   /** Methods; all of them meet the same seeds. */
   trackers?: string[];
@@ -317,6 +317,10 @@ export interface EstimateRequest {
   seed?: number;
   /** Parameters that differ from the defaults in every run. */
   parameters?: Record<string, unknown>;
+  /** The recording on which all runs are, as a recipe has it; the simulated scene if not given. */
+  footage?: FootageRequest | null;
+  /** Name of the upload that the footage is; its hash does as well. */
+  upload?: string | null;
   /** Whether to measure the time on a few runs, which takes some seconds. */
   measure?: boolean;
 }
@@ -1450,7 +1454,7 @@ export interface SweepCreate {
   experiment: string;
   /** Name on the screen; made up from the plan if it is not given. */
   title?: string | null;
-  /** What is varied; the axes multiply. */
+  /** What is varied; the axes multiply. On a recording there may be none: other seeds alone. */
   axes: SweepAxis[];
   /** Methods; all of them meet the same seeds. */
   trackers?: string[];
@@ -1460,6 +1464,10 @@ export interface SweepCreate {
   seed?: number;
   /** Parameters that differ from the defaults in every run. */
   parameters?: Record<string, unknown>;
+  /** The recording on which all runs are, as a recipe has it; the simulated scene if not given. */
+  footage?: FootageRequest | null;
+  /** Name of the upload that the footage is; its hash does as well. */
+  upload?: string | null;
 }
 
 /** The complete state; the first message of every connection. */
@@ -1482,6 +1490,7 @@ export interface SweepPublic {
   measures: MeasurePublic[];
   trials: number;
   frames: number;
+  recording: string | null;
   seed: number;
   parameters: Record<string, boolean | number | string>;
   fixed: AxisPublic[];

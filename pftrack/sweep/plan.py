@@ -115,6 +115,11 @@ class Plan:
         return self.wiring.parameters_on(self.kind)
 
     @property
+    def judged(self) -> bool:
+        """Whether its runs may succeed or fail: there is a notion of that, and a truth."""
+        return self.wiring.judges_loss and (self.footage is None or bool(self.footage.truth))
+
+    @property
     def measures(self) -> tuple[Measure, ...]:
         """What its runs are measured by, beside success and error."""
         return self.wiring.measures_on(self.footage)

@@ -63,7 +63,7 @@ class Services:
         tasks = ChildTasks(queues)
         manager = Manager(settings, store, tasks, compilation.open_experiment)
         await manager.open()
-        sweeps = Sweeps(settings, store)
+        sweeps = Sweeps(settings, store, tasks)
         await sweeps.open()
         metrics.watch(manager, sweeps)
         imports = Imports(settings, store, tasks)

@@ -74,7 +74,7 @@ def drivers(server: int) -> list[psutil.Process]:
 COMPUTE = functions.compute
 
 
-def compute_by_permission(out: Path, jobs: int) -> None:
+def compute_by_permission(out: Path, jobs: int, *recording: Any) -> None:
     """What a process does that stands still in the middle of a sweep, until it is allowed to go on.
 
     It cuts the sweep into chunks of some milliseconds, so that a test computes little, and works on the first one alone
@@ -82,7 +82,7 @@ def compute_by_permission(out: Path, jobs: int) -> None:
     """
     driving.SMALLEST_CHUNK_S = driving.PATIENCE_S = 0.0
     driving.compute_chunk = partial(computed_by_permission, out)  # type: ignore[attr-defined]
-    COMPUTE(out, jobs)
+    COMPUTE(out, jobs, *recording)
 
 
 def computed_by_permission(out: Path, *chunk: Any) -> bytes:
@@ -98,7 +98,7 @@ def allow(sweeps: Path, chunks: int = 1_000_000) -> None:
     write_whole(sweeps / "allowed", str(chunks).encode())
 
 
-def compute_on_a_full_disk(out: Path, jobs: int) -> None:
+def compute_on_a_full_disk(out: Path, jobs: int, *recording: Any) -> None:
     """What such a process does whose disk is full while there is a file `full` beside its result."""
 
     def fsync(descriptor: int) -> None:
@@ -107,4 +107,4 @@ def compute_on_a_full_disk(out: Path, jobs: int) -> None:
         write(descriptor)
 
     write, os.fsync = os.fsync, fsync
-    compute_by_permission(out, jobs)
+    compute_by_permission(out, jobs, *recording)

@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Query
 
 from pftrack.sweep import MOST_RUNS
-from pftrack_server.api.dependencies import AnExperiment, ASweep, ASweeps, Begin
+from pftrack_server.api.dependencies import AnExperiment, AStore, ASweep, ASweeps, Begin
 from pftrack_server.schemas.messages import SessionPublic
 from pftrack_server.schemas.sweep_views import CellsPublic, Correction, EstimatePublic, RowsPublic, SweepPublic, Test
 from pftrack_server.schemas.sweeps import EstimateRequest, OpenRequest, SweepCreate
@@ -116,9 +116,13 @@ async def list_rows(
 
 @router.post("/sweeps/{sweep}/rows/{run}/open", status_code=HTTPStatus.CREATED)
 async def open_row(
-    sweep: ASweep, run: Annotated[int, Path(ge=0, le=MOST_RUNS)], begin: Begin, body: OpenRequest | None = None
+    sweep: ASweep,
+    run: Annotated[int, Path(ge=0, le=MOST_RUNS)],
+    store: AStore,
+    begin: Begin,
+    body: OpenRequest | None = None,
 ) -> SessionPublic:
     """Start a session with exactly this run, or the same with another method, ten frames before the first loss."""
     tracker = body.tracker if body else None
-    spec = await asyncio.to_thread(session_spec, sweep.id, sweep.plan, sweep.results, run, tracker)
+    spec = await asyncio.to_thread(session_spec, store, sweep.id, sweep.plan, sweep.results, run, tracker)
     return (await begin(spec)).view()

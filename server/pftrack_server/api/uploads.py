@@ -16,6 +16,7 @@ from pftrack_server.api.dependencies import (
     AManager,
     AnUpload,
     AStore,
+    ASweeps,
     SettingsNow,
     TakesFiles,
     TheServices,
@@ -130,10 +131,15 @@ def show_upload(upload: AnUpload) -> UploadPublic:
 
 
 @router.delete("/{upload}", status_code=HTTPStatus.NO_CONTENT)
-async def remove_upload(upload: Annotated[str, Path(max_length=64)], store: AStore, manager: AManager) -> None:
-    """Delete an upload that no session needs, also one whose entry in the database is damaged."""
+async def remove_upload(
+    upload: Annotated[str, Path(max_length=64)], store: AStore, manager: AManager, sweeps: ASweeps
+) -> None:
+    """Delete an upload that no session and no running sweep needs, also one whose entry in the database is damaged."""
     if manager.uses(upload):
         raise ConflictError("A session runs on this upload; end the session first.")
+    found = await asyncio.to_thread(store.upload, upload) if is_name(upload) else None
+    if found is not None and sweeps.uses(found):
+        raise ConflictError("A sweep on this upload is being computed; wait, or cancel it first.")
     if not is_name(upload) or not await asyncio.to_thread(store.remove_upload, upload):
         raise NotFoundError("There is no such upload; it may have been deleted.")
 

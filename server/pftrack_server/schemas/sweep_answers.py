@@ -76,7 +76,7 @@ def comparison_view(found: Comparison, level: float, correction: Correction) -> 
 
 
 def _describe(plan: Plan, name: str, values: tuple[Value, ...]) -> AxisPublic:
-    known = {it.name: it for it in declarations(type(plan.wiring.simulate().parameters))}
+    known = {it.name: it for it in declarations(type(plan.parameters))}
     it = known[name]
     return AxisPublic(name=name, title=it.title, unit=it.unit, kind=it.kind, values=list(values))
 

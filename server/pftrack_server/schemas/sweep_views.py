@@ -71,7 +71,8 @@ class SweepPublic(BaseModel):
     """A sweep.
 
     `fixed` is `parameters` with titles and units; `successes` counts over all runs so far, where the experiment knows
-    success; `problems` counts runs whose values are at odds with each other.
+    success; `problems` counts runs whose values are at odds with each other; `recording` is the name of the recording
+    on which all runs are, if there is one.
     """
 
     id: str
@@ -84,6 +85,7 @@ class SweepPublic(BaseModel):
     measures: list[MeasurePublic] = []
     trials: int
     frames: int
+    recording: str | None = None
     seed: int
     parameters: dict[str, Value]
     fixed: list[AxisPublic]

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
-from pftrack.model.recipe import Seed
+from pftrack.model.recipe import Footage, Seed
 from pftrack_server.schemas.body import Name, RequestBody
 
 __all__ = ["EstimateRequest", "OpenRequest", "SweepAxis", "SweepCreate"]
@@ -37,12 +37,19 @@ class SweepCreate(RequestBody):
 
     experiment: Name
     title: Title | None = Field(None, description="Name on the screen; made up from the plan if it is not given.")
-    axes: list[SweepAxis] = Field(max_length=8, description="What is varied; the axes multiply.")
+    axes: list[SweepAxis] = Field(
+        max_length=8,
+        description="What is varied; the axes multiply. On a recording there may be none: other seeds alone.",
+    )
     trackers: list[Name] = Field([], max_length=64, description="Methods; all of them meet the same seeds.")
     trials: Annotated[int, Field(ge=1, le=1_000_000)] = 10
     frames: Annotated[int, Field(ge=1, le=10_000_000)] | None = Field(None, description="Length of a run.")
     seed: Seed = 0
     parameters: dict[Name, Any] = Field({}, description="Parameters that differ from the defaults in every run.")
+    footage: Footage | None = Field(
+        None, description="The recording on which all runs are, as a recipe has it; the simulated scene if not given."
+    )
+    upload: Name | None = Field(None, description="Name of the upload that the footage is; its hash does as well.")
 
 
 class EstimateRequest(SweepCreate):

@@ -16,7 +16,7 @@ from pftrack_server.store.files import new_name, now
 from pftrack_server.store.tables import UploadRow
 from pftrack_server.uploads.truth import rows_of
 
-__all__ = ["as_spec", "new_spec"]
+__all__ = ["as_spec", "footage_in", "new_spec"]
 
 
 def as_spec(body: SessionCreate, store: Store) -> SessionSpec:
@@ -28,17 +28,39 @@ def as_spec(body: SessionCreate, store: Store) -> SessionSpec:
     """
     recipe = body.recipe
     experiment = find_experiment(recipe.experiment)
-    upload = _upload(body, store)
-    if upload is None:
+    found = footage_in(store, experiment, body.upload, recipe.footage)
+    if found is None:
         return new_spec(recipe, name=body.id, position=body.position)
-    footage = recipe.footage or Footage()
-    experiment.check_footage(upload.kind)
-    _check_mark(footage, experiment, upload.kind)
-    known: dict[str, Any] = {"sha256": upload.sha256, "name": upload.name}
-    if footage.truth is None:
-        known["truth"] = rows_of(store, upload.id, experiment)
-    recipe = recipe.model_copy(update={"footage": footage.model_copy(update=known)})
+    footage, upload = found
+    recipe = recipe.model_copy(update={"footage": footage})
     return new_spec(recipe, name=body.id, upload=upload.id, position=body.position)
+
+
+def footage_in(
+    store: Store, experiment: Experiment, upload: str | None, given: Footage | None
+) -> tuple[Footage, UploadRow] | None:
+    """Return the footage that was asked for, with what is known of its upload, and that upload; None if none was.
+
+    Args:
+        store: Where uploads are.
+        experiment: That is to run on it.
+        upload: Name of the upload, if it was named.
+        given: What was said of the target in it.
+
+    Raises:
+        ParameterError: What is said of the target does not go together, or the experiment takes no such recording.
+        RefusedError: There is no such upload.
+    """
+    found = _upload(store, upload, given)
+    if found is None:
+        return None
+    footage = given or Footage()
+    experiment.check_footage(found.kind)
+    _check_mark(footage, experiment, found.kind)
+    known: dict[str, Any] = {"sha256": found.sha256, "name": found.name}
+    if footage.truth is None:
+        known["truth"] = rows_of(store, found.id, experiment)
+    return footage.model_copy(update=known), found
 
 
 def new_spec(
@@ -80,20 +102,19 @@ def new_spec(
     )
 
 
-def _upload(body: SessionCreate, store: Store) -> UploadRow | None:
-    """Return the upload that a recipe's footage is, or None if the recipe has none."""
-    footage = body.recipe.footage
+def _upload(store: Store, upload: str | None, footage: Footage | None) -> UploadRow | None:
+    """Return the upload that footage is, or None if there is none."""
     sha256 = footage and footage.sha256
-    if body.upload is None and footage is None:
+    if upload is None and footage is None:
         return None
-    if body.upload is None and sha256 is None:
+    if upload is None and sha256 is None:
         raise ParameterError("upload", None, "given: a target can only be marked in an upload")
-    found = store.upload(body.upload) if body.upload else None
+    found = store.upload(upload) if upload else None
     found = found or (store.upload_of(sha256) if sha256 else None)
     if found is None or sha256 not in {None, found.sha256}:
         name = (footage and footage.name) or "the recording"
         raise RefusedError(
-            f"There is no such upload here; upload {name} first.", field="upload", value=body.upload or sha256
+            f"There is no such upload here; upload {name} first.", field="upload", value=upload or sha256
         )
     return found
 

@@ -18,13 +18,14 @@ NICENESS = 10
 REFUSALS = SweepError, OSError
 
 
-async def start(file_bytes: int) -> Worker:
+async def start(file_bytes: int, memory_bytes: int | None = None) -> Worker:
     """Fork a process that can compute a sweep with a pool of its own.
 
     Args:
         file_bytes: Length of any file that it writes.
+        memory_bytes: What it, and each process of its pool, may take; None for any.
     """
-    budget = replace(UNLIMITED, file_bytes=file_bytes, niceness=NICENESS)
+    budget = replace(UNLIMITED, file_bytes=file_bytes, memory_bytes=memory_bytes, niceness=NICENESS)
     # The pool's fork server is forked before the process has a thread.
     return await Worker.start(FORK_SERVER, budget, refusals=REFUSALS, as_json=True, prepare=pool.prepare)
 

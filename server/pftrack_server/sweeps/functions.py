@@ -10,7 +10,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
-from pftrack.sweep import Plan, carry_out, estimate, read_result
+from pftrack.sweep import Plan, Recording, carry_out, estimate, read_result
 
 __all__ = ["Pictures", "compute", "measure", "report"]
 
@@ -18,22 +18,24 @@ Pictures: TypeAlias = Literal["png", "svg"] | None
 """What the maps of a report are drawn as, beside those on its page."""
 
 
-def measure(plan: dict[str, Any], jobs: int) -> dict[str, Any]:
+def measure(plan: dict[str, Any], jobs: int, recording: Recording | None = None) -> dict[str, Any]:
     """Return what a plan would cost, measured on a few of its runs, as `pftrack.sweep.Estimate` has it.
 
     Args:
         plan: As JSON values.
         jobs: Processes that would compute it.
+        recording: Where its recording is, if it is on one.
     """
-    return asdict(estimate(Plan.from_dict(plan), jobs))
+    return asdict(estimate(Plan.from_dict(plan), jobs, recording))
 
 
-def compute(out: Path, jobs: int) -> None:
+def compute(out: Path, jobs: int, recording: Recording | None = None) -> None:
     """Go on with a sweep that was begun, until it is done or SIGTERM asks to stop.
 
     Args:
         out: Its result file.
         jobs: Processes that compute.
+        recording: Where its recording is, if it is on one.
 
     Raises:
         SweepError: It was stopped, or cannot be continued; what was computed is kept.
@@ -41,7 +43,7 @@ def compute(out: Path, jobs: int) -> None:
     """
     asked = threading.Event()
     signal.signal(signal.SIGTERM, lambda *_: asked.set())
-    carry_out(None, out, jobs=jobs, stop=asked.is_set)
+    carry_out(None, out, jobs=jobs, recording=recording, stop=asked.is_set)
 
 
 def report(result: Path, folder: Path, pictures: Pictures) -> None:

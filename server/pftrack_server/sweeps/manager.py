@@ -7,19 +7,22 @@ from typing import Any
 
 import structlog
 
-from pftrack.sweep import Plan, SweepError
+from pftrack.sweep import Plan, Recording, SweepError
 from pftrack_server.errors import ApiError, ConflictError, NotFoundError, UnavailableError
 from pftrack_server.schemas.sweep_views import EstimatePublic, ValuesPublic
 from pftrack_server.schemas.sweeps import EstimateRequest, SweepCreate
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store
 from pftrack_server.store.files import is_name, new_name, now
-from pftrack_server.store.tables import SweepRow
+from pftrack_server.store.tables import SweepRow, UploadRow
 from pftrack_server.sweeps import functions
 from pftrack_server.sweeps.computing import ask
+from pftrack_server.sweeps.opening import upload_of
 from pftrack_server.sweeps.planning import BYTES_A_RUN, as_plan, cells_of, within_limits
 from pftrack_server.sweeps.reasons import CANCELLED, DELETED, RESTARTED, STOPPED
 from pftrack_server.sweeps.sweep import Sweep, check_idle, default_title
+from pftrack_server.tasks.child_tasks import ChildTasks
+from pftrack_server.uploads.intake import index_of, limits_of
 
 __all__ = ["Sweeps"]
 
@@ -34,9 +37,10 @@ SHOWN_VALUES = 24
 class Sweeps:
     """All sweeps of a server; all methods belong to the event loop's thread."""
 
-    def __init__(self, settings: Settings, store: Store) -> None:
+    def __init__(self, settings: Settings, store: Store, tasks: ChildTasks) -> None:
         self._settings = settings
         self._store = store
+        self._tasks = tasks
         self._sweeps: dict[str, Sweep] = {}
         self._measuring = asyncio.Semaphore(MEASURED_AT_ONCE)
         self._measured: dict[str, float] = {}
@@ -89,7 +93,7 @@ class Sweeps:
         Raises:
             RefusedError: The plan in the body is unknown, out of bounds or too large.
         """
-        plan = await asyncio.to_thread(as_plan, body, self._settings)
+        plan = await asyncio.to_thread(as_plan, body, self._settings, self._store)
         problem = None
         try:
             within_limits(plan, self._settings)
@@ -118,7 +122,7 @@ class Sweeps:
             RefusedError: The plan in the body is unknown, out of bounds or too large.
             UnavailableError: The server computes, keeps or stores enough already.
         """
-        plan = await asyncio.to_thread(as_plan, body, self._settings)
+        plan = await asyncio.to_thread(as_plan, body, self._settings, self._store)
         within_limits(plan, self._settings)
         async with self._command_lock:
             return await self._create(body, plan)
@@ -183,6 +187,23 @@ class Sweeps:
         if not is_name(name) or not await asyncio.to_thread(self._store.remove_sweep, name):
             self.get(name)
 
+    def uses(self, upload: UploadRow) -> bool:
+        """Tell whether a sweep that is computed needs an upload."""
+        running = (sweep.plan.footage for sweep in self.all if sweep.state == "running")
+        return any(footage is not None and footage.sha256 == upload.sha256 for footage in running)
+
+    async def _find_recording(self, plan: Plan) -> Recording | None:
+        """Return where the recording of a plan is; None if it is on none.
+
+        Raises:
+            ConflictError: It is no longer here.
+        """
+        if plan.footage is None:
+            return None
+        upload = await asyncio.to_thread(upload_of, self._store, plan)
+        index = await index_of(self._store, self._settings, self._tasks, upload.id)
+        return Recording(str(self._store.files.upload(upload.id)), index, limits_of(self._settings))
+
     # ------------------------------------------------------------ room
 
     async def _check_room(self, plan: Plan) -> None:
@@ -221,7 +242,8 @@ class Sweeps:
             async with self._measuring:
                 if key not in self._measured:
                     jobs = self._settings.sweep_jobs
-                    answer = await ask(functions.measure, plan.as_dict(), jobs, patience_s=MEASURE_S)
+                    recording = await self._find_recording(plan)
+                    answer = await ask(functions.measure, plan.as_dict(), jobs, recording, patience_s=MEASURE_S)
                     while len(self._measured) >= MOST_REMEMBERED:
                         del self._measured[next(iter(self._measured))]
                     self._measured[key] = float(answer["seconds"])
@@ -235,7 +257,7 @@ class Sweeps:
         return self._sweep({name: getattr(row, name) for name in names}, plan)
 
     def _sweep(self, row: dict[str, Any], plan: Plan) -> Sweep:
-        return Sweep(row, plan, self._store.files.sweep(row["id"]), self._settings, self._keep)
+        return Sweep(row, plan, self._store.files.sweep(row["id"]), self._settings, self._keep, self._find_recording)
 
     async def _store_whole(self, sweep: Sweep) -> None:
         row = {**sweep.as_row(), "plan": json.dumps(sweep.plan.as_dict())}

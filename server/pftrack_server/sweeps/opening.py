@@ -1,17 +1,20 @@
 """Opening: from a row of a sweep to a live session that computes the same numbers, paused shortly before the loss."""
 
+from pftrack.model.recipe import Footage
 from pftrack.runs.loss import approach
 from pftrack.sweep import Plan
 from pftrack_server.errors import ConflictError, RefusedError
 from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.schemas.sweep_views import RowPublic
 from pftrack_server.sessions.create import new_spec
+from pftrack_server.store import Store
+from pftrack_server.store.tables import UploadRow
 from pftrack_server.sweeps.results import Results
 
-__all__ = ["session_spec"]
+__all__ = ["session_spec", "upload_of"]
 
 
-def session_spec(sweep: str, plan: Plan, results: Results, run: int, tracker: str | None) -> SessionSpec:
+def session_spec(store: Store, sweep: str, plan: Plan, results: Results, run: int, tracker: str | None) -> SessionSpec:
     """Return the spec of a session with exactly one run of a sweep, or the same with another method.
 
     The session stands ten frames before the first lost frame; with another method that lost nothing, where the run of
@@ -20,7 +23,7 @@ def session_spec(sweep: str, plan: Plan, results: Results, run: int, tracker: st
     Raises:
         NotFoundError: The sweep has no such run.
         RefusedError: It has no such method.
-        ConflictError: The run could not be computed.
+        ConflictError: The run could not be computed, or its recording is no longer here.
     """
     row = results.row(run)
     if row.problem is not None:
@@ -34,7 +37,22 @@ def session_spec(sweep: str, plan: Plan, results: Results, run: int, tracker: st
     single = plan.single(run)
     position = _before(_loss(plan, results, row, method), plan.frames)
     recipe = single.recipe.model_copy(update={"tracker": method})
-    return new_spec(recipe, sweep=sweep, position=position)
+    upload = None if plan.footage is None else upload_of(store, plan).id
+    return new_spec(recipe, sweep=sweep, upload=upload, position=position)
+
+
+def upload_of(store: Store, plan: Plan) -> UploadRow:
+    """Return the upload on which the runs of a plan are.
+
+    Raises:
+        ConflictError: It is no longer here.
+    """
+    footage = plan.footage or Footage()
+    found = store.upload_of(footage.sha256 or "")
+    if found is None:
+        name = footage.name or "a recording"
+        raise ConflictError(f"The sweep is on {name}, which is no longer on this server; upload it first.")
+    return found
 
 
 def _loss(plan: Plan, results: Results, row: RowPublic, method: str) -> int | None:

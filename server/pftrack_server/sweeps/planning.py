@@ -3,16 +3,20 @@
 from collections.abc import Callable
 from functools import partial
 from math import prod
-from typing import TypeVar
+from typing import TypeVar, cast
 
 from pftrack.experiment import Experiment
 from pftrack.model.parameters import ParameterError, declarations, flat, limit_particles
+from pftrack.model.recipe import Footage
+from pftrack.model.sequence import Kind
 from pftrack.sweep import Axis, Plan, SweepError, parse_axis
 from pftrack.sweep.axis import TRACKER, check
 from pftrack_server.errors import RefusedError
 from pftrack_server.experiments import find_experiment
 from pftrack_server.schemas.sweeps import SweepAxis, SweepCreate
+from pftrack_server.sessions.create import footage_in
 from pftrack_server.settings import Settings
+from pftrack_server.store import Store
 
 __all__ = ["BYTES_A_RUN", "as_plan", "cells_of", "within_limits"]
 
@@ -25,15 +29,21 @@ MOST_CELLS = 40_000
 """Of one map: more than a screen can show, and than a page should be sent."""
 
 
-def as_plan(body: SweepCreate, settings: Settings) -> Plan:
+def as_plan(body: SweepCreate, settings: Settings, store: Store) -> Plan:
     """Return the plan of a body.
+
+    Args:
+        body: What was asked for.
+        settings: What is allowed.
+        store: Where the recording is, if it is on one.
 
     Raises:
         RefusedError: Something of it is unknown, out of bounds, given twice or too much, with the field.
     """
     experiment = find_experiment(body.experiment)
-    axes = tuple(_axis(experiment, index, axis) for index, axis in enumerate(body.axes))
-    if not axes:
+    footage, kind, frames = _recording(store, experiment, body)
+    axes = tuple(_axis(experiment, index, axis, kind) for index, axis in enumerate(body.axes))
+    if not axes and footage is None:
         raise RefusedError("A sweep needs at least one axis.", field="axes")
     names = [axis.name for axis in axes]
     for index, name in enumerate(names):
@@ -42,13 +52,13 @@ def as_plan(body: SweepCreate, settings: Settings) -> Plan:
     if not body.trackers and TRACKER not in names:
         raise RefusedError("Choose at least one method.", field="trackers")
     for name in body.trackers:
-        _part("trackers", partial(check, experiment, Axis(TRACKER, (name,))))
+        _part("trackers", partial(check, experiment, Axis(TRACKER, (name,)), kind))
     for name, value in body.parameters.items():
         if name in names:
             raise RefusedError(
                 f"The parameter {name} is an axis and cannot have a fixed value as well.", field=f"parameters.{name}"
             )
-        _part(f"parameters.{name}", partial(check, experiment, Axis(name, (value,))))
+        _part(f"parameters.{name}", partial(check, experiment, Axis(name, (value,)), kind))
     plan = _part(
         "axes",
         lambda: Plan(
@@ -57,13 +67,27 @@ def as_plan(body: SweepCreate, settings: Settings) -> Plan:
             trackers=tuple(body.trackers),
             trials=body.trials,
             seed=body.seed,
-            frames=body.frames or 0,
+            frames=frames,
             values=body.parameters,
+            footage=footage,
+            kind=kind,
         ),
     )
     _within_server(plan, settings)
     _within_a_map(plan)
     return plan
+
+
+def _recording(store: Store, experiment: Experiment, body: SweepCreate) -> tuple[Footage | None, Kind | None, int]:
+    """Return the recording of a body, its kind, and the length of a run; 0 stands for the experiment's own."""
+    found = footage_in(store, experiment, body.upload, body.footage)
+    if found is None:
+        return None, None, body.frames or 0
+    footage, upload = found
+    left = upload.frames - footage.start
+    if left < 1:
+        raise ParameterError("footage.start", footage.start, f"a frame of the upload, 0 to {upload.frames - 1}")
+    return footage, cast("Kind", upload.kind), min(body.frames or left, left)
 
 
 def within_limits(plan: Plan, settings: Settings) -> None:
@@ -86,17 +110,18 @@ def cells_of(plan: Plan) -> int:
     return prod(len(axis.values) for axis in plan.axes[:2])
 
 
-def _axis(experiment: Experiment, index: int, body: SweepAxis) -> Axis:
+def _axis(experiment: Experiment, index: int, body: SweepAxis, kind: Kind | None) -> Axis:
+    faulty = partial(_faulty_part, experiment, body, kind)
     if body.values is not None:
         axis = Axis(body.name, tuple(body.values))
-        return _part(f"axes.{index}.{_faulty_part(experiment, body)}", partial(check, experiment, axis))
+        return _part(f"axes.{index}.{faulty()}", partial(check, experiment, axis, kind))
     text = f"{body.name}={_plain(body.start)}:{_plain(body.stop)}:{_plain(body.step)}"
-    return _part(f"axes.{index}.{_faulty_part(experiment, body)}", partial(parse_axis, experiment, text))
+    return _part(f"axes.{index}.{faulty()}", partial(parse_axis, experiment, text, kind))
 
 
-def _faulty_part(experiment: Experiment, body: SweepAxis) -> str:
+def _faulty_part(experiment: Experiment, body: SweepAxis, kind: Kind | None) -> str:
     """Return which part of an axis is most likely the one that is wrong."""
-    known = {it.name: it for it in declarations(type(experiment.simulate().parameters))}
+    known = {it.name: it for it in declarations(type(experiment.parameters_on(kind)))}
     if body.name != TRACKER and body.name not in known:
         return "name"
     if body.values is not None or body.start is None or body.stop is None or not body.step:
@@ -136,7 +161,7 @@ def _plain(number: float | None) -> str:
 
 def _within_server(plan: Plan, settings: Settings) -> None:
     """Refuse a plan in which a tracker has more particles, or a run more frames, than the server allows."""
-    parameters = plan.wiring.simulate().parameters
+    parameters = plan.parameters
     declared = plan.wiring.declarations(type(parameters))
     largest = {**flat(parameters), **plan.values}
     for axis in plan.axes:

@@ -16,7 +16,7 @@ import structlog
 
 from pftrack.experiments import EXPERIMENTS
 from pftrack.process import Reply, Worker
-from pftrack.sweep import Plan, begin, partial_of
+from pftrack.sweep import Plan, Recording, begin, partial_of
 from pftrack_server.errors import ConflictError
 from pftrack_server.log import RateLimitedLogger
 from pftrack_server.schemas.measures import MeasurePublic
@@ -41,6 +41,7 @@ WRITE_EVERY_S = 5.0
 RATE_OVER_S = 20.0
 
 Keep = Callable[["Sweep"], Awaitable[None]]
+FindRecording = Callable[[Plan], Awaitable[Recording | None]]
 
 
 class Sweep:
@@ -54,7 +55,9 @@ class Sweep:
         results: What there is of it so far.
     """
 
-    def __init__(self, row: dict[str, Any], plan: Plan, out: Path, settings: Settings, keep: Keep) -> None:
+    def __init__(
+        self, row: dict[str, Any], plan: Plan, out: Path, settings: Settings, keep: Keep, find_recording: FindRecording
+    ) -> None:
         self.id: str = row["id"]
         self.plan = plan
         self.title: str = row["title"]
@@ -71,6 +74,7 @@ class Sweep:
         self._out = out
         self._settings = settings
         self._keep = keep
+        self._find_recording = find_recording
         self._worker: Worker | None = None
         self._watch: asyncio.Task[None] | None = None
         self._reason: str | None = None
@@ -93,8 +97,8 @@ class Sweep:
 
     @property
     def judged(self) -> bool:
-        """Whether its experiment has a notion of success."""
-        return self.plan.wiring.judges_loss
+        """Whether its runs may succeed or fail."""
+        return self.plan.judged
 
     def as_row(self) -> dict[str, Any]:
         """Return what is kept of it in the database."""
@@ -124,9 +128,10 @@ class Sweep:
             judged=self.judged,
             axes=self._axes,
             trackers=[{"id": name, "title": experiment.trackers[name].title} for name in plan.trackers],
-            measures=[MeasurePublic.model_validate(measure.as_dict()) for measure in experiment.run_measures],
+            measures=[MeasurePublic.model_validate(measure.as_dict()) for measure in plan.measures],
             trials=plan.trials,
             frames=plan.frames,
+            recording=plan.footage.name if plan.footage else None,
             seed=plan.seed,
             parameters=dict(plan.values),
             fixed=self._fixed,
@@ -159,18 +164,22 @@ class Sweep:
         """Begin or go on.
 
         Raises:
+            ConflictError: Its recording is no longer here.
             OSError: The disk does not take it.
         """
         if self._watch is not None:
             return
+        recording = await self._find_recording(self.plan)
         if not self._out.exists() and not partial_of(self._out).exists():
             await asyncio.to_thread(begin, self.plan, self._out)
         self._reason = None
         settings = self._settings
-        self._worker = await computing.start(settings.max_sweeps_bytes)
+        # What a stranger sent is decoded within bounds, as in a session.
+        memory_bytes = settings.worker_memory_bytes if recording else None
+        self._worker = await computing.start(settings.max_sweeps_bytes, memory_bytes)
         self._began = time.monotonic()
         self._past.clear()
-        self._watch = asyncio.create_task(self._follow(self._worker, settings.sweep_jobs))
+        self._watch = asyncio.create_task(self._follow(self._worker, settings.sweep_jobs, recording))
         await self._become("running", None)
         log.info("sweep started", sweep=self.id, runs=self.plan.runs, done=self.done)
 
@@ -194,9 +203,9 @@ class Sweep:
         await asyncio.to_thread(self.results.refresh)
         self._take()
 
-    async def _follow(self, worker: Worker, jobs: int) -> None:
+    async def _follow(self, worker: Worker, jobs: int, recording: Recording | None) -> None:
         """Have a process go on with the sweep, and watch it and the files until it ends."""
-        end = asyncio.ensure_future(worker.call(functions.compute, self._out, jobs))
+        end = asyncio.ensure_future(worker.call(functions.compute, self._out, jobs, recording))
         written = time.monotonic()
         try:
             while not end.done():
@@ -285,7 +294,8 @@ def default_title(plan: Plan) -> str:
     experiment = EXPERIMENTS[plan.experiment]
     titles = [axis_view(plan, axis.name).title.lower() for axis in plan.axes[:3]]
     over = " × ".join(titles) or "repeated"
-    return f"{experiment.title} · {over}"[:200]
+    where = [plan.footage.name] if plan.footage and plan.footage.name else []
+    return " · ".join((experiment.title, *where, over))[:200]
 
 
 def check_idle(sweep: Sweep) -> None:
