@@ -363,10 +363,8 @@ class Experiment:
         return (*((HIT_RATE,) if self.judges_loss else ()), *self.measures)
 
     def measures_on(self, footage: Footage | None) -> tuple[Measure, ...]:
-        """Return all measures of a run on a recording, or of a simulated one: without truth, by its own account."""
-        if footage is None or footage.truth:
-            return self.run_measures
-        return (*self.run_measures, *own_account(self.unit))
+        """Return the measures of a run on a recording, or on the scene: without truth, by its own account alone."""
+        return self.run_measures if footage is None or footage.truth else own_account(self.unit)
 
     def parameters_on(self, kind: Kind | None) -> Parameters:
         """Return the parameters of runs on a kind of recording, before they are fitted to it; of the scene if None.

@@ -4,7 +4,7 @@ import { REFERENCES } from "../shared/citations.js";
 import { h } from "../shared/dom.js";
 import { linkTo } from "../shared/share_link.js";
 import { thumbnail } from "../shared/thumbnail.js";
-import { newSweep } from "../sweep/api.js";
+import { newSweep } from "../shared/share_link.js";
 
 /** @import { ExperimentPublic, PresetPublic } from "../shared/messages.js" */
 

@@ -7,7 +7,7 @@ import { fill, h, part, setText } from "../shared/dom.js";
 import { icon, iconButton } from "../shared/icons.js";
 import { navigation } from "../shared/navigation.js";
 import { present, presentationButton } from "../shared/presentation.js";
-import { linkTo } from "../shared/share_link.js";
+import { linkTo, newSweep } from "../shared/share_link.js";
 import { explain } from "../shared/terms.js";
 import { themeButton } from "../shared/theme.js";
 import { attempt, toast } from "../shared/toast.js";
@@ -25,7 +25,7 @@ import { shareDialog } from "./share.js";
 import { sessionTitle } from "./timeline.js";
 import { guide } from "./tour/tour.js";
 
-/** @import { ExperimentDetail, PresetPublic } from "../shared/messages.js" */
+/** @import { ExperimentDetail, PresetPublic, SessionPublic } from "../shared/messages.js" */
 
 /** @type {ExperimentDetail|null} */
 let experiment = null;
@@ -79,7 +79,7 @@ function openPreset(preset) {
 
 function header() {
   const title = h("h1", {});
-  const sweep = h("a", { class: "link", title: "The sweep that this run comes from", hidden: true }, "Sweep");
+  const sweep = h("a", { class: "link", hidden: true }, "Sweep");
   const rename = iconButton("rename", "Rename this session", async () => {
     const { session } = store;
     const name = session && (await askName("Rename this session", session.name));
@@ -120,11 +120,29 @@ function header() {
     const words = sessionTitle(session);
     setText(title, words);
     explain(title, { experiment: session.recipe.experiment });
-    sweep.hidden = !session.sweep || isParticipant;
+    sweep.hidden = !(session.sweep || session.upload) || isParticipant;
+    sweep.title = session.sweep ? "The sweep that this run comes from" : "Repeat this run with other seeds, parameters and methods";
     if (session.sweep) sweep.href = `sweep/${encodeURIComponent(session.sweep)}`;
+    else if (session.upload) sweep.href = newSweep(repeated(session));
     document.title = `${words} · pftrack`;
     for (const element of steering) element.disabled = !view.able;
   });
+}
+
+/**
+ * The plan of a sweep on a session's recording, with the values with which the run began.
+ *
+ * @param {SessionPublic} session
+ */
+function repeated({ recipe, tracker, upload }) {
+  const [first] = recipe.timeline ?? [];
+  return {
+    experiment: recipe.experiment,
+    upload,
+    footage: recipe.footage,
+    trackers: [recipe.tracker ?? tracker],
+    parameters: first?.frame === 0 ? first.values : {},
+  };
 }
 
 /** What can be done with the run beside moving through it; whoever came by the link of a class keeps nothing here. */

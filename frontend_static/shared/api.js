@@ -179,7 +179,7 @@ const truthPath = (id, of) => upload(id, `truth?${query({ experiment: of })}`);
  * @typedef {object} Api Every request that the pages make, but for those of sweeps.
  * @property {() => Promise<Messages.ExperimentPublic[]>} experiments
  * @property {() => Promise<Messages.SectionPublic[]>} glossary
- * @property {(id: string) => Promise<Messages.ExperimentDetail>} experiment
+ * @property {(id: string, recording?: string) => Promise<Messages.ExperimentDetail>} experiment With the parameters of a kind of recording, if one is named.
  * @property {() => Promise<Messages.PluginPublic[]>} plugins
  * @property {() => Promise<Messages.CompilationPublic>} compilation
  * @property {() => Promise<Messages.FailurePublic[]>} failures
@@ -229,7 +229,7 @@ const truthPath = (id, of) => upload(id, `truth?${query({ experiment: of })}`);
 export const api = {
   experiments: () => request("GET", "experiments"),
   glossary: () => request("GET", "glossary"),
-  experiment: (id) => request("GET", experimentPath(id)),
+  experiment: (id, recording) => request("GET", recording ? `${experimentPath(id)}?${query({ recording })}` : experimentPath(id)),
   plugins: () => request("GET", "plugins"),
   compilation: () => request("GET", "compilation"),
 

@@ -1485,6 +1485,7 @@ export interface SweepPublic {
   experiment: string;
   unit: string;
   judged: boolean;
+  has_truth: boolean;
   axes: AxisPublic[];
   trackers: TrackerPublic[];
   measures: MeasurePublic[];

@@ -1,6 +1,6 @@
 /** What a session shall be like, as it travels in the fragment of a link, which no server logs. */
 
-/** @import { SessionCreate } from "./messages.js" */
+/** @import { SessionCreate, SweepCreate } from "./messages.js" */
 
 /** @typedef {SessionCreate & {play?: boolean}} NewSession What POST sessions takes, and whether the session shall play. */
 
@@ -11,6 +11,15 @@
  */
 export function linkTo(body) {
   return `session/new#${encode(body)}`;
+}
+
+/**
+ * The form of a new sweep, filled in.
+ *
+ * @param {{experiment: string}|Partial<SweepCreate>} body
+ */
+export function newSweep(body) {
+  return `sweep/new#${encode(body)}`;
 }
 
 /**

@@ -1,7 +1,6 @@
 /** What the server knows of sweeps. */
 
 import { ROOT, pathOf, query, request } from "../shared/api.js";
-import { encode } from "../shared/share_link.js";
 import { socketAddress } from "../shared/socket.js";
 
 /** @import { Query } from "../shared/api.js" */
@@ -64,13 +63,4 @@ export function sweepStream(id, { x, y }) {
  */
 export function runPage(id, run, tracker) {
   return `sweep/${encodeURIComponent(id)}/run/${run}${tracker ? `?${query({ tracker })}` : ""}`;
-}
-
-/**
- * The form of a new sweep, filled in.
- *
- * @param {{experiment: string}|Messages.SweepCreate} body
- */
-export function newSweep(body) {
-  return `sweep/new#${encode(body)}`;
 }

@@ -5,7 +5,8 @@ import { confirmLoss } from "../shared/dialog.js";
 import { fill, h } from "../shared/dom.js";
 import { count, duration } from "../shared/format.js";
 import { icon, iconButton } from "../shared/icons.js";
-import { newSweep, sweeps } from "./api.js";
+import { newSweep } from "../shared/share_link.js";
+import { sweeps } from "./api.js";
 import { attempt } from "../shared/toast.js";
 
 /** @import { Child } from "../shared/elements.js" */
@@ -77,7 +78,7 @@ function buttons(store, downloads) {
     sweep.state === "running" && h("button", { type: "button", data: { role: "cancel" }, on: { click: cancel } }, "Cancel"),
     sweep.state === "stopped" && h("button", { type: "button", class: "primary", data: { role: "resume" }, on: { click: resume } }, "Resume"),
     sweep.done > 0 && downloads,
-    h("a", { class: "button", href: newSweep(again), title: "Fill the form with this plan" }, "Change and repeat"),
+    !sweep.recording && h("a", { class: "button", href: newSweep(again), title: "Fill the form with this plan" }, "Change and repeat"),
     iconButton("trash", "Delete this sweep", () => remove(sweep)),
   ];
 }

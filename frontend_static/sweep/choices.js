@@ -51,9 +51,9 @@ const nameOf = (control) => control?.getAttribute("aria-label") ?? control?.getA
 
 /** @param {SweepStore} store */
 function switches(store) {
-  const { judged, trackers, measures } = store.known;
+  const { judged, has_truth, trackers, measures } = store.known;
   const isSeveral = trackers.length > 1;
-  const isOpen = { success: judged, error: true, measure: measures.length > 0, difference: isSeveral, significance: isSeveral };
+  const isOpen = { success: judged, error: has_truth, measure: measures.length > 0, difference: isSeveral, significance: isSeveral };
   const open = SHOWS.filter(({ value }) => isOpen[value]);
   const { view, measure } = store;
   return [segments("Quantity", open, view.show, (show) => store.show({ show })), view.show === "measure" && measure && whichMeasure(store, measure)];
@@ -101,7 +101,7 @@ function comparedBy(store) {
   const { view, known: sweep, measure } = store;
   const options = [
     ...(sweep.judged ? [{ value: "success", words: "success" }] : []),
-    { value: "error", words: "error" },
+    ...(sweep.has_truth ? [{ value: "error", words: "error" }] : []),
     ...sweep.measures.map(({ name, title }) => ({ value: name, words: title })),
   ];
   if (options.length < 2) return null;

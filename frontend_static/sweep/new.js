@@ -10,9 +10,10 @@ import { later } from "../shared/timing.js";
 import { sweeps } from "./api.js";
 import { PlanForm } from "./plan_form.js";
 
-/** @import { ExperimentDetail, ExperimentPublic, SweepCreate } from "../shared/messages.js" */
+/** @import { ExperimentDetail, ExperimentPublic, SweepCreate, UploadPublic } from "../shared/messages.js" */
 
 const SKELETON_AFTER_MS = 200;
+const OTHER_SEEDS = 20;
 const root = part("plan");
 
 navigation(null);
@@ -26,10 +27,13 @@ async function begin() {
     const experiments = await api.experiments();
     const given = planOfAddress();
     const chosen = experiments.find(({ id }) => id === given?.experiment) ?? experiments[0];
-    const plan = given?.axes ? { ...given, experiment: chosen.id, axes: given.axes } : await sweeps.example(chosen.id);
-    const experiment = await api.experiment(chosen.id);
+    const upload = given?.upload ? await api.upload(given.upload) : null;
+    // On a recording the example's scene does not exist: what is asked first is what other seeds come to.
+    const start = upload ? { trials: OTHER_SEEDS, ...given, axes: given?.axes ?? [] } : given;
+    const plan = start?.axes ? { ...start, experiment: chosen.id, axes: start.axes } : await sweeps.example(chosen.id);
+    const experiment = await api.experiment(chosen.id, upload?.kind);
     there();
-    show(experiments, experiment, plan);
+    show(experiments, experiment, plan, upload);
   } catch (error) {
     there();
     fill(root, notice("The form could not be prepared", messageOf(error), { label: "Try again", run: begin }));
@@ -42,10 +46,11 @@ async function begin() {
  * @param {ExperimentPublic[]} experiments
  * @param {ExperimentDetail} experiment
  * @param {SweepCreate} plan
+ * @param {UploadPublic|null} [upload] The recording on which all runs are, if there is one.
  */
-function show(experiments, experiment, plan) {
+function show(experiments, experiment, plan, upload = null) {
   let wanted = experiment.id;
-  const form = new PlanForm(experiments, experiment, plan, async (id) => {
+  const form = new PlanForm(upload ? [experiment] : experiments, experiment, plan, upload, async (id) => {
     wanted = id;
     const [other, example] = await Promise.all([api.experiment(id), sweeps.example(id)]);
     // Of two that were chosen quickly the answers may come in the other order.

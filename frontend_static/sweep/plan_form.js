@@ -8,13 +8,15 @@ import { field, numberOf, wrong } from "./fields.js";
 import { FixedRow } from "./fixed_row.js";
 import { SizeCard } from "./size.js";
 
-/** @import { ExperimentDetail, ExperimentPublic, SweepAxis, SweepCreate } from "../shared/messages.js" */
+/** @import { ExperimentDetail, ExperimentPublic, SweepAxis, SweepCreate, UploadPublic } from "../shared/messages.js" */
 /** @import { Draft } from "./api.js" */
 
 const NUMBERS = ["integer", "number"];
 
 export class PlanForm {
   #experiment;
+  /** @type {Partial<SweepCreate>} */
+  #recording;
   /** @type {AxisRow[]} */
   #axes = [];
   #axisList = h("div", { class: "axes" });
@@ -31,10 +33,12 @@ export class PlanForm {
    * @param {ExperimentPublic[]} experiments
    * @param {ExperimentDetail} experiment The one of these that is swept.
    * @param {SweepCreate} plan What the form is filled in with.
+   * @param {UploadPublic|null} upload The recording on which all runs are, if there is one.
    * @param {(id: string) => Promise<void>} choose Have the form of another experiment.
    */
-  constructor(experiments, experiment, plan, choose) {
+  constructor(experiments, experiment, plan, upload, choose) {
     this.#experiment = experiment;
+    this.#recording = upload ? { upload: upload.id, footage: plan.footage } : {};
     const changed = () => this.#changed();
     this.#methods = experiment.trackers.map(({ id, title, description }) => {
       const box = h("input", { type: "checkbox", value: id, checked: plan.trackers?.includes(id), on: { change: changed } });
@@ -42,11 +46,11 @@ export class PlanForm {
     });
     this.#amounts = {
       trials: amount("Trials in each cell", plan.trials, 1, changed),
-      frames: amount("Frames of a run", plan.frames ?? experiment.frames, 1, changed),
+      frames: amount("Frames of a run", plan.frames ?? (upload ? upload.frames - (plan.footage?.start ?? 0) : experiment.frames), 1, changed),
       seed: amount("Seed", plan.seed ?? 0, 0, changed),
     };
     this.#title = h("input", { type: "text", value: plan.title ?? "", maxlength: 200, placeholder: "Generated from the plan", "aria-label": "Title" });
-    this.#form = this.#layout(this.#chooser(experiments, choose));
+    this.#form = this.#layout(this.#chooser(experiments, choose), upload);
     this.#size = new SizeCard(this.#form, () => this.#read(), (estimate) => this.#axes.forEach((axis) => axis.preview(estimate)));
     this.#form.addEventListener("submit", (event) => {
       event.preventDefault();
@@ -81,6 +85,7 @@ export class PlanForm {
     return {
       ...(title !== "" && { title }),
       experiment: this.#experiment.id,
+      ...this.#recording,
       axes: this.#axes.map((axis) => axis.read()),
       trackers: this.#methods.filter(({ box }) => box.checked).map(({ box }) => box.value),
       trials: this.#amounts.trials.read(),
@@ -106,7 +111,9 @@ export class PlanForm {
 
   /** Tell the axes their places, by which the server names what is wrong with one. */
   #number() {
-    this.#axes.forEach((axis, index) => axis.number(index, this.#axes.length > 1));
+    // On a recording nothing need be varied: other seeds are something to see.
+    const isRemovable = this.#axes.length > 1 || this.#recording.upload !== undefined;
+    this.#axes.forEach((axis, index) => axis.number(index, isRemovable));
   }
 
   /**
@@ -153,13 +160,17 @@ export class PlanForm {
     return chooser;
   }
 
-  /** @param {HTMLElement} chooser */
-  #layout(chooser) {
+  /**
+   * @param {HTMLElement} chooser
+   * @param {UploadPublic|null} upload
+   */
+  #layout(chooser, upload) {
     const { question, description } = this.#experiment;
+    const about = upload ? `All runs are on ${upload.name}; without an axis the trials are other seeds.` : `${question} ${description}`;
     return h(
       "form",
       { class: "plan-form", novalidate: true },
-      h("section", { class: "plan-part" }, h("h2", {}, "Experiment"), chooser, h("p", { class: "hint" }, question, " ", description)),
+      h("section", { class: "plan-part" }, h("h2", {}, "Experiment"), chooser, h("p", { class: "hint" }, about)),
       h(
         "section",
         { class: "plan-part", data: { field: "axes" } },

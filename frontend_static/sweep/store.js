@@ -174,7 +174,7 @@ export class SweepStore extends Topics {
 
   /** Fill in what the address left open. */
   #complete() {
-    const { axes, trackers, judged } = this.known;
+    const { axes, trackers } = this.known;
     const view = this.view;
     const known = (/** @type {string} */ name) => axes.some((axis) => axis.name === name);
     if (!known(view.x)) view.x = axes[0]?.name ?? NO_AXIS;
@@ -183,15 +183,25 @@ export class SweepStore extends Topics {
     if (!ids.includes(view.first)) view.first = ids[0];
     if (!ids.includes(view.second) || view.second === view.first) view.second = ids.find((id) => id !== view.first) ?? ids[0];
     this.#completeMeasure();
-    if (!judged && view.show === "success") view.show = "error";
-    if (ids.length < 2 && ["difference", "significance"].includes(view.show)) view.show = judged ? "success" : "error";
+    this.#completeShow();
+  }
+
+  /** Show nothing that there is not: without truth there are neither success nor error. */
+  #completeShow() {
+    const { view, known } = this;
+    /** @type {import("./view.js").View["show"][]} */
+    const open = [];
+    if (known.judged) open.push("success");
+    if (known.has_truth) open.push("error");
+    if (known.measures.length > 0) open.push("measure");
+    if (known.trackers.length > 1) open.push("difference", "significance");
+    if (!open.includes(view.show)) view.show = open[0];
   }
 
   #completeMeasure() {
     const { view, known } = this;
     if (!known.measures.some(({ name }) => name === view.of)) view.of = known.measures[0]?.name ?? "";
-    if (known.measures.length === 0 && view.show === "measure") view.show = "success";
-    const names = [...(known.judged ? ["success"] : []), "error", ...known.measures.map(({ name }) => name)];
+    const names = [...(known.judged ? ["success"] : []), ...(known.has_truth ? ["error"] : []), ...known.measures.map(({ name }) => name)];
     if (!names.includes(view.measure)) view.measure = names[0];
   }
 

@@ -302,12 +302,10 @@ def _compute(
 
 
 def _print(result: "Result", seconds: float) -> None:
-    from pftrack.model.own_account import own_account
     from pftrack.sweep import cells
 
     rows = []
-    footage = result.plan.footage
-    said = own_account(result.plan.wiring.unit) if footage is not None and not footage.truth else ()
+    said = () if result.plan.has_truth else result.plan.measures
     for name, found in cells(result).items():
         rate = f"{found.rate[0, 0]:.3f}" if found.judged[0, 0] else ""
         interval = f"{found.low[0, 0]:.3f} to {found.high[0, 0]:.3f}" if found.judged[0, 0] else ""

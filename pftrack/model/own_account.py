@@ -21,14 +21,14 @@ def own_account(unit: str) -> tuple[Measure, ...]:
     return (
         Measure(
             "following_share",
-            "Following, by its own account",
+            "Says that it follows",
             "Share of the frames in which the tracker does not look for its target; unknown for one that never looks.",
             "share",
             _following,
         ),
         Measure(
             "mean_deviation",
-            "Deviation, by its own account",
+            "Stated deviation",
             "Mean over the frames of the posterior standard deviation, over all components (root mean square).",
             "mean",
             _deviation,

@@ -115,9 +115,14 @@ class Plan:
         return self.wiring.parameters_on(self.kind)
 
     @property
+    def has_truth(self) -> bool:
+        """Whether anything is known by which its runs can be judged."""
+        return self.footage is None or bool(self.footage.truth)
+
+    @property
     def judged(self) -> bool:
         """Whether its runs may succeed or fail: there is a notion of that, and a truth."""
-        return self.wiring.judges_loss and (self.footage is None or bool(self.footage.truth))
+        return self.wiring.judges_loss and self.has_truth
 
     @property
     def measures(self) -> tuple[Measure, ...]:

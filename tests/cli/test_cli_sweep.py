@@ -50,7 +50,7 @@ def test_a_sweep_on_a_recording(call: Call, tmp_path: Path) -> None:
     on = ("histogram", "--video", clip, "--box", "10,20,10,10", "--trackers", "condensation,apf", "--trials", "2")
     status, text, _ = call(*on, "--set", "sample_count=30", "--frames", "8", "--out", out, "--jobs", "1")
     assert status == 0
-    assert "deviation, by its own" in text
+    assert "stated deviation" in text
     assert "success" not in text
     plan = read_result(out).plan
     assert plan.footage is not None

@@ -96,7 +96,7 @@ def test_two_trackers_are_compared_by_their_own_account(plan: Plan, clip: Path, 
     assert found.paired.pairs.tolist() == [[4]]
     report = write_report(result, tmp_path / "report")
     assert {"measure-mean_deviation.png"} <= {path.name for path in report.files}
-    assert "Following, by its own account by Particles" in {table.title for table in report.tables}
+    assert "Says that it follows by Particles" in {table.title for table in report.tables}
 
 
 def test_it_goes_on_with_its_recording_alone(plan: Plan, clip: Path, tmp_path: Path) -> None:

@@ -3,13 +3,14 @@
 import base64
 import hashlib
 from http import HTTPStatus
-from typing import Any
+from typing import Annotated, Any
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
 from pftrack.experiment import Experiment
 from pftrack.experiments import EXPERIMENTS
+from pftrack.model.sequence import Kind
 from pftrack_server.api.dependencies import AnExperiment, TheServices
 from pftrack_server.schemas.experiments import ExperimentDetail, ExperimentPublic, PluginPublic, PresetPublic
 from pftrack_server.tasks.functions import draw_experiment
@@ -33,9 +34,14 @@ def list_plugins() -> list[PluginPublic]:
 
 
 @router.get("/{experiment}")
-def show_experiment(experiment: AnExperiment) -> ExperimentDetail:
+def show_experiment(
+    experiment: AnExperiment,
+    recording: Annotated[
+        Kind | None, Query(description="Kind of a recording, whose parameters are wanted instead of the scene's.")
+    ] = None,
+) -> ExperimentDetail:
     """Tell everything about an experiment, its parameters included."""
-    model = type(experiment.simulate().parameters)
+    model = type(experiment.parameters_on(recording))
     return ExperimentDetail(
         **_public_fields(experiment),
         declarations=list(experiment.declarations(model)),

@@ -72,7 +72,8 @@ class SweepPublic(BaseModel):
 
     `fixed` is `parameters` with titles and units; `successes` counts over all runs so far, where the experiment knows
     success; `problems` counts runs whose values are at odds with each other; `recording` is the name of the recording
-    on which all runs are, if there is one.
+    on which all runs are, if there is one; without `has_truth` there is no error, and `measures` are what the methods
+    say of themselves.
     """
 
     id: str
@@ -80,6 +81,7 @@ class SweepPublic(BaseModel):
     experiment: str
     unit: str
     judged: bool
+    has_truth: bool = True
     axes: list[AxisPublic]
     trackers: list[TrackerPublic]
     measures: list[MeasurePublic] = []

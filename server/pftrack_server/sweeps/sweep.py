@@ -126,6 +126,7 @@ class Sweep:
             experiment=plan.experiment,
             unit=experiment.unit,
             judged=self.judged,
+            has_truth=plan.has_truth,
             axes=self._axes,
             trackers=[{"id": name, "title": experiment.trackers[name].title} for name in plan.trackers],
             measures=[MeasurePublic.model_validate(measure.as_dict()) for measure in plan.measures],
