@@ -2,12 +2,15 @@
 
 import { fill, h } from "../shared/dom.js";
 import { linkTo } from "../shared/share_link.js";
+import { tokens } from "../shared/theme.js";
 import { settings } from "./difference_text.js";
 
 /** @import { FailureResult, FailurePublic } from "../shared/messages.js" */
 /** @typedef {"failing"|"cured"} Side */
 
 const HEADS = { failing: "Fails", cured: "Cured" };
+/** As in the gallery's curves. */
+const COLOURS = /** @type {const} */ ({ failing: "lost", cured: "second" });
 
 /**
  * @typedef {object} Column
@@ -15,6 +18,8 @@ const HEADS = { failing: "Fails", cured: "Cured" };
  * @property {HTMLElement} place For the picture.
  * @property {Side} side
  * @property {string} name
+ * @property {string} setting What it has of what differs.
+ * @property {string} colour As CSS has it.
  * @property {(course: FailureResult) => void} show Say what was measured.
  * @property {(sentence: string) => void} tell Say something in its place.
  */
@@ -25,6 +30,8 @@ const HEADS = { failing: "Fails", cured: "Cured" };
  * @returns {Column}
  */
 export function column(failure, side) {
+  const setting = settings(failure, side);
+  const colour = tokens(COLOURS[side])[COLOURS[side]];
   const place = h("div", { class: "failure-view" });
   const measured = h("p", { class: "measured", role: "status" }, h("span", { class: "bone shimmer" }));
   const element = h(
@@ -37,7 +44,7 @@ export function column(failure, side) {
         "h2",
         {},
         h("span", { class: "failure-verdict" }, HEADS[side]),
-        h("span", { class: "failure-setting" }, settings(failure, side)),
+        h("span", { class: "failure-setting" }, setting),
         h("a", { class: "link", href: linkTo({ recipe: failure[side], position: failure.frame }) }, "Open as a session"),
       ),
       h("p", {}, side === "failing" ? failure.diagnosis : failure.cure),
@@ -46,5 +53,5 @@ export function column(failure, side) {
     place,
   );
   const tell = (/** @type {string} */ sentence) => fill(measured, sentence);
-  return { element, place, side, name: HEADS[side], tell, show: (course) => tell(course[side].finding) };
+  return { element, place, side, name: HEADS[side], setting, colour, tell, show: (course) => tell(course[side].finding) };
 }

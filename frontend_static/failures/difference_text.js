@@ -11,7 +11,7 @@ import { number } from "../shared/format.js";
  * @param {FailurePublic} failure
  */
 export function differences(failure) {
-  return failure.differences.map(({ title, unit, failing, cured }) => withUnit(`${title} ${said(failing)} to ${said(cured)}`, unit)).join(", ");
+  return failure.differences.map(({ title, unit, failing, cured }) => withUnit(`${title} ${value(failing)} to ${value(cured)}`, unit)).join(", ");
 }
 
 /**
@@ -21,19 +21,19 @@ export function differences(failure) {
  * @param {"failing"|"cured"} side
  */
 export function settings(failure, side) {
-  return failure.differences.map((each) => withUnit(`${each.title} ${said(each[side])}`, each.unit)).join(", ");
+  return failure.differences.map((each) => withUnit(`${each.title} ${value(each[side])}`, each.unit)).join(", ");
 }
 
-/** @param {Value} value */
-function said(value) {
-  if (typeof value === "boolean") return value ? "on" : "off";
-  return typeof value === "number" ? number(value, 3).replace(/\.?0+$/, "") : value;
+/** @param {Value} given */
+export function value(given) {
+  if (typeof given === "boolean") return given ? "on" : "off";
+  return typeof given === "number" ? number(given, 3).replace(/\.?0+$/, "") : given;
 }
 
 /**
  * @param {string} text
  * @param {string} unit
  */
-function withUnit(text, unit) {
+export function withUnit(text, unit) {
   return unit ? `${text} ${unit}` : text;
 }

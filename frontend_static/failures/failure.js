@@ -9,10 +9,14 @@ import { notice } from "../shared/notice.js";
 import { presentationButton } from "../shared/presentation.js";
 import { themeButton } from "../shared/theme.js";
 import { later } from "../shared/timing.js";
+import { followChip } from "../lecturer/chip.js";
+import { ClassControl } from "../lecturer/class_control.js";
+import { linkTo } from "../shared/comparison_link.js";
 import { column } from "./column.js";
-import { pair } from "./pair.js";
+import { pair, told } from "./pair.js";
 
 /** @import { FailurePublic } from "../shared/messages.js" */
+/** @import { JointView } from "../compare/joint_view.js" */
 /** @import { Column } from "./column.js" */
 
 const SKELETON_AFTER_MS = 200;
@@ -20,9 +24,20 @@ const NOT_FOUND = 404;
 const GALLERY = { label: "All failures", href: "failures" };
 const name = lastOfAddress();
 const root = part("failure");
+/** @type {{failure: FailurePublic, columns: Column[], sessions: string[]}|null} What a class may see. */
+let shown = null;
+/** Nothing ends what listens here but the page itself. */
+const page = new AbortController();
+const control = new ClassControl(() => {
+  if (shown === null) return null;
+  const { failure, columns, sessions } = shown;
+  return { title: failure.title, sessions, lesson: null, arrangement: { comparison: told(columns, failure) } };
+}, page.signal);
 
 navigation("failures");
-part("tools").append(themeButton(), presentationButton());
+part("tools").append(followChip(control, page.signal), themeButton(), presentationButton());
+// The next failure is the next page of the lecture.
+part("neighbours").addEventListener("click", () => control.takeAlong());
 // The sessions are the page's own; whoever comes back by the browser's cache begins anew.
 addEventListener("pageshow", (event) => event.persisted && location.reload());
 load();
@@ -64,11 +79,39 @@ function begin(failure) {
   fill(root, columns.map(({ element }) => element), deck);
   const runs = pair(columns, deck, failure);
   measure(failure, columns, runs.signal);
-  runs.begun.catch((error) => {
+  fill(part("compare"), comparisonLink(failure, runs));
+  runs.begun.then((sessions) => {
+    shown = { failure, columns, sessions };
+    return control.find();
+  }, (error) => {
     if (runs.signal.aborted) return;
     runs.end();
     fill(root, notice("The two runs could not be started", messageOf(error), { label: "Try again", run: () => begin(failure) }));
   });
+}
+
+/**
+ * A link to both runs as a comparison, at the frame that is shown.
+ *
+ * @param {FailurePublic} failure
+ * @param {JointView} runs
+ */
+function comparisonLink({ failing, cured, frame }, runs) {
+  const to = (/** @type {number} */ position) => linkTo({ runs: [{ recipe: failing }, { recipe: cured }], position });
+  const go = () => (link.href = to(runs.store.session?.position ?? frame));
+  const link = h(
+    "a",
+    {
+      class: "button tool",
+      href: to(frame),
+      title: "Compare both runs: what differs, all plots, and what came of them",
+      "aria-label": "Compare both runs",
+      on: { pointerenter: go, focus: go, click: go },
+    },
+    icon("compare"),
+    h("span", { class: "wide-only" }, "Compare"),
+  );
+  return link;
 }
 
 /**

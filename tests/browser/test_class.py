@@ -166,6 +166,7 @@ def test_a_lecturer_and_three_followers(
     tried(lecturer, second, server)
     taken_along(lecturer, followers)
     shown_a_lesson(lecturer, followers)
+    shown_a_failure(lecturer, followers)
     late = newcomer()
     shown_a_comparison(lecturer, followers, late, server)
     late.page.goto(server.get("follows")[0]["owner_link"])
@@ -256,8 +257,7 @@ def taken_along(lecturer: Lecturer, followers: list[Follower]) -> None:
     lecturer.press(" ")
     lecturer.until(lambda: not lecturer.session["playing"], "it pauses")
     lecturer.counts("3 follow")
-    frame = str(lecturer.position)
-    all_of(followers, lambda one: one.frame == frame, "the class sees the lecturer's frame of the other session")
+    all_of(followers, lambda one: one.frame == str(lecturer.position), "the class sees the other session's frame")
     lecturer.session_id = lecturer.id
 
 
@@ -312,6 +312,31 @@ def shown_a_lesson(lecturer: Lecturer, followers: list[Follower]) -> None:
     assert follower.page.locator("header a:visible").all_inner_texts() == ["Back to the class"]
     follower.page.get_by_title("End your copy").click()
     follower.page.locator(".following[data-state=open]").wait_for()
+
+
+def shown_a_failure(lecturer: Lecturer, followers: list[Follower]) -> None:
+    """A failure is seen beside its cure, with what the cure changes, and the class comes along to the next one."""
+    page = lecturer.page
+    page.goto("failures/4")
+    lecturer.counts("3 see another page")
+    page.locator(".follow-chip").click()
+    page.get_by_role("button", name="Show this page").click()
+    page.locator("[data-role=class-link]").wait_for()
+    lecturer.press("Escape")
+    for frame in ("6", "7"):
+        painted = f".flat-canvas[data-frame='{frame}']"
+        all_of(followers, lambda one, it=painted: one.page.locator(it).count() == 2, f"both stand at frame {frame}")
+        lecturer.press("ArrowRight")
+    first = followers[0]
+    assert first.page.locator(".compared-head h2").all_inner_texts() == ["1\nFails", "2\nCured"]
+    assert "Condensation" in first.text(".comparison-table")
+    assert first.page.locator(".transport").count() == 0
+    fits(first.page)
+    onward = page.get_by_role("link", name="Next failure")
+    title = onward.get_attribute("title").removeprefix("Next failure, ")
+    onward.click()
+    lecturer.counts("3 follow")
+    all_of(followers, lambda one: one.text("h1") == title, "the class sees the next failure")
 
 
 def compared(outcome: dict[str, Any] | None, arrangement: str) -> dict[str, Any]:

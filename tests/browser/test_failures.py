@@ -132,6 +132,23 @@ def test_a_run_opens_as_a_session_of_its_own(failure: FailurePage, server: Serve
     failure.until(lambda: [it["id"] for it in server.get("sessions")] == [opened], "the page's own have ended")
 
 
+def test_both_runs_are_compared_by_one_click(failure: FailurePage, server: Server) -> None:
+    """The comparison begins at the frame that is shown, and lists what the cure changes."""
+    page = failure.page
+    page.goto("failures/wrong-dynamics")
+    failure.ready()
+    page.keyboard.press("ArrowRight")
+    failure.stand_at(7)
+    page.get_by_role("link", name="Compare both runs").click()
+    page.wait_for_url("**/compare#*")
+    failure.until(lambda: failure.frames == [7, 7], "both stand where they stood")
+    table = page.inner_text(".comparison-table")
+    assert "Guided diffusion" in table
+    assert "Condensation" in table
+    page.goto("failures")
+    failure.until(lambda: server.get("sessions") == [], "the sessions have ended with their pages")
+
+
 def test_an_unknown_failure_leads_to_all(failure: FailurePage, complaints: Complaints) -> None:
     """What is not there is said in words, with the way to those that are."""
     complaints.expected = ("status of 404",)
