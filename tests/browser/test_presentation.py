@@ -1,8 +1,9 @@
 """Presenting belongs to the tab: it goes on over pages, and Escape ends it on any of them."""
 
 from collections.abc import Callable
+from typing import Any
 
-from tests.browser.views import SessionPage
+from tests.browser.views import SessionPage, View
 
 PRESENTS = "document.documentElement.dataset.presenting !== undefined"
 WHOLE = "document.fullscreenElement !== null"
@@ -39,3 +40,15 @@ def test_the_next_page_goes_on_presenting(watch: Callable[..., SessionPage]) -> 
     page.goto("learn/1")
     page.get_by_role("button", name="Present in large type").wait_for()
     assert not page.evaluate(PRESENTS), "Escape has ended it everywhere"
+
+
+def test_a_lesson_fits_a_low_screen(page: Any) -> None:
+    """Presented at 1280 x 720, neither the page of a lesson with three panels scrolls, nor its idea."""
+    page.set_viewport_size({"width": 1280, "height": 720})
+    page.goto("learn/9")
+    page.locator(".figure-view[data-shown]").wait_for()
+    page.keyboard.press("f")
+    page.get_by_role("button", name="Leave the presentation").wait_for()
+    fits = "['html', '.lesson-text'].every((it) => (it = document.querySelector(it)).scrollHeight <= it.clientHeight)"
+    View(page).until(lambda: page.evaluate(fits), "all of it is in sight", 20.0)
+    page.keyboard.press("Escape")
