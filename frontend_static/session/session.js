@@ -120,13 +120,23 @@ function header() {
     const words = sessionTitle(session);
     setText(title, words);
     explain(title, { experiment: session.recipe.experiment });
-    sweep.hidden = !(session.sweep || session.upload) || isParticipant;
-    sweep.title = session.sweep ? "The sweep that this run comes from" : "Repeat this run with other seeds, parameters and methods";
-    if (session.sweep) sweep.href = `sweep/${encodeURIComponent(session.sweep)}`;
-    else if (session.upload) sweep.href = newSweep(repeated(session));
+    linkSweep(sweep, session);
     document.title = `${words} · pftrack`;
     for (const element of steering) element.disabled = !view.able;
   });
+}
+
+/**
+ * Lead to the sweep that a run comes from, or from an upload to a new one.
+ *
+ * @param {HTMLAnchorElement} link
+ * @param {SessionPublic} session
+ */
+function linkSweep(link, session) {
+  link.hidden = !(session.sweep || session.upload) || isParticipant;
+  link.title = session.sweep ? "The sweep that this run comes from" : "Repeat this run with other seeds, parameters and methods";
+  if (session.sweep) link.href = `sweep/${encodeURIComponent(session.sweep)}`;
+  else if (session.upload) link.href = newSweep(repeated(session));
 }
 
 /**
