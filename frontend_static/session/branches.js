@@ -3,6 +3,10 @@
 import { openDialog } from "../shared/dialog.js";
 import { fill, h } from "../shared/dom.js";
 import { coalesce } from "../shared/timing.js";
+import { makeControl } from "./panel/control.js";
+
+/** @import { Value } from "../shared/format.js" */
+/** @import { SessionPublic } from "../shared/messages.js" */
 
 /**
  * @param {HTMLElement} root
@@ -36,7 +40,7 @@ export function branchLegend(root, { store, commands, signal }) {
 }
 
 /**
- * Ask with which tracker to go on from the frame that is shown.
+ * Ask from which frame to go on, with which tracker and which parameters.
  *
  * @param {import("./mount.js").Mounted} view
  * @param {string|undefined} preferred The tracker to offer first, unless it is the one in charge.
@@ -45,11 +49,15 @@ export function branchDialog({ store, commands, steering }, preferred) {
   const { session } = store;
   if (session === null) return;
   steering.pause();
-  // Nothing follows the last frame.
-  const frame = session.branch_point ?? session.position;
+  // After the last frame of a run there is nothing more to compute.
+  const last = Math.min(session.computed, session.frames - 2);
+  if (last < 0) return;
   const others = session.trackers.filter((tracker) => tracker.id !== session.tracker);
   const other = others.find((tracker) => tracker.id === preferred) ?? others[0] ?? session.trackers[0];
-  openDialog(`Branch from frame ${frame}`, (close) => {
+  /** @type {Record<string, Value>} What was changed. */
+  const values = {};
+  openDialog("Branch", (close) => {
+    const frame = h("input", { id: "branch-frame", type: "number", min: 0, max: last, step: 1, value: session.branch_point ?? Math.min(session.position, last) });
     const tracker = h(
       "select",
       { id: "branch-tracker", autofocus: true },
@@ -63,30 +71,52 @@ export function branchDialog({ store, commands, steering }, preferred) {
       event.preventDefault();
       tracker.form?.requestSubmit(go);
     });
+    const submit = async (/** @type {Event} */ event) => {
+      event.preventDefault();
+      go.disabled = true;
+      const name = title.value.trim();
+      const wanted = { frame: frame.valueAsNumber, tracker: tracker.value, parameters: values, ...(name && { title: name }) };
+      const made = await commands.branch(wanted);
+      go.disabled = false;
+      if (made) close();
+    };
     return [
       h(
         "form",
-        {
-          method: "dialog",
-          on: {
-            submit: async (event) => {
-              event.preventDefault();
-              go.disabled = true;
-              const made = await commands.branch({ frame, tracker: tracker.value, ...(title.value.trim() && { title: title.value.trim() }) });
-              go.disabled = false;
-              if (made) close();
-            },
-          },
-        },
+        { method: "dialog", on: { submit } },
         h("p", {}, "The branch shares all frames up to this one. From the next frame on it is computed separately, with the same random numbers."),
+        h("label", { for: "branch-frame" }, `From frame (0 to ${last})`),
+        frame,
         h("label", { for: "branch-tracker" }, "Tracker"),
         tracker,
+        parameters(session, values),
         h("label", { for: "branch-title" }, "Name (optional)"),
         title,
         h("footer", {}, h("button", { type: "button", on: { click: close } }, "Cancel"), go),
       ),
     ];
   });
+}
+
+/**
+ * The parameters that may change within a run: those that it is about, and folded all others.
+ *
+ * @param {SessionPublic} session
+ * @param {Record<string, Value>} values Takes what is changed.
+ */
+function parameters(session, values) {
+  const turnings = new Map(session.controls.map((turning) => [turning.name, turning]));
+  const made = session.declarations.flatMap((declaration) => {
+    const { name, live, kind } = declaration;
+    const turning = turnings.get(name);
+    if (turning === undefined || !live || kind === "file" || kind === "action") return [];
+    const control = makeControl(declaration, turning, (value) => (values[name] = value));
+    control.show(session.parameters[name]);
+    return [{ name, element: control.element }];
+  });
+  const [first, rest] = [true, false].map((isFirst) => made.filter(({ name }) => session.about.includes(name) === isFirst).map(({ element }) => element));
+  const more = rest.length > 0 && h("details", {}, h("summary", {}, first.length > 0 ? "More parameters" : "Parameters"), rest);
+  return h("div", { class: "branch-parameters", role: "group", "aria-label": "Parameters from the next frame on" }, first, more);
 }
 
 /**

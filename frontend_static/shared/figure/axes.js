@@ -7,6 +7,8 @@ import { LINE } from "./box.js";
 /** @import { Scale } from "./scale.js" */
 
 const TICK = 0.3;
+/** Between two numbers side by side, in heights of a letter. */
+const APART = 0.4;
 
 export class Axes {
   /** Behind the traces. */
@@ -43,12 +45,36 @@ export class Axes {
     this.grid.replaceChildren(...(isBare ? [] : lines));
     const below = bottom + TICK * em;
     const under = down.some(({ text }) => text) ? below + LINE * em : below;
+    const numbers = down.map(({ at, text }) => words("across", text, { left: at, top: below }));
+    const beside = across.map(({ at, text }) => words("up", text, { left: left - 0.45 * em, top: at }));
     this.texts.replaceChildren(
-      ...down.map(({ at, text }) => words("across", text, { left: at, top: below })),
-      ...across.map(({ at, text }) => words("up", text, { left: left - 0.45 * em, top: at })),
+      ...numbers,
+      ...beside,
       ...(around.below ? [words("below", around.below, { left, top: under, "min-width": width }, `calc(100% - ${left}px)`)] : []),
       ...(around.beside ? [words("beside", around.beside, { left: left - aside, top, height, width: around.lines * LINE * em })] : []),
     );
+    keepApart(numbers, "left", "right", APART * em);
+    keepApart(beside, "top", "bottom", 0);
+  }
+}
+
+/**
+ * Leave out what would stand in another's place. The ends stay, which say most.
+ *
+ * @param {HTMLElement[]} labels
+ * @param {"left"|"top"} from
+ * @param {"right"|"bottom"} to
+ * @param {number} gap At least between two, px.
+ */
+function keepApart(labels, from, to, gap) {
+  const shown = labels.filter(({ textContent }) => textContent !== "").map((label) => ({ label, box: label.getBoundingClientRect() }));
+  shown.sort((one, other) => one.box[from] - other.box[from]);
+  const last = shown.at(-1);
+  let end = -Infinity;
+  for (const one of shown) {
+    const isHit = one.box[from] < end + gap || (one !== last && last !== undefined && one.box[to] + gap > last.box[from]);
+    one.label.hidden = isHit && one.box[to] > one.box[from];
+    if (!one.label.hidden) end = one.box[to];
   }
 }
 

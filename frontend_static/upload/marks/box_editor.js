@@ -1,6 +1,7 @@
 /**
  * Drawing a box on a picture: by mouse or touch (drag to draw, drag inside to move, drag a corner to resize) and by
- * keyboard (arrows move, shift+arrows resize). The box is in pixels of the picture and never leaves it.
+ * keyboard (arrows move, the keys W, A, S and D resize, by 1 px or with shift by 10). The box is in pixels of the picture
+ * and never leaves it.
  */
 
 import { fill, h, setText, svg } from "../../shared/dom.js";
@@ -11,6 +12,14 @@ import { Picture, arrow } from "./picture.js";
 /** @typedef {[number, number, number, number]} Box Left, top, width, height, px. */
 /** @typedef {[number, number]} Place */
 
+/** A step with shift, px. */
+const FAR = 10;
+/**
+ * What keys do to width and height. Alt and arrows are the browser's own, back and forth between pages.
+ *
+ * @type {Record<string, Place>}
+ */
+const SIZES = { a: [-1, 0], d: [1, 0], w: [0, -1], s: [0, 1] };
 const SMALLEST = 4;
 /** @type {Place[]} */
 const CORNERS = [[0, 0], [1, 0], [0, 1], [1, 1]];
@@ -40,7 +49,7 @@ export class BoxEditor {
   constructor(description, target, changed) {
     this.#kind = description.kind;
     this.#changed = changed;
-    const label = `${description.title}, ${target}. Arrow keys move it, shift and arrow keys resize it`;
+    const label = `${description.title}, ${target}. Arrow keys move it, the keys W, A, S and D resize it, with shift by 10 px`;
     const properties = { class: "mark-surface box", tabindex: 0, role: "application", "aria-label": label };
     this.#picture = new Picture(properties, [this.#halo, this.#rectangle, ...this.#handles], () => this.#draw());
     const surface = this.#picture.element;
@@ -128,11 +137,12 @@ export class BoxEditor {
 
   /** @param {KeyboardEvent} event */
   #key(event) {
-    const direction = arrow(event);
+    const size = this.#box && !event.ctrlKey && !event.metaKey && !event.altKey ? (SIZES[event.key.toLowerCase()] ?? null) : null;
+    const direction = size ?? arrow(event);
     if (direction === null) return;
     event.preventDefault();
     event.stopPropagation();
-    const [dx, dy] = direction;
+    const [dx, dy] = direction.map((way) => way * (event.shiftKey ? FAR : 1));
     if (!this.#box) {
       const { width: across, height: down } = this.#picture;
       const side = Math.round(Math.min(across, down) / 6);
@@ -140,7 +150,7 @@ export class BoxEditor {
       return;
     }
     const [x, y, width, height] = this.#box;
-    if (event.shiftKey) this.#put(x, y, width + dx, height + dy);
+    if (size) this.#put(x, y, width + dx, height + dy);
     else this.#put(x + dx, y + dy, width, height);
   }
 
@@ -164,7 +174,7 @@ export class BoxEditor {
     const [x, y, width, height] = this.#box ?? [0, 0, 0, 0];
     for (const element of [this.#rectangle, this.#halo, ...this.#handles]) element.style.display = shown ? "" : "none";
     if (!shown) {
-      fill(this.#words, h("span", { class: "by-keyboard" }, "By keyboard, arrows make and move the box, and shift+arrows resize it."));
+      fill(this.#words, h("span", { class: "by-keyboard" }, "By keyboard, arrows make and move the box, and W, A, S, D resize it; shift goes by 10 px."));
       return;
     }
     setText(this.#words, `${width} × ${height} px at ${x}, ${y}`);
