@@ -108,7 +108,7 @@ export class Scene {
     const { store, commands } = mounted;
     this.#mounted = mounted;
     this.#view?.follow(mounted);
-    this.#root.append(h("div", { class: "scene-notes" }, seekProgress(mounted), watchNote(mounted)), spokenFrame(mounted));
+    this.#root.append(h("div", { class: "scene-notes" }, seekProgress(mounted)), watchNote(mounted), spokenFrame(mounted));
     store.on(["state", "message", "connection"], () => {
       if (store.session !== null && store.connection === "open") this.#state(store.session, commands);
     });

@@ -47,6 +47,7 @@ const control = new ClassControl(() => {
 }, view.signal);
 
 header();
+part("too-narrow").append(iconButton("close", "Put away", () => (part("too-narrow").hidden = true)));
 if (!isFollower) start.begun.then(() => control.find(), () => {});
 store.on(["tracker", "recipe", "state", "connection"], () => control.update());
 store.on(["connection"], () => {
@@ -85,6 +86,7 @@ function header() {
     const name = session && (await askName("Rename this session", session.name));
     if (session && name !== null) await attempt(() => api.renameSession(session.id, name));
   });
+  rename.dataset.role = "rename";
   const about = h(
     "button",
     {

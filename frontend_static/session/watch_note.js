@@ -1,7 +1,13 @@
-/** What to look at, where the run began as a preset that says so: a sentence over the scene, until it is put away. */
+/**
+ * What to look at, where the run began as a preset that says so: a sentence below the picture, until it is put away, or
+ * the run has gone on for a while.
+ */
 
 import { h, setText } from "../shared/dom.js";
 import { icon } from "../shared/icons.js";
+
+/** So long of the run it stays once that plays, s. */
+const STAYS_S = 5;
 
 /**
  * @param {import("./mount.js").Mounted} view
@@ -10,6 +16,8 @@ import { icon } from "../shared/icons.js";
 export function watchNote({ store }) {
   const words = h("p", {});
   let isAway = false;
+  let seen = 0;
+  let before = -1;
   const putAway = () => {
     isAway = true;
     element.hidden = true;
@@ -22,6 +30,14 @@ export function watchNote({ store }) {
     element.hidden = isAway || watch === "";
   };
   store.on(["session"], draw);
+  store.on(["position"], () => {
+    const { session } = store;
+    if (session === null || isAway) return;
+    // Frames that were played to are counted, not those that somebody went past.
+    if (session.playing && session.position > before && before >= 0) seen += session.position - before;
+    before = session.position;
+    if (seen > STAYS_S * session.frame_rate_hz) putAway();
+  });
   draw();
   return element;
 }

@@ -48,14 +48,14 @@ def one_row_of_sparklines(shown: SessionPage) -> None:
 
 
 def on_a_phone(shown: SessionPage) -> None:
-    """The page says that it needs more room; scene and transport are there, and the title has a line of its own.
+    """There is more on a wider screen, it says; scene and transport are there, and the title has a line of its own.
 
     Nothing of the line above is cut off or crowded: the tools beside the name, what runs below them. The number of the
     frame is whole and in no other's place.
     """
     page = shown.page
     page.set_viewport_size({"width": 400, "height": 800})
-    page.locator("text=needs more room").wait_for()
+    page.locator("text=more on a wider screen").wait_for()
     shown.until(lambda: box(page, ".scene")["height"] >= 200, "the scene keeps its place")
     assert page.locator(".play").is_visible()
     assert page.evaluate(OVERFLOW) <= 0
@@ -140,8 +140,11 @@ def the_panel_folds_to_what_it_is_about_and_keeps_its_folds(shown: SessionPage, 
     assert not radius.is_visible()
 
 
+UNDER = "document.querySelector('.flat-canvas').getBoundingClientRect().bottom"
+
+
 def it_says_what_to_look_at(shown: SessionPage) -> None:
-    """The sentence lies over the scene until it is put away."""
+    """The sentence stands below the picture, which it leaves free, until it is put away."""
     words = shown.page.locator(".look-at")
     words.wait_for()
     assert "when the pillar hides the ball" in words.inner_text()
@@ -149,10 +152,7 @@ def it_says_what_to_look_at(shown: SessionPage) -> None:
         shown.page.set_viewport_size({"width": width, "height": 800})
         shown.until(lambda: shown.page.evaluate(OVERFLOW) <= 0, f"nothing is wider than {width} px")
         assert words.is_visible()
-    shown.page.get_by_role("button", name="Parameters").click()
-    words.wait_for(state="hidden")  # or the panel, which lies over the picture, would be covered
-    shown.page.get_by_role("button", name="Close", exact=True).click()
-    words.wait_for()
+        shown.until(lambda: words.bounding_box()["y"] >= shown.page.evaluate(UNDER), "it leaves the picture free")
     words.get_by_role("button").click()
     words.wait_for(state="hidden")
     shown.page.set_viewport_size({"width": 1280, "height": 800})
@@ -271,3 +271,30 @@ def test_the_references_are_readable_at_any_width(page: Any) -> None:
         page.set_viewport_size({"width": width, "height": 800})
         assert page.get_by_role("heading", name="References", exact=True).is_visible()
         View(page).until(lambda: page.evaluate(OVERFLOW) <= 0, f"nothing is wider than {width} px")
+
+
+def test_what_to_look_at_goes_by_itself(watch: Watch) -> None:
+    """Once the run has played for five seconds of its own."""
+    shown = watch(seed=0, frames=None)
+    words = shown.page.locator(".look-at")
+    words.wait_for()
+    shown.page.select_option(".transport select", "0")
+    shown.press(" ")
+    words.wait_for(state="hidden")
+    shown.press(" ")
+
+
+def test_a_phone_has_readings_and_plots_below_the_picture(watch: Watch) -> None:
+    """What there is to read can be scrolled to; that there is more on a wide screen can be put away."""
+    shown = watch(frames=20)
+    page = shown.page
+    page.set_viewport_size({"width": 390, "height": 844})
+    shown.until(lambda: page.evaluate(OVERFLOW) <= 0, "nothing is wider")
+    plot = page.locator("[data-plot=error] .plot")
+    plot.scroll_into_view_if_needed()
+    shown.until(lambda: plot.bounding_box()["height"] > 40, "a plot can be seen")
+    assert page.locator(".readout dt", has_text="estimate").is_visible()
+    assert page.locator(".play").bounding_box()["y"] < 844
+    note = page.locator(".too-narrow")
+    note.get_by_role("button", name="Put away").click()
+    note.wait_for(state="hidden")

@@ -62,7 +62,7 @@ async function tourOf(experiment, name) {
  */
 async function lead(view, tour, signal, leave) {
   const { store, steering } = view;
-  const callout = new Callout(signal);
+  const callout = new Callout(signal, () => document.querySelector(".session-view .flat-canvas") ?? document.querySelector(".session-view .scene"));
   const way = h("button", { type: "button", class: "quiet leave", title: "Leave the tour (escape)", on: { click: () => leave("left") } }, "Leave the tour");
   const step = (/** @type {number} */ number) => h("span", { class: "step" }, `Step ${number} of 3`);
   const come = (/** @type {() => unknown} */ holds) => until(view, holds, signal);
