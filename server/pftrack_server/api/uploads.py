@@ -25,7 +25,7 @@ from pftrack_server.api.dependencies import (
     wait_until_gone,
 )
 from pftrack_server.api.kept_pictures import kept_picture
-from pftrack_server.errors import ConflictError, NotFoundError, RefusedError
+from pftrack_server.errors import ConflictError, DamagedError, NotFoundError, RefusedError
 from pftrack_server.schemas.uploads import SightingPublic, SuitabilityPublic, TruthPublic, UploadPublic
 from pftrack_server.store.files import is_name
 from pftrack_server.tasks.functions import TargetSearch, find_mark, frame_jpeg
@@ -137,7 +137,10 @@ async def remove_upload(
     """Delete an upload that no session and no running sweep needs, also one whose entry in the database is damaged."""
     if manager.uses(upload):
         raise ConflictError("A session runs on this upload; end the session first.")
-    found = await asyncio.to_thread(store.upload, upload) if is_name(upload) else None
+    try:
+        found = await asyncio.to_thread(store.upload, upload) if is_name(upload) else None
+    except DamagedError:
+        found = None  # No sweep runs on what cannot be read.
     if found is not None and sweeps.uses(found):
         raise ConflictError("A sweep on this upload is being computed; wait, or cancel it first.")
     if not is_name(upload) or not await asyncio.to_thread(store.remove_upload, upload):
