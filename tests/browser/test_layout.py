@@ -278,7 +278,6 @@ def test_what_to_look_at_goes_by_itself(watch: Watch) -> None:
     shown = watch(seed=0, frames=None)
     words = shown.page.locator(".look-at")
     words.wait_for()
-    shown.page.select_option(".transport select", "0")
     shown.press(" ")
     words.wait_for(state="hidden")
     shown.press(" ")
