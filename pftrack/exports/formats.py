@@ -48,7 +48,7 @@ Steps: TypeAlias = Iterator[tuple[int, int]]
 
 Group: TypeAlias = Literal["numbers", "film", "plots", "documents", "model"]
 """What kind of thing a file is, by which lists are grouped: numbers of all frames, moving pictures and scenes, pictures
-of plots, what makes the run again and says where it comes from, and what the experiment offers of a frame."""
+of plots, what makes the run again and says where it comes from, and the frame with what the experiment offers of it."""
 
 
 class Write(Protocol):
@@ -223,6 +223,15 @@ def _plots(form: Literal["png", "svg"]) -> Write:
     return write
 
 
+def _still(form: Literal["png", "svg"]) -> Write:
+    def make(run: Run) -> bytes:
+        from pftrack.exports import stills  # noqa: PLC0415 - it loads what paints, for which only this has to wait
+
+        return (stills.png_of_frame if form == "png" else stills.svg_of_frame)(run)
+
+    return _at_once(make)
+
+
 def _of_frame(offered: Export) -> RunExport:
     def make(run: Run) -> bytes:
         return offered.make(run.current.state, run.diagnostics[: run.position + 1])
@@ -284,6 +293,8 @@ FORMATS: tuple[RunExport, ...] = (
     RunExport("gif", "Short film for a slide, GIF", "gif", "image/gif", "film", _films("gif"), slow=True, short="GIF"),
     RunExport("png", "Picture of plots, PNG", "png", "image/png", "plots", _plots("png"), short="PNG"),
     RunExport("svg", "Picture of plots, SVG", "svg", "image/svg+xml", "plots", _plots("svg"), short="SVG"),
+    RunExport("frame-png", "Frame with all that is drawn, PNG", "frame.png", "image/png", "model", _still("png")),
+    RunExport("frame-svg", "Frame with all that is drawn, SVG", "frame.svg", "image/svg+xml", "model", _still("svg")),
     RunExport(
         "html", "Page with scene and plots, HTML", "html", "text/html", "film", write_page, slow=True, short="HTML page"
     ),

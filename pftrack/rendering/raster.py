@@ -36,7 +36,7 @@ from pftrack.model.drawing import (
 )
 from pftrack.rendering.projection import look_at
 
-__all__ = ["png", "render", "render_beside"]
+__all__ = ["covariance_root", "png", "render", "render_beside"]
 
 SHIFT = 4  # OpenCV takes positions as whole sixteenths of a pixel
 FAR_PX = 30_000.0  # beyond this OpenCV's whole numbers overflow
@@ -204,7 +204,7 @@ def _ellipsoids(ellipsoids: Ellipsoids, canvas: NDArray[np.uint8], scale: float)
     circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     bodies = zip(ellipsoids.centres, ellipsoids.covariances, ellipsoids.colours.tolist(), strict=True)
     for centre, covariance, colour in bodies:
-        outline = centre[:2] + ellipsoids.sigmas * circle @ _root(covariance[:2, :2]).T
+        outline = centre[:2] + ellipsoids.sigmas * circle @ covariance_root(covariance[:2, :2]).T
         if not np.isfinite(outline).all():
             continue
         filled = canvas.copy()
@@ -213,7 +213,7 @@ def _ellipsoids(ellipsoids: Ellipsoids, canvas: NDArray[np.uint8], scale: float)
         _line(canvas, np.concatenate([outline, outline[:1]]).astype(np.float32), colour, OUTLINE_PX, scale)
 
 
-def _root(covariance: NDArray[np.float32]) -> NDArray[np.float64]:
+def covariance_root(covariance: NDArray[np.float32]) -> NDArray[np.float64]:
     """Return the lower triangular root (2, 2) of a covariance, which may be flat."""
     (first, both), (_, second) = covariance.astype(np.float64)
     across = np.sqrt(max(first, 0.0))
