@@ -6,6 +6,7 @@
 import { api } from "../shared/api.js";
 import { fill, h } from "../shared/dom.js";
 import { exportLists } from "../shared/exports.js";
+import { count } from "../shared/format.js";
 import { icon } from "../shared/icons.js";
 import { attempt, toast } from "../shared/toast.js";
 import { popover } from "./popover.js";
@@ -36,9 +37,12 @@ export function fileMenu({ store }) {
     const now = JSON.stringify([id, exports, files, used]);
     if (now === shown) return;
     shown = now;
+    const takesTruth = session.upload !== null && session.truth_columns.length > 0;
     root.hidden = exports.length + files.length === 0;
     away.draw(exports, plots);
-    fill(into, files.length > 0 && part(files.map((one, place) => bringIn(id, one, used[place]))));
+    const brought = files.map((one, place) => bringIn(id, one, used[place]));
+    if (takesTruth) brought.push(bringTruth(id, session.truth_columns));
+    fill(into, brought.length > 0 && part(brought));
   };
   store.on(["parameters"], draw);
   return root;
@@ -47,6 +51,31 @@ export function fileMenu({ store }) {
 /** @param {HTMLElement[]} files */
 function part(files) {
   return h("section", {}, h("h2", {}, "Bring in"), h("ul", { class: "menu-list" }, files));
+}
+
+/**
+ * A table of what is truly so, which may be given, and given anew, at any time.
+ *
+ * @param {string} session
+ * @param {string[]} columns
+ */
+function bringTruth(session, columns) {
+  const send = async () => {
+    const files = [...(input.files ?? [])];
+    input.value = "";
+    if (files.length === 0) return;
+    await attempt(async () => {
+      const { frames } = await api.giveSessionTruth(session, files);
+      toast(`The truth of ${count(frames, "frame")} is known; the run is measured by it`);
+    });
+  };
+  /** @type {HTMLInputElement} */
+  const input = h(
+    "input",
+    { type: "file", accept: ".csv,text/csv", class: "visually-hidden", "aria-label": "Truth", data: { file: "truth" }, on: { change: send } },
+  );
+  const words = `A table, CSV, with the columns ${columns.join(", ")}; frames count from 0 in the recording`;
+  return h("li", {}, h("label", { class: "button quiet grow", title: words }, "Truth, CSV…", input));
 }
 
 /**

@@ -203,6 +203,7 @@ const truthPath = (id, of) => upload(id, `truth?${query({ experiment: of })}`);
  * @property {(id: string, question: Query) => Promise<Messages.SightingPublic>} mark
  * @property {(id: string, question: Query, signal: AbortSignal) => Promise<Messages.SuitabilityPublic>} suitability
  * @property {(id: string, experiment: string) => Promise<Messages.TruthPublic|null>} truth
+ * @property {(id: string, files: File[]) => Promise<Messages.TruthPublic>} giveSessionTruth
  * @property {(id: string, experiment: string, files: File[]) => Promise<Messages.TruthPublic>} giveTruth
  * @property {(id: string, experiment: string) => Promise<null>} removeTruth
  * @property {(id: string) => Promise<null>} removeUpload
@@ -256,6 +257,7 @@ export const api = {
   mark: (id, question) => request("GET", upload(id, `mark?${query(question)}`)),
   suitability: (id, question, signal) => request("GET", upload(id, `suitability?${query(question)}`), undefined, signal),
   truth: (id, experiment) => request("GET", truthPath(id, experiment)),
+  giveSessionTruth: (id, files) => send(session(id, "truth"), files, () => {}, "PUT").done,
   giveTruth: (id, experiment, files) => send(truthPath(id, experiment), files, () => {}, "PUT").done,
   removeTruth: (id, experiment) => request("DELETE", truthPath(id, experiment)),
   removeUpload: (id) => request("DELETE", upload(id)),

@@ -1229,6 +1229,8 @@ export interface SessionDescription {
   about: string[];
   /** What to look at, where it began as a preset that says so */
   watch: string;
+  /** Of a table of truth that can be given; empty if none can */
+  truth_columns: string[];
   declarations: Declaration[];
   trackers: TrackerPublic[];
   layers: Layer[];
@@ -1310,6 +1312,8 @@ export interface SessionPublic {
   about: string[];
   /** What to look at, where it began as a preset that says so */
   watch: string;
+  /** Of a table of truth that can be given; empty if none can */
+  truth_columns: string[];
   declarations: Declaration[];
   trackers: TrackerPublic[];
   layers: Layer[];

@@ -2,8 +2,9 @@
 
 The file is comma-separated text with a header. Which columns it must have says its `TruthKind`, which an experiment
 declares; for boxes they are `frame, x, y, w, h`: the frame's number from 0, the left and upper edge of the box and its
-width and height, in px of the picture. Further columns are ignored. A frame that is not listed, or whose first value is
-empty, is a frame without truth: it counts neither for the tracker nor against it.
+width and height, in px of the picture. Of polygons, `frame, x1, y1, x2, y2, x3, y3` and so on, the smallest upright box
+around the corners is taken, as of the sequences of VOT. Further columns are ignored. A frame that is not listed, or
+whose first value is empty, is a frame without truth: it counts neither for the tracker nor against it.
 """
 
 import csv
@@ -31,6 +32,9 @@ __all__ = [
 
 LARGEST_FILE_BYTES = 16 * 1024 * 1024
 LARGEST_FRAME = 10_000_000
+FEWEST_CORNERS, LONGEST_HEADER = 3, 10_000
+LEAST_PX = 1.0
+"""Side of the box around a polygon that is a line."""
 
 
 class Form(NamedTuple):
@@ -109,9 +113,38 @@ def read_truth(path: Path) -> TruthTable:
     Raises:
         TruthError: The file is missing, is no such table, or a line of it is wrong.
     """
+    corners = _corners_in(path)
+    if corners >= FEWEST_CORNERS:
+        rows, warnings = read_table(path, _polygon_form(corners))
+        boxes = {frame: _around(values) for frame, values in rows.items()}
+        return TruthTable(MappingProxyType(boxes), warnings)
     rows, warnings = read_table(path, BOX_FORM)
     boxes = {frame: (x, y, w, h) for frame, (x, y, w, h) in rows.items()}
     return TruthTable(MappingProxyType(boxes), warnings)
+
+
+def _corners_in(path: Path) -> int:
+    """Return how many corners of a polygon the header of a table names; 0 if it is no table of polygons."""
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            names = {name.strip().lower() for name in file.readline(LONGEST_HEADER).split(",")}
+    except (OSError, UnicodeDecodeError):
+        return 0  # why it cannot be read is said by whoever reads all of it
+    if names >= set(BOX_FORM.columns):
+        return 0
+    return next(count for count in range(LONGEST_HEADER) if not names >= {f"x{count + 1}", f"y{count + 1}"})
+
+
+def _polygon_form(corners: int) -> Form:
+    names = (f"{axis}{corner}" for corner in range(1, corners + 1) for axis in "xy")
+    return BOX_FORM._replace(columns=("frame", *names), one="polygon", several="polygons", positive=())
+
+
+def _around(values: Sequence[float]) -> tuple[float, float, float, float]:
+    """Return the smallest upright box around the corners of a polygon."""
+    across, down = values[::2], values[1::2]
+    x, y = min(across), min(down)
+    return x, y, max(max(across) - x, LEAST_PX), max(max(down) - y, LEAST_PX)
 
 
 class TruthKind(NamedTuple):

@@ -9,9 +9,12 @@ from fastapi import APIRouter, Body, Path, Query, Request
 from starlette.background import BackgroundTask
 from starlette.responses import FileResponse, RedirectResponse, Response
 
-from pftrack_server.api.dependencies import AManager, ASession, AStore, Begin
+from pftrack.sources.truth import LARGEST_FILE_BYTES
+from pftrack_server.api.dependencies import AManager, ASession, AStore, Begin, TakesFiles, TheTasks
+from pftrack_server.api.uploads import MULTIPART
 from pftrack_server.base_path import address_of
-from pftrack_server.errors import NotFoundError
+from pftrack_server.errors import ConflictError, NotFoundError
+from pftrack_server.experiments import find_experiment
 from pftrack_server.runs.exports import Subject, file_name
 from pftrack_server.schemas.messages import SessionPublic
 from pftrack_server.schemas.sessions import (
@@ -24,8 +27,11 @@ from pftrack_server.schemas.sessions import (
     TransportUpdate,
 )
 from pftrack_server.schemas.snapshot import Bookmark
+from pftrack_server.schemas.uploads import TruthPublic
 from pftrack_server.sessions.create import as_spec
 from pftrack_server.store.files import new_name
+from pftrack_server.uploads.multipart import receive
+from pftrack_server.uploads.truth import rows_of, store_truth
 
 __all__ = ["router"]
 
@@ -114,6 +120,23 @@ async def diagnostics(session: ASession, branch: str | None = None) -> Response:
     if name not in session.spec.branches:
         raise NotFoundError("The session has no such branch.")
     return Response(session.state.columns_text(name), media_type="application/json")
+
+
+@router.put("/{session}/truth", openapi_extra=MULTIPART, dependencies=[TakesFiles])
+async def give_truth(
+    request: Request, session: ASession, manager: AManager, store: AStore, tasks: TheTasks
+) -> TruthPublic:
+    """Take in a table of what is truly so in the session's upload, and measure the run by it from now on."""
+    spec = session.spec
+    upload = await asyncio.to_thread(store.upload, spec.upload) if spec.upload else None
+    if upload is None:
+        raise ConflictError("Truth can be given for an upload; this session has none, or it was deleted.")
+    experiment = find_experiment(spec.recipe.experiment)
+    folder = store.files.new_incoming()
+    received = await receive(request, folder, store.disk_budget, most_bytes=LARGEST_FILE_BYTES, most_files=1)
+    told = await store_truth(store, tasks, upload, experiment, folder, received)
+    await manager.measure_by(session, await asyncio.to_thread(rows_of, store, upload.id, experiment))
+    return told
 
 
 @router.get("/{session}/frame.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})

@@ -55,6 +55,7 @@ class SessionDescription(BaseModel):
     )
     about: list[str] = Field([], description="Parameters to turn first: those that its preset is about")
     watch: str = Field("", description="What to look at, where it began as a preset that says so")
+    truth_columns: list[str] = Field([], description="Of a table of truth that can be given; empty if none can")
     declarations: list[Declaration] = []
     trackers: list[TrackerPublic]
     layers: list[Layer] = []

@@ -165,6 +165,13 @@ class Manager:
             await self._start(session)
             await session.wait_until_open(OPENING_S)
 
+    async def measure_by(self, session: Session, truth: dict[int, tuple[float, ...]] | None) -> None:
+        """Measure a session by another truth: its run is made again, to the same estimates."""
+        session.state.set_truth(truth)
+        if session.live:
+            await session.suspend("The run is measured anew.")
+            await self.resume(session)
+
     async def end(self, session: Session) -> None:
         """End a session for good."""
         self._sessions.pop(session.spec.id, None)

@@ -201,6 +201,11 @@ class SessionState:
 
     # ------------------------------------------------------------ what people do to it
 
+    def set_truth(self, truth: dict[int, tuple[float, ...]] | None) -> None:
+        """Measure it by another truth from its next worker on."""
+        self.spec.truth = truth
+        self.dirty = True
+
     def rename(self, name: str) -> None:
         """Call it so; by its clip or preset if that is empty."""
         self.spec.name = name.strip()

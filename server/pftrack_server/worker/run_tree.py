@@ -121,6 +121,7 @@ class RunTree:
             exports=[ExportPublic.model_validate(one) for one in exports_of(experiment)],
             about=list(experiment.subjects(preset, footage)),
             watch=preset.watch if preset else "",
+            truth_columns=list(experiment.truth.form.columns) if footage and experiment.truth else [],
             declarations=list(experiment.declarations(type(self._setup.parameters))),
             trackers=[TrackerPublic(id=name, title=tracker.title) for name, tracker in experiment.trackers.items()],
             layers=list(experiment.layers),

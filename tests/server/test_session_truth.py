@@ -1,0 +1,51 @@
+"""Truth for a session that runs already: as boxes or polygons, added and replaced."""
+
+import httpx
+
+from tests.server.host import error_of, steer
+from tests.server.test_suitability import box
+from tests.server.test_suitability import clip as clip  # noqa: PLC0414 - a fixture
+from tests.server.test_suitability import upload as upload  # noqa: PLC0414 - a fixture
+
+BOXES = "frame,x,y,w,h\n" + "".join(f"{frame},31,51,19,19\n" for frame in range(12))
+POLYGONS = "frame,x1,y1,x2,y2,x3,y3\n" + "".join(f"{frame},100,10,110,30,90,30\n" for frame in range(12))
+
+
+def give(client: httpx.Client, session: str, table: str) -> httpx.Response:
+    return client.put(f"/api/v1/sessions/{session}/truth", files={"file": ("truth.csv", table.encode())})
+
+
+def columns(client: httpx.Client, session: str) -> dict[str, list[object]]:
+    found: dict[str, list[object]] = client.get(f"/api/v1/sessions/{session}/diagnostics").json()["columns"]
+    return found
+
+
+def test_truth_is_added_and_replaced_while_a_session_lives(client: httpx.Client, upload: str) -> None:
+    """The estimates stay to the bit, the errors are those by the new table, and the next session has it, too."""
+    recipe = {"experiment": "ball", "footage": {"mark": box(31, 51), "start": 0}}
+    session = client.post("/api/v1/sessions", json={"recipe": recipe, "upload": upload}).json()
+    assert session["truth_columns"] == ["frame", "x", "y", "w", "h"]
+    steer(client, session["id"], "seek", frame=9)
+    before = columns(client, session["id"])
+    assert before["error"][9] is None
+
+    told = give(client, session["id"], BOXES).raise_for_status().json()
+    assert told["frames"] == 12
+    after = columns(client, session["id"])
+    assert after["estimate"] == before["estimate"]
+    assert after["error"][9] < 5  # type: ignore[operator]
+    assert client.get(f"/api/v1/sessions/{session['id']}").json()["position"] == 9
+
+    give(client, session["id"], POLYGONS).raise_for_status()
+    assert columns(client, session["id"])["error"][9] > 50  # type: ignore[operator]
+    again = client.post("/api/v1/sessions", json={"recipe": recipe, "upload": upload}).json()
+    assert columns(client, again["id"])["error"][0] > 50  # type: ignore[operator]
+
+
+def test_what_is_no_truth_changes_nothing(client: httpx.Client, upload: str, session: dict[str, str]) -> None:
+    """A wrong table is refused with its line, and a scene that is simulated knows its own."""
+    recipe = {"experiment": "ball", "footage": {"mark": box(31, 51), "start": 0}}
+    begun = client.post("/api/v1/sessions", json={"recipe": recipe, "upload": upload}).json()
+    assert "expected the columns" in error_of(give(client, begun["id"], "a,b\n1,2\n"), 422)["message"]
+    assert columns(client, begun["id"])["error"][0] is None
+    assert "this session has none" in error_of(give(client, session["id"], BOXES), 409)["message"]
