@@ -16,8 +16,8 @@ const STAYS_S = 5;
 export function watchNote({ store }) {
   const words = h("p", {});
   let isAway = false;
-  let seen = 0;
-  let before = -1;
+  /** @type {number|null} The frame from which it has been played. */
+  let from = null;
   const putAway = () => {
     isAway = true;
     element.hidden = true;
@@ -30,13 +30,12 @@ export function watchNote({ store }) {
     element.hidden = isAway || watch === "";
   };
   store.on(["session"], draw);
-  store.on(["position"], () => {
+  store.on(["position", "playing"], () => {
     const { session } = store;
     if (session === null || isAway) return;
-    // Frames that were played to are counted, not those that somebody went past.
-    if (session.playing && session.position > before && before >= 0) seen += session.position - before;
-    before = session.position;
-    if (seen > STAYS_S * session.frame_rate_hz) putAway();
+    // Who only goes through the frames by hand still reads it.
+    if (session.playing) from ??= session.position;
+    if (from !== null && session.position > from + STAYS_S * session.frame_rate_hz) putAway();
   });
   draw();
   return element;

@@ -149,9 +149,19 @@ async function show(marked) {
   const meanings = [...terms].map(({ name, meaning }) => h("p", {}, h("strong", {}, name), ` – ${meaning}`));
   // What is open over the page would cover it.
   (marked.closest("dialog[open], [popover], main, header") ?? document.body).append(tooltip.element);
-  const { left, width, top, bottom } = marked.getBoundingClientRect();
-  tooltip.show([about.own !== "" && h("p", {}, about.own), meanings], { x: left + width / 2, y: top, below: bottom });
+  tooltip.show([about.own !== "" && h("p", {}, about.own), meanings], placeOf(marked));
   marked.setAttribute("aria-describedby", tooltip.element.id);
+}
+
+/** @param {Element} marked */
+function placeOf(marked) {
+  const { left, width, top, bottom } = marked.getBoundingClientRect();
+  return { x: left + width / 2, y: top, below: bottom };
+}
+
+/** What is scrolled takes its explanation along; a word that a line has no room for is scrolled to when it gets the focus. */
+function follow() {
+  if (shown !== null && !tooltip.element.hidden) tooltip.show([...tooltip.element.childNodes], placeOf(shown));
 }
 
 function hide() {
@@ -177,7 +187,7 @@ if (typeof document !== "undefined") {
     else show(marked);
   });
   document.addEventListener("focusout", hide);
-  document.addEventListener("scroll", hide, { capture: true, passive: true });
+  document.addEventListener("scroll", follow, { capture: true, passive: true });
   document.addEventListener("pointerdown", (event) => markedOf(event) ?? hide());
   document.addEventListener("click", (event) => {
     const marked = markedOf(event);

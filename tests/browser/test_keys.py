@@ -108,7 +108,7 @@ def a_run_that_has_ended_says_what_a_change_does(shown: SessionPage, server: Ser
     said.wait_for(state="hidden")
     shown.press("ArrowRight")
     shown.stands_at(1)
-    assert "Condensation" in shown.page.inner_text(".flat-caption")
+    shown.until(lambda: "Condensation" in shown.page.inner_text(".flat-caption"), "the picture is the branch's")
 
 
 def no_digit_leaves_the_session(shown: SessionPage) -> None:

@@ -278,9 +278,9 @@ def test_what_to_look_at_goes_by_itself(watch: Watch) -> None:
     shown = watch(seed=0, frames=None)
     words = shown.page.locator(".look-at")
     words.wait_for()
-    shown.press(" ")
+    shown.page.select_option(".transport select", "0")
+    shown.page.locator(".play").click()
     words.wait_for(state="hidden")
-    shown.press(" ")
 
 
 def test_a_phone_has_readings_and_plots_below_the_picture(watch: Watch) -> None:

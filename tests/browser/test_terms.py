@@ -11,7 +11,7 @@ Watch = Callable[..., SessionPage]
 
 
 def test_a_word_is_explained_by_pointer_keys_and_finger(watch: Watch, server: Server) -> None:
-    """Readings, plots, parameters, measures and rows of the scrubber have one way of it."""
+    """Readings, plots, parameters, measures, rows of the scrubber and the title have one way of it."""
     shown = watch(frames=30)
     page = shown.page
     server.seek(shown.id, 9)
@@ -19,6 +19,7 @@ def test_a_word_is_explained_by_pointer_keys_and_finger(watch: Watch, server: Se
     meaning = page.locator("#meaning")
     for place, word in (
         (".readout dt .term", "log evidence"),
+        ("h1 .term", "h-SPF"),
         (".scrubber-rows .term", "ESS"),
         (".panel[data-plot=ess] .term", "ESS"),
     ):
