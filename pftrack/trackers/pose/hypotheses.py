@@ -14,8 +14,11 @@ filter that doubts is left only where the odds say so clearly; a filter that is 
 from dataclasses import dataclass, replace
 from typing import Generic, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from pftrack.filters.layers import UpperLayer
-from pftrack.likelihoods.hidden import compare
+from pftrack.likelihoods.hidden import compare, log_fits
 from pftrack.numerics.random import Generator
 from pftrack.trackers.pose import layered
 from pftrack.trackers.pose.layered import FeatureLikelihood, Layered, Settings
@@ -82,9 +85,17 @@ def step(
     one = layered.step(believed, layer, own, trusting if rival.doubting else settings, rng)
     other = layered.step(rival.layers, layer, others, settings if rival.doubting else trusting, rng)
     doubts, trusts = (other, one) if rival.doubting else (one, other)
-    log_odds = DISCOUNT * rival.log_odds + compare(doubts.fits, trusts.fits)
+    log_odds = DISCOUNT * rival.log_odds + compare(_fits(doubts, layer, settings), _fits(trusts, layer, settings))
     doubted = log_odds > 0.0 if rival.doubting else log_odds >= -BETTER
     best, behind = (doubts, trusts) if doubted else (trusts, doubts)
     if abs(log_odds) > HOPELESS:
         behind, log_odds = best, 0.0
     return best, Rival(behind, doubting=not doubted, log_odds=log_odds)
+
+
+def _fits(after: Layered[S], layer: UpperLayer[S], settings: Settings) -> NDArray[np.float64]:
+    """Return how well each feature looks like itself where a filter's pose has it, (F,) log likelihoods."""
+    if after.log_likelihoods is None:
+        raise ValueError("a filter is compared after a step, not at its beginning")
+    expected = layer.project(after.upper).positions
+    return log_fits(after.log_likelihoods, after.features.positions, expected, settings.tolerance_px)

@@ -22,7 +22,7 @@ from pftrack.filters.adaptive import Draw, Features
 from pftrack.filters.layers import Projection, UpperLayer
 from pftrack.learning import mixture_em
 from pftrack.learning.mixture_em import Mixture
-from pftrack.likelihoods.hidden import log_fits, mix_hidden
+from pftrack.likelihoods.hidden import mix_hidden
 from pftrack.numerics.elementary import exponential
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.random import Generator
@@ -70,6 +70,11 @@ class Settings:
     slack_px: float = 0.0
     hidden_weight: float = 0.0
 
+    @property
+    def tolerance_px(self) -> float:
+        """How far a feature may be from where it is expected: the slack, or what its own dynamics leave open."""
+        return self.slack_px or self.noise_sd_px
+
 
 @dataclass(frozen=True, slots=True)
 class Layered(Generic[S]):
@@ -81,7 +86,7 @@ class Layered(Generic[S]):
         mixture: The ratios by which the next frame's particles will be drawn, and what they were learned from.
         pose: Belief in the angles (theta_x, theta_y, theta_z), rad.
         hidden: (F,) how likely each feature is hidden.
-        fits: (F,) how well each feature looks like itself where the solid has it now, a log likelihood.
+        log_likelihoods: (F, N) of the features' particles, as of visible features; None at the beginning.
         projection: The upper layer's prediction of this frame; None at the beginning.
     """
 
@@ -90,7 +95,7 @@ class Layered(Generic[S]):
     mixture: Mixture
     pose: Gaussian
     hidden: NDArray[np.float64]
-    fits: NDArray[np.float64]
+    log_likelihoods: NDArray[np.float64] | None = None
     projection: Projection | None = None
 
 
@@ -136,9 +141,7 @@ def begin(
     """
     features = adaptive.begin(positions, spread_px, settings.sample_count, rng, speed_px)
     count = len(positions)
-    return Layered(
-        features, belief, mixture_em.begin(count, ratio), layer.pose(belief), np.zeros(count), np.zeros(count)
-    )
+    return Layered(features, belief, mixture_em.begin(count, ratio), layer.pose(belief), np.zeros(count))
 
 
 def step(
@@ -210,10 +213,10 @@ def conclude(
         rng: The frame's generator, after `propose` has drawn from it.
     """
     hidden, visible = np.zeros(len(log_likelihoods)), log_likelihoods
-    slack_px = settings.slack_px or settings.noise_sd_px
     if settings.hidden_weight > 0.0:
+        surprise_px = SURPRISE * settings.tolerance_px
         log_likelihoods, hidden = mix_hidden(
-            visible, proposed.drawn.positions, _expected(proposed), settings.hidden_weight, SURPRISE * slack_px
+            visible, proposed.drawn.positions, _expected(proposed), settings.hidden_weight, surprise_px
         )
     features = adaptive.weigh(proposed.drawn, log_likelihoods, rng)
     mixture = state.mixture
@@ -235,8 +238,7 @@ def conclude(
     else:
         variances = np.maximum(features.variances, settings.sd_floor_px**2)
         upper = layer.update(proposed.upper, features.means, variances, rng)
-    fits = log_fits(visible, features.positions, layer.project(upper).positions, slack_px)
-    return Layered(features, upper, mixture, layer.pose(upper), hidden, fits, proposed.projection)
+    return Layered(features, upper, mixture, layer.pose(upper), hidden, visible, proposed.projection)
 
 
 def _expected(proposed: Proposed[S]) -> NDArray[np.float64]:
