@@ -1,5 +1,7 @@
 """The head's own memory: templates by pose or renewed, and doubt."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from pftrack.runs.run import Change, Run
 from pftrack.trackers.head import step as head
 from pftrack.trackers.head.memory import HeadMemory, around, eye_distance, widen
 from pftrack.trackers.head.parameters import AS_PUBLISHED
+from tests.trackers.moving_face import begun, grey, parameters, stepped
 
 HEAD = find("head")
 
@@ -140,3 +143,18 @@ def test_what_the_upper_layer_does_not_read_leaves_it_alone(
     run = Run(HEAD, HEAD.simulate(), tracker=tracker, frames=12, timeline=timeline)
     state, parameters = run.seek(10).state, run.parameters_at(10)
     assert head._form(state, revise(parameters, {name: value})).belief is state.belief
+
+
+def test_a_method_has_its_ratios_in_both_filters() -> None:
+    """Who goes over to the solid alone draws all particles from it, in the filter that is not believed as well."""
+    given = parameters(hidden_weight=0.5)
+    state = stepped(begun("pf-asd", given), "pf-asd", given, 1, grey(1, 0))
+    alone = state.belief
+    state = stepped(state, "alpha-1", given, 2, grey(2, 0))
+    rival = state.belief.rival
+    assert (state.belief.ratios == 1.0).all()
+    assert (rival.layers.mixture.ratios == 1.0).all()
+    assert (rival.layers.features.upper_counts == given.sample_count).all()
+    # Two filters take twice the memory of one.
+    assert state.belief.nbytes == 2 * replace(state.belief, rival=None).nbytes
+    assert alone.nbytes == state.belief.nbytes

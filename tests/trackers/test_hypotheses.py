@@ -84,11 +84,32 @@ def test_who_is_believed_changes_only_where_it_is_clear(odds: float, *, doubting
     """Two filters that are alike add nothing to the odds, so what was known decides, discounted."""
     state, score = begun(), likelihood(seen(0.0))
     nothing = replace(SETTINGS, hidden_weight=1e-12)
-    rival = Rival(state, doubting=doubting, log_odds=odds / hypotheses.DISCOUNT)
+    rival = Rival(state, doubting=doubting, log_odds=odds / 0.8)
     one, other = hypotheses.step(state, rival, LAYER, (score, score), nothing, Stream(3, 1, Purpose.TRACK))
     assert other.log_odds == pytest.approx(odds, abs=0.9)
     assert other.doubting != after
     assert bool(one.hidden.any()) == after
+
+
+def test_what_was_known_counts_the_less_from_frame_to_frame() -> None:
+    """The same filter twice adds nothing; a fifth of the log odds is forgotten."""
+    state, score = begun(), likelihood(seen(0.0))
+    still = replace(SETTINGS, hidden_weight=1e-300, sample_count=400)
+    rival = Rival(state, doubting=True, log_odds=-15.0)
+    _, after = hypotheses.step(state, rival, LAYER, (score, score), still, Stream(3, 1, Purpose.TRACK))
+    assert after.log_odds == pytest.approx(-12.0, abs=0.5)
+
+
+@pytest.mark.parametrize("doubting", [False, True])
+def test_each_filter_sees_the_picture_in_its_own_pose(*, doubting: bool) -> None:
+    """The first likelihood is of the filter that was believed, the second of the other."""
+    state = begun()
+    own, others = (lambda at, value=value: np.full(at.shape[:2], value) for value in (-1.0, -2.0))
+    rival = Rival(state, doubting=doubting, log_odds=-4.0 if doubting else 4.0)
+    best, behind = hypotheses.step(state, rival, LAYER, (own, others), SETTINGS, Stream(3, 1, Purpose.TRACK))
+    assert behind.doubting == doubting
+    assert np.unique(best.log_likelihoods) == [-1.0]
+    assert np.unique(behind.layers.log_likelihoods) == [-2.0]
 
 
 def test_one_that_is_far_behind_begins_again() -> None:
