@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from pftrack.experiment import Experiment, Preset, Setup, Step
+from pftrack.experiment import Experiment, Setup, Step
 from pftrack.experiments import find
 from pftrack.exports.formats import exporting, exports_of
 from pftrack.files import free_bytes
@@ -29,9 +29,9 @@ from pftrack.model.timeline import Timeline, check_timeline
 from pftrack.runs import checkpoint, record
 from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import DEFAULT_LIMITS, open_sequence
-from pftrack_server.schemas.description import ExportPublic, SessionDescription, TrackerPublic
-from pftrack_server.schemas.measures import MeasurePublic
+from pftrack_server.schemas.description import SessionDescription
 from pftrack_server.schemas.snapshot import Goal, RunSnapshot
+from pftrack_server.worker.description import describe
 from pftrack_server.worker.protocol import WorkerConfig
 from pftrack_server.worker.timeline_view import threshold_views, timeline_view
 
@@ -105,40 +105,7 @@ class RunTree:
 
     def describe(self) -> SessionDescription:
         """Return what is fixed while the session lives."""
-        experiment, source = self.experiment, self.run.source
-        width, height = source.size
-        preset, footage = self._preset(), self.run.recipe.footage
-        return SessionDescription(
-            title=experiment.title_on(footage),
-            subject=footage.title if footage else preset.title if preset else "",
-            unit=experiment.unit,
-            target=experiment.target,
-            series=list(experiment.all_series()),
-            plots=list(experiment.plots),
-            readings=list(experiment.readings),
-            measures=[MeasurePublic(**measure.as_dict()) for measure in experiment.measures_on(self._setup.footage)],
-            success_measure=self._setup.success,
-            exports=[ExportPublic.model_validate(one) for one in exports_of(experiment)],
-            about=list(experiment.subjects(preset, footage)),
-            watch=preset.watch if preset else "",
-            truth_columns=list(experiment.truth.form.columns) if footage and experiment.truth else [],
-            declarations=list(experiment.declarations(type(self._setup.parameters))),
-            trackers=[TrackerPublic(id=name, title=tracker.title) for name, tracker in experiment.trackers.items()],
-            layers=list(experiment.layers),
-            worlds=list(experiment.worlds),
-            width=width,
-            height=height,
-            frame_rate_hz=source.frame_rate_hz,
-            frames=self.run.frames,
-        )
-
-    def _preset(self) -> Preset | None:
-        """Return the preset that the active branch begins as; a recording is none."""
-        run = self.run
-        if run.recipe.footage is not None:
-            return None
-        values, defaults = flat(run.parameters_at(0)), flat(self._setup.parameters)
-        return self.experiment.preset_of(run.tracker_at(0), run.recipe.seed, values, defaults)
+        return describe(self.run)
 
     def measures(self) -> dict[str, float | int]:
         """Return the measures of the active branch so far, by name."""

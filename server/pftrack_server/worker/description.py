@@ -1,0 +1,48 @@
+"""The description of a session: what is fixed of it while it lives, read from its run."""
+
+from pftrack.experiment import Preset
+from pftrack.exports.formats import exports_of
+from pftrack.model.parameters import flat
+from pftrack.runs.run import Run
+from pftrack_server.schemas.description import ExportPublic, SessionDescription, TrackerPublic
+from pftrack_server.schemas.measures import MeasurePublic
+
+__all__ = ["describe"]
+
+
+def describe(run: Run) -> SessionDescription:
+    """Return what is fixed of a session whose active branch is this run."""
+    experiment, setup, source, footage = run.experiment, run.setup, run.source, run.recipe.footage
+    width, height = source.size
+    preset = _preset_of(run)
+    return SessionDescription(
+        title=experiment.title_on(footage),
+        subject=footage.title if footage else preset.title if preset else "",
+        unit=experiment.unit,
+        target=experiment.target,
+        series=list(experiment.all_series()),
+        plots=list(experiment.plots),
+        readings=list(experiment.readings),
+        measures=[MeasurePublic(**measure.as_dict()) for measure in experiment.measures_on(setup.footage)],
+        success_measure=setup.success,
+        exports=[ExportPublic.model_validate(one) for one in exports_of(experiment)],
+        about=list(experiment.subjects(preset, footage)),
+        watch=preset.watch if preset else "",
+        truth_columns=list(experiment.truth.form.columns) if footage and experiment.truth else [],
+        declarations=list(experiment.declarations(type(setup.parameters))),
+        trackers=[TrackerPublic(id=name, title=tracker.title) for name, tracker in experiment.trackers.items()],
+        layers=list(experiment.layers),
+        worlds=list(experiment.worlds),
+        width=width,
+        height=height,
+        frame_rate_hz=source.frame_rate_hz,
+        frames=run.frames,
+    )
+
+
+def _preset_of(run: Run) -> Preset | None:
+    """Return the preset that a run begins as; a recording is none."""
+    if run.recipe.footage is not None:
+        return None
+    values, defaults = flat(run.parameters_at(0)), flat(run.setup.parameters)
+    return run.experiment.preset_of(run.tracker_at(0), run.recipe.seed, values, defaults)
