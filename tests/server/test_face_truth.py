@@ -50,7 +50,7 @@ class TestTruth:
         saved = save(client, session["id"])
         inside = saved["summary"]["inside_share"]
         assert saved["summary"]["success_measure"] == "inside_share"
-        assert saved["outcome"] == f"Inside the true box in {100 * inside:.0f} % of 2 frames"
+        assert saved["outcome"] == f"{100 * inside:.0f} % inside the true box, 2 frames in all"
 
     @pytest.mark.parametrize(
         ("text", "words"),

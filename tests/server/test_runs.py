@@ -11,6 +11,7 @@ import pytest
 from pftrack.experiments import find
 from pftrack.runs import record
 from pftrack.runs.run import Change, Run
+from pftrack_server.runs.service import outcome
 from tests.server.host import Server, begin, error_of, steer
 from tests.server.test_uploads import send, video
 
@@ -36,6 +37,15 @@ def made(client: httpx.Client) -> dict[str, Any]:
 def estimates(client: httpx.Client, session: str) -> list[list[float]]:
     found: list[list[float]] = client.get(f"/api/v1/sessions/{session}/diagnostics").json()["columns"]["estimate"]
     return found
+
+
+def test_a_run_that_is_judged_by_its_end_says_so() -> None:
+    """The share is of the frames that the measure looks at, not of all."""
+    for experiment, last in (("linkage", 6), ("histogram", 10)):
+        name = find(experiment).simulate().success
+        told = {"experiment": experiment, "frames": 120, "labelled_frames": 120, "success": True}
+        said = outcome({**told, "success_measure": name, name: 1.0})
+        assert said == f"100 % on target in the last {last} frames, 120 frames in all"
 
 
 def test_saved_and_listed(client: httpx.Client) -> None:

@@ -166,7 +166,9 @@ def outcome(summary: dict[str, Any]) -> str:
     decisive = summary.get("success_measure", HIT_RATE.name)
     if decisive != HIT_RATE.name:
         measure = find(summary["experiment"]).measure_named(decisive)
-        return f"{measure.title} in {100 * summary[decisive]:.0f} % of {summary['labelled_frames']} frames"
+        # In which frames is for the measure's title to say: the last ten of a run may decide.
+        title = f"{measure.title[:1].lower()}{measure.title[1:]}"
+        return f"{100 * summary[decisive]:.0f} % {title}, {frames} frames in all"
     if not lost:
         return f"Kept for {frames} frames"
     return f"Lost in {lost} of {frames} frames, first in frame {summary['first_lost_frame']}"
