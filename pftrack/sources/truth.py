@@ -32,7 +32,9 @@ __all__ = [
 
 LARGEST_FILE_BYTES = 16 * 1024 * 1024
 LARGEST_FRAME = 10_000_000
-FEWEST_CORNERS, LONGEST_HEADER = 3, 10_000
+FEWEST_CORNERS, MOST_CORNERS = 3, 1000
+LONGEST_HEADER = 20_000
+"""Characters, in which the names of so many corners have room."""
 LEAST_PX = 1.0
 """Side of the box around a polygon that is a line."""
 
@@ -124,15 +126,23 @@ def read_truth(path: Path) -> TruthTable:
 
 
 def _corners_in(path: Path) -> int:
-    """Return how many corners of a polygon the header of a table names; 0 if it is no table of polygons."""
+    """Return how many corners of a polygon the header of a table names; 0 if it is no table of polygons.
+
+    Raises:
+        TruthError: It names more corners than are read.
+    """
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
-            names = {name.strip().lower() for name in file.readline(LONGEST_HEADER).split(",")}
+            header = file.readline(LONGEST_HEADER)
     except (OSError, UnicodeDecodeError):
         return 0  # why it cannot be read is said by whoever reads all of it
+    names = {name.strip().lower() for name in header.split(",")}
     if names >= set(BOX_FORM.columns):
         return 0
-    return next(count for count in range(LONGEST_HEADER) if not names >= {f"x{count + 1}", f"y{count + 1}"})
+    corners = next(count for count in range(LONGEST_HEADER) if not names >= {f"x{count + 1}", f"y{count + 1}"})
+    if corners > MOST_CORNERS or (corners >= FEWEST_CORNERS and len(header) == LONGEST_HEADER):
+        raise TruthError(f"{path.name}, line 1: a polygon may have at most {MOST_CORNERS:,} corners")
+    return corners
 
 
 def _polygon_form(corners: int) -> Form:

@@ -79,6 +79,44 @@ def test_a_wrong_table_is_refused_by_line(tmp_path: Path, text: str, message: st
     assert str(caught.value) == message
 
 
+def test_a_polygon_is_the_box_around_its_corners(tmp_path: Path) -> None:
+    """In whatever order they come, and also where its sides cross; a line has a box, too."""
+    text = "frame,x1,y1,x2,y2,x3,y3,x4,y4\n0,10,20,30,60,30,20,10,60\n1,5,5,5,5,5,5,5,5\n2,,,,,,,,\n"
+    assert dict(read_truth(write(tmp_path, text)).boxes) == {0: (10, 20, 20, 40), 1: (5, 5, 1, 1)}
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ("0,nan,2,3,4,5,6", "line 2: x1 must be a number of px, got 'nan'"),
+        ("0,1,1e300,3,4,5,6", "line 2: y1 must be a number of px, got '1e300'"),
+        ("0,1,2,3,4,5,", "line 2: y3 must be a number of px, got ''"),
+        ("0,1,2,3,4", "line 2: expected 7 values, got 5"),
+        ("0,1,2,3,4,5,6\n0,1,2,3,4,5,6", "line 3: frame 0 is listed twice; one polygon a frame"),
+    ],
+)
+def test_a_wrong_polygon_is_refused_by_line(tmp_path: Path, values: str, message: str) -> None:
+    """As a box is."""
+    with pytest.raises(TruthError) as caught:
+        read_truth(write(tmp_path, f"frame,x1,y1,x2,y2,x3,y3\n{values}\n"))
+    assert str(caught.value) == f"truth.csv, {message}"
+
+
+@pytest.mark.parametrize("corners", [1001, 5000, 100_000])
+def test_more_corners_than_are_read_are_refused(tmp_path: Path, corners: int) -> None:
+    """They would be a box around some of them."""
+    header = ",".join(f"x{number},y{number}" for number in range(1, corners + 1))
+    with pytest.raises(TruthError, match=r"line 1: a polygon may have at most 1,000 corners"):
+        read_truth(write(tmp_path, f"frame,{header}\n0{',1,2' * corners}\n"))
+
+
+def test_a_thousand_corners_are_read(tmp_path: Path) -> None:
+    """All of them count."""
+    header = ",".join(f"x{number},y{number}" for number in range(1, 1001))
+    values = ",".join(f"{number},{2 * number}" for number in range(1000))
+    assert dict(read_truth(write(tmp_path, f"frame,{header}\n0,{values}\n")).boxes) == {0: (0, 0, 999, 1998)}
+
+
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
     """A file that is not there is said to be not there; a folder is said to be none."""
     with pytest.raises(TruthError, match=r"there is no file .*none\.csv"):
