@@ -32,6 +32,8 @@ class Verdict:
 
 
 DECIMAL_COMMA = re.compile(r"([-+]?\d*),(\d+)")
+THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")
+"""To some a thousand and more, to others one and three decimals."""
 
 
 def judge(question: Question, answer: Answer, given: Given) -> Verdict:
@@ -87,6 +89,8 @@ def _parse(text: str, unit: str) -> float | None:
     elif bare.endswith("%"):
         bare, factor = bare.removesuffix("%"), 0.01
     bare = bare.strip()
+    if THOUSANDS.fullmatch(bare):
+        return None  # rather asked for again than taken for what was not meant
     if (found := DECIMAL_COMMA.fullmatch(bare)) is not None:
         bare = ".".join(found.groups())
     try:

@@ -66,6 +66,7 @@ def test_what_is_measured_does_not_contradict_what_is_right() -> None:
         (" 55% ", "", 0.55),
         ("55 %", "", 0.55),
         ("55,5 %", "", 0.555),
+        ("0,125", "", 0.125),
         ("55 %", "%", 55.0),
         ("55", "%", 55.0),
         ("2,5 m²", "m²", 2.5),
@@ -78,9 +79,11 @@ def test_a_number_is_taken_as_people_type_it(typed: str, unit: str, value: float
     assert read_answer(replace(HALVED, unit=unit, bounds=(-10, 100)), typed) == pytest.approx(value)
 
 
-@pytest.mark.parametrize("typed", ["", "%", "1,000,000", "half", "Infinity", "nan", "1 2", "5 km", "0x10"])
+@pytest.mark.parametrize(
+    "typed", ["", "%", "1,000,000", "10,000", "-1,500", "half", "Infinity", "nan", "1 2", "5 km", "0x10"]
+)
 def test_other_texts_are_no_number(typed: str) -> None:
-    """They are refused as they were typed."""
+    """They are refused as they were typed, and so is what is a thousand to some and a one to others."""
     with pytest.raises(ParameterError, match=f"got '{typed}'"):
         read_answer(HALVED, typed)
 
