@@ -23,6 +23,15 @@ class Term:
     meaning: str
     also: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Refuse a form that is found everywhere, and a word that means nothing.
+
+        Raises:
+            ValueError: The name, the meaning or another form is blank.
+        """
+        if not all(text.strip() for text in (self.name, self.meaning, *self.also)):
+            raise ValueError(f"a term needs a name, a meaning and no blank form, got {self}")
+
 
 @dataclass(frozen=True, slots=True)
 class Section:

@@ -103,7 +103,8 @@ class Tracker:
     @property
     def term(self) -> Term:
         """What the glossary says of it, under its title and the short name that the title has in brackets."""
-        return Term(self.title, self.description.removesuffix("."), tuple(SHORT_NAME.findall(self.title)))
+        title = self.title or self.id
+        return Term(title, self.description.removesuffix(".") or title, tuple(SHORT_NAME.findall(title)))
 
 
 def with_readers(declared: Sequence[Declaration], trackers: Mapping[str, Tracker]) -> tuple[Declaration, ...]:

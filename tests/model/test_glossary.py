@@ -1,11 +1,13 @@
 """The glossary: one meaning for each word, and none missing for what pages say of a frame."""
 
 import re
+from dataclasses import replace
+from typing import Any
 
 import pytest
 
 from pftrack.experiments import EXPERIMENTS
-from pftrack.model.glossary import GLOSSARY, Section
+from pftrack.model.glossary import GLOSSARY, Section, Term
 
 SHARED = [term for section in GLOSSARY for term in section.terms]
 
@@ -39,6 +41,19 @@ def test_every_reading_is_explained(name: str) -> None:
         if not any(re.search(rf"(?<![\w-]){re.escape(form)}(?![\w-])", reading.title.lower()) for form in known)
     ]
     assert unknown == []
+
+
+@pytest.mark.parametrize("blank", [{"name": " "}, {"meaning": ""}, {"also": ("",)}])
+def test_no_term_is_blank(blank: dict[str, Any]) -> None:
+    """A form without a letter would be found between all letters of a page."""
+    with pytest.raises(ValueError, match="a term needs a name, a meaning and no blank form"):
+        Term(**{"name": "ESS", "meaning": "effective sample size", **blank})
+
+
+def test_a_tracker_that_says_nothing_of_itself_has_its_title() -> None:
+    """One of another package leaves the glossary whole."""
+    silent = replace(EXPERIMENTS["ball"].trackers["apf"], title="Mine (M)", description="")
+    assert silent.term == Term("Mine (M)", "Mine (M)", ("M",))
 
 
 def test_trackers_are_found_by_their_short_names() -> None:
