@@ -2,13 +2,26 @@
 
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-__all__ = ["FrameNumber", "Name", "RequestBody", "Values"]
+from pftrack_server.titles import printable
+
+__all__ = ["FrameNumber", "GivenTitle", "Name", "RequestBody", "Title", "Values"]
+
+
+def _not_blank(title: str) -> str:
+    if not title:
+        raise ValueError("a title needs a character that can be seen")
+    return title
+
 
 FrameNumber = Annotated[int, Field(ge=0, le=10_000_000)]
 Name = Annotated[str, Field(max_length=64)]
 Values = dict[Name, Any]
+Title = Annotated[str, Field(max_length=200), AfterValidator(printable)]
+"""What people call something; an empty one leaves that to the server."""
+GivenTitle = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(printable), AfterValidator(_not_blank)]
+"""The same, where there has to be one."""
 
 
 class RequestBody(BaseModel):

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, BaseModel, Field, model_validator
 from pydantic_core import to_json
 
-from pftrack_server.schemas.body import FrameNumber, Name, RequestBody
+from pftrack_server.schemas.body import FrameNumber, GivenTitle, Name, RequestBody
 from pftrack_server.schemas.stream import Message
 
 __all__ = [
@@ -49,7 +49,6 @@ def _small(arrangement: dict[str, Any]) -> dict[str, Any]:
 
 
 Followed = Annotated[list[Name], Field(max_length=4), AfterValidator(_once)]
-Title = Annotated[str, Field(min_length=1, max_length=200)]
 Arrangement = Annotated[dict[str, Any], AfterValidator(_small)]
 MostFollowers = Annotated[int, Field(ge=1, le=1000)]
 MostForks = Annotated[int, Field(ge=0, le=1000)]
@@ -61,7 +60,7 @@ class FollowCreate(RequestBody):
 
     sessions: Followed = Field([], description="One session, or up to four that are compared")
     lesson: Name | None = None
-    title: Title | None = Field(None, description="That of the lesson or the first session, if left out")
+    title: GivenTitle | None = Field(None, description="That of the lesson or the first session, if left out")
     arrangement: Arrangement = Field(
         {}, description="How the lecturer's page arranges them; passed on to the followers' pages"
     )
@@ -81,7 +80,7 @@ class FollowUpdate(RequestBody):
 
     sessions: Followed | None = None
     lesson: Name | None = None
-    title: Title | None = None
+    title: GivenTitle | None = None
     arrangement: Arrangement | None = None
     most_followers: MostFollowers | None = None
     most_forks: MostForks | None = None

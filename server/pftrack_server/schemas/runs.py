@@ -1,14 +1,12 @@
 """Saved runs."""
 
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 from pydantic import BaseModel, Field
 
-from pftrack_server.schemas.body import RequestBody
+from pftrack_server.schemas.body import GivenTitle, RequestBody, Title
 
 __all__ = ["ImportPublic", "RunCreate", "RunPublic", "RunUpdate"]
-
-Title = Annotated[str, Field(max_length=200)]
 
 
 class RunCreate(RequestBody):
@@ -21,7 +19,7 @@ class RunCreate(RequestBody):
 class RunUpdate(RequestBody):
     """What people call a saved run."""
 
-    title: Annotated[Title, Field(min_length=1)]
+    title: GivenTitle
 
 
 class ImportPublic(BaseModel):

@@ -6,12 +6,11 @@ from pydantic import AfterValidator, BaseModel, Field
 
 from pftrack.model.parameters import Value
 from pftrack.model.recipe import Recipe, Seed
-from pftrack_server.schemas.body import FrameNumber, RequestBody, Values
+from pftrack_server.schemas.body import FrameNumber, RequestBody, Title, Values
 
 __all__ = ["BookmarkCreate", "BranchCreate", "Changed", "Columns", "SessionCreate", "SessionUpdate", "TransportUpdate"]
 
 SLOWEST = 0.1
-Title = Annotated[str, Field(max_length=200)]
 
 
 def _speed(value: float) -> float:

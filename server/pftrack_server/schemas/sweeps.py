@@ -5,12 +5,11 @@ from typing import Annotated, Any, Self
 from pydantic import Field, model_validator
 
 from pftrack.model.recipe import Footage, Seed
-from pftrack_server.schemas.body import Name, RequestBody
+from pftrack_server.schemas.body import GivenTitle, Name, RequestBody
 
 __all__ = ["EstimateRequest", "OpenRequest", "SweepAxis", "SweepCreate"]
 
 Number = Annotated[float, Field(allow_inf_nan=False)]
-Title = Annotated[str, Field(min_length=1, max_length=200)]
 
 
 class SweepAxis(RequestBody):
@@ -36,7 +35,7 @@ class SweepCreate(RequestBody):
     """A new sweep: an experiment over a grid of conditions."""
 
     experiment: Name
-    title: Title | None = Field(None, description="Name on the screen; made up from the plan if it is not given.")
+    title: GivenTitle | None = Field(None, description="Name on the screen; made up from the plan if it is not given.")
     axes: list[SweepAxis] = Field(
         max_length=8,
         description="What is varied; the axes multiply. On a recording there may be none: other seeds alone.",

@@ -208,7 +208,7 @@ class SessionState:
 
     def rename(self, name: str) -> None:
         """Call it so; by its clip or preset if that is empty."""
-        self.spec.name = name.strip()
+        self.spec.name = name
         self.dirty = True
         self._tell({"name": self._name()})
 

@@ -19,6 +19,7 @@ from starlette.requests import ClientDisconnect
 
 from pftrack_server.errors import ApiError, RefusedError, TooLargeError
 from pftrack_server.store.disk_budget import DiskBudget
+from pftrack_server.titles import printable
 
 __all__ = ["Received", "receive"]
 
@@ -189,5 +190,4 @@ class _Parts:
 def _title(raw: bytes) -> str:
     """Return what may be shown of a file's name: its last part, without what does not print."""
     text = re.split(r"[/\\]", raw.decode("utf-8", "replace"))[-1]
-    printable = "".join(character for character in text if character.isprintable()).strip()
-    return printable[:LONGEST_NAME] or "unnamed"
+    return printable(text)[:LONGEST_NAME] or "unnamed"
