@@ -57,7 +57,7 @@ export function branchDialog({ store, commands, steering }, preferred) {
   /** @type {Record<string, Value>} What was changed. */
   const values = {};
   openDialog("Branch", (close) => {
-    const frame = h("input", { id: "branch-frame", type: "number", min: 0, max: last, step: 1, value: Math.min(session.position, last) });
+    const frame = h("input", { id: "branch-frame", type: "number", min: 0, max: last, step: 1, required: true, value: Math.min(session.position, last) });
     const tracker = h(
       "select",
       { id: "branch-tracker", autofocus: true },

@@ -225,7 +225,9 @@ export class Store extends Topics {
   #merge(session, changes) {
     const { position } = session;
     Object.assign(session, changes);
-    if (changes.branch === undefined && changes.playing === undefined && this.#followsPicture) session.position = position;
+    // Whoever goes elsewhere stands there, whatever the picture shows still.
+    const goesElsewhere = changes.branch !== undefined || changes.restarts !== undefined || changes.playing !== undefined;
+    if (!goesElsewhere && this.#followsPicture) session.position = position;
     for (const { id, parent, frame } of changes.branches ?? []) {
       if (this.historyOf(id).length === 0 && parent) this.historyOf(id).share(this.historyOf(parent), frame);
     }

@@ -50,7 +50,7 @@ export class PlanForm {
       seed: amount("Seed", plan.seed ?? 0, 0, changed),
     };
     this.#title = h("input", { type: "text", value: plan.title ?? "", maxlength: 200, placeholder: "Generated from the plan", "aria-label": "Title" });
-    this.#form = this.#layout(this.#chooser(experiments, choose), upload);
+    this.#form = this.#layout(this.#chooser(upload ? experiments.map((each) => ({ ...each, title: each.clip_title })) : experiments, choose), upload);
     this.#size = new SizeCard(this.#form, () => this.#read(), (estimate) => this.#axes.forEach((axis) => axis.preview(estimate)));
     this.#form.addEventListener("submit", (event) => {
       event.preventDefault();

@@ -293,8 +293,18 @@ FORMATS: tuple[RunExport, ...] = (
     RunExport("gif", "Short film for a slide, GIF", "gif", "image/gif", "film", _films("gif"), slow=True, short="GIF"),
     RunExport("png", "Picture of plots, PNG", "png", "image/png", "plots", _plots("png"), short="PNG"),
     RunExport("svg", "Picture of plots, SVG", "svg", "image/svg+xml", "plots", _plots("svg"), short="SVG"),
-    RunExport("frame-png", "Frame with all that is drawn, PNG", "frame.png", "image/png", "model", _still("png")),
-    RunExport("frame-svg", "Frame with all that is drawn, SVG", "frame.svg", "image/svg+xml", "model", _still("svg")),
+    RunExport(
+        "frame-png", "Frame with all that is drawn, PNG", "frame.png", "image/png", "model", _still("png"), short="PNG"
+    ),
+    RunExport(
+        "frame-svg",
+        "Frame with all that is drawn, SVG",
+        "frame.svg",
+        "image/svg+xml",
+        "model",
+        _still("svg"),
+        short="SVG",
+    ),
     RunExport(
         "html", "Page with scene and plots, HTML", "html", "text/html", "film", write_page, slow=True, short="HTML page"
     ),

@@ -84,7 +84,7 @@ class Tracker:
         series: What it reports of its states.
         measure: (state) -> the values of these series, by name; those that a state does not have are left out.
         searching: (state) -> whether it has lost the target by its own account and looks for it; None for a tracker
-            that always follows, rightly or wrongly.
+            that always follows, rightly or wrongly, as for a state of one that does so by its parameters.
         reads: Names of other trackers whose parameters it reads, beside the parameters that name it. None, of one that
             no parameter names, for all parameters: it joined an experiment that was declared without it.
     """
@@ -97,7 +97,7 @@ class Tracker:
     fold: Callable[[Any, NDArray[np.uint8], Any, int, int], Fold | None] | None = None
     series: tuple[Series, ...] = ()
     measure: Callable[[Any], Mapping[str, SeriesValue]] = nothing
-    searching: Callable[[Any], bool] | None = None
+    searching: Callable[[Any], bool | None] | None = None
     reads: tuple[str, ...] | None = None
 
     @property

@@ -147,6 +147,15 @@ def test_a_branch_may_change_parameters_and_begins_before_the_end(watch: Watch, 
     frame.fill("5")
     dialog = shown.page.locator("dialog")
     dialog.locator("summary").click()
+    labels = dialog.locator(".control:has(> select) > label")
+    assert labels.count() > 0
+    assert labels.evaluate_all(
+        "(all) => all.every((it) => it.getBoundingClientRect().bottom <= it.nextSibling.getBoundingClientRect().top)"
+    )
+    frame.fill("")
+    dialog.get_by_role("button", name="Branch here").click()
+    assert frame.evaluate("(it) => it.validity.valueMissing"), "without a frame nothing is asked for"
+    frame.fill("5")
     particles = dialog.get_by_role("spinbutton", name="Particles", exact=True)
     particles.fill("123")
     particles.press("Tab")

@@ -19,6 +19,7 @@ def test_from_a_wide_window_to_a_phone(watch: Watch) -> None:
     """Plots stand beside the scene where there is room, below it where there is less, and fit a phone."""
     shown = watch()
     beside_each_other(shown)
+    the_title_is_whole(shown)
     one_row_of_sparklines(shown)
     on_a_phone(shown)
 
@@ -45,6 +46,12 @@ def one_row_of_sparklines(shown: SessionPage) -> None:
         area = control.bounding_box()
         assert area["x"] >= 0
         assert area["x"] + area["width"] <= 800
+
+
+def the_title_is_whole(shown: SessionPage) -> None:
+    """What runs is read as a whole at 1280 px: name, tracker and seed."""
+    is_cut = "(it) => it.scrollWidth > it.clientWidth"
+    shown.until(lambda: not shown.page.locator("h1").evaluate(is_cut), "the title is not cut")
 
 
 def on_a_phone(shown: SessionPage) -> None:

@@ -359,14 +359,21 @@ AXES = """async () => {
         const { left, right, top, bottom } = it.getBoundingClientRect();
         return [it.textContent, left, right, top, bottom];
     });
-    return [boxes(".figure-across"), boxes(".figure-up")];
+    const placed = [boxes(".figure-across"), boxes(".figure-up")];
+    const titles = [240, 20].map((height) => {
+        const scales = { x: scale, y: { at: (value) => value } };
+        axes.show({ ...box, height }, scales, { ...around, beside: "density" }, 20, 12, false);
+        return boxes(".figure-beside").length;
+    });
+    return [...placed, titles];
 }"""
 
 
 def test_numbers_at_axes_leave_each_other_room(bare: Any) -> None:
     """Of too many for the room some are left out, and the ends stay."""
     bare.add_style_tag(url="static/shared/figure/figure.css")
-    across, up = bare.evaluate(AXES)
+    across, up, titles = bare.evaluate(AXES)
+    assert titles == [1, 0], "a title that has no room is left out"
     for labels, low, high in ((across, 1, 2), (up, 3, 4)):
         assert 2 <= len(labels) < 12
         assert {labels[0][0], labels[-1][0]} == {"100000", "100011"}

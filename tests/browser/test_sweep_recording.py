@@ -15,12 +15,14 @@ def test_a_session_on_a_clip_becomes_a_sweep(watch: Callable[..., SessionPage], 
     """The form knows the clip and the parameters of recordings; the maps show what the methods say of themselves."""
     sent = httpx.post(f"{server.url}/api/v1/uploads", files=[("file", ("ball.mp4", video(16)))], timeout=60)
     shown = watch(experiment="histogram", upload=sent.json()["id"], box=[10, 20, 10, 10], frames=None)
+    what_is_brought_in_is_in_sight(shown)
     link = shown.page.locator("header >> text=Sweep")
     link.wait_for()
     page.goto(link.get_attribute("href"))
     form = View(page)
     page.wait_for_selector(".plan-size")
     assert "All runs are on ball.mp4" in page.inner_text(".plan-form")
+    assert page.inner_text("[data-field=experiment]") == "Colours of a window"
     form.until(lambda: page.inner_text(".plan-size .figure >> nth=0") == "20 runs", "other seeds are planned")
     page.click("[data-role=add-axis]")
     choice = page.locator(".axis select").first
@@ -41,3 +43,13 @@ def test_a_session_on_a_clip_becomes_a_sweep(watch: Callable[..., SessionPage], 
     told = server.get(f"sweeps/{sweep.id}")
     assert (told["recording"], told["problems"], told["done"]) == ("ball.mp4", 0, 8)
     assert page.locator("text=Change and repeat").count() == 0
+
+
+def what_is_brought_in_is_in_sight(shown: SessionPage) -> None:
+    """On a low screen, too, nothing of the menu of files has to be scrolled to."""
+    shown.page.set_viewport_size({"width": 1280, "height": 720})
+    shown.page.get_by_role("button", name="Files").click()
+    menu = shown.page.locator(".menu:popover-open")
+    menu.get_by_text("Truth, CSV").wait_for()
+    assert menu.evaluate("(it) => it.scrollHeight <= it.clientHeight")
+    shown.press("Escape")

@@ -154,6 +154,11 @@ describe("the verdict on a frame", () => {
     assert.equal(verdict({}, { error: 5, lost: false, hidden: true }), "hidden (by truth)");
   });
 
+  it("tells of what was found again for a second of the run", () => {
+    const now = (rate) => state(filled(4, (frame) => ({ error: 2, lost: false, hidden: false, searching: frame === 1 })), { ...session, frame_rate_hz: rate })[0];
+    assert.deepEqual([now(2), now(1)], ["window found again (by truth)", "on target (by truth)"]);
+  });
+
   it("is the tracker's own account where nobody else knows", () => {
     assert.equal(verdict({}, { lost_since: 2, searching: true }), "lost since 2, looking for the window (by the tracker)");
     assert.equal(verdict({}, { error: 9, lost: true, lost_since: 2, searching: true }), "lost since 2, looking for the window (by truth and tracker)");

@@ -73,6 +73,21 @@ describe("the store of a session", () => {
     assert.equal(store.known.position, 4, "where it stands the server says");
   });
 
+  for (const [what, elsewhere] of Object.entries({
+    "another branch": { branch: "b1", position: 0 },
+    "a restart": { restarts: 1, position: 0, computed: 0 },
+    "a replay": { playing: true, position: 0 },
+  })) {
+    it(`stands at once where ${what} begins, whatever the picture shows still`, () => {
+      store.receive(hello());
+      store.receive(changes({ playing: true }));
+      store.receive({ type: "frames", branch: "b0", rows: [{ frame: 1 }, { frame: 2 }] });
+      store.show(2);
+      store.receive(changes(elsewhere));
+      assert.equal(store.known.position, 0);
+    });
+  }
+
   it("waits for no picture that does not come", (test) => {
     store.receive(hello());
     store.receive(changes({ playing: true }));

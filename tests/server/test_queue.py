@@ -115,12 +115,19 @@ class Works:
 
     def __init__(self) -> None:
         self.begun: list[str] = []
+        self.given_up: list[str] = []
+        self.is_begun = asyncio.Event()
         self.ends = {name: asyncio.Event() for name in ("one", "two")}
 
     async def do(self, name: str) -> str:
         self.begun.append(name)
+        self.is_begun.set()
         if name in self.ends:
-            await self.ends[name].wait()
+            try:
+                await self.ends[name].wait()
+            except asyncio.CancelledError:
+                self.given_up.append(name)
+                raise
         return name
 
 
@@ -131,6 +138,7 @@ async def turn_out_heavy() -> list[str]:
     )
     assert await asyncio.wait_for(queues.take_turn(lambda: works.do("light")), 10) == "light"
     assert (queues.before("one"), queues.before("two")) == (0, 1)
+    assert works.given_up == ["two"]
     works.ends["one"].set()
     works.ends["two"].set()
     assert await asyncio.gather(one, two) == ["one", "two"]
@@ -142,6 +150,21 @@ async def turn_out_heavy() -> list[str]:
 def test_what_takes_a_moment_does_not_wait_for_what_turns_out_heavy() -> None:
     """One goes on among heavy work, the next has to begin again when its turn comes, and both make room."""
     assert run(turn_out_heavy()) == ["one", "two", "light", "two"]
+
+
+async def leave() -> list[str]:
+    queues, works = Queues(light=1, heavy=1, moment_s=60.0), Works()
+    one = asyncio.create_task(queues.take_turn(lambda: works.do("one")))
+    await works.is_begun.wait()
+    one.cancel()
+    await asyncio.gather(one, return_exceptions=True)
+    assert queues.light.is_free
+    return works.given_up
+
+
+def test_whoever_leaves_takes_the_work_along() -> None:
+    """Nothing is computed of which nobody hears."""
+    assert run(leave()) == ["one"]
 
 
 def test_a_place_is_not_lost() -> None:

@@ -1,8 +1,10 @@
 """Truth for a session that runs already: as boxes or polygons, added and replaced."""
 
+import json
+
 import httpx
 
-from tests.server.host import error_of, steer
+from tests.server.host import Server, error_of, steer
 from tests.server.test_suitability import box
 from tests.server.test_suitability import clip as clip  # noqa: PLC0414 - a fixture
 from tests.server.test_suitability import upload as upload  # noqa: PLC0414 - a fixture
@@ -20,7 +22,7 @@ def columns(client: httpx.Client, session: str) -> dict[str, list[object]]:
     return found
 
 
-def test_truth_is_added_and_replaced_while_a_session_lives(client: httpx.Client, upload: str) -> None:
+def test_truth_is_added_and_replaced_while_a_session_lives(server: Server, client: httpx.Client, upload: str) -> None:
     """The estimates stay to the bit, the errors are those by the new table, and the next session has it, too."""
     recipe = {"experiment": "ball", "footage": {"mark": box(31, 51), "start": 0}}
     session = client.post("/api/v1/sessions", json={"recipe": recipe, "upload": upload}).json()
@@ -30,6 +32,8 @@ def test_truth_is_added_and_replaced_while_a_session_lives(client: httpx.Client,
     assert before["error"][9] is None
 
     told = give(client, session["id"], BOXES).raise_for_status().json()
+    (kept,) = (row.spec for row in server.app.state.services.store.sessions() if row.id == session["id"])
+    assert len(json.loads(kept)["truth"]) == 12, "nothing is lost by a crash"
     assert told["frames"] == 12
     after = columns(client, session["id"])
     assert after["estimate"] == before["estimate"]

@@ -43,7 +43,7 @@ def test_it_is_computed_and_opened(server: Server, client: httpx.Client, upload:
     allow_all(server)
     sweep = begun(client, upload)
     assert (sweep["recording"], sweep["judged"], sweep["frames"]) == ("ball.mp4", False, 8)
-    assert "ball.mp4" in sweep["title"]
+    assert sweep["title"].startswith("Colours of a window · ball.mp4 · ")
     assert {"following_share", "mean_deviation"} <= {measure["name"] for measure in sweep["measures"]}
     assert until_state(client, sweep["id"], "done")["problems"] == 0
     asked = {"x": "sample_count", "first": "condensation", "second": "apf", "measure": "mean_deviation"}

@@ -173,7 +173,8 @@ def test_what_is_lost_is_searched_and_found() -> None:
     assert np.hypot(*(state.estimate - [95, 25])) < 2
     given_up = revise(parameters, {"find_again": False})
     lost = HistogramState(**{name: getattr(state, name) for name in HistogramState.__dataclass_fields__})
-    assert not tracker.searching(tracker.step(lost, empty, given_up, Stream(1, 12, Purpose.TRACK)))
+    never = tracker.searching(tracker.step(lost, empty, given_up, Stream(1, 12, Purpose.TRACK)))
+    assert never is None, "one that never looks for its target does not say that it follows"
 
 
 def test_a_window_outside_the_picture_weighs_nothing() -> None:

@@ -47,7 +47,10 @@ export function checkbox(label, hint, propose) {
   /** @type {HTMLInputElement} */
   const box = h("input", { type: "checkbox", on: { change: () => propose(box.checked) } });
   const element = h("label", { class: "control check" }, box, h("span", {}, label));
-  if (hint !== "") explainControl(element, hint);
+  if (hint !== "") {
+    box.setAttribute("aria-description", hint);
+    explainControl(element, hint);
+  }
   return { element, show: (value) => (box.checked = Boolean(value)) };
 }
 

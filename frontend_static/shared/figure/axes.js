@@ -7,6 +7,8 @@ import { LINE } from "./box.js";
 /** @import { Scale } from "./scale.js" */
 
 const TICK = 0.3;
+/** A title beside a lower figure would be a letter and dots, in heights of a letter. */
+const LOWEST = 2.5;
 /** Between two numbers side by side, in heights of a letter. */
 const APART = 0.4;
 
@@ -51,7 +53,7 @@ export class Axes {
       ...numbers,
       ...beside,
       ...(around.below ? [words("below", around.below, { left, top: under, "min-width": width }, `calc(100% - ${left}px)`)] : []),
-      ...(around.beside ? [words("beside", around.beside, { left: left - aside, top, height, width: around.lines * LINE * em })] : []),
+      ...(around.beside && height >= LOWEST * em ? [words("beside", around.beside, { left: left - aside, top, height, width: around.lines * LINE * em })] : []),
     );
     keepApart(numbers, "left", "right", APART * em);
     keepApart(beside, "top", "bottom", 0);

@@ -243,8 +243,8 @@ EXPERIMENT = Experiment(
             {"distracter_radius_px": 18},
             about=("occlusion_width_px", "sample_count"),
             watch=(
-                "Watch the particles at frame 7, when the pillar hides the ball: they leave for the large look- "
-                "alikes and stay there."
+                "Watch the particles at frame 7, when the pillar hides the ball: they leave for the large "
+                "look-alikes and stay there."
             ),
         ),
         Preset(

@@ -121,7 +121,7 @@ def judge(
     """
     likeness = similarity(image_rgb, state.estimate, state.window, state.space, state.model, state.background)
     missed = state.missed + 1 if likeness < parameters.lost_likeness else 0
-    searching = bool(parameters.find_again and missed >= parameters.lost_after_frames)
+    searching = missed >= parameters.lost_after_frames if parameters.find_again else None
     state = replace(state, likeness=likeness, missed=missed, searching=searching)
     rate = parameters.renewal_rate
     within = parameters.renewal_spread * min(state.box_px) / 2.0

@@ -52,7 +52,7 @@ class HistogramState(PointState):
         view: The last picture, small and grey, if the camera is followed.
         likeness: rho of the window at the estimate.
         missed: For how many frames in a row that has been too low.
-        searching: Whether the target is lost, and looked for.
+        searching: Whether the target is lost, and looked for; None while that is never done.
     """
 
     look: Look | None = None
@@ -65,7 +65,7 @@ class HistogramState(PointState):
     view: NDArray[np.uint8] | None = None
     likeness: float = 1.0
     missed: int = 0
-    searching: bool = False
+    searching: bool | None = None
 
     @property
     def scale(self) -> float:

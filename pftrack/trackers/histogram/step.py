@@ -134,7 +134,7 @@ def _motion(parameters: HistogramTrackerParameters) -> Motion:
     return Motion(transition, np.zeros(DIMENSION), small, large)
 
 
-def _searching(state: HistogramState) -> bool:
+def _searching(state: HistogramState) -> bool | None:
     return state.searching
 
 

@@ -44,7 +44,7 @@ class Sampler:
         fold: Callable[..., Fold | None],
         series: tuple[Series, ...] = (),
         measure: Callable[[Any], Mapping[str, SeriesValue]] = nothing,
-        searching: Callable[[Any], bool] | None = None,
+        searching: Callable[[Any], bool | None] | None = None,
     ) -> Tracker:
         """Return the tracker, given how it begins and goes on, and what it reports beside its particles."""
         switches = self.rule in {Rule.HARD, Rule.SOFT, Rule.NOISE}

@@ -168,6 +168,7 @@ class Manager:
     async def measure_by(self, session: Session, truth: dict[int, tuple[float, ...]] | None) -> None:
         """Measure a session by another truth: its run is made again, to the same estimates."""
         session.state.set_truth(truth)
+        await self.note()
         if session.live:
             await session.suspend("The run is measured anew.")
             await self.resume(session)

@@ -296,7 +296,7 @@ def default_title(plan: Plan) -> str:
     titles = [axis_view(plan, axis.name).title.lower() for axis in plan.axes[:3]]
     over = " × ".join(titles) or "repeated"
     where = [plan.footage.name] if plan.footage and plan.footage.name else []
-    return " · ".join((experiment.title, *where, over))[:200]
+    return " · ".join((experiment.title_on(plan.footage), *where, over))[:200]
 
 
 def check_idle(sweep: Sweep) -> None:
