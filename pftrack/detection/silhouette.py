@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.detection.backdrop import backdrop_model, differs, smaller
+from pftrack.detection.backdrop import BackdropModel, backdrop_model, differs, doubtful, smaller
 from pftrack.model.frame import Backdrop
 from pftrack.model.parameters import Parameters, parameter
 from pftrack.picture_key import PictureKey
@@ -46,6 +46,8 @@ TWO_CLASSES = 0.86
 """Share of the variance of brightness between two classes, from which on they are two; an even slope has 0.75."""
 MOST_FIRST = 1000
 """Pictures at the beginning of a recording that show the backdrop."""
+DOUBTFUL_SHARE = 0.2
+"""Share of a silhouette before a doubtful backdrop, from which on it is none; of a hand that passes by 0 to 0.07 is."""
 GAP_PX = 4
 """Gaps along the picture's border that are no end of a contact."""
 
@@ -60,6 +62,14 @@ class Finding(Enum):
     FULL = "nearly the whole picture is classified as a hand, as after a flash of light"
     SEVERAL = "two regions of similar size are classified as hands"
     CUT = "the hand reaches beyond the picture"
+    AS_BACKDROP = (
+        "nothing in the picture differs from the backdrop, which shows the hand as well if that stays where it is in "
+        "half of the backdrop's pictures"
+    )
+    DOUBTFUL = (
+        "much of what differs from the backdrop does so in many of the backdrop's pictures: the hand stays where it is "
+        "for too long, or the camera moves"
+    )
 
     @property
     def ok(self) -> bool:
@@ -177,6 +187,7 @@ def _cached_silhouette(picture: PictureKey, settings: SilhouetteSettings, backdr
 def _silhouette_of(image_rgb: NDArray[np.uint8], settings: SilhouetteSettings, backdrop: Backdrop | None) -> Silhouette:
     reduction = max(round(max(image_rgb.shape[:2]) / settings.working_side_px), 1)
     image = smaller(image_rgb, reduction)
+    model: BackdropModel | None = None
     if settings.tells_by == "backdrop" and backdrop is not None:
         model = backdrop_model(backdrop, settings.backdrop_frames, reduction)
         told = differs(image, model, settings.difference).astype(np.uint8)
@@ -188,9 +199,12 @@ def _silhouette_of(image_rgb: NDArray[np.uint8], settings: SilhouetteSettings, b
     count, labels, numbers, _ = cv2.connectedComponentsWithStats(told, connectivity=8)
     sizes = numbers[1:, cv2.CC_STAT_AREA]
     if count < 2 or sizes.max() < LEAST_SHARE * area:
-        return Silhouette(np.zeros(told.shape, np.bool_), reduction, Finding.EMPTY)
+        nothing = Finding.EMPTY if model is None else Finding.AS_BACKDROP
+        return Silhouette(np.zeros(told.shape, np.bool_), reduction, nothing)
     largest = int(np.argmax(sizes))
     mask = _without_pin_holes(labels == largest + 1)
+    if model is not None and doubtful(model, settings.difference)[mask].mean() > DOUBTFUL_SHARE:
+        return Silhouette(mask, reduction, Finding.DOUBTFUL)
     return Silhouette(mask, reduction, _finding(mask, np.sort(sizes)))
 
 

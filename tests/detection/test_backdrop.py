@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.detection.backdrop import NORMAL_SD, backdrop_model, differs, smaller
+from pftrack.detection.backdrop import NORMAL_SD, backdrop_model, differs, doubtful, smaller
 from pftrack.detection.silhouette import Finding, SilhouetteParameters, silhouette_of, suggest_parameters
+from pftrack.experiments.hand.findings import EVENTS
 from pftrack.geometry.hand_model import MODEL, open_pose, silhouette
 from pftrack.model.parameters import revise
 from pftrack.numerics.compiled import read_only
@@ -110,6 +111,43 @@ def test_a_model_is_made_once_and_the_border_stands_in_where_there_is_none() -> 
     image, _ = with_hand(0, 100.0)
     border = silhouette_of(image, settings._replace(tells_by="background"))
     assert np.array_equal(silhouette_of(image, settings).mask, border.mask)
+
+
+@pytest.mark.parametrize("count", [1, 12])
+def test_a_hand_that_never_moves_is_told_to_be_in_the_backdrop(count: int) -> None:
+    """Of a clip of one picture as well: nothing differs, it is said why, and no backdrop is suggested."""
+    clip = Clip(*(with_hand(seed, 100.0)[0] for seed in range(count)))
+    given = revise(SilhouetteParameters(), {"tells_by": "backdrop", "smoothing_px": 3})
+    found = silhouette_of(clip.shown[0], given.silhouette, clip)
+    assert found.finding is Finding.AS_BACKDROP
+    assert not found.mask.any()
+    assert suggest_parameters(clip.shown[0], clip)["tells_by"] != "backdrop"
+    assert EVENTS[found.finding.value] == "no_hand"
+
+
+def test_a_backdrop_is_in_doubt_where_a_hand_moves_a_little_in_every_picture() -> None:
+    """Then what differs is a part of the hand, or of the wall that the median hides; one that passes by is clear."""
+    columns = 100.0 + 24.0 * np.sin(np.arange(25.0))
+    clip = Clip(*(with_hand(seed, column)[0] for seed, column in enumerate(columns)))
+    given = revise(SilhouetteParameters(), {"tells_by": "backdrop", "smoothing_px": 3})
+    image, mask = with_hand(50, 124.0)
+    found = silhouette_of(image, given.silhouette, clip)
+    assert (found.mask != mask).mean() > 0.03
+    assert found.finding is Finding.DOUBTFUL
+    assert suggest_parameters(image, clip)["tells_by"] != "backdrop"
+    passing = Clip(*(with_hand(seed, column)[0] for seed, column in enumerate(np.linspace(-60.0, 260.0, 25))))
+    model = backdrop_model(passing, 0, 1)
+    assert doubtful(model, 40)[mask].mean() < 0.07
+
+
+def test_doubt_begins_where_fewer_than_seven_pictures_of_ten_agree() -> None:
+    """In one channel at least, by as much as a pixel has to differ."""
+    shown = np.full((10, 1, 10, 3), 100, np.uint8)
+    for column in range(10):
+        shown[:column, 0, column, 1] = 160
+    model = backdrop_model(Clip(*shown), 0, 1)
+    assert doubtful(model, 40)[0, :5].tolist() == [False, False, False, False, True]
+    assert not doubtful(model, 70).any()
 
 
 def test_a_model_of_large_pictures_is_as_small_as_the_silhouette() -> None:

@@ -12,6 +12,7 @@ NO_FINGER = "no finger is seen beside the palm: a fist, or fingers before it"
 
 EVENTS = {
     Finding.EMPTY.value: "no_hand",
+    Finding.AS_BACKDROP.value: "no_hand",
     Finding.FULL.value: "flash",
     Finding.SEVERAL.value: "two_hands",
     Finding.CUT.value: "cut",
