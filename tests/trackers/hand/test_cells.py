@@ -9,7 +9,7 @@ from pftrack.geometry.polygons import convex_hull
 from pftrack.trackers.hand.candidates import half_steps
 from pftrack.trackers.hand.cells import NODES, axis_distances, cell_log_fit, displacements, farthest, tip_distances
 from pftrack.trackers.hand.ideals import ideals_of
-from pftrack.trackers.hand.likelihood import x_p
+from pftrack.trackers.hand.likelihood import finger_fit, x_p
 from pftrack.trackers.hand.parameters import HandTrackerParameters
 from pftrack.trackers.hand.picture_tables import tables_of
 from pftrack.trackers.hand.settings import Task, settings
@@ -113,3 +113,20 @@ def test_palms_of_a_cell_stick_out_of_the_drawn_hand_by_what_is_measured_there()
     assert 0.0 < found[0].max() < 1.0
     assert found[1 + MIDDLE].max() < 0.5 * found[2].max()
     assert ideals_of(pose[None], drawn, TASK._replace(settings=TASK.settings._replace(cells=False))).size == 0
+
+
+@pytest.mark.parametrize("off", [0.0, 2.0, 5.0])
+def test_a_finger_that_is_seen_beside_its_candidate_is_weighed_over_the_cell(off: float) -> None:
+    """By its tip and by its axis; and a score is not given up that is just above what is of interest."""
+    places, moves = joints(POSE, SCALE, MODEL)[MIDDLE], moves_of(POSE)[MIDDLE]
+    seen_axis = axis(places) + np.array([off, 0.0])
+    seen = tables_of(silhouette(POSE, SCALE, MODEL, (SIDE, SIDE)), [seen_axis])
+    length = len(seen_axis) - 1.0
+    wanted = cell_log_fit(off**2, tip_distances(moves, TIP), TASK.settings.tip_sd)
+    wanted += cell_log_fit(0.0, axis_distances(moves, places, TIP, length), TASK.settings.axis_sd)
+    for least in (-np.inf, wanted - 1e-3):
+        found = finger_fit(places, moves, np.empty(0), MODEL.radii[MIDDLE], 0, seen, TASK, least)
+        assert found == pytest.approx(wanted, abs=1e-2)
+    alone = finger_fit(places, np.empty((0, 4, 2)), np.empty(0), MODEL.radii[MIDDLE], 0, seen, TASK, -np.inf)
+    assert alone == pytest.approx(-0.5 * (off / TASK.settings.tip_sd) ** 2, abs=1e-3)
+    assert abs(found - alone) > 0.05
