@@ -46,12 +46,13 @@ SPACE: Mapping[str, Value] = {
     "measurement_noise_px": 0.1666,
     "start_angle_rad": 0.08,
     "observation_variance_px2": 0.04,
+    "linearisations": 3,
     "motion_bound_rad": 0.04,
     "error_bound_px": 0.5,
     "start_angle_bound_rad": 0.08,
     "start_length_bound_px": 15,
 }
-"""A chain that turns and moves in space."""
+"""A chain that turns and moves in space, measured so well that filters linearised once become too sure of lengths."""
 
 MIRROR_3: Mapping[str, Value] = {"chain_path": "mirror3"}
 """The third link passes the pose parallel to the image, more slowly than on the path `cross`."""

@@ -94,7 +94,8 @@ class LinkageTrackerParameters(Parameters):
     linearisations: int = parameter(
         1, "Linearisations",
         "How often an observation is linearised: once at the prediction, and then where the round before came to. In "
-        "space more than one keep the filter from being sure too soon; in the plane they lose mirror images.",
+        "space, and if noise is small, more than one keep the filter from being sure too soon; in the plane they lose "
+        "mirror images.",
         ge=1, le=10, step=1, group=NOISE, trackers=("ekf", "ekf-truncated", "ekf-mirrors"))
     start_angle_variance_rad2: float = parameter(
         0.2, "Variance of angles", "Of each angle in the first frame.",
