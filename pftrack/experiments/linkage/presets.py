@@ -46,7 +46,7 @@ SPACE: Mapping[str, Value] = {
     "measurement_noise_px": 0.1666,
     "start_angle_rad": 0.08,
     "observation_variance_px2": 0.04,
-    "linearisations": 3,
+    "linearisations": 2,
     "motion_bound_rad": 0.04,
     "error_bound_px": 0.5,
     "start_angle_bound_rad": 0.08,
