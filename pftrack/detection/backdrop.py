@@ -64,7 +64,8 @@ def backdrop_model(backdrop: Backdrop, first: int, reduction: int) -> BackdropMo
 def _middle(ordered: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return the median (h, w, 3) of sorted pictures (n, h, w, 3); `np.median` takes several times as long."""
     last = len(ordered) - 1
-    return np.float32(0.5) * (ordered[last // 2] + ordered[last - last // 2])
+    middle: NDArray[np.float32] = np.float32(0.5) * (ordered[last // 2] + ordered[last - last // 2])
+    return middle
 
 
 def differs(image_rgb: NDArray[np.uint8], model: BackdropModel, least: int) -> NDArray[np.bool_]:
