@@ -177,5 +177,6 @@ function tools() {
  * @param {(() => void)|undefined} run
  */
 function tool(name, text, hint, run) {
-  return h("button", { type: "button", class: "tool", title: hint, data: { tool: name }, disabled: true, on: { click: run } }, icon(name), h("span", { class: "wide-only" }, text));
+  const words = h("span", { class: "wide-only" }, text);
+  return h("button", { type: "button", class: "tool", title: hint, data: { tool: name }, disabled: true, on: { click: run } }, icon(name), words);
 }

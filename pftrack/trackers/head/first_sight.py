@@ -55,7 +55,7 @@ DOUBTS = {
     ("flat", "affine"): BEFORE_AFFINE,
     ("relief", "affine"): BEFORE_AFFINE,
     ("flat", "perspective"): Doubt(1.2, depth=0.7, own_depth=0.7),
-    ("relief", "perspective"): Doubt(0.3, depth=0.6, own_depth=0.1),
+    ("relief", "perspective"): Doubt(0.4, depth=0.45, own_depth=0.25),
 }
 """By templates and camera, chosen by how often bands held the truth of simulated people: 200 to 207 before the affine
 camera, 200 to 223 before the pinhole, 200 to 207 in relief. In relief before the affine camera nobody looked."""
