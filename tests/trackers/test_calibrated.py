@@ -20,7 +20,7 @@ from pftrack.trackers.pose import layered
 from pftrack.trackers.pose.beliefs import AffineLayers
 from pftrack.trackers.pose.calibrated import Calibration, depth_slopes, nearness, pin, pose_and_band, seen_moments
 from pftrack.trackers.pose.parameters import PoseTrackerParameters
-from pftrack.trackers.pose.solid import GAUSSIAN, STUDENT_4, Solid
+from pftrack.trackers.pose.solid import GAUSSIAN, STUDENT_4, STUDENT_8, Solid
 
 SLOPES = np.array([[4.0, 0.3, 0.2], [-0.1, 5.0, 0.4]])
 
@@ -162,15 +162,16 @@ def test_the_band_holds_the_truth_over_seeds(upper: str) -> None:
 
 def test_the_tails_of_a_head_are_those_of_a_student() -> None:
     """Where the band is calibrated a head's errors follow Student's t; a prism's, and Bando's, a Gaussian."""
-    for widths, law in ((GAUSSIAN, stats.norm()), (STUDENT_4, stats.t(4))):
+    for widths, law in ((GAUSSIAN, stats.norm()), (STUDENT_4, stats.t(4)), (STUDENT_8, stats.t(8))):
         assert widths == pytest.approx((law.ppf(0.75) / law.std(), law.ppf(0.975) / law.std()), abs=1e-6)
     small: dict[str, Value] = {"image_width_px": 160, "feature_noise_px": 2}
-    for experiment, band, widths in (
-        ("head", "document", GAUSSIAN),
-        ("head", "calibrated", STUDENT_4),
-        ("prism", "calibrated", GAUSSIAN),
+    for experiment, band, widths, more in (
+        ("head", "document", GAUSSIAN, small),
+        ("head", "calibrated", STUDENT_8, small),
+        ("head", "calibrated", STUDENT_4, {**small, "templates": "flat"}),
+        ("prism", "calibrated", GAUSSIAN, {}),
     ):
-        made = run(experiment, 6, pose_band=band, **(small if experiment == "head" else {}))
+        made = run(experiment, 6, pose_band=band, **more)
         state = made.current.state
         assert state.widths == widths
         known = made.current.frame.target

@@ -27,7 +27,7 @@ from pftrack.trackers.head.parameters import HeadTrackerParameters
 from pftrack.trackers.head.starting_face import starting_model
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.calibrated import pin
-from pftrack.trackers.pose.solid import STUDENT_4, Solid
+from pftrack.trackers.pose.solid import STUDENT_4, STUDENT_8, Solid, Widths
 
 __all__ = ["camera_of", "fit_pose", "form_of", "growth_of", "model_of", "reliefs_of", "solid_of"]
 
@@ -43,11 +43,13 @@ class Doubt(NamedTuple):
         depth: By which share the depth of a face may be wrong that is the mean one or has begun as that; it stands for
             all errors that grow with the turn.
         own_depth: The same of the person's own face.
+        widths: Of its errors, in standard deviations.
     """
 
     misfit_share: float
     depth: float
     own_depth: float
+    widths: Widths = STUDENT_4
 
 
 BEFORE_AFFINE = Doubt(0.8, depth=0.5, own_depth=0.3)
@@ -55,10 +57,10 @@ DOUBTS = {
     ("flat", "affine"): BEFORE_AFFINE,
     ("relief", "affine"): BEFORE_AFFINE,
     ("flat", "perspective"): Doubt(1.2, depth=0.7, own_depth=0.7),
-    ("relief", "perspective"): Doubt(0.4, depth=0.45, own_depth=0.25),
+    ("relief", "perspective"): Doubt(0.4, depth=0.45, own_depth=0.25, widths=STUDENT_8),
 }
 """By templates and camera, chosen by how often bands held the truth of simulated people: 200 to 207 before the affine
-camera, 200 to 223 before the pinhole, 200 to 207 in relief. In relief before the affine camera nobody looked."""
+camera, 200 to 223 before the pinhole. In relief before the affine camera nobody looked."""
 
 NECK_RAD = float(np.deg2rad(40.0))
 """How far a head turns from where it was at first sight, as a standard deviation."""
@@ -144,8 +146,8 @@ def solid_of(
     """
     points_px, (height, width) = sight.points_px, sight.grey.shape
     camera = camera_of(model, points_px)
-    share, *depths = DOUBTS[form.templates, form.upper_layer]
-    doubt = depths[form.face_model == "personal"]
+    doubt = DOUBTS[form.templates, form.upper_layer]
+    share, depth = doubt.misfit_share, doubt.own_depth if form.face_model == "personal" else doubt.depth
     focal_px, principal_px = form.focal_widths * width, np.array([width, height]) / 2.0
     place = pose.translation(model.points_mm, points_px, focal_px, principal_px)
     if form.upper_layer == "affine":
@@ -153,7 +155,7 @@ def solid_of(
         known = pin(points_mm, points_px, seen_px, np.tile(camera[:, :3], (len(points_px), 1, 1)))
         camera[:, :3] *= enlarged
         shown_mm = _where(model.points_mm, known, form)
-        solid = Solid(shown_mm, camera, focal_px, principal_px, place, known, doubt, share, widths=STUDENT_4)
+        solid = Solid(shown_mm, camera, focal_px, principal_px, place, known, depth, share, widths=doubt.widths)
         return solid, np.eye(3)
     theta, place = fit_pose(model.points_mm, points_px, focal_px, principal_px, place)
     turn = rotation(theta)
@@ -163,7 +165,7 @@ def solid_of(
     known = pin(contiguous_copy(points_mm), points_px - principal_px, expected, slopes)
     points_mm = _where(points_mm, known, form)
     reach = math.inf if form.templates == "flat" else NECK_RAD
-    solid = Solid(points_mm, camera, focal_px, principal_px, place, known, doubt, share, reach, STUDENT_4)
+    solid = Solid(points_mm, camera, focal_px, principal_px, place, known, depth, share, reach, doubt.widths)
     return solid, turn
 
 
