@@ -22,10 +22,24 @@ if TYPE_CHECKING:
     from pftrack.comparison import Comparison
     from pftrack.experiment import Experiment
     from pftrack.exports.viewers import show
+    from pftrack.filter_files.sliders import slider
     from pftrack.model.recipe import Recipe
+    from pftrack.numerics.compiled import compiled
     from pftrack.runs.run import Run
 
-__all__ = ["Comparison", "Experiment", "Recipe", "Run", "__version__", "compare", "load", "run", "show"]
+__all__ = [
+    "Comparison",
+    "Experiment",
+    "Recipe",
+    "Run",
+    "__version__",
+    "compare",
+    "compiled",
+    "load",
+    "run",
+    "show",
+    "slider",
+]
 
 _HOMES = {
     "Comparison": "pftrack.comparison",
@@ -33,9 +47,11 @@ _HOMES = {
     "Recipe": "pftrack.model.recipe",
     "Run": "pftrack.runs.run",
     "compare": "pftrack.api",
+    "compiled": "pftrack.numerics.compiled",
     "load": "pftrack.api",
     "run": "pftrack.api",
     "show": "pftrack.exports.viewers",
+    "slider": "pftrack.filter_files.sliders",
 }
 """Where each name that is offered here comes from."""
 

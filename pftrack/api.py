@@ -17,6 +17,7 @@ from typing import Any
 from pftrack.comparison import Comparison
 from pftrack.experiment import Experiment, Preset
 from pftrack.experiments import find
+from pftrack.filter_files import experiment_of, name_of, trust_filters
 from pftrack.model.parameters import ParameterError, Value
 from pftrack.model.recipe import Footage, Recipe
 from pftrack.model.sequence import FrameSequence
@@ -33,7 +34,7 @@ PathOrName = str | PathLike[str]
 def run(
     experiment: str | Recipe | Mapping[str, Any],
     *,
-    tracker: str | None = None,
+    tracker: PathOrName | None = None,
     preset: str | None = None,
     seed: int | None = None,
     frames: int | None = None,
@@ -46,7 +47,7 @@ def run(
 
     Args:
         experiment: Its name, or a recipe, to which all that is said beside it is a change.
-        tracker: Name of the tracker; the experiment's own choice if not given.
+        tracker: Name of the tracker, or a file with a filter, FILE.py; the experiment's own choice if not given.
         preset: Name of a starting point, with its tracker, parameters and seed.
         seed: Of all random numbers; 0 if not given.
         frames: Length; the recording's, or the experiment's own, if not given.
@@ -58,15 +59,19 @@ def run(
 
     Raises:
         LookupError: There is no such experiment or preset.
+        FilterFileError: The filter in the file cannot go on; it says the line.
+        OSError: The file with the filter cannot be read.
         ParameterError: A value is unknown or out of bounds.
         RecordError: The recording is not to be had, is another one, or shows no target.
     """
     recipe = _recipe(experiment)
-    wiring = find(recipe.experiment)
+    if tracker is not None and str(tracker).endswith(".py"):
+        tracker, recipe = _with_filter(recipe, Path(tracker))
+    wiring = experiment_of(recipe)
     chosen = _preset(wiring, preset) if preset is not None else None
     values = {**(chosen.parameters if chosen else {}), **parameters}
     said = {
-        "tracker": tracker or (chosen.tracker if chosen else None),
+        "tracker": (str(tracker) if tracker is not None else None) or (chosen.tracker if chosen else None),
         "seed": seed if seed is not None else (chosen.seed if chosen else None),
         "frames": frames,
         "timeline": (*recipe.timeline, Change(0, values)) if values else None,
@@ -79,14 +84,16 @@ def run(
     return made
 
 
-def load(path: PathOrName, *, recording: PathOrName | None = None) -> Run:
+def load(path: PathOrName, *, recording: PathOrName | None = None, trust: bool = False) -> Run:
     """Return the run of a saved file, computed as far as it had been.
 
     Args:
         path: A .pft file, or a recipe, .json, which is computed to its end.
         recording: Where the recording lies that it was made on, if it lies elsewhere than the file says.
+        trust: Whether to execute the filters that the file brings, which may do all that you may.
 
     Raises:
+        FilterFileError: It brings a filter that is not trusted, or cannot go on.
         ParameterError: A value of a recipe is unknown or out of bounds.
         RecordError: It is no saved run and no recipe, or its recording is not to be had or another one.
     """
@@ -97,6 +104,8 @@ def load(path: PathOrName, *, recording: PathOrName | None = None) -> Run:
     else:
         known = record.read(file)
         recipe, last = known.recipe, known.computed - 1
+    if trust:
+        trust_filters(recipe)
     made = record.make(recipe, open_sequence=_opener(recording, file.parent))
     made.seek(made.frames - 1 if last is None else last)
     return made
@@ -119,6 +128,15 @@ def _read_recipe(file: Path) -> Recipe:
     except ValueError as error:
         raise record.RecordError(f"{file} is no JSON: {error}") from None
     return Recipe.read(raw)
+
+
+def _with_filter(recipe: Recipe, file: Path) -> tuple[str, Recipe]:
+    """Return the tracker that a file makes, and a recipe that brings it; whoever names a file trusts it."""
+    name = name_of(file)
+    filters = {**recipe.filters, name: (file.read_text(encoding="utf-8"),)}
+    changed = recipe.model_copy(update={"filters": filters})
+    trust_filters(changed)
+    return name, changed
 
 
 def _recipe(said: str | Recipe | Mapping[str, Any]) -> Recipe:

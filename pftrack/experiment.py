@@ -33,6 +33,7 @@ from pftrack.model.tracker import Tracker, with_readers
 from pftrack.model.truth import Truth
 from pftrack.model.world import World
 from pftrack.sources.truth import BOXES, TruthKind
+from pftrack.trackers.filter_interface import FilterInterface
 
 __all__ = [
     "INTERFACE",
@@ -246,6 +247,8 @@ class Experiment:
         terms: Words of its own that its plots, readings and measures use, for the glossary.
         clip_title: Name on the screen where a recording is tracked, by what it follows; the title if empty.
         clip_about: Names of the parameters to turn first on a recording; if there are none, those of presets.
+        filter_interface: What it tells a filter that comes from a file; None where it takes none.
+        filters: Texts of the files whose filters stand among its trackers, all versions, by the names of these.
         interface: Version of the interface that it was written for. An experiment of another package must state it, or
             it is not used; 0, for the project's own, is always the present one.
     """
@@ -294,6 +297,8 @@ class Experiment:
     terms: tuple[Term, ...] = ()
     clip_title: str = ""
     clip_about: tuple[str, ...] = ()
+    filter_interface: FilterInterface | None = None
+    filters: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     interface: int = 0
 
     def __post_init__(self) -> None:

@@ -53,6 +53,12 @@ store.on(["tracker", "recipe", "state", "connection"], () => control.update());
 store.on(["connection"], () => {
   part("disconnected").hidden = store.connection !== "lost";
 });
+store.on(["problem", "position"], () => {
+  const { problem, position } = store.known;
+  const place = problem && (problem.line === null ? problem.file : `${problem.file}, line ${problem.line}`);
+  part("problem").hidden = !problem;
+  if (problem) fill(part("problem"), h("strong", {}, place), `${problem.text}. The run stands at frame ${position}; it goes on when the file is saved.`);
+});
 const tour = tourOfAddress();
 if (tour !== null) start.begun.then(() => guide(view, tour), () => {});
 start.begun.then(({ session }) => session.remark && toast(session.remark, { kind: "error" }), () => {});

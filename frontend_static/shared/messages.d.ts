@@ -970,6 +970,14 @@ export interface PresetPublic {
   tour: Tour | null;
 }
 
+/** Why a person's own filter cannot go on. */
+export interface Problem {
+  file: string;
+  /** Where it shows, from 1; null where no line can be named */
+  line: number | null;
+  text: string;
+}
+
 /** A lesson of a lecturer that cannot be read. */
 export interface ProblemPublic {
   origin: string;
@@ -1028,6 +1036,7 @@ export interface Recipe {
   frames: number | null;
   timeline: Change[];
   footage: Footage | null;
+  filters: Record<string, unknown>;
   defaults: Record<string, boolean | number | string>;
 }
 
@@ -1039,6 +1048,7 @@ export interface RecipeRequest {
   frames?: number | null;
   timeline?: Change[];
   footage?: FootageRequest | null;
+  filters?: Record<string, unknown>;
   defaults?: Record<string, boolean | number | string>;
 }
 
@@ -1154,6 +1164,8 @@ export interface RunSnapshot {
   behind_s: number;
   /** While it compiles what it uses first: how many functions so far */
   compiling: number | null;
+  /** Why the next frame cannot be computed, where that is so */
+  problem: Problem | null;
   /** How the target separates from its surroundings where it is, and since when */
   look: string;
   /** Measures of the branch so far, by name */
@@ -1282,6 +1294,8 @@ export interface SessionPublic {
   behind_s: number;
   /** While it compiles what it uses first: how many functions so far */
   compiling: number | null;
+  /** Why the next frame cannot be computed, where that is so */
+  problem: Problem | null;
   /** How the target separates from its surroundings where it is, and since when */
   look: string;
   /** Measures of the branch so far, by name */
@@ -1366,6 +1380,8 @@ export interface SessionSnapshot {
   behind_s: number;
   /** While it compiles what it uses first: how many functions so far */
   compiling: number | null;
+  /** Why the next frame cannot be computed, where that is so */
+  problem: Problem | null;
   /** How the target separates from its surroundings where it is, and since when */
   look: string;
   /** Measures of the branch so far, by name */

@@ -75,7 +75,16 @@ def learn(
         begin = find_preset(experiment, preset) if preset is not None else None
         each = trials or ("1" if axes else "10")
         try:
-            plan = plan_of(experiment, begin, axes or [], tracker, each, frames, assignments or [], seed or "0")
+            plan = plan_of(
+                experiment,
+                begin,
+                axes or [],
+                [tracker] if tracker else [],
+                each,
+                frames,
+                assignments or [],
+                seed or "0",
+            )
         except SweepError as error:
             raise wrong_use(str(error)) from None
         with compiling():

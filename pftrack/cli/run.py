@@ -12,6 +12,7 @@ import typer
 
 from pftrack.cli.compiling import compiling
 from pftrack.cli.exports import ExportOut, wanted_exports, write_exports
+from pftrack.cli.filters import Trust, chosen_tracker
 from pftrack.cli.footage import (
     Box,
     FootageOptions,
@@ -59,7 +60,9 @@ def run(
         typer.Argument(help="An experiment's name, as `list` prints it, or a recipe, FILE.json."),
     ],
     preset: PresetName = None,
-    tracker: Annotated[str | None, typer.Option(help="A tracker's name, as `show` prints it.")] = None,
+    tracker: Annotated[
+        str | None, typer.Option(help="A tracker's name, as `show` prints it, or a file with a filter, FILE.py.")
+    ] = None,
     video: Video = None,
     tracks: Tracks = None,
     mark: Mark = None,
@@ -83,6 +86,7 @@ def run(
     mark_out: Annotated[
         Path | None, typer.Option("--mark-out", help="Write the first frame with the mark on it, FILE.png.")
     ] = None,
+    trust: Trust = False,
     json: Json = False,
 ) -> None:
     """Run an experiment, or the recipe of a run, and say how it went."""
@@ -91,9 +95,7 @@ def run(
     from pftrack.runs.run import LONGEST_RUN, Change, Run
 
     recipe, folder = _recipe(experiment)
-    found = find_experiment(recipe.experiment)
-    if tracker is not None and tracker not in found.trackers:
-        raise wrong_use(f"the tracker of {found.id} must be one of {', '.join(found.trackers)}, got {tracker!r}")
+    found, recipe, tracker = chosen_tracker(recipe, tracker, trusted=trust)
     begin = find_preset(found, preset) if preset is not None else None
     changes: dict[str, Any] = {} if begin is None else {"tracker": begin.tracker, "seed": begin.seed}
     if tracker is not None:
@@ -134,15 +136,19 @@ def replay(
     video: Annotated[Path | None, typer.Option(help="Where the run's video is now, if it was moved.")] = None,
     video_out: VideoOut = None,
     export: ExportOut = None,
+    trust: Trust = False,
     json: Json = False,
 ) -> None:
     """Compute a saved run again and check that it gives the same numbers."""
+    from pftrack.filter_files import trust_filters
     from pftrack.runs.record import make, read_saved
     from pftrack.runs.reproduction import difference
 
     _check_places(None, video_out)
     saved = read_saved(file)
     record = saved.record
+    if trust:
+        trust_filters(record.recipe)
     exports = wanted_exports(find_experiment(record.recipe.experiment), export or [])
     with ExitStack() as stack:
         stack.enter_context(compiling())

@@ -3,7 +3,7 @@
 import os
 import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from math import isnan
 from pathlib import Path
@@ -16,6 +16,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.progress import Progress as Bar
 from typer.core import TyperGroup
 
+from pftrack.cli.filters import read_filters, with_filters
 from pftrack.cli.footage import (
     Box,
     FootageOptions,
@@ -77,7 +78,7 @@ def run(
         ),
     ] = None,
     trackers: Annotated[
-        str | None, typer.Option(metavar="A,B,C", help="Trackers' names, as `show` prints them.")
+        str | None, typer.Option(metavar="A,B,C", help="Trackers' names, as `show` prints them, or files with filters.")
     ] = None,
     trials: Annotated[str, typer.Option(metavar="T", help="Runs of each tracker in each condition.")] = "10",
     frames: Annotated[str | None, typer.Option(metavar="N", help="How many frames a run has.")] = None,
@@ -121,7 +122,9 @@ def run(
         begin = find_preset(found, preset) if preset is not None else None
         try:
             swept = swept_recording(found, said, out)
-            plan = plan_of(found, begin, axes or [], trackers, trials, frames, assignments or [], seed, swept)
+            chosen, filters = read_filters([name.strip() for name in trackers.split(",")] if trackers else [])
+            found = with_filters(found, filters)
+            plan = plan_of(found, begin, axes or [], chosen, trials, frames, assignments or [], seed, swept)
         except SweepError as error:
             raise wrong_use(str(error)) from None
         if dry_run:
@@ -172,7 +175,7 @@ def plan_of(
     experiment: "Experiment",
     preset: "Preset | None",
     axes: list[str],
-    trackers: str | None,
+    trackers: Sequence[str],
     trials: str,
     frames: str | None,
     assignments: list[str],
@@ -190,7 +193,7 @@ def plan_of(
 
     kind = swept.kind if swept else None
     varied = tuple(parse_axis(experiment, text, kind) for text in axes)
-    named = tuple(name.strip() for name in trackers.split(",")) if trackers is not None else ()
+    named = tuple(trackers)
     values = _values(experiment, assignments, kind)
     if preset is not None:  # what is said beside it goes before
         said = {axis.name for axis in varied} | set(values)
@@ -210,6 +213,7 @@ def plan_of(
         values=values,
         footage=swept.footage if swept else None,
         kind=kind,
+        filters=experiment.filters,
     )
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
-from pftrack.model.parameters import ParameterError, Value
+from pftrack.model.parameters import LONGEST_FILE, ParameterError, Value
 from pftrack.model.timeline import LONGEST_RUN, Change
 from pftrack.numerics.random import LARGEST_SEED
 
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Footage", "Recipe", "Seed"]
 
+FilterName = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,39}$")]
+FilterText = Annotated[str, Field(max_length=LONGEST_FILE)]
 Seed = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
 
 
@@ -82,6 +84,8 @@ class Recipe(BaseModel):
         frames: Length; None for the recording's or the experiment's own.
         timeline: Changes by ascending frame; those of frame 0 are the initial values.
         footage: The recording; None for the experiment's simulated scene.
+        filters: Texts of files with filters of a person's own, by the name of their tracker: all versions that the run
+            may take, the first first.
         defaults: Values of the parameters that the timeline does not set, where the run has to come to the same numbers
             with a version that has other defaults. What that version does not have any more counts for nothing.
     """
@@ -94,6 +98,9 @@ class Recipe(BaseModel):
     frames: Annotated[int, Field(ge=1, le=LONGEST_RUN)] | None = None
     timeline: Annotated[tuple[Change, ...], Field(max_length=10_000)] = ()
     footage: Footage | None = None
+    filters: Annotated[
+        dict[FilterName, Annotated[tuple[FilterText, ...], Field(min_length=1, max_length=1000)]], Field(max_length=16)
+    ] = {}
     defaults: dict[Annotated[str, Field(max_length=64)], Value] = {}
 
     @field_validator("seed")

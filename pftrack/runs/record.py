@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from pftrack.experiment import Experiment, Setup
-from pftrack.experiments import find
 from pftrack.files import part_of, settle
+from pftrack.filter_files import FilterFileError, experiment_of, with_texts
 from pftrack.model.parameters import ParameterError, Value, flat
 from pftrack.model.recipe import Footage, Recipe
 from pftrack.model.sequence import FrameSequence
@@ -107,7 +107,7 @@ def describe(run: Run, *, path: str | None = None) -> Record:
         path: Where the recording is, seen from the file to be written, if it is to be found there.
     """
     return Record.model_construct(
-        recipe=run.recipe.with_footage(path=path).model_copy(update={"defaults": _defaults(run)}),
+        recipe=with_texts(run.recipe.with_footage(path=path)).model_copy(update={"defaults": _defaults(run)}),
         computed=run.computed + 1,
         estimates_sha256=run.estimates_sha256,
         computed_on=dict(machine.describe_platform()),
@@ -230,8 +230,10 @@ def load(path: Path, *, open_sequence: OpenSequence | None = None) -> Run:
 def make(recipe: Recipe, *, open_sequence: OpenSequence | None = None) -> Run:
     """Return the run of a recipe, at its frame 0; see `load`."""
     try:
-        experiment = find(recipe.experiment)
+        experiment = experiment_of(recipe)
         return Run.from_recipe(recipe, experiment, wire(experiment, recipe.footage, open_sequence))
+    except FilterFileError:
+        raise
     except (LookupError, ParameterError) as error:
         raise RecordError(f"the run does not fit this version of pftrack: {error}") from None
 

@@ -123,6 +123,7 @@ class Run:
             frames=self.frames,
             timeline=self.timeline.changes,
             footage=self.setup.footage,
+            filters=dict(self.experiment.filters),
         )
 
     @property
@@ -260,6 +261,26 @@ class Run:
         twin._keyframes = self._keyframes.until(frame)
         for _ in twin.seeking(frame):
             on_step()
+        return twin
+
+    def rewire(self, experiment: Experiment, setup: Setup) -> "Run":
+        """Return the same run with further trackers at hand; what was computed is not computed again.
+
+        Args:
+            experiment: This one's, with all trackers of it and others.
+            setup: This one's, with all parameters of it and others.
+        """
+        twin = Run(
+            experiment,
+            setup,
+            tracker=self.tracker,
+            seed=self.seed,
+            frames=self.frames,
+            timeline=self.timeline.changes,
+        )
+        twin.diagnostics = self.diagnostics
+        twin._keyframes = self._keyframes
+        twin.seek(self.position)
         return twin
 
     def checkpoint(self) -> Checkpoint:

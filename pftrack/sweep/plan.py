@@ -14,7 +14,8 @@ from hashlib import blake2b
 from math import prod
 from typing import Any, Self, get_args
 
-from pftrack.experiments import Experiment, Setup, find
+from pftrack.experiments import Experiment, Setup
+from pftrack.filter_files import extend
 from pftrack.model.measures import Measure
 from pftrack.model.parameters import ParameterError, Parameters, Value, revise
 from pftrack.model.recipe import Footage, Recipe
@@ -63,6 +64,7 @@ class Plan:
         values: Parameters that differ from the defaults in every run.
         footage: The recording on which all runs are, with the target in it; None for the simulated scene.
         kind: Of the recording.
+        filters: Texts of files with filters, by the names of their trackers; see `Recipe`.
 
     Raises:
         SweepError: Anything of it is unknown, out of bounds, given twice or too much.
@@ -77,10 +79,11 @@ class Plan:
     values: Mapping[str, Value] = field(default_factory=dict)
     footage: Footage | None = None
     kind: Kind | None = None
+    filters: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         try:
-            experiment = find(self.experiment)
+            experiment = extend(self.experiment, self.filters)
         except LookupError as error:
             raise SweepError(str(error.args[0])) from None
         self._check_recording()
@@ -107,7 +110,7 @@ class Plan:
     @cached_property
     def wiring(self) -> Experiment:
         """The experiment itself."""
-        return find(self.experiment)
+        return extend(self.experiment, self.filters)
 
     @property
     def parameters(self) -> Parameters:
@@ -206,6 +209,7 @@ class Plan:
             frames=self.frames,
             timeline=(Change(0, values),) if values else (),
             footage=self.footage,
+            filters=dict(self.filters),
         )
         return Single(number, trial, recipe)
 
@@ -236,6 +240,7 @@ class Plan:
             "frames": self.frames,
             "values": dict(self.values),
             **recording,
+            **({"filters": {name: list(texts) for name, texts in self.filters.items()}} if self.filters else {}),
         }
 
     @classmethod
@@ -256,6 +261,7 @@ class Plan:
                 values=dict(raw["values"]),
                 footage=Footage.model_validate(raw["footage"]) if raw.get("footage") is not None else None,
                 kind=raw.get("kind"),
+                filters={str(name): tuple(map(str, texts)) for name, texts in raw.get("filters", {}).items()},
             )
         except (KeyError, TypeError, ValueError) as error:
             if isinstance(error, SweepError):

@@ -32,6 +32,7 @@ class PointState:
         learner: What has been learned of the dynamics, if it is to be learned.
         lineage: The particles' pasts, if the path is to be smoothed.
         reference: The exact posterior beside the approximate one, where it is known.
+        repeatable: Whether every step of a filter from a file came to the same when it was computed again.
     """
 
     posterior: Gaussian
@@ -45,6 +46,7 @@ class PointState:
     learner: Learner | None = None
     lineage: Lineage | None = None
     reference: Gaussian | None = None
+    repeatable: bool = True
 
     @property
     def estimate(self) -> NDArray[np.float64]:

@@ -21,7 +21,7 @@ from pftrack.trackers.pose.reports import measurement, report
 from pftrack.trackers.pose.solid import Solid
 from pftrack.trackers.pose.state import PoseState
 
-__all__ = ["TRACKERS", "TrackedPrismParameters"]
+__all__ = ["TRACKERS", "TrackedPrismParameters", "measured_of", "recognised_points", "solid_of"]
 
 SEEN_FACTOR = 3.0
 """A vertex counts as hidden if its measurement is noisier than the best one by this factor."""
@@ -40,14 +40,14 @@ def start(method: Method, target: Target, frame: Frame, parameters: TrackedPrism
     landmarks = target.landmarks
     if landmarks is None:
         raise ValueError("a prism is tracked by its vertices, got a target without any")
-    solid = _solid(landmarks.model_mm, parameters)
+    solid = solid_of(landmarks.model_mm, parameters)
     belief = pose.begin(solid, landmarks.points_px, parameters, method, rng)
-    return PoseState(solid, belief, belief.pose, _recognised_points(_measure(frame)))
+    return PoseState(solid, belief, belief.pose, recognised_points(measured_of(frame)))
 
 
 def step(method: Method, state: PoseState, frame: Frame, parameters: TrackedPrismParameters, rng: Stream) -> PoseState:
     """Weigh particles by the measured vertices."""
-    measured = _measure(frame)
+    measured = measured_of(frame)
     noise_sd = measured.sd_px.astype(np.float64)
     belief = pose.advance(
         state,
@@ -58,23 +58,30 @@ def step(method: Method, state: PoseState, frame: Frame, parameters: TrackedPris
     )
     switched = pose.has_switched(state.belief, belief)
     angles, calibration = pose_and_band(state.calibration, state.solid, belief, parameters)
-    return PoseState(state.solid, belief, angles, _recognised_points(measured), switched, calibration=calibration)
+    return PoseState(state.solid, belief, angles, recognised_points(measured), switched, calibration=calibration)
 
 
-def _solid(points_mm: np.ndarray[tuple[int, ...], np.dtype[np.float64]], parameters: TrackedPrismParameters) -> Solid:
+def solid_of(points_mm: np.ndarray[tuple[int, ...], np.dtype[np.float64]], parameters: TrackedPrismParameters) -> Solid:
+    """Return the prism with vertices (8, 3) mm before the scene's camera."""
     scale = parameters.focal_length_px / parameters.distance_mm
     reference = np.column_stack([scale * np.eye(2, 3), PRINCIPAL_PX])
     place = np.array([0.0, 0.0, parameters.distance_mm])
     return Solid(points_mm, reference, float(parameters.focal_length_px), PRINCIPAL_PX, place)
 
 
-def _measure(frame: Frame) -> Measurements:
+def measured_of(frame: Frame) -> Measurements:
+    """Return the measured vertices of a frame.
+
+    Raises:
+        ValueError: It has none.
+    """
     if frame.measurements is None:
         raise ValueError("a prism is tracked by measured vertices, got a frame without any")
     return frame.measurements
 
 
-def _recognised_points(measured: Measurements) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+def recognised_points(measured: Measurements) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+    """Return which vertices (8,) are seen: those whose measurement is not much noisier than the best."""
     seen: np.ndarray[tuple[int, ...], np.dtype[np.bool_]] = np.less(measured.sd_px, SEEN_FACTOR * measured.sd_px.min())
     return seen
 

@@ -22,11 +22,13 @@ from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.random import Generator
 from pftrack.particles import ParticleSet
 from pftrack.resampling import systematic
+from pftrack.sources.signal import SignalParameters
 from pftrack.trackers import reports
+from pftrack.trackers.filter_interface import Component, FilterInterface, Update
 from pftrack.trackers.parameters import particle_count, resampling_threshold
 from pftrack.trackers.point_state import PointState
 
-__all__ = ["TRACKERS", "SignalTrackerParameters"]
+__all__ = ["FILTER_INTERFACE", "TRACKERS", "SignalTrackerParameters"]
 
 GROUP = "Filter"
 
@@ -95,11 +97,8 @@ def step_particles(state: PointState, frame: Frame, parameters: SignalTrackerPar
     """Sample from the dynamics, weigh by the likelihood, resample (Bando 2007, ch. 2 section 3)."""
     signal = _signal(frame)
     dimension = state.tracked
-    particles = state.particles
-    if particles is None:
-        particles = ParticleSet.uniform(state.posterior.sample(rng, parameters.sample_count))
     posterior = bootstrap.step(
-        particles,
+        _particles(state, parameters, rng),
         _dynamics(dimension, parameters.process_noise_sd),
         partial(_log_likelihood, signal, parameters.assumed_noise_sd),
         rng,
@@ -116,6 +115,13 @@ def step_particles(state: PointState, frame: Frame, parameters: SignalTrackerPar
         resampled=posterior.resampled,
         reference=exact,
     )
+
+
+def _particles(state: PointState, parameters: SignalTrackerParameters, rng: Generator) -> ParticleSet:
+    """Return the particles, drawn from the posterior if a filter without particles was at work before."""
+    if state.particles is not None:
+        return state.particles
+    return ParticleSet.uniform(state.posterior.sample(rng, parameters.sample_count))
 
 
 def measure_particles(state: PointState) -> Mapping[str, SeriesValue]:
@@ -159,6 +165,57 @@ def _signal(frame: Frame) -> NDArray[np.float64]:
         raise ValueError("a tracker of signals needs a signal, got a picture")
     return frame.signal
 
+
+def _components(parameters: SignalParameters) -> tuple[Component, ...]:
+    axes = range(1, parameters.dimension + 1)
+    return tuple(Component(f"x{axis}{when}") for when in ("", " before") for axis in axes)
+
+
+def _propagate(
+    state: PointState,
+    states: NDArray[np.float64],
+    frame: Frame,
+    parameters: SignalTrackerParameters,
+    rng: Generator,
+) -> NDArray[np.float64]:
+    del frame
+    dynamics = _dynamics(state.tracked, parameters.process_noise_sd)
+    return dynamics.diffuse(rng, dynamics.predict(states), np.arange(len(states)))
+
+
+def _weigh(
+    state: PointState, states: NDArray[np.float64], frame: Frame, parameters: SignalTrackerParameters
+) -> NDArray[np.float64]:
+    del state
+    return _log_likelihood(_signal(frame), parameters.assumed_noise_sd, states)
+
+
+def _believe(state: PointState, update: Update, frame: Frame, parameters: SignalTrackerParameters) -> PointState:
+    exact = state.posterior if frame.index == 0 else _exact(state.reference or state.posterior, frame, parameters)[0]
+    return PointState(
+        Gaussian(*update.particles.moments),
+        state.tracked,
+        update.particles,
+        log_evidence=update.log_evidence,
+        resampled=update.resampled,
+        reference=exact,
+        repeatable=update.repeatable,
+    )
+
+
+FILTER_INTERFACE = FilterInterface(
+    components=_components,
+    observed="frame.signal is what was measured, (d,); a value that is not finite is missing",
+    example="pftrack.experiments.sine.example_filter",
+    reads="condensation",
+    start=start_particles,
+    particles=_particles,
+    propagate=_propagate,
+    log_likelihood=_weigh,
+    believe=_believe,
+    series=(*reports.CLOUD, EXACT),
+    measure=measure_particles,
+)
 
 TRACKERS: dict[str, Tracker] = {
     tracker.id: tracker

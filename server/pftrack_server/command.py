@@ -10,6 +10,10 @@ __all__ = ["serve"]
 
 
 def serve(
+    filters: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="[FILE.py]...", help="Filters of your own, which stand among the trackers."),
+    ] = None,
     host: Annotated[
         str | None, typer.Option(help="Address to listen on; other than loopback asks for a token.")
     ] = None,
@@ -31,5 +35,13 @@ def serve(
     FORK_SERVER.fork_off()
     from pftrack_server.serving import run
 
-    given = {"host": host, "port": port, "data_dir": data_dir, "base_path": base_path, "token": token}
+    files = tuple(each.absolute() for each in filters or ()) or None
+    given: dict[str, object] = {
+        "filters": files,
+        "host": host,
+        "port": port,
+        "data_dir": data_dir,
+        "base_path": base_path,
+        "token": token,
+    }
     run({name: value for name, value in given.items() if value is not None})

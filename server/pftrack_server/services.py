@@ -9,6 +9,7 @@ from typing import Self
 from pftrack_server.comparisons.references import RunSources
 from pftrack_server.comparisons.service import Comparisons
 from pftrack_server.compilation import Compilation
+from pftrack_server.filters import FilterFiles
 from pftrack_server.follow.follows import Follows
 from pftrack_server.lessons.service import Lessons
 from pftrack_server.middleware.metrics import Metrics
@@ -48,6 +49,7 @@ class Services:
     queues: Queues
     compilation: Compilation
     results: ExperimentResults
+    filters: FilterFiles
     stopping: threading.Event
 
     @classmethod
@@ -75,6 +77,8 @@ class Services:
         kept = Suitabilities(store, settings)
         results = ExperimentResults(settings.data_dir / "experiments-computed", tasks, compilation.wait_for)
         await asyncio.to_thread(results.open)
+        filters = await asyncio.to_thread(FilterFiles, settings.filters, store.files)
+        filters.open(manager.revise_filter)
         return cls(
             settings,
             store,
@@ -91,6 +95,7 @@ class Services:
             queues,
             compilation,
             results,
+            filters,
             stopping,
         )
 
@@ -98,6 +103,7 @@ class Services:
         """Write everything down and let go of it."""
         self.stopping.set()
         await asyncio.to_thread(self.compilation.close)
+        await self.filters.close()
         await self.follows.close()
         parts = self.manager, self.sweeps, self.imports, self.exports, self.comparisons, self.lessons
         await asyncio.gather(*(part.close() for part in parts))

@@ -43,6 +43,10 @@ class Settings(BaseSettings):
         (), description="Addresses and networks of proxies whose X-Forwarded headers count, with commas between."
     )
 
+    filters: Annotated[tuple[Path, ...], NoDecode] = Field(
+        (), description="Files with filters of the server's owner, which it executes, with colons between."
+    )
+
     max_sessions: int = Field(24, ge=1, le=1000, description="Sessions with a live worker at one time.")
     max_stored_sessions: int = Field(500, ge=1, description="Sessions kept, the suspended ones included.")
     max_branches: int = Field(24, ge=1, description="Branches of one session.")
@@ -88,6 +92,12 @@ class Settings(BaseSettings):
         if '"' in value:
             raise ValueError(f"{info.field_name} must be names with commas between, without quotes")
         return tuple(name.strip() for name in value.split(",") if name.strip())
+
+    @field_validator("filters", mode="before")
+    @classmethod
+    def _split_paths(cls, value: object) -> object:
+        """Read paths as PATH has them."""
+        return tuple(filter(None, value.split(os.pathsep))) if isinstance(value, str) else value
 
     @field_validator("trusted_proxies")
     @classmethod

@@ -35,6 +35,8 @@ export class Panel {
   #store;
   #layers;
   #proposals;
+  /** What the controls were made of, as JSON. */
+  #declared = "";
   /** @type {Map<string, Control>} */
   #controls = new Map();
   /** @type {Group[]} */
@@ -58,6 +60,7 @@ export class Panel {
     this.#show();
     this.#explain();
     layers.on(() => this.#explain(), signal);
+    store.on(["session"], () => !signal.aborted && this.#rebuild());
     store.on(["parameters", "tracker", "recipe", "state", "connection"], () => !signal.aborted && this.#show());
     store.on(["branch_point", "position", "playing"], coalesce(() => this.#warn(), signal));
     this.#warn();
@@ -67,8 +70,18 @@ export class Panel {
     return this.#store.known;
   }
 
+  /** Offer what there is to be turned by now: a filter that was saved has other parameters. */
+  #rebuild() {
+    const declared = JSON.stringify([this.#session.declarations, this.#session.trackers]);
+    if (declared === this.#declared) return;
+    this.#controls.clear();
+    this.#build();
+    this.#show();
+  }
+
   #build() {
     const session = this.#session;
+    this.#declared = JSON.stringify([session.declarations, session.trackers]);
     const propose = (/** @type {string} */ name) => (/** @type {Value} */ value) => this.#proposals.propose(name, value);
     const trackers = session.trackers.map(({ id, title }) => /** @type {[string, string]} */ ([id, title]));
     this.#controls.set(TRACKER, choice("Tracker", TRACKER_HINT, trackers, propose(TRACKER)));

@@ -40,6 +40,7 @@ from pftrack.model.tour import Tour
 from pftrack.model.truth import Truth
 from pftrack.sources.ball import BallSceneParameters, BallSource
 from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
+from pftrack.trackers.ball.filter_interface import FILTER_INTERFACE
 from pftrack.trackers.ball.guided import GUIDED
 from pftrack.trackers.ball.learned import GUIDANCE
 from pftrack.trackers.ball.parameters import SCORING, BallTrackerParameters
@@ -320,6 +321,7 @@ EXPERIMENT = Experiment(
         SECOND_RUN,
     ),
     calibration=CALIBRATION,
+    filter_interface=FILTER_INTERFACE,
     simulate=simulate,
     on_video=on_video,
     recorded=lambda _kind: RecordedBallParameters(),

@@ -32,6 +32,7 @@ from pftrack.model.suitability import BESIDE
 from pftrack.model.truth import Truth
 from pftrack.sources.lawn import LawnSceneParameters, LawnSource
 from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
+from pftrack.trackers.histogram.filter_interface import FILTER_INTERFACE
 from pftrack.trackers.histogram.parameters import SCORING, HistogramTrackerParameters
 from pftrack.trackers.histogram.step import TRACKERS
 from pftrack.trackers.parameters import miss_share
@@ -153,6 +154,7 @@ EXPERIMENT = Experiment(
     layers=LAYERS,
     worlds=(HISTOGRAM_WORLD,),
     calibration=CALIBRATION,
+    filter_interface=FILTER_INTERFACE,
     simulate=simulate,
     on_video=on_video,
     recorded=lambda _kind: RecordedHistogramParameters(),

@@ -56,6 +56,7 @@ from pftrack.sources.prism import (
 from pftrack.trackers.pose.parameters import AS_PUBLISHED
 from pftrack.trackers.pose.state import PoseState
 from pftrack.trackers.prism import TRACKERS, TrackedPrismParameters
+from pftrack.trackers.prism_filter_interface import FILTER_INTERFACE
 
 __all__ = ["EXPERIMENT"]
 
@@ -255,6 +256,7 @@ EXPERIMENT = Experiment(
     exports=(TrackedPrismParameters.guidance.export,),
     guidance=TrackedPrismParameters.guidance,
     calibration=CALIBRATION,
+    filter_interface=FILTER_INTERFACE,
     plots=POSE_PLOTS,
     readings=POSE_READINGS,
     terms=POSE_TERMS,

@@ -20,7 +20,7 @@ from pftrack.model.drawing import COLOURS, Drawing, Picture, Points, Polyline, P
 from pftrack.model.layer import Key, Layer
 from pftrack.model.references import BANDO, Citation
 from pftrack.sources.signal import SignalParameters, SignalSource
-from pftrack.trackers.signal import TRACKERS, SignalTrackerParameters
+from pftrack.trackers.signal import FILTER_INTERFACE, TRACKERS, SignalTrackerParameters
 
 __all__ = ["EXPERIMENT", "SineParameters"]
 
@@ -173,6 +173,7 @@ EXPERIMENT = Experiment(
         SECOND_RUN,
     ),
     calibration=CALIBRATION,
+    filter_interface=FILTER_INTERFACE,
     simulate=simulate,
     draw=draw,
     error=_mean_distance,

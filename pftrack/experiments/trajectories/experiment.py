@@ -44,6 +44,7 @@ from pftrack.sources.trajectories.recorded import RecordedPictures, tracks_from
 from pftrack.sources.trajectories.scene import FRAMES, TracksSceneParameters, TracksSource
 from pftrack.trackers.trajectories.corner_parameters import CornerParameters
 from pftrack.trackers.trajectories.corners import begin
+from pftrack.trackers.trajectories.filter_interface import FILTER_INTERFACE
 from pftrack.trackers.trajectories.parameters import TrajectoriesTrackerParameters
 from pftrack.trackers.trajectories.step import TRACKERS
 
@@ -192,6 +193,7 @@ EXPERIMENT = Experiment(
     ),
     worlds=(SEARCH_WORLD, SCALES_WORLD),
     calibration=CALIBRATION,
+    filter_interface=FILTER_INTERFACE,
     simulate=simulate,
     on_video=on_video,
     recorded=lambda kind: TrajectoriesTrackerParameters() if kind == "tracks" else RecordedTrajectoriesParameters(),

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from pftrack.experiments.sketch import at_height, circle
 from pftrack.experiments.trajectories.truth import true_positions
-from pftrack.filters.trajectories.cloud import Cloud
 from pftrack.model.drawing import COLOURS, Colour, Links, Points, Primitive
 from pftrack.trackers.trajectories.state import TrajectoriesState
 
@@ -90,8 +89,8 @@ def true_trails(state: TrajectoriesState, target: object, index: int, longest: f
 def draw_selected(state: TrajectoriesState, longest: float) -> dict[str, Primitive]:
     """Draw a ring around the selected track, and its particles where it has some."""
     drawn: dict[str, Primitive] = {}
-    if isinstance(state.belief, Cloud):
-        states, shares = state.belief.age(state.selected, 0)
+    if state.particles is not None:
+        states, shares = state.particles
         # The heaviest first, so that those stay that stand for many.
         order = np.argsort(-shares, kind="stable")[:MOST_DRAWN]
         inside = _near(states[order], longest)

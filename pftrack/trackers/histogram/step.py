@@ -30,7 +30,7 @@ from pftrack.trackers.sampling.common import particles_of, picture_of
 from pftrack.trackers.sampling.loop import Loop, Motion, Rule
 from pftrack.trackers.sampling.samplers import SAMPLERS, advance, fold, scheme
 
-__all__ = ["TRACKERS"]
+__all__ = ["TRACKERS", "motion", "start"]
 
 
 def start(target: Target, frame: Frame, parameters: HistogramTrackerParameters, rng: Stream) -> HistogramState:
@@ -102,7 +102,7 @@ def _loop(
         np.ascontiguousarray(particles.states.T),
         particles.log_weights,
         state.sigma,
-        _motion(parameters),
+        motion(parameters),
         pack(state, parameters.sharpness),
         scheme(rule, parameters, *_wide(parameters)),
         seed,
@@ -118,7 +118,7 @@ def _wide(parameters: HistogramTrackerParameters) -> tuple[int, float]:
 
 
 @lru_cache(maxsize=64)
-def _motion(parameters: HistogramTrackerParameters) -> Motion:
+def motion(parameters: HistogramTrackerParameters) -> Motion:
     """Return x' = x + r v + s_p n, v' = r v + s_v n, and a random walk of the logarithm of the size."""
     transition = np.eye(DIMENSION)
     for axis in range(2):

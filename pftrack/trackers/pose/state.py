@@ -31,6 +31,7 @@ class PoseState:
         switched: Whether a feature went over from trusting one prediction more to trusting the other.
         memory: What else a family of trackers carries along.
         calibration: What a calibrated band remembers.
+        repeatable: Whether every step of a filter from a file came to the same when it was computed again.
     """
 
     solid: Solid
@@ -40,6 +41,7 @@ class PoseState:
     switched: bool = False
     memory: Any = None
     calibration: Calibration | None = None
+    repeatable: bool = True
 
     @property
     def estimate(self) -> NDArray[np.float64]:

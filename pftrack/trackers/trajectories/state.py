@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from pftrack.filters.trajectories.cloud import Cloud
 from pftrack.filters.trajectories.gaussian import Gaussians
+from pftrack.particles import ParticleSet
 from pftrack.sources.trajectories.target import Origin
 from pftrack.trackers.trajectories.corners import Corners
 
@@ -43,6 +44,9 @@ class TrajectoriesState:
         settled: Measured, filtered and smoothed positions (32, K, 3, 2) of the frames before, the oldest first, px.
         origin: What the tracks were in a file; None for others.
         corners: Where the measurements come from, if they are looked for in pictures.
+        own: Particles of the selected track, by a filter from a file; None for others.
+        own_track: Which track these are of.
+        repeatable: Whether every step of a filter from a file came to the same when it was computed again.
     """
 
     belief: Belief
@@ -60,6 +64,9 @@ class TrajectoriesState:
     settled: tuple[NDArray[np.float32], ...] = ()
     origin: Origin | None = None
     corners: Corners | None = None
+    own: ParticleSet | None = None
+    own_track: int = -1
+    repeatable: bool = True
 
     @property
     def estimate(self) -> NDArray[np.float64]:
@@ -70,6 +77,13 @@ class TrajectoriesState:
     def sigma(self) -> NDArray[np.float64]:
         """(2,) standard deviations of the same."""
         return np.asarray(self.sds[self.selected])
+
+    @property
+    def particles(self) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+        """Positions (n, 2) of the selected track's particles, px, and their weights (n,); None without particles."""
+        if self.own is not None:
+            return self.own.states[:, :2], self.own.weights
+        return self.belief.age(self.selected, 0) if isinstance(self.belief, Cloud) else None
 
     @property
     def log_evidence(self) -> float:
@@ -99,10 +113,10 @@ class TrajectoriesState:
     def arrays(self) -> Mapping[str, NDArray[Any]]:
         """Return the positions, and the particles of the selected track where there are some, for a file."""
         arrays = {"filtered": self.filtered[0], "smoothed": self.smoothed, "raw": self.raw[0]}
-        if isinstance(self.belief, Cloud):
-            states, weights = self.belief.age(self.selected, 0)
-            return {**arrays, "states": states, "weights": weights}
-        return arrays
+        if self.particles is None:
+            return arrays
+        states, weights = self.particles
+        return {**arrays, "states": states, "weights": weights}
 
 
 def _apart(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:

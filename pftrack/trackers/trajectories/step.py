@@ -24,7 +24,7 @@ from pftrack.trackers.trajectories.corners import Corners, begin, follow
 from pftrack.trackers.trajectories.parameters import TrajectoriesTrackerParameters
 from pftrack.trackers.trajectories.state import BLOCK, KEPT_FRAMES, Belief, TrajectoriesState
 
-__all__ = ["TRACKERS"]
+__all__ = ["COMMON", "TRACKERS", "gaussian_method", "measure", "start", "step"]
 
 P: TypeAlias = TrajectoriesTrackerParameters
 

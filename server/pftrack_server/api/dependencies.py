@@ -10,6 +10,7 @@ from pftrack.experiment import Experiment
 from pftrack_server.comparisons.service import Comparisons
 from pftrack_server.errors import NotFoundError, RefusedError
 from pftrack_server.experiments import find_experiment
+from pftrack_server.filters import FilterFiles
 from pftrack_server.follow.follow import Follow
 from pftrack_server.follow.follows import Follows
 from pftrack_server.follow.participant import Participant, participant_of
@@ -46,6 +47,7 @@ __all__ = [
     "TakesFiles",
     "TheComparisons",
     "TheExports",
+    "TheFilters",
     "TheFollows",
     "TheImports",
     "TheLessons",
@@ -78,6 +80,10 @@ def _manager(services: TheServices) -> Manager:
 
 def _sweeps(services: TheServices) -> Sweeps:
     return services.sweeps
+
+
+def _filters(services: TheServices) -> FilterFiles:
+    return services.filters
 
 
 def _tasks(request: Request, services: TheServices) -> ChildTasks:
@@ -146,6 +152,7 @@ AStore = Annotated[Store, Depends(_store)]
 AManager = Annotated[Manager, Depends(_manager)]
 ASweeps = Annotated[Sweeps, Depends(_sweeps)]
 TheTasks = Annotated[ChildTasks, Depends(_tasks)]
+TheFilters = Annotated[FilterFiles, Depends(_filters)]
 TheComparisons = Annotated[Comparisons, Depends(_comparisons)]
 TheImports = Annotated[Imports, Depends(_imports)]
 TheExports = Annotated[Exports, Depends(_exports)]

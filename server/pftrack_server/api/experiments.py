@@ -11,7 +11,8 @@ from starlette.responses import Response
 from pftrack.experiment import Experiment
 from pftrack.experiments import EXPERIMENTS
 from pftrack.model.sequence import Kind
-from pftrack_server.api.dependencies import AnExperiment, TheServices
+from pftrack_server.api.dependencies import AnExperiment, TheFilters, TheServices
+from pftrack_server.filters import FilterFiles
 from pftrack_server.schemas.experiments import ExperimentDetail, ExperimentPublic, PluginPublic, PresetPublic
 from pftrack_server.tasks.functions import draw_experiment
 
@@ -22,9 +23,9 @@ plugins = APIRouter(prefix="/plugins", tags=["experiments"])
 
 
 @router.get("")
-def list_experiments() -> list[ExperimentPublic]:
+def list_experiments(filters: TheFilters) -> list[ExperimentPublic]:
     """List all experiments."""
-    return [ExperimentPublic(**_public_fields(experiment)) for experiment in EXPERIMENTS.values()]
+    return [ExperimentPublic(**_public_fields(experiment, filters)) for experiment in EXPERIMENTS.values()]
 
 
 @plugins.get("")
@@ -36,6 +37,7 @@ def list_plugins() -> list[PluginPublic]:
 @router.get("/{experiment}")
 def show_experiment(
     experiment: AnExperiment,
+    filters: TheFilters,
     recording: Annotated[
         Kind | None, Query(description="Kind of a recording, whose parameters are wanted instead of the scene's.")
     ] = None,
@@ -43,7 +45,7 @@ def show_experiment(
     """Tell everything about an experiment, its parameters included."""
     model = type(experiment.parameters_on(recording))
     return ExperimentDetail(
-        **_public_fields(experiment),
+        **_public_fields(experiment, filters),
         declarations=list(experiment.declarations(model)),
         layers=list(experiment.layers),
         worlds=list(experiment.worlds),
@@ -68,7 +70,7 @@ async def draw_thumbnail(request: Request, experiment: AnExperiment, services: T
     return Response(picture, media_type="image/png", headers=headers)
 
 
-def _public_fields(experiment: Experiment) -> dict[str, Any]:
+def _public_fields(experiment: Experiment, filters: FilterFiles) -> dict[str, Any]:
     return {
         "id": experiment.id,
         "title": experiment.title,
@@ -84,6 +86,11 @@ def _public_fields(experiment: Experiment) -> dict[str, Any]:
         "trackers": [
             {"id": name, "title": tracker.title, "description": tracker.description}
             for name, tracker in experiment.trackers.items()
+        ]
+        + [
+            {"id": each.name, "title": each.title, "description": f"The filter in {each.path.name}."}
+            for each in filters.served
+            if each.experiment == experiment.id
         ],
         "target": experiment.target,
         "marks": [kind.editor() for kind in experiment.marks],

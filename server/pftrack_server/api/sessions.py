@@ -10,7 +10,7 @@ from starlette.background import BackgroundTask
 from starlette.responses import FileResponse, RedirectResponse, Response
 
 from pftrack.sources.truth import LARGEST_FILE_BYTES
-from pftrack_server.api.dependencies import AManager, ASession, AStore, Begin, TakesFiles, TheTasks
+from pftrack_server.api.dependencies import AManager, ASession, AStore, Begin, TakesFiles, TheFilters, TheTasks
 from pftrack_server.api.uploads import MULTIPART
 from pftrack_server.base_path import address_of
 from pftrack_server.errors import ConflictError, NotFoundError
@@ -41,8 +41,9 @@ Name = Annotated[str, Path(max_length=64)]
 
 
 @router.post("", status_code=HTTPStatus.CREATED)
-async def start_session(body: SessionCreate, begin: Begin, store: AStore) -> SessionPublic:
+async def start_session(body: SessionCreate, begin: Begin, store: AStore, filters: TheFilters) -> SessionPublic:
     """Start a session: an experiment on its own scene, or on an upload with the box of its target."""
+    body = body.model_copy(update={"recipe": filters.bring(body.recipe)})
     session = await begin(await asyncio.to_thread(as_spec, body, store))
     return session.view()
 

@@ -12,6 +12,7 @@ from starlette.exceptions import HTTPException
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from pftrack.filter_files import FilterFileError
 from pftrack.model.export import ExportError
 from pftrack.model.parameters import ParameterError
 from pftrack.runs.record import RecordError
@@ -67,6 +68,7 @@ def install(app: FastAPI) -> None:
         detail = shape(str(error), field=error.field, bound=error.bound, value=error.value)
         return response(HTTPStatus.UNPROCESSABLE_ENTITY, detail)
 
+    @app.exception_handler(FilterFileError)
     @app.exception_handler(SourceError)
     @app.exception_handler(RecordError)
     async def _file(_: Request, error: ValueError) -> Response:

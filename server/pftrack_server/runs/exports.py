@@ -109,6 +109,7 @@ class Exports(Jobs[Ordered, Path]):
             kind.name,
             plot,
             str(ordered.path),
+            self._store.files.filters_of(subject.recipe),
         )
 
         async def work(on_step: Callable[[int, int], None]) -> Path:

@@ -101,6 +101,7 @@ async def bring_in(
             path,
             video,
             limits_of(settings),
+            store.files.filters_of(saved.recipe),
             cpu_seconds=settings.worker_cpu_seconds,
             on_step=on_step,
         )

@@ -68,6 +68,16 @@ class ThresholdPublic(BaseModel):
     steps: list[ThresholdStep]
 
 
+class Problem(BaseModel):
+    """Why a person's own filter cannot go on."""
+
+    model_config = ConfigDict(frozen=True)
+
+    file: str
+    line: int | None = Field(description="Where it shows, from 1; null where no line can be named")
+    text: str
+
+
 class RunSnapshot(BaseModel):
     """What moves of a run, the active branch of a session; also where a worker has to begin."""
 
@@ -96,6 +106,7 @@ class RunSnapshot(BaseModel):
     speed: float = Field(1.0, description="Times real time; 0 is as fast as possible")
     behind_s: float = Field(0.0, description="How far a frame is behind its time, s, since it plays at this speed")
     compiling: int | None = Field(None, description="While it compiles what it uses first: how many functions so far")
+    problem: Problem | None = Field(None, description="Why the next frame cannot be computed, where that is so")
     look: str = Field("", description="How the target separates from its surroundings where it is, and since when")
     measured: dict[str, float | None] = Field({}, description="Measures of the branch so far, by name")
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from pftrack.experiment import Experiment
+from pftrack.filter_files import with_digests
 from pftrack.model.parameters import ParameterError
 from pftrack.model.recipe import Footage, Recipe
 from pftrack_server.errors import RefusedError
@@ -86,7 +87,7 @@ def new_spec(
     """
     run = RunSnapshot(
         branch=FIRST,
-        recipe=recipe.with_footage(truth=None),
+        recipe=with_digests(recipe.with_footage(truth=None)),
         tracker=recipe.tracker or find_experiment(recipe.experiment).default_tracker,
         computed=position if computed is None else computed,
         position=position,

@@ -173,6 +173,13 @@ class Manager:
             await session.suspend("The run is measured anew.")
             await self.resume(session)
 
+    async def revise_filter(self, experiment: str, name: str, text: str) -> None:
+        """Have all sessions of an experiment that are at work go on with another version of a filter's file."""
+        for session in list(self._sessions.values()):
+            if session.spec.recipe.experiment == experiment and session.worker is not None:
+                await self._attempt(session.revise_filter(name, text))
+        await self.note()
+
     async def end(self, session: Session) -> None:
         """End a session for good."""
         self._sessions.pop(session.spec.id, None)
@@ -257,6 +264,7 @@ class Manager:
             max_pixels=self._settings.max_pixels,
             max_particles=self._settings.max_particles,
             gives_way=spec.follow is not None,
+            filters=self._store.files.filters_of(*(branch.run.recipe for branch in spec.branches.values())),
         )
 
     def _index(self, upload: str) -> str | None:

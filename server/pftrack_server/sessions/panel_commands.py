@@ -10,6 +10,7 @@ from typing import Any
 
 import structlog
 
+from pftrack.filter_files import FilterFileError
 from pftrack.model.parameters import ParameterError
 from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
@@ -21,7 +22,7 @@ __all__ = ["PanelCommands"]
 
 log = structlog.get_logger(__name__)
 
-REFUSALS = (ApiError, EndOfRun, ParameterError, PastError, RecordError, SourceError)
+REFUSALS = (ApiError, EndOfRun, FilterFileError, ParameterError, PastError, RecordError, SourceError)
 """Errors whose words are meant for people."""
 
 

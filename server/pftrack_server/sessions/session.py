@@ -68,6 +68,7 @@ class Session:
         self._starting: WorkerHandle | None = None
         self._is_closed = False
         self._thumbnail: bytes | None = None
+        self._reopening: asyncio.Future[None] | None = None
 
     # ------------------------------------------------------------ what it is
 
@@ -236,6 +237,12 @@ class Session:
         # Not through the door: a pause has to reach a worker that is busy with a long seek.
         return await self._request(command, self._view)
 
+    async def revise_filter(self, name: str, text: str) -> None:
+        """Go on with another version of a filter's file, from the frame where the run stands."""
+        async with self._command_lock:
+            self._room_for_branch()
+            await self._request(protocol.ReviseFilter(name, text, self.spec.next_branch()), _plain)
+
     async def branch(self, frame: int, values: dict[str, Any], title: str | None) -> messages.SessionPublic:
         """Leave the active branch at a frame and go on in a new one; return the session as it is then."""
         async with self._command_lock:
@@ -349,6 +356,9 @@ class Session:
         if isinstance(event, protocol.Ready):
             self._worker = self._starting
             self.state.begin(event)
+        if isinstance(event, protocol.Described):
+            self.state.describe(event.description)
+            self._reopening = asyncio.ensure_future(self.scene_feed.close())
         if isinstance(event, protocol.Progress):
             self.state.advance(event.changes, event.rows)
             if event.scene is not None:

@@ -126,13 +126,21 @@ class SessionState:
         self._on_values()
         self.listeners.greet()
 
+    def describe(self, description: SessionDescription) -> None:
+        """Take over what is fixed from now on, and greet all listeners again."""
+        self.spec.description = self._with_first_preset(description)
+        self.dirty = True
+        self._on_values()
+        self.listeners.greet()
+
     def _with_first_preset(self, description: SessionDescription) -> SessionDescription:
         """Return a new worker's description with the preset's part as the first worker had it.
 
         What was changed since may be another preset's or nobody's, but the controls stay where a person has them.
         """
         first = self.spec.description or description
-        return description.model_copy(update={"about": first.about, "watch": first.watch, "subject": first.subject})
+        about = list(dict.fromkeys((*description.about, *first.about)))
+        return description.model_copy(update={"about": about, "watch": first.watch, "subject": first.subject})
 
     def advance(self, changes: Mapping[str, Any], rows: Sequence[dict[str, Any]] = ()) -> None:
         """Take down what has changed of the run and the diagnostics of frames just computed, and tell both.

@@ -13,6 +13,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from pftrack.files import write_whole
+from pftrack.filter_files import digest_of
+from pftrack.model.recipe import Recipe
 from pftrack_server.errors import NotFoundError
 
 __all__ = ["DataDirectory", "is_name", "new_name", "now"]
@@ -48,6 +50,7 @@ class DataDirectory:
         self.incoming = root / "incoming"
         self.outgoing = root / "outgoing"
         self.states = root / "states"
+        self.filters = root / "filters"
         # What is here belongs to its owner alone: videos of people, among others.
         root.mkdir(parents=True, exist_ok=True, mode=0o700)
         self._lock = os.open(root / "lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
@@ -61,12 +64,29 @@ class DataDirectory:
         # What was coming or going when the last server stopped is of no use to anybody.
         for folder in (self.incoming, self.outgoing):
             shutil.rmtree(folder, ignore_errors=True)
-        for folder in (self.uploads, self.runs, self.sweeps, self.states, self.incoming, self.outgoing):
+        for folder in (self.uploads, self.runs, self.sweeps, self.states, self.filters, self.incoming, self.outgoing):
             folder.mkdir(exist_ok=True, mode=0o700)
 
     def close(self) -> None:
         """Let another server have the directory."""
         os.close(self._lock)
+
+    def keep_filter(self, text: str) -> str:
+        """Keep a version of a filter's file that its owner has named; return the hash by which recipes name it."""
+        digest = digest_of(text)
+        path = self._filter(digest)
+        if not path.exists():
+            write_whole(path, text.encode())
+        return digest
+
+    def filters_of(self, *recipes: Recipe) -> tuple[str, ...]:
+        """Return the versions of filters' files that recipes name, as far as this server was ever started with them."""
+        named = {digest_of(text) for recipe in recipes for texts in recipe.filters.values() for text in texts}
+        known = [path for path in map(self._filter, sorted(named)) if path.exists()]
+        return tuple(path.read_text(encoding="utf-8") for path in known)
+
+    def _filter(self, digest: str) -> Path:
+        return self.filters / f"{digest.rpartition(':')[2]}.py"
 
     def upload(self, name: str) -> Path:
         """Return where an upload lies.

@@ -4,6 +4,7 @@ from collections.abc import Generator, Sequence
 from typing import Any
 
 from pftrack.comparison import Comparison
+from pftrack.filter_files import trust
 from pftrack_server.worker.protocol import WorkerConfig
 from pftrack_server.worker.run_tree import RunTree
 
@@ -35,4 +36,6 @@ def compare_runs(configs: Sequence[WorkerConfig]) -> Generator[tuple[int, int], 
 
 
 def _start(configs: Sequence[WorkerConfig]) -> Comparison:
+    for config in configs:
+        trust(*config.filters)
     return Comparison.of(*(RunTree(config).run for config in configs))

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from pftrack.exports.formats import exporting, exports_of
+from pftrack.filter_files import trust
 from pftrack.model.export import find_export
 from pftrack.model.recipe import Recipe
 from pftrack.runs import record
@@ -27,6 +28,7 @@ class Order:
         export: Name of the export.
         plot: Id of the one plot that a picture shall show; None for all.
         path: Where to.
+        filters: Texts of filters that the run may execute.
     """
 
     recipe: Mapping[str, Any]
@@ -35,6 +37,7 @@ class Order:
     export: str
     plot: str | None
     path: str
+    filters: tuple[str, ...] = ()
 
 
 def write_export(order: Order, video: tuple[str, str] | None, limits: Limits) -> Steps:
@@ -45,6 +48,7 @@ def write_export(order: Order, video: tuple[str, str] | None, limits: Limits) ->
         video: Path and index of the upload that the run was made on, if that is here.
         limits: How large its frames may be.
     """
+    trust(*order.filters)
     recipe = Recipe.model_validate(order.recipe)
     run = record.make(recipe, open_sequence=partial(reopen_footage, video, limits))
     last = min(order.computed, run.frames - 1)

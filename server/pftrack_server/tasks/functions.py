@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.failures import FailureRun, entry, run_failure
+from pftrack.filter_files import trust
 from pftrack.model.finder import Sighting
 from pftrack.model.marks import read_mark
 from pftrack.model.parameters import ParameterError
@@ -260,14 +261,16 @@ def read_record(path: str) -> dict[str, Any]:
     return _record(path).model_dump(mode="json")
 
 
-def weigh_record(path: str, video: tuple[str, str] | None, limits: Limits) -> Steps:
+def weigh_record(path: str, video: tuple[str, str] | None, limits: Limits, filters: tuple[str, ...] = ()) -> Steps:
     """Compute the run of a record as far as it was computed, and return what came of it; a step is a frame.
 
     Args:
         path: The record.
         video: Path and index of the upload that it was made on, if that is here.
         limits: How large their frames may be.
+        filters: Texts of filters that the run may execute.
     """
+    trust(*filters)
     saved = _read_record(path)
     found = saved.record
     recipe = found.recipe

@@ -2,6 +2,7 @@
 
 from pftrack.experiment import Preset
 from pftrack.exports.formats import exports_of
+from pftrack.filter_files import parameters_of
 from pftrack.model.parameters import flat
 from pftrack.runs.run import Run
 from pftrack_server.schemas.description import ExportPublic, SessionDescription, TrackerPublic
@@ -15,6 +16,8 @@ def describe(run: Run) -> SessionDescription:
     experiment, setup, source, footage = run.experiment, run.setup, run.source, run.recipe.footage
     width, height = source.size
     preset = _preset_of(run)
+    # Whoever writes a filter wants its sliders at hand.
+    own = [name for tracker, texts in experiment.filters.items() for name in parameters_of(tracker, texts)]
     return SessionDescription(
         title=experiment.title_on(footage),
         subject=footage.title if footage else preset.title if preset else "",
@@ -26,7 +29,7 @@ def describe(run: Run) -> SessionDescription:
         measures=[MeasurePublic(**measure.as_dict()) for measure in experiment.measures_on(setup.footage)],
         success_measure=setup.success,
         exports=[ExportPublic.model_validate(one) for one in exports_of(experiment)],
-        about=list(experiment.subjects(preset, footage)),
+        about=[*own, *experiment.subjects(preset, footage)],
         watch=preset.watch if preset else "",
         truth_columns=list(experiment.truth.form.columns) if footage and experiment.truth else [],
         declarations=list(experiment.declarations(type(setup.parameters))),

@@ -5,6 +5,7 @@ import socket
 import sys
 import traceback
 
+from pftrack.filter_files import FilterFileError, trust
 from pftrack.model.parameters import ParameterError
 from pftrack.process import BlockingEnd, confine, leave_interrupts_to_parent
 from pftrack.runs.record import RecordError
@@ -24,6 +25,7 @@ def main(end: socket.socket, config: WorkerConfig) -> None:
     leave_interrupts_to_parent()
     os.nice(GIVING_WAY if config.gives_way else NICENESS)
     confine(memory_bytes=config.memory_bytes, cpu_seconds=config.cpu_seconds, open_files=OPEN_FILES)
+    trust(*config.filters)
     pipe = BlockingEnd(end)
     try:
         worker = _make_worker(pipe, config)
@@ -45,7 +47,7 @@ def _make_worker(pipe: BlockingEnd, config: WorkerConfig) -> Worker | None:
     """Return the worker, or tell what of the config was refused."""
     try:
         return Worker(pipe, config)
-    except (ParameterError, SourceError, RecordError) as error:
+    except (FilterFileError, ParameterError, SourceError, RecordError) as error:
         _report_failure(pipe, Failed(str(error), error))
     except LookupError as error:
         # A session of an older version, whose experiment is no more.

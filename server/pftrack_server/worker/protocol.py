@@ -62,6 +62,7 @@ class WorkerConfig:
         max_pixels: Most pixels of a frame allowed.
         max_particles: Most particles allowed.
         gives_way: Whether it computes only when no other session wants to.
+        filters: Texts of filters that the run may execute, since the owner of this machine has named their files.
     """
 
     session: str
@@ -76,6 +77,7 @@ class WorkerConfig:
     max_pixels: int = 1920 * 1080 * 2
     max_particles: int = 100_000
     gives_way: bool = False
+    filters: tuple[str, ...] = ()
 
 
 # ---------------------------------------------------------------- commands
@@ -121,6 +123,15 @@ class Branch:
 
 
 @dataclass(frozen=True, slots=True)
+class ReviseFilter:
+    """Go on with another version of a filter's file, in the branch that is named here."""
+
+    name: str
+    text: str
+    branch: str
+
+
+@dataclass(frozen=True, slots=True)
 class Activate:
     """Show another branch; what is known of it makes it again where this worker does not hold it."""
 
@@ -161,7 +172,7 @@ class Credit:
     form: Form
 
 
-Command: TypeAlias = Transport | Speed | Restart | Change | Branch | Activate | Save | Picture | Export
+Command: TypeAlias = Transport | Speed | Restart | Change | Branch | ReviseFilter | Activate | Save | Picture | Export
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,6 +199,13 @@ class Ready:
     description: SessionDescription
     run: RunSnapshot
     rows: list[dict[str, Any]]
+
+
+@dataclass(frozen=True, slots=True)
+class Described:
+    """What is fixed of the run is something else from now on: it has other trackers and parameters."""
+
+    description: SessionDescription
 
 
 @dataclass(frozen=True, slots=True)
@@ -234,4 +252,4 @@ class Failed:
     error: Exception | None = None
 
 
-Event: TypeAlias = Ready | Progress | Reply | Heartbeat | Failed
+Event: TypeAlias = Ready | Described | Progress | Reply | Heartbeat | Failed

@@ -13,6 +13,15 @@ from pftrack.experiment import Experiment, Setup, Step
 from pftrack.experiments import find
 from pftrack.exports.formats import exporting, exports_of
 from pftrack.files import free_bytes
+from pftrack.filter_files import (
+    FilterFileError,
+    digest_of,
+    extend,
+    new_defaults,
+    trust,
+    widen,
+    with_digests,
+)
 from pftrack.model.calibration import TITLES
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.drawing import Drawing
@@ -30,7 +39,7 @@ from pftrack.runs import checkpoint, record
 from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import DEFAULT_LIMITS, open_sequence
 from pftrack_server.schemas.description import SessionDescription
-from pftrack_server.schemas.snapshot import Goal, RunSnapshot
+from pftrack_server.schemas.snapshot import Goal, Problem, RunSnapshot
 from pftrack_server.worker.description import describe
 from pftrack_server.worker.protocol import WorkerConfig
 from pftrack_server.worker.timeline_view import threshold_views, timeline_view
@@ -45,6 +54,7 @@ class RunTree:
         experiment: Of the run.
         active: Name of the active branch.
         restarts: How often a branch was restarted, which drops its past.
+        problem: Why a filter that the run could have is not at hand.
     """
 
     def __init__(self, config: WorkerConfig, on_step: Callable[[], None] = lambda: None) -> None:
@@ -60,8 +70,8 @@ class RunTree:
             RecordError: The upload is another one, or shows no target.
             LookupError: There is no such experiment.
         """
-        self._recipe = recipe = config.run.recipe
-        self.experiment: Experiment = find(recipe.experiment)
+        self._recipe = recipe = with_digests(config.run.recipe)
+        self.problem: Problem | None = None
         self._max_particles = config.max_particles
         self._on_step = on_step
         self._states = Path(config.states) if config.states else None
@@ -69,7 +79,10 @@ class RunTree:
         frames = recipe.frames
         if frames is not None and frames > config.max_frames:
             raise ParameterError("frames", frames, f"at most {config.max_frames} on this server")
-        self._setup = self._wire(config)
+        # That of the recording alone, to which what filters bring is added.
+        self._bare = self._wire(config)
+        self._adopt(self._usable(recipe))
+        recipe = self._recipe
         self.active = config.run.branch
         self._runs: dict[str, Run] = {}  # the one that was active last comes last
         self._left: dict[str, str] = {}
@@ -148,7 +161,7 @@ class RunTree:
         run = self.run
         changes, first = run.timeline.changes, {**flat(run.parameters_at(0)), "tracker": run.tracker}
         return {
-            "recipe": run.recipe.with_footage(truth=None),
+            "recipe": with_digests(run.recipe.with_footage(truth=None)),
             "timeline": timeline_view(changes, first),
             "thresholds": threshold_views(changes, first, self.experiment.declarations(type(self._setup.parameters))),
         }
@@ -288,6 +301,8 @@ class RunTree:
     def activate(self, name: str, recipe: Recipe) -> bool:
         """Show another branch; return whether it had to be computed again because this worker did not hold it."""
         missing = name not in self._runs
+        if any(len(texts) > len(self._recipe.filters.get(each, ())) for each, texts in recipe.filters.items()):
+            self._adopt({**self._recipe.filters, **recipe.filters})
         if missing:
             self._runs[name] = self._begin(recipe)
         self._show(name)
@@ -310,9 +325,70 @@ class RunTree:
         record.save(self.run, path)
         return self.run.summary().as_dict()
 
+    def revise_filter(self, name: str, text: str, branch: str) -> None:
+        """Go on with another version of a filter's file.
+
+        Where the active branch was computed with it, this makes a branch, from the frame that is shown or from the
+        start if that is the last; otherwise the version is at hand.
+
+        Args:
+            name: Of its tracker.
+            text: The file's content, which is trusted from now on.
+            branch: What to call the new branch.
+
+        Raises:
+            FilterFileError: It cannot be used; nothing has changed then.
+        """
+        trust(text)
+        versions = self._recipe.filters.get(name, ())
+        if versions[-1:] == (digest_of(text),):
+            return
+        if not any(_uses(run, name) for run in self._runs.values()):
+            versions = ()  # nobody needs them
+        self._adopt({**self._recipe.filters, name: (*versions, digest_of(text))})
+        used = _uses(self.run, name)
+        run = self.run.rewire(self.experiment, self._setup)
+        frame = 0 if self.ended else run.position
+        values = new_defaults(name, self._recipe.filters[name], flat(run.parameters_at(frame + 1)))
+        if used:
+            self._runs[branch] = run.branch(frame, values, on_step=self._on_step)
+            self._left[branch] = self.active
+            self._show(branch)
+        else:
+            # No number hangs on it, so it is in force from the beginning.
+            run.timeline = run.timeline.insert(Change(0, values)) if versions else run.timeline
+            self._runs[self.active] = run
+
+    def _usable(self, recipe: Recipe) -> Mapping[str, tuple[str, ...]]:
+        """Return the filters of a recipe; where the run needs none that cannot be used, without those."""
+        needed = {recipe.tracker, *(change.values.get("tracker") for change in recipe.timeline)}
+        usable = dict(recipe.filters)
+        for name, texts in recipe.filters.items():
+            try:
+                extend(recipe.experiment, {name: texts})
+            except FilterFileError as error:
+                if name in needed:
+                    raise
+                self.problem = Problem(file=error.file, line=error.line, text=error.problem)
+                del usable[name]
+        return usable
+
+    def _adopt(self, filters: Mapping[str, tuple[str, ...]]) -> None:
+        """Have the trackers of these filters at hand.
+
+        Raises:
+            FilterFileError: One cannot be used; nothing has changed then.
+        """
+        experiment, setup = extend(self._recipe.experiment, filters), widen(self._bare, filters)
+        self.experiment: Experiment = experiment
+        self._setup: Setup = setup
+        self._recipe = self._recipe.model_copy(update={"filters": dict(filters)})
+
     def _show(self, name: str) -> None:
         self._runs[self.active] = self._runs.pop(self.active)
         self.active = name
+        if self.run.experiment is not self.experiment:  # of before another version of a filter came
+            self._runs[name] = self.run.rewire(self.experiment, self._setup)
 
     def _restart(self, values: Mapping[str, object]) -> None:
         run = self.run
@@ -340,9 +416,9 @@ class RunTree:
 
     def _wire(self, config: WorkerConfig) -> Setup:
         """Wire the recipe's footage, which is the upload, or the simulated scene."""
-        footage = config.run.recipe.footage
+        footage, experiment = config.run.recipe.footage, find(config.run.recipe.experiment)
         if footage is None or config.video is None:
-            return self.experiment.simulate()
+            return experiment.simulate()
         video = Path(config.video)
         limits = dataclasses.replace(DEFAULT_LIMITS, frames=config.max_frames, pixels=config.max_pixels)
         index = FrameIndex.from_json(config.index) if config.index else None
@@ -350,7 +426,7 @@ class RunTree:
         def open_sequence_of(footage: Footage) -> FrameSequence:
             return open_sequence(video, limits, index=index, square=footage.square)
 
-        setup = record.wire(self.experiment, footage, open_sequence_of)
+        setup = record.wire(experiment, footage, open_sequence_of)
         if setup.footage is None or not footage.name:
             return setup
         # A saved run speaks of the recording by the name that people know.
@@ -369,3 +445,7 @@ class RunTree:
         changed = revise(parameters, {name: value for name, value in values.items() if name != "tracker"})
         limit_particles(self.experiment.declarations(type(changed)), flat(changed), tracker, self._max_particles)
         return changed, tracker
+
+
+def _uses(run: Run, tracker: str) -> bool:
+    return any(each.tracker == tracker for each in run.timeline.segments)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_args
 
+from pftrack.filter_files import FilterFileError
 from pftrack.model.drawing import Drawing
 from pftrack.model.export import ExportError
 from pftrack.model.parameters import ParameterError
@@ -23,7 +24,7 @@ from pftrack.sources.sequence import SourceError
 from pftrack.warming.watch import watch
 from pftrack_server.flat.codec import DrawingEncoder
 from pftrack_server.pictures import PictureEncoder
-from pftrack_server.schemas.snapshot import Goal, RunSnapshot, differences
+from pftrack_server.schemas.snapshot import Goal, Problem, RunSnapshot, differences
 from pftrack_server.worker.checkpoints import Checkpoints
 from pftrack_server.worker.protocol import (
     OPENING,
@@ -32,6 +33,7 @@ from pftrack_server.worker.protocol import (
     Change,
     Command,
     Credit,
+    Described,
     Export,
     Form,
     Heartbeat,
@@ -41,6 +43,7 @@ from pftrack_server.worker.protocol import (
     Reply,
     Request,
     Restart,
+    ReviseFilter,
     Save,
     Speed,
     Transport,
@@ -51,7 +54,7 @@ from pftrack_server.worker.run_tree import RunTree
 __all__ = ["Worker"]
 
 # What a command may be answered with; anything else is a mistake of ours and ends the session.
-REFUSALS = (ExportError, ParameterError, SourceError, RecordError, PastError, EndOfRun, OSError)
+REFUSALS = (ExportError, FilterFileError, ParameterError, SourceError, RecordError, PastError, EndOfRun, OSError)
 FORMS: tuple[Form, ...] = get_args(Form)
 TELL_S = 1 / 30
 # A frame that comes a little early must not be skipped, or thirty a second would become fifteen.
@@ -96,6 +99,7 @@ class Worker:
         self._behind_s = 0.0
         self._measures: dict[str, float | int] = {}
         self._look = ""
+        self._problem: Problem | None = self._tree.problem
         self._measured = 0.0
         self._rows: list[dict[str, Any]] = []
         self._news = False
@@ -148,6 +152,12 @@ class Worker:
 
     def _compute(self) -> None:
         """Go on by one frame if one is due."""
+        try:
+            self._compute_next()
+        except FilterFileError as error:
+            self._halt(error)
+
+    def _compute_next(self) -> None:
         if (way := self._way) is not None:
             if not self._step(way):
                 self._reply(way.number)
@@ -161,6 +171,14 @@ class Worker:
             if self._tree.ended:
                 self._playing = False
 
+    def _halt(self, error: FilterFileError) -> None:
+        """Stand where the run is, since a filter cannot go on, and say why."""
+        way, self._way, self._playing = self._way, None, False
+        self._problem, self._news = _problem(error), True
+        if way is not None:
+            self._report(draw=True)
+            self._pipe.send(Reply(way.number, error=error))
+
     def _forward(self) -> None:
         begun = time.monotonic()
         row = self._tree.forward()
@@ -169,6 +187,7 @@ class Worker:
     def _note_step(self, row: dict[str, Any] | None, begun: float) -> None:
         """Take note of a step and of how long its frame took, if it had to be computed."""
         if row is not None:
+            self._problem = None
             self._rows.append(row)
             self._checkpoints.on_frame(time.monotonic() - begun)
         self._mark_changed()
@@ -234,6 +253,7 @@ class Worker:
                 "goal_position": goal and goal.position,
                 "measured": self._measures,
                 "look": self._look,
+                "problem": self._problem,
             }
         )
 
@@ -314,6 +334,8 @@ class Worker:
             case Branch(branch=branch, frame=frame, values=values):
                 self._flush()
                 self._tree.branch(branch, frame, values)
+            case ReviseFilter():
+                self._revise_filter(command)
             case Activate():
                 self._activate(command, number)
             case Save(path=path):
@@ -358,6 +380,18 @@ class Worker:
             self._mark_changed()
         return self._tree.run.position + 1
 
+    def _revise_filter(self, command: ReviseFilter) -> None:
+        """Go on with another version of a filter's file; one that cannot be used is told, and nothing else changes."""
+        self._flush()
+        try:
+            self._tree.revise_filter(command.name, command.text, command.branch)
+        except FilterFileError as error:
+            self._problem, self._news, self._playing = _problem(error), True, False
+            return
+        self._problem = None
+        self._report(draw=False)
+        self._pipe.send(Described(self._tree.describe()))
+
     def _activate(self, command: Activate, number: int) -> None:
         self._flush()
         again = self._tree.activate(command.run.branch, command.run.recipe)
@@ -382,6 +416,10 @@ class Worker:
         drawing = self._tree.drawing()
         layers = self._tree.experiment.shown_layers
         return png(render(drawing, layers=layers, scale=_scale(drawing.width), caption=False))
+
+
+def _problem(error: FilterFileError) -> Problem:
+    return Problem(file=error.file, line=error.line, text=error.problem)
 
 
 def _scale(width: int) -> float:

@@ -1,0 +1,102 @@
+"""Filters in files: `new filter` writes one to begin with, and wherever a tracker is named a file may be."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from pftrack.cli.listing import find_experiment
+from pftrack.cli.output import CommandError, note, wrong_use
+
+if TYPE_CHECKING:
+    from pftrack.experiment import Experiment
+    from pftrack.model.recipe import Recipe
+
+__all__ = ["Trust", "chosen_tracker", "read_filters", "register", "with_filters"]
+
+Trust = Annotated[
+    bool, typer.Option("--trust", help="Execute the filters that the file brings; read them first, with show-recipe.")
+]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this module."""
+    new = typer.Typer(add_completion=False, help="Write a file to begin with.")
+    new.callback()(lambda: None)
+    new.command("filter")(filter_)
+    app.add_typer(new, name="new")
+
+
+def filter_(
+    file: Annotated[Path, typer.Argument(help="Where to, FILE.py; a file that is there is left alone.")],
+    experiment: Annotated[str, typer.Option(help="The experiment whose target it follows.")],
+) -> None:
+    """Write a filter that works, to be changed; `pftrack serve FILE` and `--tracker FILE` use it."""
+    from pftrack.filter_files import name_of
+    from pftrack.filter_files.example import example_of
+
+    found = find_experiment(experiment)
+    try:
+        name_of(file)
+        text = example_of(found)
+    except ValueError as error:
+        raise wrong_use(str(error)) from None
+    try:
+        with file.open("x", encoding="utf-8") as opened:
+            opened.write(text)
+    except FileExistsError:
+        raise CommandError(f"{file} is there already; name another file") from None
+    except OSError as error:
+        raise CommandError(f"{file} cannot be written: {error.strerror}") from None
+    note(
+        f"pftrack: wrote {file}; see it at work with: pftrack serve {file}, or: pftrack run {found.id} --tracker {file}"
+    )
+
+
+def read_filters(named: Sequence[str]) -> tuple[tuple[str, ...], dict[str, tuple[str, ...]]]:
+    """Return trackers by name, and texts of those that are files; whoever names one trusts it."""
+    from pftrack.filter_files import name_of, trust
+
+    names: list[str] = []
+    filters: dict[str, tuple[str, ...]] = {}
+    for each in named:
+        if not each.endswith(".py"):
+            names.append(each)
+            continue
+        try:
+            name = name_of(Path(each))
+            text = Path(each).read_text(encoding="utf-8")
+        except OSError as error:
+            raise CommandError(f"{each} cannot be read: {error.strerror}") from None
+        except ValueError as error:
+            raise wrong_use(str(error)) from None
+        if name in filters:
+            raise wrong_use(f"two files are called {name}.py; call one of them otherwise")
+        trust(text)
+        names.append(name)
+        filters[name] = (text,)
+    return tuple(names), filters
+
+
+def chosen_tracker(recipe: "Recipe", tracker: str | None, *, trusted: bool) -> "tuple[Experiment, Recipe, str | None]":
+    """Return the experiment of a recipe with the tracker that was chosen beside it, if one was, which may be a file."""
+    from pftrack.filter_files import trust_filters
+
+    if trusted:
+        trust_filters(recipe)
+    found = with_filters(find_experiment(recipe.experiment), dict(recipe.filters))
+    if tracker is None:
+        return found, recipe, None
+    (name,), filters = read_filters([tracker])
+    found = with_filters(found, filters)
+    if name not in found.trackers:
+        raise wrong_use(f"the tracker of {found.id} must be one of {', '.join(found.trackers)}, got {name!r}")
+    return found, recipe.model_copy(update={"filters": dict(found.filters)}), name
+
+
+def with_filters(experiment: "Experiment", filters: "dict[str, tuple[str, ...]]") -> "Experiment":
+    """Return an experiment with further trackers from files."""
+    from pftrack.filter_files import extend
+
+    return extend(experiment.id, {**experiment.filters, **filters})

@@ -1,0 +1,70 @@
+"""What a filter in a file is told of the states of a ball, and the bootstrap filter that stands in for it."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.model.frame import Frame
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.random import Generator
+from pftrack.trackers import reports
+from pftrack.trackers.ball import motion
+from pftrack.trackers.ball.common import lineage_of, start
+from pftrack.trackers.ball.likelihood import CHROMATICITY
+from pftrack.trackers.ball.motion import TRACKED
+from pftrack.trackers.ball.parameters import BallTrackerParameters
+from pftrack.trackers.filter_interface import Component, FilterInterface, Update
+from pftrack.trackers.point_state import PointState
+from pftrack.trackers.sampling.common import particles_of, picture_of, size_of
+from pftrack.trackers.sampling.samplers import measure_particles
+
+__all__ = ["FILTER_INTERFACE"]
+
+COMPONENTS = (Component("u", "px"), Component("v", "px"), Component("u before", "px"), Component("v before", "px"))
+
+
+def _propagate(
+    state: PointState, states: NDArray[np.float64], frame: Frame, parameters: BallTrackerParameters, rng: Generator
+) -> NDArray[np.float64]:
+    dynamics = motion.dynamics(state, parameters, size_of(picture_of(frame)))
+    means = dynamics.predict(states)
+    return dynamics.diffuse(rng, means, np.arange(len(states)))
+
+
+def _log_likelihood(
+    state: PointState, states: NDArray[np.float64], frame: Frame, parameters: BallTrackerParameters
+) -> NDArray[np.float64]:
+    del state
+    weighed: NDArray[np.float64] = CHROMATICITY.log_likelihood(
+        picture_of(frame), np.ascontiguousarray(states.T).T, CHROMATICITY.packed(parameters)
+    )
+    return weighed
+
+
+def _believe(state: PointState, update: Update, frame: Frame, parameters: BallTrackerParameters) -> PointState:
+    del frame
+    particles = update.particles
+    parents = state.particles
+    return PointState(
+        Gaussian(*particles.moments),
+        TRACKED,
+        particles,
+        log_evidence=update.log_evidence,
+        resampled=update.resampled,
+        lineage=lineage_of(state, parents, particles, parameters) if parents is not None else None,
+        repeatable=update.repeatable,
+    )
+
+
+FILTER_INTERFACE = FilterInterface(
+    components=lambda _: COMPONENTS,
+    observed="frame.image_rgb is the picture, (height, width, 3), 0 to 255; u counts its columns, v its rows",
+    example="pftrack.experiments.ball.example_filter",
+    reads="condensation",
+    start=start,
+    particles=particles_of,
+    propagate=_propagate,
+    log_likelihood=_log_likelihood,
+    believe=_believe,
+    series=reports.CLOUD,
+    measure=measure_particles,
+)

@@ -1,0 +1,169 @@
+"""Filters that the server was started with: files of its owner, which stand among the trackers of an experiment.
+
+They are named on the command line and nowhere else, and executed in workers alone; here they are read, and looked at
+without being executed. A version that was saved while the server runs is kept, since runs were made with it.
+"""
+
+import ast
+import asyncio
+import contextlib
+from collections.abc import Awaitable, Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+import structlog
+
+from pftrack.experiments import find
+from pftrack.filter_files import name_of
+from pftrack.model.recipe import Recipe
+from pftrack_server.store.files import DataDirectory
+
+__all__ = ["FilterFiles", "ServedFilter", "look_at"]
+
+log = structlog.get_logger(__name__)
+
+EVERY_S = 0.1
+"""How often a file is looked at; somebody who saves it waits for what comes of it."""
+
+TARGET = "EXPERIMENT"
+"""What a file calls the experiment whose target it follows."""
+
+OnSaved: TypeAlias = Callable[[str, str, str], Awaitable[None]]
+"""Takes experiment, name of the tracker and text of a file that was saved."""
+
+
+@dataclass(frozen=True, slots=True)
+class ServedFilter:
+    """A file that the server was started with.
+
+    Attributes:
+        path: Where it is.
+        name: Of its tracker.
+        experiment: Whose target it follows.
+        title: What it says of itself, or its name.
+        digest: Hash of its newest version.
+    """
+
+    path: Path
+    name: str
+    experiment: str
+    title: str
+    digest: str
+
+
+def look_at(path: Path) -> tuple[str, str, str]:
+    """Return the experiment of a file, its title and its text, without executing it.
+
+    Raises:
+        ValueError: It is no filter that can be served; the sentence says what to do.
+        OSError: It cannot be read.
+    """
+    name, text = name_of(path), path.read_text(encoding="utf-8")
+    try:
+        tree = ast.parse(text)
+    except SyntaxError as error:
+        raise ValueError(f"{path.name}, line {error.lineno}: {error.msg}") from None
+    experiment = next((_constant(node) for node in tree.body if _assigns(node)), None)
+    if experiment is None:
+        raise ValueError(f"{path.name} does not say whose target it follows: write {TARGET} as pftrack new filter does")
+    try:
+        found = find(experiment)
+    except LookupError as error:
+        raise ValueError(f"{path.name}: {error.args[0]}") from None
+    if found.filter_interface is None:
+        raise ValueError(f"{path.name}: {found.id} takes no filters from files")
+    if name in found.trackers:
+        raise ValueError(f"{path.name}: {found.id} has a tracker {name}; call the file otherwise")
+    said = (ast.get_docstring(tree) or "").partition("\n")[0].rstrip(".")
+    return found.id, said or path.name, text
+
+
+class FilterFiles:
+    """The files, the newest version of each, and the watch over them."""
+
+    def __init__(self, paths: Sequence[Path], files: DataDirectory) -> None:
+        """Read the files.
+
+        Raises:
+            ValueError: One is no filter that can be served.
+            OSError: One cannot be read.
+        """
+        self._files = files
+        self._seen: dict[Path, tuple[int, int]] = {}
+        self._served: dict[str, ServedFilter] = {}
+        self._watch: asyncio.Task[None] | None = None
+        for path in paths:
+            self._read(path)
+
+    @property
+    def served(self) -> list[ServedFilter]:
+        """All of them."""
+        return list(self._served.values())
+
+    def bring(self, recipe: Recipe) -> Recipe:
+        """Return a recipe that brings the filters of its experiment, as they are now, beside those that it has."""
+        own = {each.name: (each.digest,) for each in self.served if each.experiment == recipe.experiment}
+        return recipe.model_copy(update={"filters": {**own, **recipe.filters}}) if own else recipe
+
+    def open(self, on_saved: OnSaved) -> None:
+        """Watch over the files; tell whenever one was saved."""
+        if self._served:
+            self._watch = asyncio.create_task(self._look(on_saved))
+
+    async def close(self) -> None:
+        """Watch no more."""
+        if self._watch is not None:
+            self._watch.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await self._watch
+
+    async def _look(self, on_saved: OnSaved) -> None:
+        while True:
+            await asyncio.sleep(EVERY_S)
+            for served in self.served:
+                try:
+                    text = await asyncio.to_thread(self._changed, served)
+                    if text is not None:
+                        await on_saved(served.experiment, served.name, text)
+                except Exception:
+                    log.exception("a filter's file could not be looked at", file=served.path.name)
+
+    def _changed(self, served: ServedFilter) -> str | None:
+        """Return the text of a file, if it was saved since it was last looked at."""
+        try:
+            if self._stamp(served.path) == self._seen.get(served.path):
+                return None
+            self._seen[served.path] = self._stamp(served.path)
+            text = served.path.read_text(encoding="utf-8")
+        except (OSError, ValueError):
+            return None  # an editor may be about to put another file in its place
+        if not text.strip():
+            return None
+        with contextlib.suppress(ValueError, OSError):  # what is wrong with it, a session says with the line
+            self._read(served.path)
+        return text
+
+    def _read(self, path: Path) -> None:
+        self._seen[path] = self._stamp(path)
+        experiment, title, text = look_at(path)
+        name = name_of(path)
+        known = self._served.get(name)
+        if known is not None and known.path != path:
+            raise ValueError(f"two files are called {path.name}; call one of them otherwise")
+        self._served[name] = ServedFilter(path, name, experiment, title, self._files.keep_filter(text))
+
+    @staticmethod
+    def _stamp(path: Path) -> tuple[int, int]:
+        found = path.stat()
+        return found.st_mtime_ns, found.st_size
+
+
+def _assigns(node: ast.stmt) -> bool:
+    targets = node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
+    return any(isinstance(target, ast.Name) and target.id == TARGET for target in targets)
+
+
+def _constant(node: ast.stmt) -> str | None:
+    value = getattr(node, "value", None)
+    return value.value if isinstance(value, ast.Constant) and isinstance(value.value, str) else None

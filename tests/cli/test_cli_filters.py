@@ -1,0 +1,48 @@
+"""Filters in files on the command line: one to begin with, run, swept, replayed."""
+
+import json
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+import pftrack
+from tests.cli.commands import Call, refused
+
+
+@pytest.fixture
+def file(call: Call, tmp_path: Path) -> Path:
+    path = tmp_path / "mine.py"
+    assert call("new", "filter", path, "--experiment", "sine")[0] == 0
+    return path
+
+
+def test_a_file_is_run_swept_and_replayed(call: Call, file: Path, tmp_path: Path) -> None:
+    """A file stands wherever a tracker's name may; what it saved is the same run again."""
+    saved, table = tmp_path / "run.pft", tmp_path / "sweep.parquet"
+    ran = json.loads(call("run", "sine", "--tracker", file, "--frames", 30, "--out", saved, "--json")[1])
+    assert ran["tracker"] == "mine"
+    assert json.loads(call("replay", saved, "--json")[1])["same_as_saved"] is True
+    assert pftrack.run("sine", tracker=file, frames=30).estimates_sha256 == ran["estimates_sha256"]
+    options = "--trackers", f"{file},kalman", "--axis", "step_sd=0.001,0.01", "--trials", 2, "--frames", 20
+    status, _, said = call("sweep", "sine", *options, "--out", table, "--json")
+    assert status == 0, said
+    rows = pq.read_table(table).to_pylist()
+    assert [row["tracker"] for row in rows].count("mine") == 4
+    assert not any(row["problem"] for row in rows)
+
+
+def test_what_stands_in_the_way_is_said_in_a_line(call: Call, file: Path, tmp_path: Path) -> None:
+    """A file that is there, one with another name, one that breaks, and one that somebody else has written."""
+    refused(call("new", "filter", file, "--experiment", "ball"), 1, "is there already")
+    refused(call("new", "filter", tmp_path / "my-filter.py", "--experiment", "ball"), 2, "a name such as my_filter.py")
+    refused(call("new", "filter", tmp_path / "other.py", "--experiment", "fish"), 2, "takes no filters")
+    refused(call("run", "sine", "--tracker", tmp_path / "nowhere.py"), 1, "cannot be read")
+    text = file.read_text()
+    file.write_text(text.replace("newest, before = np", "newest, before = np.nothing"))
+    line = text[: text.index("newest, before = np")].count("\n") + 1
+    refused(call("run", "sine", "--tracker", file), 1, f"mine.py, line {line}", "AttributeError")
+    recipe = tmp_path / "theirs.json"
+    recipe.write_text(json.dumps({"experiment": "sine", "tracker": "mine", "filters": {"mine": [text + "\n# theirs"]}}))
+    refused(call("run", recipe), 1, "nobody has said to trust")
+    assert call("run", recipe, "--trust", "--frames", 5)[0] == 0

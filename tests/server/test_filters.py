@@ -1,0 +1,112 @@
+"""Filters of the server's owner: files named on its command line, which sessions follow as they are saved."""
+
+import json
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from pftrack.experiments import find
+from pftrack.filter_files.example import example_of
+from pftrack_server.settings import Settings
+from tests.server.host import Server, begin, error_of, running, steer
+from tests.waiting import wait_for
+
+TEXT = example_of(find("ball"))
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "mine.py"
+    path.write_text(TEXT)
+    return path
+
+
+@pytest.fixture
+def owner(file: Path, tmp_path: Path) -> Iterator[Server]:
+    with running(Settings(data_dir=tmp_path / "data", filters=(file,))) as server:
+        yield server
+
+
+@pytest.fixture
+def client(owner: Server) -> Iterator[httpx.Client]:
+    with httpx.Client(base_url=owner.url, timeout=60) as connected:
+        yield connected
+
+
+def shown(client: httpx.Client, session: str) -> dict[str, Any]:
+    told: dict[str, Any] = client.get(f"/api/v1/sessions/{session}").json()
+    return told
+
+
+def test_saving_the_file_changes_the_running_session(client: httpx.Client, file: Path) -> None:
+    """From the frame where it stands, as a branch; new parameters are there, and new defaults in force."""
+    listed = next(each for each in client.get("/api/v1/experiments").json() if each["id"] == "ball")
+    assert "mine" in [each["id"] for each in listed["trackers"]]
+    session = begin(client, tracker="mine")
+    assert "noise_px" in [each["name"] for each in session["declarations"]]
+    assert TEXT[:40] not in json.dumps(session), "pages are told the file's hash"
+    steer(client, session["id"], "seek", frame=20)
+
+    file.write_text(TEXT.replace("noise_px: float = 3.0", "extra: int = 7  # of no use\n    noise_px: float = 4.5"))
+    begun = time.perf_counter()
+    wait_for(lambda: len(shown(client, session["id"])["branches"]) == 2)
+    took_s = time.perf_counter() - begun
+    told = shown(client, session["id"])
+    assert took_s < 5.0
+    assert (told["position"], told["parameters"]["mine_version"]) == (20, 2)
+    assert (told["parameters"]["noise_px"], told["parameters"]["extra"]) == (4.5, 7)
+    (extra,) = [each for each in told["declarations"] if each["name"] == "extra"]
+    assert (extra["description"], extra["maximum"]) == ("Of no use.", 70)
+    steer(client, session["id"], "seek", frame=30)
+    old = client.post(f"/api/v1/sessions/{session['id']}/branch/b0/activate").json()
+    assert (old["branch"], old["parameters"]["mine_version"], old["parameters"]["noise_px"]) == ("b0", 1, 3.0)
+    assert "extra" in old["parameters"]
+
+
+def test_a_mistake_is_told_with_its_line_and_the_run_stands(client: httpx.Client, file: Path) -> None:
+    """In a file that is saved, and in a step; what was computed stays, and a mended file goes on."""
+    session = begin(client, tracker="mine")["id"]
+    steer(client, session, "seek", frame=5)
+    file.write_text(TEXT + "def broken(:\n")
+    told = wait_for(lambda: shown(client, session)["problem"])
+    assert (told["file"], told["line"]) == ("mine.py", len(TEXT.splitlines()) + 1)
+    assert shown(client, session)["branch"] == "b0"
+
+    file.write_text(TEXT.replace("return np.log(0.02", "return np.log(-0.5"))
+    wait_for(lambda: shown(client, session)["branch"] == "b1")
+    refused = error_of(client.post(f"/api/v1/sessions/{session}/transport", json={"action": "seek", "frame": 9}), 422)
+    assert "log_likelihood returned NaN" in refused["message"]
+    told = shown(client, session)
+    assert (told["position"], told["computed"], told["state"]) == (5, 5, "ready")
+    assert told["problem"]["line"] == TEXT[: TEXT.index("def log_likelihood")].count("\n") + 1
+
+    file.write_text(TEXT)
+    wait_for(lambda: shown(client, session)["branch"] == "b2")
+    assert steer(client, session, "seek", frame=9)["problem"] is None
+
+
+def test_code_is_never_taken_over_the_network(client: httpx.Client, file: Path) -> None:
+    """A recipe that brings another text is refused, by its text or its hash; so is a saved run."""
+    evil = TEXT + "\nimport os; os.system('touch evil')\n"
+    body = {"recipe": {"experiment": "ball", "tracker": "theirs", "filters": {"theirs": [evil]}}}
+    assert "not here" in error_of(client.post("/api/v1/sessions", json=body), 422)["message"]
+    session = begin(client, tracker="mine")["id"]
+    saved = client.post("/api/v1/runs", json={"session": session}).json()
+    record = client.get(f"/api/v1/runs/{saved['id']}/download").content
+    assert client.post(f"/api/v1/runs/{saved['id']}/open").status_code == 201
+    kept = client.post("/api/v1/runs/import", files={"file": ("mine.pft", record)})
+    assert kept.status_code == 201, kept.text
+
+
+def test_a_server_without_the_file_does_not_compute_the_run(client: httpx.Client, server: Server) -> None:
+    """It says why; nothing of the file is executed there."""
+    session = begin(client, tracker="mine")["id"]
+    saved = client.post("/api/v1/runs", json={"session": session}).json()
+    record = client.get(f"/api/v1/runs/{saved['id']}/download").content
+    with httpx.Client(base_url=server.url, timeout=60) as elsewhere:
+        answer = elsewhere.post("/api/v1/runs/import", files={"file": ("mine.pft", record)})
+        assert "trust" in error_of(answer, 422)["message"]
