@@ -75,7 +75,7 @@ def run(
         "seed": seed if seed is not None else (chosen.seed if chosen else None),
         "frames": frames,
         "timeline": (*recipe.timeline, Change(0, values)) if values else None,
-        "footage": _footage(recording, mark, start),
+        "footage": None if recipe.footage and mark is None and not start else _footage(recording, mark, start),
     }
     changed = recipe.model_copy(update={name: it for name, it in said.items() if it is not None})
     setup = record.wire(wiring, changed.footage, _opener(recording))

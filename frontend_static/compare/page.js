@@ -1,7 +1,7 @@
 /** The page of a comparison: what its address names, beside each other, and a link that holds all that makes it. */
 
 import { absolute } from "../shared/address.js";
-import { messageOf } from "../shared/api.js";
+import { api, messageOf } from "../shared/api.js";
 import { copyButton } from "../shared/copy.js";
 import { openDialog } from "../shared/dialog.js";
 import { fill, h, part, setText } from "../shared/dom.js";
@@ -9,6 +9,7 @@ import { icon } from "../shared/icons.js";
 import { navigation } from "../shared/navigation.js";
 import { notice } from "../shared/notice.js";
 import { present, presentationButton } from "../shared/presentation.js";
+import { sourceCode } from "../shared/source_code.js";
 import { themeButton } from "../shared/theme.js";
 import { later } from "../shared/timing.js";
 import { followChip } from "../lecturer/chip.js";
@@ -130,6 +131,7 @@ function shareDialog() {
       ),
       wanted.runs.some(({ recipe }) => recipe?.footage) && h("p", { class: "hint" }, RECORDING),
       field,
+      sourceCode(() => api.sourceCode(wanted.runs)),
       h("footer", {}, h("button", { type: "button", on: { click: close } }, "Close"), copyButton("Copy link", address, "the link")),
     ];
   }, { wide: true });

@@ -7,6 +7,7 @@ import { icon } from "../shared/icons.js";
 import { navigation } from "../shared/navigation.js";
 import { notice } from "../shared/notice.js";
 import { presentationButton } from "../shared/presentation.js";
+import { sourceCodeButton } from "../shared/source_code.js";
 import { themeButton } from "../shared/theme.js";
 import { later } from "../shared/timing.js";
 import { followChip } from "../lecturer/chip.js";
@@ -79,7 +80,8 @@ function begin(failure) {
   fill(root, columns.map(({ element }) => element), deck);
   const runs = pair(columns, deck, failure);
   measure(failure, columns, runs.signal);
-  fill(part("compare"), comparisonLink(failure, runs));
+  const both = [{ recipe: failure.failing }, { recipe: failure.cured }];
+  fill(part("compare"), comparisonLink(failure, runs), sourceCodeButton(() => api.sourceCode(both)));
   runs.begun.then((sessions) => {
     shown = { failure, columns, sessions };
     return control.find();

@@ -4,10 +4,12 @@
  */
 
 import { absolute } from "../shared/address.js";
+import { api } from "../shared/api.js";
 import { openDialog } from "../shared/dialog.js";
 import { h } from "../shared/dom.js";
 import { toast } from "../shared/toast.js";
 import { linkTo } from "../shared/share_link.js";
+import { sourceCode } from "../shared/source_code.js";
 
 /** @import { SessionPublic } from "../shared/messages.js" */
 
@@ -51,6 +53,7 @@ export function shareDialog(session) {
       ),
       session.upload && h("p", { class: "hint" }, "The video itself stays on this server."),
       field,
+      sourceCode(() => api.sourceCode([{ reference: `${session.id}:${session.branch}` }], session.computed + 1)),
       h(
         "footer",
         {},

@@ -182,6 +182,7 @@ const truthPath = (id, of) => upload(id, `truth?${query({ experiment: of })}`);
  * @property {(id: string, recording?: string) => Promise<Messages.ExperimentDetail>} experiment With the parameters of a kind of recording, if one is named.
  * @property {() => Promise<Messages.PluginPublic[]>} plugins
  * @property {() => Promise<Messages.CompilationPublic>} compilation
+ * @property {(runs: Messages.ComparedRun[], frames?: number) => Promise<Messages.SourceCodePublic>} sourceCode
  * @property {() => Promise<Messages.FailurePublic[]>} failures
  * @property {(id: string) => Promise<Messages.FailurePublic>} failure By id or number.
  * @property {(id: string, signal: AbortSignal) => Promise<Messages.FailureResult>} course
@@ -233,6 +234,7 @@ export const api = {
   experiment: (id, recording) => request("GET", recording ? `${experimentPath(id)}?${query({ recording })}` : experimentPath(id)),
   plugins: () => request("GET", "plugins"),
   compilation: () => request("GET", "compilation"),
+  sourceCode: (runs, frames) => request("POST", "source-code", { runs, frames: frames ?? null }),
 
   failures: () => request("GET", "failures"),
   failure: (id) => request("GET", failure(id)),

@@ -1444,6 +1444,19 @@ export interface SightingPublic {
   of: number;
 }
 
+/** The same computation in two forms. */
+export interface SourceCodePublic {
+  python: string;
+  command: string;
+}
+
+/** Of which runs: of one, or of several that are compared. */
+export interface SourceCodeRequest {
+  runs: ComparedRun[];
+  /** How many frames of each; all if left out */
+  frames?: number | null;
+}
+
 /** Whether a target can be followed, looked at before it is tracked. */
 export interface SuitabilityPublic {
   /** 0..1, the higher the better */

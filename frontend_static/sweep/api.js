@@ -26,6 +26,7 @@ const sweep = pathOf("sweeps");
  * @property {(id: string, question: Query) => Promise<Messages.CellsPublic>} cells
  * @property {(id: string, question: Query) => Promise<Messages.RowsPublic>} rows
  * @property {(id: string, run: string|number, tracker?: string|null) => Promise<Messages.SessionPublic>} open
+ * @property {(id: string) => Promise<import("../shared/messages.js").SourceCodePublic>} sourceCode
  * @property {(id: string, format: string) => string} downloadAddress
  */
 
@@ -41,6 +42,7 @@ export const sweeps = {
   cells: (id, question) => request("GET", sweep(id, `cells?${query(question)}`)),
   rows: (id, question) => request("GET", sweep(id, `rows?${query(question)}`)),
   open: (id, run, tracker) => request("POST", sweep(id, `rows/${run}/open`), tracker ? { tracker } : {}),
+  sourceCode: (id) => request("GET", sweep(id, "source-code")),
   downloadAddress: (id, format) => `${ROOT}${sweep(id, `download?format=${format}`)}`,
 };
 

@@ -7,6 +7,7 @@ import { parameterValue } from "../shared/format.js";
 import { navigation } from "../shared/navigation.js";
 import { notice } from "../shared/notice.js";
 import { Stream } from "../shared/stream.js";
+import { sourceCodeButton } from "../shared/source_code.js";
 import { themeButton } from "../shared/theme.js";
 import { sweepStream, sweeps } from "./api.js";
 import { bar } from "./bar.js";
@@ -26,7 +27,7 @@ const store = new SweepStore(viewOf(new URLSearchParams(location.search)));
 let stream = null;
 
 navigation(null);
-part("tools").append(themeButton());
+part("tools").append(sourceCodeButton(() => sweeps.sourceCode(id)), themeButton());
 bar(part("bar"), store);
 choices(part("choices"), store);
 legend(part("legend"), store);

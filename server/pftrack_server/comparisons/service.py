@@ -39,7 +39,7 @@ class Comparisons(Jobs[ComparisonOutline, ComparisonResult]):
         """
         super().__init__("comparison")
         self._settings = settings
-        self._house = house
+        self.house = house
         self._wait_for = wait_for
 
     async def compare(self, runs: Sequence[ComparedRun]) -> Comparing:
@@ -54,21 +54,21 @@ class Comparisons(Jobs[ComparisonOutline, ComparisonResult]):
         if not 2 <= len(runs) <= MOST_RUNS:
             raise RefusedError(f"Expected two to four runs to compare, got {len(runs)}.", field="runs", value=len(runs))
         self.check_room()
-        named = [await find_run(run, self._house) for run in runs]
+        named = [await find_run(run, self.house) for run in runs]
         for experiment in dict.fromkeys(each.spec.recipe.experiment for each in named):
             await self._wait_for(experiment)
         configs = [self._config(each) for each in named]
-        outlined = await self._house.tasks.run(outline_comparison, configs)
+        outlined = await self.house.tasks.run(outline_comparison, configs)
 
         async def compute(on_step: Callable[[int, int], None]) -> ComparisonResult:
             seconds = self._settings.worker_cpu_seconds
-            told = await self._house.tasks.run_long(compare_runs, configs, cpu_seconds=seconds, on_step=on_step)
+            told = await self.house.tasks.run_long(compare_runs, configs, cpu_seconds=seconds, on_step=on_step)
             return ComparisonResult.model_validate(told)
 
         return self.begin(_outline(named, outlined), compute)
 
     def _config(self, named: NamedRun) -> WorkerConfig:
-        return dataclasses.replace(self._house.manager.config(named.spec), states=None)
+        return dataclasses.replace(self.house.manager.config(named.spec), states=None)
 
 
 def comparison_view(job: Comparing) -> RunComparisonPublic:

@@ -1,0 +1,33 @@
+"""Source code: what computes runs, comparisons and sweeps again, as Python and as a command."""
+
+import asyncio
+
+from fastapi import APIRouter
+
+from pftrack.runs.source_code import comparison_code, run_code
+from pftrack.sweep.source_code import sweep_code
+from pftrack_server.api.dependencies import ASweep, TheServices
+from pftrack_server.comparisons.references import find_run
+from pftrack_server.experiments import find_experiment
+from pftrack_server.schemas.source_code import SourceCodePublic, SourceCodeRequest
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["source code"])
+
+
+@router.post("/source-code")
+async def write_source_code(body: SourceCodeRequest, services: TheServices) -> SourceCodePublic:
+    """Write what computes runs again; of several, what compares them. The truth of a recording is no part of it."""
+    house = services.comparisons.house
+    named = await asyncio.gather(*(find_run(run, house) for run in body.runs))
+    recipes = [each.spec.recipe.with_footage(truth=None) for each in named]
+    runs = [(recipe, find_experiment(recipe.experiment)) for recipe in recipes]
+    made = run_code(*runs[0], body.frames) if len(runs) == 1 else comparison_code(runs, body.frames)
+    return SourceCodePublic.model_validate(made)
+
+
+@router.get("/sweeps/{sweep}/source-code")
+async def write_sweep_code(sweep: ASweep) -> SourceCodePublic:
+    """Write what computes a sweep again."""
+    return SourceCodePublic.model_validate(sweep_code(sweep.plan))

@@ -1,0 +1,111 @@
+"""What computes a run, a comparison and a sweep again: the lines are run, and come to the same numbers."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from pftrack.experiments import find
+from pftrack.failures import gallery
+from pftrack.model.recipe import Footage, Recipe
+from pftrack.runs.record import make
+from pftrack.runs.run import Change
+from pftrack.runs.source_code import run_code
+from pftrack.sweep import Axis, Plan
+from pftrack.sweep.source_code import sweep_code
+from tests.server.host import begin, steer
+
+
+def in_shell(text: str, folder: Path) -> str:
+    """Run lines of a shell where nothing but this Python's programs is, and return what they print."""
+    (folder / "bin").mkdir(exist_ok=True)
+    program = folder / "bin" / "pftrack"
+    program.write_text(f'#!/bin/sh\nexec {sys.executable} -m pftrack "$@"\n')
+    program.chmod(0o755)
+    command = f"PATH={folder / 'bin'}:$PATH\n{text}"
+    return subprocess.run(["sh", "-euc", command], cwd=folder, capture_output=True, text=True, check=True).stdout
+
+
+def in_python(text: str, folder: Path) -> str:
+    return subprocess.run([sys.executable, "-c", text], cwd=folder, capture_output=True, text=True, check=True).stdout
+
+
+RECIPES = {
+    "preset": Recipe(experiment="sine", tracker="condensation", timeline=(Change(0, {"sample_count": 10}),)),
+    "values": Recipe(
+        experiment="sine", tracker="kalman", seed=4, frames=40, timeline=(Change(0, {"initial_sd": 0.3}),)
+    ),
+    "changes": Recipe(experiment="sine", seed=4, frames=40, timeline=(Change(9, {"sample_count": 60}),)),
+}
+
+
+@pytest.mark.parametrize("name", RECIPES)
+def test_the_lines_of_a_run_come_to_its_numbers(name: str, tmp_path: Path) -> None:
+    """By a preset, by values, and by changes on the way."""
+    run = make(RECIPES[name])
+    run.seek(29)
+    told = run_code(run.recipe, run.experiment, 30)
+    expected = run.estimates_sha256
+    assert in_python(told.python, tmp_path).strip() == expected
+    last = told.command.rstrip("\n")
+    assert json.loads(in_shell(f"{last} --json", tmp_path))["estimates_sha256"] == expected
+    assert len(told.python.splitlines()) <= 30
+    assert ("preset='few'" in told.python) is (name == "preset")
+
+
+def test_the_lines_of_a_session_and_of_a_comparison(client: httpx.Client, tmp_path: Path) -> None:
+    """The server writes them; those of a comparison compare, also in a shell."""
+    session = begin(client, tracker="kalman", frames=30)
+    steer(client, session["id"], "seek", frame=9)
+
+    def told(*runs: dict[str, Any], **more: Any) -> dict[str, str]:
+        answer = client.post("/api/v1/source-code", json={"runs": list(runs), **more})
+        assert answer.status_code == 200, answer.text
+        written: dict[str, str] = answer.json()
+        return written
+
+    one = told({"reference": f"{session['id']}:b0"}, frames=10)
+    columns = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
+    shown = one["python"] + "print([list(row.estimate) for row in run.diagnostics])\n"
+    assert json.loads(in_python(shown, tmp_path).splitlines()[-1]) == columns["estimate"]
+    both = told(*({"recipe": RECIPES[name].as_dict()} for name in ("values", "changes")))
+    assert in_python(both["python"], tmp_path).count("mean_error") == 2
+    assert "What came of it" in in_shell(both["command"], tmp_path)
+
+
+@pytest.mark.parametrize("cured", [False, True])
+def test_the_lines_of_every_failure_make_both_of_its_runs(cured: bool) -> None:
+    """Failing and cured, they are what the page shows."""
+    for entry in gallery({name: find(name) for name in ("ball", "sine", "histogram")}):
+        recipe = entry.recipe(cured=cured)
+        made: dict[str, Any] = {}
+        exec(run_code(recipe, entry.experiment, 3).python, made)  # noqa: S102 - our own lines
+        shown = make(recipe.model_copy(update={"frames": 3}))
+        shown.finish()
+        assert made["run"].estimates_sha256 == shown.estimates_sha256, entry.failure.id
+
+
+def test_the_lines_of_a_sweep_carry_it_out(tmp_path: Path) -> None:
+    """In Python and as a command, to as many rows."""
+    plan = Plan("sine", (Axis("sample_count", (10, 20)),), ("condensation", "kalman"), trials=2, frames=12, seed=3)
+    told = sweep_code(plan)
+    (tmp_path / "sweep.py").write_text(told.python)
+    done = subprocess.run([sys.executable, "sweep.py"], cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    assert "'runs': 8" in done
+    (tmp_path / "sweep.parquet").unlink()
+    assert json.loads(in_shell(f"{told.command.rstrip()} --json", tmp_path))["runs"] == 8
+
+
+def test_a_recording_is_named_and_its_mark_is_in_the_lines() -> None:
+    """The file itself is looked for where the lines are run."""
+    footage = Footage(
+        name="clip.mp4", sha256="0" * 64, start=2, mark={"kind": "box", "x": 1, "y": 2, "width": 9, "height": 9}
+    )
+    told = run_code(Recipe(experiment="ball", footage=footage), find("ball"))
+    assert "recording='clip.mp4',  # where it lies here" in told.python
+    assert "'mark': {" in told.python
+    assert told.command.splitlines()[-1] == "pftrack run run.json --video clip.mp4"
