@@ -13,6 +13,7 @@ const BROWSER = [
 ];
 
 export default [
+  { ignores: ["frontend_static/vendor/"] },
   js.configs.recommended,
   {
     files: ["frontend_static/**/*.js", "server/pftrack_server/**/*.js", "tools/site/static/*.js"],

@@ -17,6 +17,7 @@ import { brand, isFollower, isParticipant } from "../shared/participant.js";
 import { followChip } from "../lecturer/chip.js";
 import { ClassControl } from "../lecturer/class_control.js";
 import { compareDialog } from "../shared/comparison_dialog.js";
+import { editorButton } from "./editor/editor_button.js";
 import { helpDialog } from "./help.js";
 import { mount } from "./mount.js";
 import { presetMenu } from "./presets.js";
@@ -114,6 +115,7 @@ function header() {
     !isParticipant && rename,
     h("span", { class: "spring" }),
     !isParticipant && presets.element,
+    !isParticipant && editorButton(store),
     steering,
     !isFollower && followChip(control, view.signal),
     themeButton(),

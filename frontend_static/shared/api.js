@@ -182,6 +182,8 @@ const truthPath = (id, of) => upload(id, `truth?${query({ experiment: of })}`);
  * @property {(id: string, recording?: string) => Promise<Messages.ExperimentDetail>} experiment With the parameters of a kind of recording, if one is named.
  * @property {() => Promise<Messages.PluginPublic[]>} plugins
  * @property {() => Promise<Messages.CompilationPublic>} compilation
+ * @property {() => Promise<Messages.FilterPublic[]>} filters
+ * @property {(name: string, text: string, before: string) => Promise<Messages.FilterPublic>} writeFilter
  * @property {(runs: Messages.ComparedRun[], frames?: number) => Promise<Messages.SourceCodePublic>} sourceCode
  * @property {() => Promise<Messages.FailurePublic[]>} failures
  * @property {(id: string) => Promise<Messages.FailurePublic>} failure By id or number.
@@ -234,6 +236,8 @@ export const api = {
   experiment: (id, recording) => request("GET", recording ? `${experimentPath(id)}?${query({ recording })}` : experimentPath(id)),
   plugins: () => request("GET", "plugins"),
   compilation: () => request("GET", "compilation"),
+  filters: () => request("GET", "filters"),
+  writeFilter: (name, text, before) => request("PUT", `filters/${encodeURIComponent(name)}`, { text, before }),
   sourceCode: (runs, frames) => request("POST", "source-code", { runs, frames: frames ?? null }),
 
   failures: () => request("GET", "failures"),

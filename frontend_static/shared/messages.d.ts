@@ -233,6 +233,12 @@ export interface CompilationPublic {
   ready: string[];
 }
 
+/** One column of the states. */
+export interface ComponentPublic {
+  name: string;
+  unit: string;
+}
+
 /** The run that answers the question is still computed; ask again. */
 export interface ComputingPublic {
   done: number;
@@ -526,6 +532,32 @@ export interface FigureShown {
   figure: Record<string, unknown>;
 }
 
+/** A file with a filter of the server's owner. */
+export interface FilterPublic {
+  /** Of its tracker */
+  name: string;
+  file: string;
+  /** Whose target it follows */
+  experiment: string;
+  /** Hash of its text, by which recipes name it */
+  digest: string;
+  text: string;
+  /** Whether pages may write it */
+  editable: boolean;
+  hints: HintPublic[];
+  /** Columns of the states with the usual parameters */
+  components: ComponentPublic[];
+  /** What the functions find in a frame */
+  observed: string;
+}
+
+/** A new text of a file. */
+export interface FilterUpdate {
+  text: string;
+  /** Hash of the text that it takes the place of */
+  before: string;
+}
+
 /** What a class is to follow, and its limits. */
 export interface FollowCreate {
   /** One session, or up to four that are compared */
@@ -671,6 +703,15 @@ export interface Handle {
   name: string;
   title: string;
   at: [number, number];
+}
+
+/** What a function of a filter's file is for. */
+export interface HintPublic {
+  name: string;
+  /** Those that it may name */
+  arguments: string[];
+  returns: string;
+  about: string;
 }
 
 /** A run that was sent and is being computed, or what came of it. */

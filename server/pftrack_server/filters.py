@@ -15,8 +15,12 @@ from typing import TypeAlias
 import structlog
 
 from pftrack.experiments import find
-from pftrack.filter_files import name_of
+from pftrack.files import write_whole
+from pftrack.filter_files import digest_of, name_of
+from pftrack.filter_files.hints import HINTS
 from pftrack.model.recipe import Recipe
+from pftrack_server.errors import ConflictError, NotFoundError
+from pftrack_server.schemas.filters import ComponentPublic, FilterPublic, HintPublic
 from pftrack_server.store.files import DataDirectory
 
 __all__ = ["FilterFiles", "ServedFilter", "look_at"]
@@ -82,14 +86,15 @@ def look_at(path: Path) -> tuple[str, str, str]:
 class FilterFiles:
     """The files, the newest version of each, and the watch over them."""
 
-    def __init__(self, paths: Sequence[Path], files: DataDirectory) -> None:
-        """Read the files.
+    def __init__(self, paths: Sequence[Path], files: DataDirectory, *, editable: bool = False) -> None:
+        """Read the files; pages may write them if they are editable.
 
         Raises:
             ValueError: One is no filter that can be served.
             OSError: One cannot be read.
         """
         self._files = files
+        self._editable = editable
         self._seen: dict[Path, tuple[int, int]] = {}
         self._served: dict[str, ServedFilter] = {}
         self._watch: asyncio.Task[None] | None = None
@@ -105,6 +110,50 @@ class FilterFiles:
         """Return a recipe that brings the filters of its experiment, as they are now, beside those that it has."""
         own = {each.name: (each.digest,) for each in self.served if each.experiment == recipe.experiment}
         return recipe.model_copy(update={"filters": {**own, **recipe.filters}}) if own else recipe
+
+    def views(self) -> list[FilterPublic]:
+        """Return all of them as everybody outside sees them."""
+        return [self._view(each) for each in self.served]
+
+    def write(self, name: str, text: str, before: str) -> FilterPublic:
+        """Write a file that a page has changed.
+
+        Args:
+            name: Of its tracker.
+            text: What to write.
+            before: Hash of the text that it takes the place of.
+
+        Raises:
+            NotFoundError: The server was not started with such a file.
+            ConflictError: It may not be written here, or was changed meanwhile.
+        """
+        served = self._served.get(name)
+        if served is None:
+            raise NotFoundError("The server was not started with such a file.")
+        if not self._editable:
+            raise ConflictError("Files are written only where this machine alone can reach the server.")
+        if digest_of(served.path.read_text(encoding="utf-8")) != before:
+            raise ConflictError("The file was changed by somebody else; load it again.")
+        write_whole(served.path, text.encode())
+        return self._view(served)
+
+    def _view(self, served: ServedFilter) -> FilterPublic:
+        text = served.path.read_text(encoding="utf-8")
+        experiment = find(served.experiment)
+        interface, parameters = experiment.filter_interface, experiment.simulate().parameters
+        if interface is None:
+            raise NotFoundError("The experiment takes no filters from files.")
+        return FilterPublic(
+            name=served.name,
+            file=served.path.name,
+            experiment=served.experiment,
+            digest=digest_of(text),
+            text=text,
+            editable=self._editable,
+            hints=[HintPublic.model_validate(hint) for hint in HINTS],
+            components=[ComponentPublic.model_validate(one) for one in interface.components(parameters)],
+            observed=interface.observed,
+        )
 
     def open(self, on_saved: OnSaved) -> None:
         """Watch over the files; tell whenever one was saved."""

@@ -77,7 +77,7 @@ class Services:
         kept = Suitabilities(store, settings)
         results = ExperimentResults(settings.data_dir / "experiments-computed", tasks, compilation.wait_for)
         await asyncio.to_thread(results.open)
-        filters = await asyncio.to_thread(FilterFiles, settings.filters, store.files)
+        filters = await asyncio.to_thread(FilterFiles, settings.filters, store.files, editable=settings.edits_filters)
         filters.open(manager.revise_filter)
         return cls(
             settings,

@@ -125,8 +125,9 @@ class Settings(BaseSettings):
     def _safe(self) -> Self:
         if self.token is not None and len(self.token.get_secret_value()) < SHORTEST_TOKEN:
             raise ValueError(f"token must have at least {SHORTEST_TOKEN} characters")
-        if self.token is None and not is_loopback(self.host):
-            # Frozen for everybody else: a server that others can reach never runs without a token.
+        if self.token is None and (self.filters or not is_loopback(self.host)):
+            # Frozen for everybody else: a server that others can reach, or that executes what a page has written, never
+            # runs without a token; on this machine, too, there may be other people.
             object.__setattr__(self, "token", SecretStr(secrets.token_urlsafe(24)))
         if self.token is None:
             strangers = [name for name in self.allowed_hosts if not is_loopback(name)]
@@ -143,6 +144,11 @@ class Settings(BaseSettings):
         if self.allowed_hosts:
             return ("localhost", "127.0.0.1", "::1", *self.allowed_hosts)
         return ("localhost", "127.0.0.1", "::1", self.host) if is_loopback(self.host) else ("*",)
+
+    @property
+    def edits_filters(self) -> bool:
+        """Whether pages may write the files of filters: where this machine alone can reach the server."""
+        return bool(self.filters) and is_loopback(self.host) and not self.allowed_hosts
 
     @property
     def database(self) -> str:

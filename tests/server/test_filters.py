@@ -16,6 +16,7 @@ from tests.server.host import Server, begin, error_of, running, steer
 from tests.waiting import wait_for
 
 TEXT = example_of(find("ball"))
+TOKEN = "a token of the owner"
 
 
 @pytest.fixture
@@ -27,13 +28,13 @@ def file(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def owner(file: Path, tmp_path: Path) -> Iterator[Server]:
-    with running(Settings(data_dir=tmp_path / "data", filters=(file,))) as server:
+    with running(Settings(data_dir=tmp_path / "data", filters=(file,), token=TOKEN)) as server:
         yield server
 
 
 @pytest.fixture
 def client(owner: Server) -> Iterator[httpx.Client]:
-    with httpx.Client(base_url=owner.url, timeout=60) as connected:
+    with httpx.Client(base_url=owner.url, timeout=60, headers={"Authorization": f"Bearer {TOKEN}"}) as connected:
         yield connected
 
 
@@ -110,3 +111,37 @@ def test_a_server_without_the_file_does_not_compute_the_run(client: httpx.Client
     with httpx.Client(base_url=server.url, timeout=60) as elsewhere:
         answer = elsewhere.post("/api/v1/runs/import", files={"file": ("mine.pft", record)})
         assert "trust" in error_of(answer, 422)["message"]
+
+
+def test_a_page_on_this_machine_writes_the_file(owner: Server, client: httpx.Client, file: Path) -> None:
+    """With the token, over what it has read; sessions go on with it."""
+    (told,) = client.get("/api/v1/filters").json()
+    assert (told["name"], told["experiment"], told["text"], told["editable"]) == ("mine", "ball", TEXT, True)
+    assert [each["name"] for each in told["components"]] == ["u", "v", "u before", "v before"]
+    assert next(each for each in told["hints"] if each["name"] == "resample")["returns"] == "(N,) whole numbers"
+    session = begin(client, tracker="mine")["id"]
+    steer(client, session, "seek", frame=4)
+    changed = TEXT.replace("noise_px: float = 3.0", "noise_px: float = 2.0")
+    body = {"text": changed, "before": told["digest"]}
+    assert httpx.put(f"{owner.url}/api/v1/filters/mine", json=body).status_code == 401
+    assert client.put("/api/v1/filters/mine", json=body).json()["text"] == changed == file.read_text()
+    wait_for(lambda: shown(client, session)["branch"] == "b1")
+    assert "changed by somebody else" in error_of(client.put("/api/v1/filters/mine", json=body), 409)["message"]
+    assert client.put("/api/v1/filters/other", json=body).status_code == 404
+
+
+def test_a_server_that_others_reach_never_takes_code(file: Path, tmp_path: Path) -> None:
+    """It serves the file to look at; and one that executes files has a token, also on this machine."""
+    assert Settings(data_dir=tmp_path, filters=(file,)).token is not None
+    assert Settings(data_dir=tmp_path, filters=(file,)).edits_filters
+    for reachable in ({"host": "0.0.0.0"}, {"allowed_hosts": ("lab.example",)}):
+        assert not Settings(data_dir=tmp_path, filters=(file,), token=TOKEN, **reachable).edits_filters
+    open_settings = Settings(data_dir=tmp_path / "data", filters=(file,), token=TOKEN, allowed_hosts=("lab.example",))
+    with running(open_settings) as server:
+        answer = httpx.put(
+            f"{server.url}/api/v1/filters/mine",
+            json={"text": "x = 1", "before": ""},
+            headers={"Authorization": f"Bearer {TOKEN}"},
+        )
+        assert "this machine alone" in error_of(answer, 409)["message"]
+    assert file.read_text() == TEXT

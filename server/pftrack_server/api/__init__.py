@@ -12,6 +12,7 @@ from pftrack_server.api import (
     experiments,
     exports,
     failures,
+    filters,
     follow,
     follows,
     glossary,
@@ -33,5 +34,5 @@ __all__ = ["router"]
 router = APIRouter(prefix="/api/v1")
 router.include_router(experiments.plugins)
 computing = compilation, queue, sessions, stream, exports, runs, work, lessons, failures, comparisons, follows, follow
-for part in (experiments, glossary, uploads, *computing, source_code, sweeps, sweep_files, sweep_stream):
+for part in (experiments, glossary, uploads, *computing, filters, source_code, sweeps, sweep_files, sweep_stream):
     router.include_router(part.router)

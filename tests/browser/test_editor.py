@@ -1,0 +1,59 @@
+"""A filter of one's own, written beside the session that runs it."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pftrack.experiments import find
+from pftrack.filter_files.example import example_of
+from tests.browser.host import Server
+from tests.browser.views import SessionPage
+
+TEXT = example_of(find("ball"))
+TOKEN = "a token of the owner"
+
+
+@pytest.fixture
+def owner(tmp_path: Path) -> Iterator[Server]:
+    """A server that was started with a file."""
+    file = tmp_path / "mine.py"
+    file.write_text(TEXT)
+    (tmp_path / "data").mkdir()
+    server = Server(tmp_path / "data", token=TOKEN, PFTRACK_FILTERS=str(file))
+    yield server
+    server.stop()
+
+
+def test_a_filter_is_changed_broken_and_mended_in_the_page(owner: Server, tmp_path: Path, chromium: Any) -> None:
+    """Ctrl-S makes a branch; a mistake stands at its line while the run stands; what is mended goes on."""
+    page = chromium.new_context(viewport={"width": 1280, "height": 720}).new_page()
+    page.goto(f"{owner.url}/?token={TOKEN}")
+    session = owner.start_session(experiment="ball", tracker="mine")
+    page.goto(f"{owner.url}/{session['page']}")
+    shown = SessionPage(page, owner).ready()
+    page.get_by_role("button", name="Code", exact=True).click()
+    field = page.locator(".cm-content")
+    field.wait_for()
+    assert "def propagate" in field.inner_text()
+    state = page.locator(".editor-state")
+
+    field.press("Control+End")
+    page.keyboard.type("\ndef broken(:\n")
+    assert "Not saved yet" in state.inner_text()
+    page.keyboard.press("Control+s")
+    shown.until(lambda: "invalid syntax" in state.inner_text(), "the mistake is told")
+    assert f"Line {len(TEXT.splitlines()) + 2}" in state.inner_text()
+    page.locator(".cm-lint-marker-error").wait_for()
+    assert (tmp_path / "mine.py").read_text() != TEXT
+
+    page.keyboard.press("Control+a")
+    page.keyboard.insert_text(TEXT.replace("noise_px: float = 3.0", "noise_px: float = 6.0"))
+    page.keyboard.press("Control+s")
+    shown.until(lambda: "Version 2" in state.inner_text(), "the new version is in force")
+    noise = page.get_by_role("spinbutton", name="Noise (px)")
+    shown.until(lambda: noise.input_value() == "6", "its default is in force")
+    page.get_by_role("button", name="Close the editor").click()
+    assert page.locator(".editor").is_hidden()
+    assert page.get_by_role("button", name="Code", exact=True).get_attribute("aria-pressed") == "false"
