@@ -756,6 +756,8 @@ export interface LessonDetail {
   origin: string;
   checks: CheckPublic[];
   uses: UsePublic[];
+  /** How long it takes a class */
+  minutes: number;
   /** Why it cannot be run here, one sentence */
   problem: string | null;
   idea: string;
@@ -786,6 +788,8 @@ export interface LessonPublic {
   origin: string;
   checks: CheckPublic[];
   uses: UsePublic[];
+  /** How long it takes a class */
+  minutes: number;
   /** Why it cannot be run here, one sentence */
   problem: string | null;
 }
@@ -971,10 +975,34 @@ export interface PluginPublic {
   problem: string;
 }
 
-/** A question to the class. */
+/** A question to the class: one's own with its answers, a lesson's, or one that was answered before. */
 export interface PollCreate {
+  question?: string | null;
+  answers?: string[] | null;
+  /** Whose question is asked; the server makes the answers of it */
+  lesson?: string | null;
+  /** A poll that was kept, whose answers are shown again */
+  kept?: string | null;
+  /** In which lecture it is asked; kept with the answers */
+  lecture?: string | null;
+}
+
+/** A poll that is over, and how many gave which answer; who did is known to nobody. */
+export interface PollKept {
+  id: string;
   question: string;
   answers: string[];
+  /** Of each answer */
+  counts: number[];
+  votes: number;
+  /** How many were there to answer */
+  followers: number;
+  /** Of what the class saw */
+  title: string;
+  /** The lecture in which it was asked, if it was in one */
+  lecture: string | null;
+  lecture_title: string | null;
+  asked: string;
 }
 
 /** A question to the class, and what was answered. */

@@ -7,7 +7,7 @@ experiment of which some parameters may be turned. Its *checks* compare what it 
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Any, Final, Literal, TypeAlias
 
 from pftrack.lessons.figure import Figure
 from pftrack.model.parameters import Parameters, Value
@@ -26,6 +26,10 @@ __all__ = [
     "Shown",
     "Use",
 ]
+
+
+ONCE_MINUTES: Final = 5.0
+"""For the idea, the figure and the question of a lesson; each thing to try takes another minute."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -244,6 +248,7 @@ class Lesson:
         number: Place in the course; 0 for one that stands beside it.
         origin: File or package that it comes from; empty for the project's own.
         source: Text of the file, where it comes from one.
+        declared_minutes: How long it takes a class, where its author says so.
     """
 
     id: str
@@ -258,3 +263,9 @@ class Lesson:
     number: int = 0
     origin: str = ""
     source: str = ""
+    declared_minutes: float | None = None
+
+    @property
+    def minutes(self) -> float:
+        """How long it takes a class: what its author says, or the text, the figure, the question and what to try."""
+        return ONCE_MINUTES + len(self.tries) if self.declared_minutes is None else self.declared_minutes

@@ -11,6 +11,7 @@ from pftrack_server.comparisons.service import Comparisons
 from pftrack_server.compilation import Compilation
 from pftrack_server.filters import FilterFiles
 from pftrack_server.follow.follows import Follows
+from pftrack_server.follow.records import PollRecords
 from pftrack_server.lessons.service import Lessons
 from pftrack_server.middleware.metrics import Metrics
 from pftrack_server.processes import FORK_SERVER
@@ -73,7 +74,7 @@ class Services:
         comparisons = Comparisons(settings, RunSources(store, manager, sweeps, tasks), compilation.wait_for)
         lessons = Lessons(settings.data_dir / "lessons", settings.data_dir / "lessons-computed", tasks)
         await lessons.open()
-        follows = Follows(settings, manager, lessons)
+        follows = Follows(settings, manager, lessons, PollRecords(store))
         kept = Suitabilities(store, settings)
         results = ExperimentResults(settings.data_dir / "experiments-computed", tasks, compilation.wait_for)
         await asyncio.to_thread(results.open)

@@ -51,6 +51,7 @@ def lesson_of(document: Document, origin: str) -> Lesson | list[DocumentError]:
         question=question_of(head, body, expression),
         origin=origin,
         source=document.source,
+        declared_minutes=head.minutes,
     )
     return replace(lesson, checks=(_check(lesson, head),))
 

@@ -20,7 +20,7 @@ import yaml
 __all__ = ["LARGEST_BYTES", "Document", "DocumentError", "Place", "decode", "document_of", "read_source"]
 
 LARGEST_BYTES: Final = 32 * 1024
-DEEPEST: Final = 8
+DEEPEST: Final = 12
 LARGEST_NUMBER: Final = 10**30
 """Of whole numbers; no field takes one so large, and one of thousands of digits cannot even be told."""
 FENCE: Final = "---"
@@ -105,7 +105,7 @@ def document_of(text: str) -> Document:
     """
     lines = text.splitlines()
     if not lines or lines[0].rstrip() != FENCE:
-        raise DocumentError(1, f"a lesson begins with a head between two lines of {FENCE}; the first line is another")
+        raise DocumentError(1, f"the file begins with a head between two lines of {FENCE}; the first line is another")
     end = next((number for number, line in enumerate(lines[1:], 1) if line.rstrip() == FENCE), None)
     if end is None:
         raise DocumentError(1, f"the head that begins here has no end; close it with a line of {FENCE}")
@@ -167,6 +167,8 @@ def _build(node: yaml.Node, place: Place, loader: yaml.SafeLoader, places: dict[
         raise DocumentError(node.start_mark.line + 2, f"{node.value[:40]!r} is no value; put it in quotes") from None
     if isinstance(value, int) and abs(value) >= LARGEST_NUMBER:
         raise DocumentError(node.start_mark.line + 2, f"{node.value[:40]!r} is too large a number")
+    if isinstance(value, bool) and node.value.lower() not in {"true", "false"}:
+        return node.value
     if isinstance(value, str) and node.style is None and EXPONENT.fullmatch(value):
         return float(value)
     return value if isinstance(value, bool | int | float | str) else node.value

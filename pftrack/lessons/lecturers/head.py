@@ -1,15 +1,17 @@
 """Heads: what a lecturer writes above the text, before it is known whether it fits an experiment."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final, Literal, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from pftrack.lessons.lecturers.document import Document, DocumentError
 
-__all__ = ["Head", "QuestionHead", "ask", "errors_of"]
+__all__ = ["Head", "QuestionHead", "ask", "errors_of", "near", "read_as"]
+
+Form = TypeVar("Form", bound=BaseModel)
 
 LONGEST_RUN: Final = 2000
 """Frames: a class does not wait longer, and whoever opens the lesson computes its run."""
@@ -74,15 +76,28 @@ class Head(_Part):
     question: QuestionHead
     answer: str | int | float
     tries: Annotated[tuple[Words, ...], Field(min_length=1, max_length=6)]
+    minutes: Annotated[float, Field(gt=0, le=180)] | None = None
     notice: Words
 
 
 def ask(document: Document) -> Head | list[DocumentError]:
     """Return the head of a document, or all that is wrong with its form."""
+    return read_as(document, Head, "lesson", "docs/how-to/lessons.md")
+
+
+def read_as(document: Document, form: type[Form], what: str, page: str) -> Form | list[DocumentError]:
+    """Return the head of a document in a form, or all that is wrong with it.
+
+    Args:
+        document: The file.
+        form: Of its head.
+        what: What such a file is, a word.
+        page: Where a whole example stands.
+    """
     try:
-        return Head.model_validate(document.head)
+        return form.model_validate(document.head)
     except ValidationError as error:
-        return [_to_document_error(document, each) for each in errors_of(error)]
+        return [_to_document_error(document, each, form, what, page) for each in errors_of(error)]
 
 
 def errors_of(error: ValidationError) -> list[Any]:
@@ -98,15 +113,22 @@ KIND: Final = re.compile(r"(?:bool|int|float|constrained-str|tuple\[.*\]|functio
 """How pydantic calls the kinds of a value that may be of several; no key is called so."""
 
 
-def _to_document_error(document: Document, error: Any) -> DocumentError:  # noqa: ANN401 - pydantic's
+def _to_document_error(
+    document: Document,
+    error: Any,  # noqa: ANN401 - pydantic's
+    form: type[BaseModel],
+    what: str,
+    page: str,
+) -> DocumentError:
     place = tuple(error["loc"])
     name = ".".join(map(str, place))
     line = document.line(place)
     match error["type"]:
         case "missing":
-            return DocumentError(line, f"`{name}` is missing; docs/how-to/lessons.md shows a whole example")
+            return DocumentError(line, f"`{name}` is missing; {page} shows a whole example")
         case "extra_forbidden":
-            return DocumentError(line, f"there is no `{name}` in a lesson; {_near(str(place[-1]), place)}")
+            known = _form_at(form, place[:-1]).model_fields
+            return DocumentError(line, f"there is no `{name}` in a {what}; {near(str(place[-1]), known)}")
         case "string_pattern_mismatch":
             return DocumentError(
                 line, f"`{name}` must begin with a letter and have lower-case letters, digits and hyphens between words"
@@ -115,13 +137,19 @@ def _to_document_error(document: Document, error: Any) -> DocumentError:  # noqa
     return DocumentError(line, f"`{name}` does not fit: {message}, got {str(error['input'])[:40]!r}")
 
 
-def _near(name: str, place: tuple[Any, ...]) -> str:
-    model: type[BaseModel] = QuestionHead if place[:1] == ("question",) else Head
-    if place[:1] == ("timeline",):
-        model = ChangeHead
-    if "mistakes" in place:
-        model = MistakeHead
-    return near(name, model.model_fields)
+def _form_at(form: type[BaseModel], place: tuple[Any, ...]) -> type[BaseModel]:
+    """Return the form of what stands at a place."""
+    for part in place:
+        field = form.model_fields.get(part) if isinstance(part, str) else None
+        form = next(_forms_in(field.annotation), form) if field else form
+    return form
+
+
+def _forms_in(annotation: Any) -> Iterator[type[BaseModel]]:  # noqa: ANN401 - any annotation
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for part in get_args(annotation):
+        yield from _forms_in(part)
 
 
 def near(name: str, names: Iterable[str]) -> str:

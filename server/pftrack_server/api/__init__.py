@@ -17,6 +17,7 @@ from pftrack_server.api import (
     follows,
     glossary,
     lessons,
+    polls,
     queue,
     runs,
     sessions,
@@ -33,6 +34,7 @@ __all__ = ["router"]
 
 router = APIRouter(prefix="/api/v1")
 router.include_router(experiments.plugins)
-computing = compilation, queue, sessions, stream, exports, runs, work, lessons, failures, comparisons, follows, follow
-for part in (experiments, glossary, uploads, *computing, filters, source_code, sweeps, sweep_files, sweep_stream):
+computing = compilation, queue, sessions, stream, exports, runs, work, lessons, failures, comparisons
+classes = follows, follow, polls
+for part in (experiments, glossary, uploads, *computing, *classes, filters, source_code, sweeps, sweep_files, sweep_stream):
     router.include_router(part.router)

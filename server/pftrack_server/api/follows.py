@@ -12,9 +12,8 @@ from pftrack_server.api.dependencies import AFollow, TheFollows, TheLessons, The
 from pftrack_server.base_path import address_of
 from pftrack_server.errors import ConflictError, NotFoundError
 from pftrack_server.follow.participant import participant_of
-from pftrack_server.follow.poll import Poll
 from pftrack_server.schemas.follows import FollowCreate, FollowOwned, FollowUpdate, PollCreate
-from pftrack_server.schemas.lessons import FigurePublic, FigureRequest
+from pftrack_server.schemas.lessons import ComputingPublic, FigurePublic, FigureRequest
 from pftrack_server.schemas.stream import ping
 from pftrack_server.stream.duplex import GONE, converse
 
@@ -82,24 +81,32 @@ async def show_figure(follow: AFollow, body: FigureRequest, lessons: TheLessons)
     return Response(figure, media_type="application/json")
 
 
-@router.put("/{follow}/poll")
-async def ask(follow: AFollow, body: PollCreate) -> FollowOwned:
-    """Ask the class something, in place of what it was asked before."""
-    follow.ask(Poll.ask(body.question, body.answers))
+@router.put(
+    "/{follow}/poll",
+    responses={202: {"model": ComputingPublic, "description": "The run that the answers come from is still computed"}},
+)
+async def ask(
+    follow: AFollow, body: PollCreate, follows: TheFollows, request: Request, response: Response
+) -> FollowOwned | ComputingPublic:
+    """Ask the class something, in place of what it was asked before, or show again what it answered."""
+    computing = await follows.ask(follow, body, participant_of(request.scope))
+    if computing is not None:
+        response.status_code = HTTPStatus.ACCEPTED
+        return computing
     return follow.owner_view()
 
 
 @router.post("/{follow}/poll/reveal")
-async def reveal(follow: AFollow) -> FollowOwned:
+async def reveal(follow: AFollow, follows: TheFollows) -> FollowOwned:
     """Show everybody how many gave which answer; answering is closed."""
-    follow.ask(_current_poll(follow).reveal())
+    await follows.reveal(follow)
     return follow.owner_view()
 
 
 @router.delete("/{follow}/poll", status_code=HTTPStatus.NO_CONTENT)
-async def forget_poll(follow: AFollow) -> None:
-    """Ask nothing more, and forget what was answered."""
-    follow.ask(None)
+async def close_poll(follow: AFollow, follows: TheFollows) -> None:
+    """Ask nothing more; what was revealed is kept, and what was not is forgotten."""
+    await follows.close_poll(follow)
 
 
 @router.websocket("/{follow}/stream")
@@ -113,9 +120,3 @@ async def stream(websocket: WebSocket, follow: str, services: TheServices) -> No
         return
     with found.listen_as_lecturer() as listener:
         await converse(websocket, listener, lambda text: listener.answer(ping(text).sent), FAREWELL)
-
-
-def _current_poll(follow: AFollow) -> Poll:
-    if follow.poll is None:
-        raise ConflictError("The class has no open question at the moment.")
-    return follow.poll

@@ -1,7 +1,7 @@
-"""Follows: all classes of a server. They live in its memory alone: when one ends, nothing is left of it."""
+"""Follows: all classes of a server. They live in its memory alone: when one ends, what it answered is left of it."""
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import Coroutine, Sequence
 from datetime import UTC, datetime, timedelta
 
 from pftrack_server.connections import most_connections
@@ -11,12 +11,24 @@ from pftrack_server.follow.follow import Follow, FollowedContent
 from pftrack_server.follow.forks import Fork
 from pftrack_server.follow.links import Claim, Links
 from pftrack_server.follow.participant import Participant
+from pftrack_server.follow.poll import Poll
+from pftrack_server.follow.records import PollRecords
 from pftrack_server.lessons.service import Lessons
-from pftrack_server.schemas.follows import FollowCreate, FollowUpdate, ForkCreate
+from pftrack_server.schemas.follows import (
+    LONGEST_ANSWER,
+    LONGEST_QUESTION,
+    FollowCreate,
+    FollowUpdate,
+    ForkCreate,
+    PollCreate,
+    PollKept,
+)
+from pftrack_server.schemas.lessons import ComputingPublic
 from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.sessions.create import new_spec
 from pftrack_server.sessions.manager import Manager
 from pftrack_server.settings import Settings
+from pftrack_server.titles import printable
 
 __all__ = ["Follows"]
 
@@ -37,10 +49,12 @@ class Follows:
 
     Attributes:
         links: How they are reached.
+        records: What was answered.
     """
 
-    def __init__(self, settings: Settings, manager: Manager, lessons: Lessons) -> None:
+    def __init__(self, settings: Settings, manager: Manager, lessons: Lessons, records: PollRecords) -> None:
         self.links = Links()
+        self.records = records
         self._settings, self._manager, self._lessons = settings, manager, lessons
         self._follows: dict[str, Follow] = {}
         self._timers: dict[str, asyncio.TimerHandle] = {}
@@ -165,6 +179,7 @@ class Follows:
             return
         self._timers.pop(follow.name).cancel()
         follow.end(sentence)
+        self._do(self.records.try_to_keep(follow))
         for name in follow.forks.sessions:
             self._end_session(name)
 
@@ -205,7 +220,71 @@ class Follows:
         if fork is not None and fork.session:
             self._end_session(fork.session)
 
+    # ------------------------------------------------------------ polls
+
+    async def ask(self, follow: Follow, wanted: PollCreate, participant: Participant | None) -> ComputingPublic | None:
+        """Ask a class something, in place of what it was asked before; or tell how far the run is that this needs.
+
+        Args:
+            follow: The class.
+            wanted: What.
+            participant: Who asks, if somebody who has rights over this class alone.
+
+        Raises:
+            ConflictError: As many polls are kept as may be.
+            ForbiddenError: The participant has no rights over what was answered before.
+            NotFoundError: There is no such lesson, or no such poll any more.
+            RefusedError: The lesson's answer cannot be computed.
+        """
+        if wanted.kept is not None:
+            if participant is not None:
+                raise ForbiddenError("This link gives rights over this class, and not over what was answered before.")
+            poll = await self.records.again(wanted.kept)
+        else:
+            await self.records.check_room()
+            asked = await self._question(wanted)
+            if isinstance(asked, ComputingPublic):
+                return asked
+            poll = Poll.ask(*asked, wanted.lecture)
+        await self.records.keep(follow)
+        follow.ask(poll)
+        return None
+
+    async def reveal(self, follow: Follow) -> None:
+        """Show everybody how many gave which answer.
+
+        Raises:
+            ConflictError: The class is asked nothing.
+        """
+        if follow.poll is None:
+            raise ConflictError("The class has no open question at the moment.")
+        follow.ask(follow.poll.reveal())
+        await self.records.keep(follow)
+
+    async def close_poll(self, follow: Follow) -> None:
+        """Ask nothing more. What was revealed is kept; what was not is forgotten."""
+        poll = follow.poll
+        await self.records.keep(follow)
+        follow.ask(None)
+        if poll is not None and not poll.revealed:
+            await self.records.withdraw(poll)
+
+    async def kept_polls(self, lecture: str | None = None) -> list[PollKept]:
+        """Return what was answered, the newest first, but for what its lecturer has yet to reveal."""
+        open_ones = {each.poll.id for each in self.all if each.poll is not None and not each.poll.revealed}
+        return await self.records.all(lecture, open_ones)
+
     # ------------------------------------------------------------ within
+
+    async def _question(self, wanted: PollCreate) -> tuple[str, Sequence[str]] | ComputingPublic:
+        """Return what is asked, and its answers."""
+        if wanted.lesson is None:
+            return wanted.question or "", wanted.answers or ()
+        lesson = await self._lessons.get(wanted.lesson)
+        answers = await self._lessons.poll_answers(lesson)
+        if isinstance(answers, ComputingPublic):
+            return answers
+        return _plain(lesson.question.text, LONGEST_QUESTION), [_plain(each, LONGEST_ANSWER) for each in answers]
 
     def _titles(self, sessions: Sequence[str]) -> dict[str, str]:
         return {name: self._manager.get(name).state.snapshot.name for name in sessions}
@@ -237,6 +316,7 @@ class Follows:
         while True:
             await asyncio.sleep(ROUND_S)
             for follow in self.all:
+                await self.records.try_to_keep(follow)
                 for name in follow.forks.unused_sessions(self._is_visited):
                     self._end_session(name)
                 follow.tell()
@@ -248,9 +328,19 @@ class Follows:
     def _end_session(self, name: str) -> None:
         found = self._manager.find(name)
         if found is not None:
-            task = asyncio.ensure_future(self._manager.end(found))
-            self._endings.add(task)
-            task.add_done_callback(self._endings.discard)
+            self._do(self._manager.end(found))
+
+    def _do(self, work: Coroutine[None, None, None]) -> None:
+        """Do something that nobody waits for but the end of the server."""
+        task = asyncio.ensure_future(work)
+        self._endings.add(task)
+        task.add_done_callback(self._endings.discard)
+
+
+def _plain(markdown: str, longest: int) -> str:
+    """Return a sentence of a lesson as plain text, cut where it is longer than a poll shows."""
+    text = printable(markdown.replace("$", "").replace("*", "").replace("`", ""))
+    return text if len(text) <= longest else f"{text[: longest - 1]}…"
 
 
 def _fork_spec(source: SessionSpec, wanted: int | None) -> SessionSpec:

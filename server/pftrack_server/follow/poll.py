@@ -1,12 +1,13 @@
 """A poll: one question to the class, one answer a follower, and no names."""
 
-import secrets
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Self
 
 from pftrack_server.errors import ConflictError, RefusedError
 from pftrack_server.schemas.follows import PollPublic
+from pftrack_server.store.files import new_name, now
+from pftrack_server.store.tables import PollRow
 
 __all__ = ["Poll"]
 
@@ -21,6 +22,9 @@ class Poll:
         answers: To choose from.
         votes: Place of the answer by seat.
         revealed: Whether the class sees what was answered; then it answers no longer.
+        lecture: In which lecture it is asked, if it is in one.
+        asked: When.
+        earlier: How many gave which answer, of one that is shown again; None of one that is asked now.
     """
 
     id: str
@@ -28,11 +32,28 @@ class Poll:
     answers: tuple[str, ...]
     votes: Mapping[str, int] = field(default_factory=dict)
     revealed: bool = False
+    lecture: str | None = None
+    asked: str = field(default_factory=now)
+    earlier: tuple[int, ...] | None = None
 
     @classmethod
-    def ask(cls, question: str, answers: Sequence[str]) -> Self:
+    def ask(cls, question: str, answers: Sequence[str], lecture: str | None = None) -> Self:
         """Return a poll that nobody has answered."""
-        return cls(secrets.token_hex(4), question, tuple(answers))
+        return cls(new_name(), question, tuple(answers), lecture=lecture)
+
+    @classmethod
+    def again(cls, row: PollRow) -> Self:
+        """Return a poll that was kept, with its answers for all to see."""
+        answers, counts = tuple(row.answers), tuple(row.counts)
+        return cls(row.id, row.question, answers, revealed=True, lecture=row.lecture, asked=row.asked, earlier=counts)
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """How many gave which answer."""
+        if self.earlier is not None:
+            return self.earlier
+        chosen = list(self.votes.values())
+        return tuple(chosen.count(place) for place in range(len(self.answers)))
 
     def vote(self, seat: str, poll: str, answer: int) -> Self:
         """Return the poll with one follower's answer, in place of an earlier one.
@@ -56,13 +77,30 @@ class Poll:
 
     def view(self, *, to_owner: bool) -> PollPublic:
         """Return the poll as lecturer or followers see it; until it is revealed nobody sees what was answered."""
-        chosen = list(self.votes.values())
-        counts = [chosen.count(place) for place in range(len(self.answers))]
+        counts = self.counts
         return PollPublic(
             id=self.id,
             question=self.question,
             answers=list(self.answers),
-            votes=len(chosen) if to_owner or self.revealed else None,
-            counts=counts if self.revealed else None,
+            votes=sum(counts) if to_owner or self.revealed else None,
+            counts=list(counts) if self.revealed else None,
             revealed=self.revealed,
+        )
+
+    def row(self, title: str, followers: int) -> PollRow:
+        """Return what is kept of it: no seat is in it.
+
+        Args:
+            title: Of what the class sees.
+            followers: How many are there.
+        """
+        return PollRow(
+            id=self.id,
+            lecture=self.lecture,
+            title=title,
+            question=self.question,
+            answers=list(self.answers),
+            counts=list(self.counts),
+            followers=max(followers, len(self.votes)),
+            asked=self.asked,
         )

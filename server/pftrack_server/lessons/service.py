@@ -13,6 +13,7 @@ from pftrack.lessons.lecturers import Library, read_lessons
 from pftrack.lessons.lecturers.expression import ExpressionError
 from pftrack.lessons.lesson import Demonstration, Given, Scenario
 from pftrack.lessons.notebook import lesson_notebook
+from pftrack.lessons.poll import poll_answers
 from pftrack.lessons.verdict import read_answer
 from pftrack.model.parameters import ParameterError
 from pftrack.process import MEBIBYTE, Budget, CallError, Ending, Pool, WorkerLostError
@@ -132,6 +133,24 @@ class Lessons:
             return ComputingPublic(done=job.done, total=job.total)
         by_run: Verdict = await self._call(functions.judge_scenario, lesson.id, lesson.source, given, job.result)
         return by_run
+
+    async def poll_answers(self, lesson: Lesson) -> tuple[str, ...] | ComputingPublic:
+        """Return the answers among which a class chooses, or tell how far the run is that they are made by.
+
+        Raises:
+            RefusedError: The right answer cannot be computed, or is no number.
+        """
+        question = lesson.question
+        if question.choices:
+            return poll_answers(question)
+        # Whatever is judged, the verdict says what is right.
+        verdict = await self.judge(lesson, question.bounds[0])
+        if isinstance(verdict, ComputingPublic):
+            return verdict
+        try:
+            return poll_answers(question, verdict.exact)
+        except ValueError as error:
+            raise RefusedError(f"This question cannot be asked as a poll: {error}.") from None
 
     async def checks(self, lesson: Lesson) -> Job:
         """Return what the checks of a lesson came to, or how far they are."""

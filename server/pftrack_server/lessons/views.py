@@ -110,6 +110,7 @@ def _brief(lesson: Lesson) -> LessonPublic:
         origin=lesson.origin,
         checks=[CheckPublic(name=each.name, title=each.title) for each in lesson.checks],
         uses=[UsePublic(words=inline(use.words), scenario=_scenario(use.scenario)) for use in lesson.uses],
+        minutes=lesson.minutes,
         problem=missing(scenario) if scenario else None,
     )
 

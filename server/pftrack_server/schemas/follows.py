@@ -9,6 +9,8 @@ from pftrack_server.schemas.body import FrameNumber, GivenTitle, Name, RequestBo
 from pftrack_server.schemas.stream import Message
 
 __all__ = [
+    "LONGEST_ANSWER",
+    "LONGEST_QUESTION",
     "FigureShown",
     "FollowCreate",
     "FollowHello",
@@ -23,13 +25,17 @@ __all__ = [
     "MinePublic",
     "OwnedHello",
     "OwnedNews",
+    "PollAnswers",
     "PollCreate",
+    "PollKept",
     "PollPublic",
+    "PollQuestion",
     "VotePublic",
     "VoteRequest",
 ]
 
 LARGEST_ARRANGEMENT = 16 * 1024
+LONGEST_QUESTION, LONGEST_ANSWER = 300, 100
 
 
 def _once(names: list[str]) -> list[str]:
@@ -52,6 +58,9 @@ Followed = Annotated[list[Name], Field(max_length=4), AfterValidator(_once)]
 Arrangement = Annotated[dict[str, Any], AfterValidator(_small)]
 MostFollowers = Annotated[int, Field(ge=1, le=1000)]
 MostForks = Annotated[int, Field(ge=0, le=1000)]
+PollQuestion = Annotated[str, Field(min_length=1, max_length=LONGEST_QUESTION)]
+PollAnswer = Annotated[str, Field(min_length=1, max_length=LONGEST_ANSWER)]
+PollAnswers = Annotated[list[PollAnswer], Field(min_length=2, max_length=8)]
 Hours = Annotated[float, Field(gt=0, le=24, allow_inf_nan=False)]
 
 
@@ -89,10 +98,21 @@ class FollowUpdate(RequestBody):
 
 
 class PollCreate(RequestBody):
-    """A question to the class."""
+    """A question to the class: one's own with its answers, a lesson's, or one that was answered before."""
 
-    question: Annotated[str, Field(min_length=1, max_length=300)]
-    answers: Annotated[list[Annotated[str, Field(min_length=1, max_length=100)]], Field(min_length=2, max_length=8)]
+    question: PollQuestion | None = None
+    answers: PollAnswers | None = None
+    lesson: Name | None = Field(None, description="Whose question is asked; the server makes the answers of it")
+    kept: Name | None = Field(None, description="A poll that was kept, whose answers are shown again")
+    lecture: Name | None = Field(None, description="In which lecture it is asked; kept with the answers")
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        if (self.question is None) != (self.answers is None):
+            raise ValueError("A question of one's own has its answers")
+        if sum(each is not None for each in (self.question, self.lesson, self.kept)) != 1:
+            raise ValueError("Input should be a question with its answers, a lesson, or a poll that was kept")
+        return self
 
 
 class VoteRequest(RequestBody):
@@ -132,6 +152,21 @@ class PollPublic(BaseModel):
     votes: int | None = Field(description="How many have answered; null for followers until it is revealed")
     counts: list[int] | None = Field(description="Of each answer; null until it is revealed")
     revealed: bool
+
+
+class PollKept(BaseModel):
+    """A poll that is over, and how many gave which answer; who did is known to nobody."""
+
+    id: str
+    question: str
+    answers: list[str]
+    counts: list[int] = Field(description="Of each answer")
+    votes: int
+    followers: int = Field(description="How many were there to answer")
+    title: str = Field(description="Of what the class saw")
+    lecture: str | None = Field(description="The lecture in which it was asked, if it was in one")
+    lecture_title: str | None
+    asked: str
 
 
 class VotePublic(BaseModel):

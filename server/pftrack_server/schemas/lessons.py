@@ -71,6 +71,7 @@ class LessonPublic(_Public):
     origin: str = Field(description="File or package that it comes from; empty for the project's own")
     checks: list[CheckPublic]
     uses: list[UsePublic]
+    minutes: float = Field(description="How long it takes a class")
     problem: str | None = Field(None, description="Why it cannot be run here, one sentence")
 
 

@@ -4,7 +4,7 @@ All methods block, for a few milliseconds; the web process calls them in threads
 """
 
 import sqlite3
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, TypeVar
 
 import structlog
@@ -19,19 +19,19 @@ from pftrack_server.settings import Settings
 from pftrack_server.store.database import connect
 from pftrack_server.store.disk_budget import DiskBudget
 from pftrack_server.store.files import DataDirectory, now
-from pftrack_server.store.tables import FORM, Base, RunRow, SessionRow, SweepRow, UploadRow
+from pftrack_server.store.tables import FORM, Base, LectureRow, PollRow, RunRow, SessionRow, SweepRow, UploadRow
 
 __all__ = ["Store"]
 
 log = structlog.get_logger(__name__)
 
-Row = TypeVar("Row", UploadRow, RunRow, SessionRow, SweepRow)
+Row = TypeVar("Row", UploadRow, RunRow, SessionRow, SweepRow, LectureRow, PollRow)
 # What reading a row may raise whose content is not of its column's type; see `_is_damage`.
 DAMAGED = (ValueError, TypeError, DBAPIError)
 
 
 class Store:
-    """Uploads, runs, sessions and sweeps, kept.
+    """Uploads, runs, sessions, sweeps, lectures and polls, kept.
 
     Attributes:
         files: The data directory.
@@ -139,14 +139,7 @@ class Store:
 
     def save_sessions(self, specs: Iterable[tuple[str, str]]) -> None:
         """Keep sessions as (name, spec as JSON), all or none."""
-        rows = [{"id": name, "spec": spec, "updated": now()} for name, spec in specs]
-
-        def save() -> None:
-            with self._begin.begin() as database:
-                for row in rows:
-                    database.merge(SessionRow(**row))
-
-        self.disk_budget.write(save)
+        self._merge([SessionRow(id=name, spec=spec, updated=now()) for name, spec in specs])
 
     def sessions(self) -> list[SessionRow]:
         """Return all sessions, the oldest first."""
@@ -160,12 +153,7 @@ class Store:
 
     def save_sweep(self, values: dict[str, Any]) -> None:
         """Keep a sweep, given by its columns, or what has changed of it."""
-
-        def save() -> None:
-            with self._begin.begin() as database:
-                database.merge(SweepRow(**values))
-
-        self.disk_budget.write(save)
+        self._merge([SweepRow(**values)])
 
     def sweeps(self) -> list[SweepRow]:
         """Return all sweeps, the oldest first."""
@@ -178,6 +166,48 @@ class Store:
             self.files.remove_sweep(name)
         return found
 
+    # ------------------------------------------------------------ lectures and polls
+
+    def save_lecture(self, row: LectureRow) -> None:
+        """Keep a lecture, in place of what it was before."""
+        self._merge([row])
+
+    def lectures(self) -> list[LectureRow]:
+        """Return all lectures, the newest first."""
+        return self._all(LectureRow, LectureRow.created.desc())
+
+    def lecture(self, name: str) -> LectureRow | None:
+        """Return a lecture.
+
+        Raises:
+            DamagedError: Its row cannot be read.
+        """
+        return self._get(LectureRow, name)
+
+    def remove_lecture(self, name: str) -> bool:
+        """Forget a lecture, if there is one; what was answered in it stays."""
+        return self._remove(LectureRow, name)
+
+    def save_polls(self, rows: Iterable[PollRow]) -> None:
+        """Keep polls, in place of what was known of them before, all or none."""
+        self._merge(list(rows))
+
+    def polls(self) -> list[PollRow]:
+        """Return all polls, the newest first."""
+        return self._all(PollRow, PollRow.asked.desc())
+
+    def poll(self, name: str) -> PollRow | None:
+        """Return a poll.
+
+        Raises:
+            DamagedError: Its row cannot be read.
+        """
+        return self._get(PollRow, name)
+
+    def remove_poll(self, name: str) -> bool:
+        """Forget a poll, if there is one."""
+        return self._remove(PollRow, name)
+
     # ------------------------------------------------------------ rows
 
     def count(self, kind: type[Base]) -> int:
@@ -188,6 +218,16 @@ class Store:
     def _add(self, row: Base) -> None:
         with self._begin.begin() as database:
             database.add(row)
+
+    def _merge(self, rows: Sequence[Base]) -> None:
+        """Keep rows, new ones and those that have changed, all or none."""
+
+        def save() -> None:
+            with self._begin.begin() as database:
+                for row in rows:
+                    database.merge(row)
+
+        self.disk_budget.write(save)
 
     def _get(self, kind: type[Row], name: str) -> Row | None:
         try:

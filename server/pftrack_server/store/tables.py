@@ -5,7 +5,7 @@ from typing import Any
 from sqlalchemy import JSON, BigInteger, Float, Integer, String, Text
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
-__all__ = ["FORM", "Base", "RunRow", "SessionRow", "SweepRow", "UploadRow"]
+__all__ = ["FORM", "Base", "LectureRow", "PollRow", "RunRow", "SessionRow", "SweepRow", "UploadRow"]
 
 FORM = "form"
 """Key of a JSON column's `info` under which it says which JSON values it holds."""
@@ -80,3 +80,30 @@ class SweepRow(Base):
     problems: Mapped[int] = mapped_column(BigInteger)
     seconds: Mapped[float] = mapped_column(Float)
     created: Mapped[str] = mapped_column(String(32), index=True)
+
+
+class LectureRow(Base):
+    """A lecture, as the text of its file."""
+
+    __tablename__ = "lectures"
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    title: Mapped[str] = mapped_column(String(200))
+    text: Mapped[str] = mapped_column(Text)
+    created: Mapped[str] = mapped_column(String(32), index=True)
+    updated: Mapped[str] = mapped_column(String(32))
+
+
+class PollRow(Base):
+    """What a class was asked, and how many gave which answer; who gave it is kept nowhere."""
+
+    __tablename__ = "polls"
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    lecture: Mapped[str | None] = mapped_column(String(32), index=True)
+    title: Mapped[str] = mapped_column(String(200))
+    question: Mapped[str] = mapped_column(Text)
+    answers: Mapped[list[str]] = mapped_column(JSON, info={FORM: list})
+    counts: Mapped[list[int]] = mapped_column(JSON, info={FORM: list})
+    followers: Mapped[int] = mapped_column(Integer)
+    asked: Mapped[str] = mapped_column(String(32), index=True)
