@@ -79,6 +79,19 @@ async def work(request: Request) -> Response:
     return _page(request, "work/work.html")
 
 
+@router.get("/lectures")
+async def lectures(request: Request) -> Response:
+    """Return the page of all lectures, and of what was answered."""
+    return _page(request, "lectures/lectures.html")
+
+
+@router.get("/lectures/{lecture}")
+async def lecture(request: Request, lecture: str) -> Response:
+    """Return the page on which a lecture is made, which finds out by itself whether there is one."""
+    del lecture
+    return _page(request, "lectures/lecture.html")
+
+
 @router.get("/references")
 async def references(request: Request) -> Response:
     """Return the page of what the experiments come from."""

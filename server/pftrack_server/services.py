@@ -12,6 +12,7 @@ from pftrack_server.compilation import Compilation
 from pftrack_server.filters import FilterFiles
 from pftrack_server.follow.follows import Follows
 from pftrack_server.follow.records import PollRecords
+from pftrack_server.lectures.service import Lectures
 from pftrack_server.lessons.service import Lessons
 from pftrack_server.middleware.metrics import Metrics
 from pftrack_server.processes import FORK_SERVER
@@ -44,6 +45,7 @@ class Services:
     exports: Exports
     comparisons: Comparisons
     lessons: Lessons
+    lectures: Lectures
     follows: Follows
     metrics: Metrics
     suitabilities: Suitabilities
@@ -71,7 +73,8 @@ class Services:
         metrics.watch(manager, sweeps)
         imports = Imports(settings, store, tasks)
         exports = Exports(settings, store, tasks)
-        comparisons = Comparisons(settings, RunSources(store, manager, sweeps, tasks), compilation.wait_for)
+        runs = RunSources(store, manager, sweeps, tasks)
+        comparisons = Comparisons(settings, runs, compilation.wait_for)
         lessons = Lessons(settings.data_dir / "lessons", settings.data_dir / "lessons-computed", tasks)
         await lessons.open()
         follows = Follows(settings, manager, lessons, PollRecords(store))
@@ -90,6 +93,7 @@ class Services:
             exports,
             comparisons,
             lessons,
+            Lectures(runs, lessons),
             follows,
             metrics,
             kept,

@@ -17,7 +17,7 @@ from typing import Any, Final, TypeAlias
 
 import yaml
 
-__all__ = ["LARGEST_BYTES", "Document", "DocumentError", "Place", "decode", "document_of", "read_source"]
+__all__ = ["EXPONENT", "LARGEST_BYTES", "Document", "DocumentError", "Place", "decode", "document_of", "read_source"]
 
 LARGEST_BYTES: Final = 32 * 1024
 DEEPEST: Final = 12

@@ -16,6 +16,7 @@ from pftrack_server.api import (
     follow,
     follows,
     glossary,
+    lectures,
     lessons,
     polls,
     queue,
@@ -35,6 +36,6 @@ __all__ = ["router"]
 router = APIRouter(prefix="/api/v1")
 router.include_router(experiments.plugins)
 computing = compilation, queue, sessions, stream, exports, runs, work, lessons, failures, comparisons
-classes = follows, follow, polls
+classes = follows, follow, polls, lectures
 for part in (experiments, glossary, uploads, *computing, *classes, filters, source_code, sweeps, sweep_files, sweep_stream):
     router.include_router(part.router)

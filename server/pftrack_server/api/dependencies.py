@@ -14,6 +14,7 @@ from pftrack_server.filters import FilterFiles
 from pftrack_server.follow.follow import Follow
 from pftrack_server.follow.follows import Follows
 from pftrack_server.follow.participant import Participant, participant_of
+from pftrack_server.lectures.service import Lectures
 from pftrack_server.lessons.service import Lessons
 from pftrack_server.middleware.body_limit import lift_limit
 from pftrack_server.runs.exports import Exports
@@ -50,6 +51,7 @@ __all__ = [
     "TheFilters",
     "TheFollows",
     "TheImports",
+    "TheLectures",
     "TheLessons",
     "TheServices",
     "TheTasks",
@@ -143,6 +145,10 @@ def _lessons(services: TheServices) -> Lessons:
     return services.lessons
 
 
+def _lectures(services: TheServices) -> Lectures:
+    return services.lectures
+
+
 def _follows(services: TheServices) -> Follows:
     return services.follows
 
@@ -156,6 +162,7 @@ TheFilters = Annotated[FilterFiles, Depends(_filters)]
 TheComparisons = Annotated[Comparisons, Depends(_comparisons)]
 TheImports = Annotated[Imports, Depends(_imports)]
 TheExports = Annotated[Exports, Depends(_exports)]
+TheLectures = Annotated[Lectures, Depends(_lectures)]
 TheLessons = Annotated[Lessons, Depends(_lessons)]
 TheFollows = Annotated[Follows, Depends(_follows)]
 

@@ -1,0 +1,119 @@
+"""What is known of a lecture's items on this server: title, page, minutes, and why one cannot be shown here."""
+
+import json
+from base64 import urlsafe_b64encode
+from collections.abc import Sequence
+from typing import Final
+
+from pftrack_server.errors import NotFoundError, RefusedError
+from pftrack_server.experiments import find_experiment
+from pftrack_server.failures import failure_named
+from pftrack_server.lessons.service import Lessons
+from pftrack_server.schemas.comparisons import ComparedRun
+from pftrack_server.schemas.follows import PollCreate
+from pftrack_server.schemas.lectures import Kind, LectureItem, LectureItemPublic, LectureRun
+from pftrack_server.titles import printable
+
+__all__ = ["ItemViews"]
+
+USUAL_MINUTES: Final[dict[Kind, float]] = {
+    "lesson": 8,
+    "failure": 5,
+    "session": 5,
+    "comparison": 5,
+    "question": 2,
+    "poll": 2,
+}
+"""Of a lesson the lesson itself says how long it takes, where it is here."""
+
+
+class ItemViews:
+    """Views of items.
+
+    Args:
+        lessons: Those of the server.
+    """
+
+    def __init__(self, lessons: Lessons) -> None:
+        self._lessons = lessons
+
+    async def of(self, items: Sequence[LectureItem], lines: Sequence[int], lecture: str) -> list[LectureItemPublic]:
+        """Return what is known of items.
+
+        Args:
+            items: Of the lecture.
+            lines: In which each stands in the file.
+            lecture: Name of the lecture.
+        """
+        return [await self._view(item, line, lecture) for item, line in zip(items, lines, strict=True)]
+
+    async def _view(self, item: LectureItem, line: int, lecture: str) -> LectureItemPublic:
+        title, page, minutes, problem = _named(item), None, USUAL_MINUTES[item.kind], None
+        asks = None
+        try:
+            match item:
+                case LectureItem(lesson=str() as name):
+                    lesson = await self._lessons.get(name)
+                    title = f"{lesson.number} · {lesson.title}" if lesson.number else lesson.title
+                    page, minutes = f"learn/{lesson.id}", lesson.minutes
+                case LectureItem(failure=str() as name):
+                    failure = failure_named(name).failure
+                    title, page = failure.title, f"failures/{failure.id}"
+                case LectureItem(session=LectureRun() as run):
+                    title, page = _title_of([run]), _session_page(run)
+                case LectureItem(comparison=compared) if compared is not None:
+                    title = _title_of(compared.runs)
+                    page = _page("compare", compared.model_dump(mode="json", exclude_defaults=True))
+                case LectureItem(question=str() as name):
+                    lesson = await self._lessons.get(name)
+                    title = f"Question of {lesson.title}"
+                    asks = PollCreate(lesson=lesson.id, lecture=lecture)
+                case LectureItem(poll=str() as question):
+                    title = printable(question)
+                    asks = PollCreate(question=question, answers=item.answers, lecture=lecture)
+        except (NotFoundError, RefusedError) as error:
+            problem = f"Line {line}: {error}"
+        return LectureItemPublic(
+            item=item,
+            kind=item.kind,
+            title=item.title or title,
+            minutes=item.minutes or minutes,
+            page=page,
+            asks=asks,
+            problem=problem,
+        )
+
+
+def _named(item: LectureItem) -> str:
+    """Return what an item is called of which nothing is known."""
+    name = item.lesson or item.failure or item.question
+    return f"{item.kind.capitalize()} {name}" if name else item.kind.capitalize()
+
+
+def _title_of(runs: Sequence[ComparedRun]) -> str:
+    """Return what runs are called: by their experiments.
+
+    Raises:
+        RefusedError: One is not here.
+    """
+    titles = [find_experiment(run.recipe.experiment).title for run in runs if run.recipe is not None]
+    each = " and ".join(dict.fromkeys(titles)) or "Run of this server"
+    return each if len(runs) == 1 else f"{each}, {len(runs)} runs compared"
+
+
+def _session_page(run: LectureRun) -> str:
+    """Return the address of a new session.
+
+    Raises:
+        RefusedError: It is that of a run by its name, as in a file that somebody wrote.
+    """
+    if run.recipe is None:
+        raise RefusedError("A session is named by its recipe in a file; add the run on the page of the lecture.")
+    told = run.model_dump(mode="json", exclude_defaults=True, exclude_none=True)
+    return _page("session/new", told)
+
+
+def _page(path: str, told: object) -> str:
+    """Return the address of a page with what it is to show in its fragment, as `shared/share_link.js` reads it."""
+    text = json.dumps(told, separators=(",", ":"))
+    return f"{path}#{urlsafe_b64encode(text.encode()).decode().rstrip('=')}"
