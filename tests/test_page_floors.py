@@ -6,7 +6,7 @@ from pathlib import Path
 
 PAGES = Path(__file__).parents[1] / "frontend_static"
 FLOORS = (
-    {"follow", "gallery", "failures", "work"},
+    {"follow", "gallery", "failures", "lectures", "work"},
     {"compare", "glossary", "help", "learn", "references", "sweep", "upload"},
     {"session"},
     {"lecturer"},

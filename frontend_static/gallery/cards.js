@@ -2,7 +2,7 @@
 
 import { REFERENCES } from "../shared/citations.js";
 import { h } from "../shared/dom.js";
-import { linkTo } from "../shared/share_link.js";
+import { linkTo, presetRecipe } from "../shared/share_link.js";
 import { thumbnail } from "../shared/thumbnail.js";
 import { newSweep } from "../shared/share_link.js";
 
@@ -65,7 +65,7 @@ function presetList(experiment, presets) {
     "ul",
     { class: "presets", "aria-label": "Presets" },
     presets.map((preset) => {
-      const href = linkTo({ recipe: recipeOf(experiment, preset), play: true });
+      const href = linkTo({ recipe: presetRecipe(experiment, preset), play: true });
       return h("li", {}, h("a", { class: "button", title: preset.watch, href, data: { preset: preset.name } }, preset.title));
     }),
   );
@@ -74,14 +74,6 @@ function presetList(experiment, presets) {
 /** @param {ExperimentPublic} experiment */
 function sourcesOf({ references }) {
   return references.map(({ short }) => short).join("; ");
-}
-
-/**
- * @param {ExperimentPublic} experiment
- * @param {PresetPublic} preset
- */
-function recipeOf(experiment, { tracker, seed, parameters }) {
-  return { experiment: experiment.id, tracker, seed, timeline: [{ frame: 0, values: parameters }] };
 }
 
 /** Grey shapes where cards will be. */

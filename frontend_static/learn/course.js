@@ -22,6 +22,8 @@ export class Course {
   /** @type {Demonstration|ScenarioStage} */
   #stage;
   #known = () => {};
+  /** @type {(() => void)|null} */
+  #askClass = null;
 
   /**
    * @param {LessonDetail} lesson
@@ -37,6 +39,7 @@ export class Course {
       answer: async (given) => this.#reveal(await this.#judged(given)),
       skip: () => this.#skip(),
       again: () => this.#again(),
+      toClass: () => this.#askClass?.(),
     });
     const places = { show: part("show"), numbers: part("numbers"), controls: part("controls") };
     this.#stage = lesson.scenario
@@ -71,6 +74,16 @@ export class Course {
    */
   followedBy(follow) {
     if (this.#stage instanceof Demonstration) this.#stage.followedBy(follow);
+  }
+
+  /**
+   * Offer to ask a class the question.
+   *
+   * @param {(() => void)|null} ask Null where no class sees the lesson.
+   */
+  offerClass(ask) {
+    this.#askClass = ask;
+    this.#question.offerClass(ask !== null);
   }
 
   #begin() {

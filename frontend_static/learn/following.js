@@ -23,6 +23,10 @@ export function followLesson(lesson, { course, uses }, signal) {
     const { session, scenario: { plots, layers } } = stage;
     return session === null ? null : { title, sessions: [session], lesson: id, arrangement: { plots, layers } };
   }, signal);
+  control.on(["follow"], () => {
+    const isLed = control.isHere && control.follow !== null && control.follow.poll === null;
+    course.offerClass(isLed ? () => control.ask({ lesson: lesson.id }) : null);
+  }, signal);
   control.on(["follow"], () => course.followedBy(control.isHere && run() === null ? (control.follow?.id ?? null) : null), signal);
   for (const each of [course, uses]) each.onRun(() => control.update());
   // The next lesson is the next page of the lecture.

@@ -14,6 +14,7 @@ import { figure } from "./number_text.js";
  * @property {(given: number|string) => Promise<void>} answer
  * @property {() => void} skip
  * @property {() => void} again
+ * @property {() => void} toClass Ask the class instead.
  */
 
 const HINTS = {
@@ -33,6 +34,7 @@ export class Question {
   #placed = null;
   #said = h("p", { class: "question-said", role: "alert" });
   #spot = h("output", { class: "question-spot" });
+  #toClass = h("button", { type: "button", hidden: true, title: "As a poll: its answers are chosen by a tap", data: { role: "to-class" } }, "Ask the class");
 
   /**
    * @param {HTMLElement} place
@@ -44,6 +46,12 @@ export class Question {
     this.#question = question;
     this.#next = next;
     this.#on = on;
+    this.#toClass.addEventListener("click", () => on.toClass());
+  }
+
+  /** @param {boolean} isLed Whether there is a class that sees the lesson. */
+  offerClass(isLed) {
+    this.#toClass.hidden = !isLed;
   }
 
   /** Ask. */
@@ -58,7 +66,7 @@ export class Question {
       { class: "question", novalidate: true, on: { submit: (event) => this.#submit(event, show) } },
       h("div", {}, h("h2", {}, "Predict, then see"), h("p", { class: "hint" }, WAITING)),
       htmlElement("p", this.#question.text, { class: "question-text", id: "question" }),
-      h("div", { class: "question-line answering" }, input(this.#question, this.#spot), show, skip),
+      h("div", { class: "question-line answering" }, input(this.#question, this.#spot), show, skip, this.#toClass),
       this.#said,
     );
     this.#show("asked", form);
@@ -118,6 +126,7 @@ export class Question {
       "div",
       { class: "question-line" },
       h("button", { type: "button", on: { click: () => this.#on.again() } }, label),
+      this.#toClass,
       onward ?? (!isParticipant && h("a", { class: "button", href: "learn" }, "All lessons")),
     );
   }

@@ -1,10 +1,12 @@
 /** A class that follows, in the server's REST interface: what a lecturer does with it, and what somebody who follows. */
 
-import { ROOT, pathOf, request } from "../shared/api.js";
+import { ROOT, pathOf, query, request } from "../shared/api.js";
+import { after } from "../shared/timing.js";
 
 /** @import * as Messages from "../shared/messages.js" */
 
 const one = pathOf("follows");
+const AGAIN_MS = 300;
 
 /** With the lecturer's rights. */
 export const follows = {
@@ -23,8 +25,19 @@ export const follows = {
   /** @type {(id: string) => Promise<null>} */
   end: (id) => request("DELETE", one(id)),
 
-  /** @type {(id: string, body: Messages.PollCreate) => Promise<unknown>} */
-  ask: (id, body) => request("PUT", one(id, "poll"), body),
+  /**
+   * A run that the answers come from is waited for.
+   *
+   * @type {(id: string, body: Messages.PollCreate, signal: AbortSignal) => Promise<Messages.FollowOwned>}
+   */
+  async ask(id, body, signal) {
+    for (;;) {
+      /** @type {Messages.FollowOwned|Messages.ComputingPublic} */
+      const said = await request("PUT", one(id, "poll"), body);
+      if (!("total" in said)) return said;
+      await after(AGAIN_MS, signal);
+    }
+  },
 
   /** @type {(id: string) => Promise<unknown>} */
   reveal: (id) => request("POST", one(id, "poll/reveal")),
@@ -57,3 +70,20 @@ export const followed = {
 
   stream: "follow/stream",
 };
+
+/** What classes have answered. */
+export const polls = {
+  /** @type {(lecture?: string) => Promise<Messages.PollKept[]>} */
+  all: (lecture) => request("GET", `polls${of(lecture)}`),
+
+  /** @type {(id: string) => Promise<null>} */
+  remove: (id) => request("DELETE", pathOf("polls")(id)),
+
+  /** Where they are as a table. */
+  csvAddress: (/** @type {string} */ lecture = "") => `${ROOT}polls/answers.csv${of(lecture)}`,
+};
+
+/** @param {string} [lecture] */
+function of(lecture) {
+  return lecture ? `?${query({ lecture })}` : "";
+}

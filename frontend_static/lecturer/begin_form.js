@@ -8,7 +8,7 @@ import { following } from "./text.js";
 
 const WHAT =
   "Whoever opens a short link sees what you show here: the same frame, the same parameters, read only. " +
-  "No name is asked for, and nothing is kept afterwards.";
+  "No name is asked for. Of polls it is kept how many gave which answer.";
 /** @type {Limits} */
 const FIRST = { most_followers: 200, most_forks: 4 };
 

@@ -1,12 +1,13 @@
 /**
- * The chip in a page's header: "Follow me", or how many follow. It opens what belongs to the class; a poll of the class stands
- * on the page.
+ * The chip in a page's header: "Follow me", or how many follow. It opens what belongs to the class; a poll of the class, and the
+ * line of a lecture, stand on the page.
  */
 
 import { h, setText } from "../shared/dom.js";
 import { icon } from "../shared/icons.js";
 import { pollControl } from "./poll_control.js";
 import { openClassDialog } from "./class_dialog.js";
+import { lectureBar } from "./lecture_bar.js";
 import { following, seeElsewhere } from "./text.js";
 
 /**
@@ -30,6 +31,7 @@ export function followChip(control, signal) {
   control.on(["follow"], draw, signal);
   draw();
   pollControl(control, signal);
+  lectureBar(control, signal);
   return chip;
 }
 

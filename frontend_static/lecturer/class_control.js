@@ -111,6 +111,11 @@ export class ClassControl extends Topics {
     if (changed !== undefined) this.#take(changed);
   }
 
+  /** Which lesson the page shows, if it shows one. */
+  get lesson() {
+    return this.#shown()?.lesson ?? null;
+  }
+
   /** Have the class come along to the page that is opened next, if it sees this one. */
   takeAlong() {
     if (this.isHere && this.follow !== null) remember(this.follow.id, null);
@@ -134,7 +139,7 @@ export class ClassControl extends Topics {
    * @returns {Promise<boolean>} Whether it is asked.
    */
   ask(poll) {
-    return this.#done((id) => follows.ask(id, poll));
+    return this.#done((id) => follows.ask(id, poll, this.#signal));
   }
 
   /** Show the answers to all. */
@@ -142,7 +147,7 @@ export class ClassControl extends Topics {
     return this.#done((id) => follows.reveal(id));
   }
 
-  /** Ask no more, and forget the answers. */
+  /** Ask no more; answers that were revealed are kept, others forgotten. */
   withdraw() {
     return this.#done((id) => follows.withdraw(id));
   }
@@ -230,6 +235,12 @@ function whole({ title, sessions, lesson, arrangement = {} }) {
  */
 function isSame({ title, sessions, lesson, arrangement }, shown) {
   return JSON.stringify(whole(shown)) === JSON.stringify({ title, sessions: sessions.map(({ id }) => id), lesson, arrangement });
+}
+
+/** Have the class that this tab leads come along to the page that is opened next, whatever it sees now. */
+export function takeClassAlong() {
+  const known = remembered();
+  if (known !== null) remember(known.id, null);
 }
 
 /** @returns {{id: string, page: string|null}|null} Which class this tab leads, and which page it sees; null for the next one. */

@@ -5,6 +5,9 @@
 
 import { confirmLoss, openDialog } from "../shared/dialog.js";
 import { fill, h } from "../shared/dom.js";
+import { isParticipant } from "../shared/participant.js";
+import { answeredList } from "./answered.js";
+import { polls } from "./api.js";
 import { beginForm } from "./begin_form.js";
 import { limits } from "./limits.js";
 import { linkPart } from "./link.js";
@@ -13,6 +16,9 @@ import { pollForm } from "./poll_form.js";
 import { following } from "./text.js";
 
 /** @import { ClassControl } from "./class_control.js" */
+/** @import { PollCreate } from "../shared/messages.js" */
+
+const MOST_BEFORE = 20;
 
 /**
  * @param {ClassControl} control
@@ -66,21 +72,45 @@ function elsewhere(control) {
 }
 
 /**
- * A poll, or the form for one.
+ * A poll, or the form for one, and what classes were asked before.
  *
  * @param {ClassControl} control
  * @param {() => void} close
  * @param {AbortSignal} signal
  */
 function asking(control, close, signal) {
-  const form = pollForm(async (poll) => {
+  const ask = async (/** @type {PollCreate} */ poll) => {
     // What is asked stands on the page, where the run goes on.
     if (await control.ask(poll)) close();
-  });
+  };
+  const form = pollForm(ask);
+  const { lesson } = control;
+  const ownWords = "Ask the question of this lesson";
+  const ofLesson = lesson !== null && h("button", { type: "button", data: { role: "ask-lesson" }, on: { click: () => ask({ lesson }) } }, ownWords);
+  const before = h("div", { class: "class-before", hidden: true });
   const draw = () => (form.hidden = control.follow === null || control.follow.poll !== null);
   control.on(["follow"], draw, signal);
   draw();
-  return h("section", { class: "class-poll", "aria-label": "Ask the class" }, form, pollPart(control, signal));
+  if (!isParticipant) offerBefore(before, ask, signal);
+  return h("section", { class: "class-poll", "aria-label": "Ask the class" }, ofLesson, form, pollPart(control, signal), before);
+}
+
+/**
+ * What was answered, to be shown again.
+ *
+ * @param {HTMLElement} place
+ * @param {(poll: PollCreate) => unknown} ask
+ * @param {AbortSignal} signal
+ */
+async function offerBefore(place, ask, signal) {
+  const kept = await polls.all().catch(() => []);
+  if (signal.aborted || kept.length === 0) return;
+  place.hidden = false;
+  fill(
+    place,
+    h("details", {}, h("summary", {}, `Answered before (${kept.length})`), answeredList(kept.slice(0, MOST_BEFORE), { again: ({ id }) => ask({ kept: id }) })),
+    h("a", { href: polls.csvAddress(), download: "" }, "Download all answers as CSV"),
+  );
 }
 
 /** @param {ClassControl} control */

@@ -13,13 +13,14 @@ const FIRST = ["Yes", "No"];
 
 /**
  * @param {(poll: PollCreate) => Promise<unknown>} ask
+ * @param {string} [action] The word for it.
  * @returns {HTMLFormElement}
  */
-export function pollForm(ask) {
+export function pollForm(ask, action = "Ask the class") {
   const question = text({ id: "poll-question", maxlength: LONGEST_QUESTION, placeholder: "Will it survive the pillar?" });
   const answers = h("ol", { class: "poll-fields" });
   const more = h("button", { type: "button", class: "quiet", on: { click: () => add("").focus() } }, "Another answer");
-  const go = h("button", { type: "submit", class: "primary" }, "Ask the class");
+  const go = h("button", { type: "submit", class: "primary" }, action);
   const form = h(
     "form",
     { class: "poll-form", novalidate: true, on: { submit } },

@@ -28,6 +28,7 @@ export function seeElsewhere(followers) {
  */
 export function pollWords(poll, { own = null, followers, asks }) {
   if (poll.counts !== null) return resultWords(poll.answers, poll.counts);
+  if (!asks && poll.votes === null) return "Nobody follows: ask for a show of hands.";
   if (!asks) return `${voted(poll.votes ?? 0, followers)}. The answers are shown to all when you reveal them.`;
   if (own === null) return "Click or tap an answer, or press its number; nobody sees who answered what.";
   return `You answered “${poll.answers[own]}”. It can be changed until the answers are revealed.`;

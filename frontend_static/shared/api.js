@@ -58,13 +58,14 @@ export function statusOf(error) {
  * @template Answer
  * @param {string} method
  * @param {string} path
- * @param {unknown} [body]
+ * @param {unknown} [body] A file is sent as it is, all else as JSON.
  * @param {AbortSignal} [signal] Ends it before the answer has come.
  * @returns {Promise<Answer>}
  */
 export async function request(method, path, body, signal) {
-  const headers = { accept: "application/json", ...(body !== undefined && { "content-type": "application/json" }) };
-  const options = { method, headers, ...(signal && { signal }), ...(body !== undefined && { body: JSON.stringify(body) }) };
+  const isFile = body instanceof Blob;
+  const headers = { accept: "application/json", ...(body !== undefined && !isFile && { "content-type": "application/json" }) };
+  const options = { method, headers, ...(signal && { signal }), ...(body !== undefined && { body: isFile ? body : JSON.stringify(body) }) };
   let status;
   let text;
   try {

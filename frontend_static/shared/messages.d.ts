@@ -167,15 +167,6 @@ export interface ComparedPublic {
 /** A run to compare: one that is here, by its name, or what makes it. */
 export interface ComparedRun {
   /** A saved run, `session:branch` or `sweep:run`; with `:tracker` the same by another */
-  reference: string | null;
-  recipe: Recipe | null;
-  /** Name of the upload that the recipe's footage is */
-  upload: string | null;
-}
-
-/** A run to compare: one that is here, by its name, or what makes it. */
-export interface ComparedRunRequest {
-  /** A saved run, `session:branch` or `sweep:run`; with `:tracker` the same by another */
   reference?: string | null;
   recipe?: RecipeRequest | null;
   /** Name of the upload that the recipe's footage is */
@@ -184,7 +175,7 @@ export interface ComparedRunRequest {
 
 /** Two to four runs to compare. */
 export interface ComparisonCreate {
-  runs: ComparedRunRequest[];
+  runs: ComparedRun[];
 }
 
 /** What is known of a comparison from the start; its frames are those in common, counted from 0 on. */
@@ -754,16 +745,17 @@ export interface Layer {
   role: "" | "through time" | "flat only";
 }
 
-/** Two to four runs beside each other. */
-export interface LectureComparison {
-  runs: ComparedRun[];
-  position: number;
-  arrangement: "side" | "over";
+/** What the class is asked at an item, as it is sent to ask it. */
+export interface LectureAsks {
+  question: string | null;
+  answers: string[] | null;
+  lesson: string | null;
+  lecture: string;
 }
 
 /** Two to four runs beside each other. */
-export interface LectureComparisonRequest {
-  runs: ComparedRunRequest[];
+export interface LectureComparison {
+  runs: ComparedRun[];
   position?: number;
   arrangement?: "side" | "over";
 }
@@ -771,47 +763,11 @@ export interface LectureComparisonRequest {
 /** One thing that is shown or asked, of one of the kinds. */
 export interface LectureItem {
   /** Id of a lesson */
-  lesson: string | null;
-  /** Id of a failure */
-  failure: string | null;
-  session: LectureRun | null;
-  comparison: LectureComparison | null;
-  /** Id of a lesson whose question the class is asked */
-  question: string | null;
-  /** A question of one's own */
-  poll: string | null;
-  /** Of the poll */
-  answers: string[] | null;
-  /** Its own, if left out */
-  title: string | null;
-  /** What is usual, if left out */
-  minutes: number | null;
-}
-
-/** What is known of an item. */
-export interface LectureItemPublic {
-  /** As it is sent back */
-  item: LectureItem;
-  kind: "lesson" | "failure" | "session" | "comparison" | "question" | "poll";
-  title: string;
-  /** How long it takes: what it says, or what is usual */
-  minutes: number;
-  /** Where it is shown; null for a poll, which is asked over what is shown */
-  page: string | null;
-  /** What the class is asked, if it is a poll or a lesson's question */
-  asks: PollCreate | null;
-  /** Why it cannot be shown here, a sentence with its line in the file */
-  problem: string | null;
-}
-
-/** One thing that is shown or asked, of one of the kinds. */
-export interface LectureItemRequest {
-  /** Id of a lesson */
   lesson?: string | null;
   /** Id of a failure */
   failure?: string | null;
-  session?: LectureRunRequest | null;
-  comparison?: LectureComparisonRequest | null;
+  session?: LectureRun | null;
+  comparison?: LectureComparison | null;
   /** Id of a lesson whose question the class is asked */
   question?: string | null;
   /** A question of one's own */
@@ -822,6 +778,22 @@ export interface LectureItemRequest {
   title?: string | null;
   /** What is usual, if left out */
   minutes?: number | null;
+}
+
+/** What is known of an item. */
+export interface LectureItemPublic {
+  /** As it is sent back, a LectureItem */
+  item: Record<string, unknown>;
+  kind: "lesson" | "failure" | "session" | "comparison" | "question" | "poll";
+  title: string;
+  /** How long it takes: what it says, or what is usual */
+  minutes: number;
+  /** Where it is shown; null for a poll, which is asked over what is shown */
+  page: string | null;
+  /** What the class is asked, if it is a poll or a lesson's question */
+  asks: LectureAsks | null;
+  /** Why it cannot be shown here, a sentence with its line in the file */
+  problem: string | null;
 }
 
 /** All of a lecture. */
@@ -840,17 +812,6 @@ export interface LecturePublic {
 
 /** A run, and the frame at which its session begins. */
 export interface LectureRun {
-  /** A saved run, `session:branch` or `sweep:run`; with `:tracker` the same by another */
-  reference: string | null;
-  recipe: Recipe | null;
-  /** Name of the upload that the recipe's footage is */
-  upload: string | null;
-  /** That of a saved run, or the first, if left out */
-  position: number | null;
-}
-
-/** A run, and the frame at which its session begins. */
-export interface LectureRunRequest {
   /** A saved run, `session:branch` or `sweep:run`; with `:tracker` the same by another */
   reference?: string | null;
   recipe?: RecipeRequest | null;
@@ -875,7 +836,7 @@ export interface LectureSummary {
 /** A lecture as its page sends it; its file has the same, with the notes as its text. */
 export interface LectureUpdate {
   title: string;
-  items?: LectureItemRequest[];
+  items?: LectureItem[];
   notes?: string;
 }
 
@@ -1111,18 +1072,6 @@ export interface PluginPublic {
 
 /** A question to the class: one's own with its answers, a lesson's, or one that was answered before. */
 export interface PollCreate {
-  question: string | null;
-  answers: string[] | null;
-  /** Whose question is asked; the server makes the answers of it */
-  lesson: string | null;
-  /** A poll that was kept, whose answers are shown again */
-  kept: string | null;
-  /** In which lecture it is asked; kept with the answers */
-  lecture: string | null;
-}
-
-/** A question to the class: one's own with its answers, a lesson's, or one that was answered before. */
-export interface PollCreateRequest {
   question?: string | null;
   answers?: string[] | null;
   /** Whose question is asked; the server makes the answers of it */

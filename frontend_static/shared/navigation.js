@@ -6,13 +6,14 @@ import { icon } from "./icons.js";
 // Escape ends a presentation on every page of the site.
 import "./presentation.js";
 
-/** @typedef {"experiments"|"learn"|"failures"|"work"|"help"} Place */
+/** @typedef {"experiments"|"learn"|"failures"|"lectures"|"work"|"help"} Place */
 
 /** @type {readonly {id: Place, title: string, href: string}[]} */
 const PLACES = [
   { id: "experiments", title: "Experiments", href: START },
   { id: "learn", title: "Learn", href: "learn" },
   { id: "failures", title: "Failures", href: "failures" },
+  { id: "lectures", title: "Lectures", href: "lectures" },
   { id: "work", title: "My work", href: "work" },
   { id: "help", title: "Help", href: "help/" },
 ];

@@ -69,6 +69,11 @@ export async function present(wanted = !isPresenting()) {
   }
 }
 
+/** Have the page that is opened next be presented. */
+export function presentNext() {
+  keep(true);
+}
+
 /** Present as the page before did. Browsers give a new page the whole screen only after a key or a click. */
 function goOn() {
   turn(true);
@@ -85,6 +90,11 @@ function goOn() {
 function turn(wanted) {
   if (wanted) root.dataset.presenting = "";
   else delete root.dataset.presenting;
+  keep(wanted);
+}
+
+/** @param {boolean} wanted */
+function keep(wanted) {
   try {
     if (wanted) sessionStorage.setItem(KEPT_AS, "");
     else sessionStorage.removeItem(KEPT_AS);

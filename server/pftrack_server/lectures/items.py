@@ -10,8 +10,7 @@ from pftrack_server.experiments import find_experiment
 from pftrack_server.failures import failure_named
 from pftrack_server.lessons.service import Lessons
 from pftrack_server.schemas.comparisons import ComparedRun
-from pftrack_server.schemas.follows import PollCreate
-from pftrack_server.schemas.lectures import Kind, LectureItem, LectureItemPublic, LectureRun
+from pftrack_server.schemas.lectures import Kind, LectureAsks, LectureItem, LectureItemPublic, LectureRun
 from pftrack_server.titles import printable
 
 __all__ = ["ItemViews"]
@@ -67,14 +66,14 @@ class ItemViews:
                 case LectureItem(question=str() as name):
                     lesson = await self._lessons.get(name)
                     title = f"Question of {lesson.title}"
-                    asks = PollCreate(lesson=lesson.id, lecture=lecture)
+                    asks = LectureAsks(lesson=lesson.id, lecture=lecture)
                 case LectureItem(poll=str() as question):
                     title = printable(question)
-                    asks = PollCreate(question=question, answers=item.answers, lecture=lecture)
+                    asks = LectureAsks(question=question, answers=item.answers, lecture=lecture)
         except (NotFoundError, RefusedError) as error:
             problem = f"Line {line}: {error}"
         return LectureItemPublic(
-            item=item,
+            item=item.model_dump(mode="json", exclude_defaults=True),
             kind=item.kind,
             title=item.title or title,
             minutes=item.minutes or minutes,

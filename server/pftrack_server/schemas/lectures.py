@@ -1,17 +1,18 @@
 """Lectures: what one consists of, as its file and its page have it, and what is known of each item."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from pftrack_server.schemas.body import FrameNumber, GivenTitle, Name, RequestBody
 from pftrack_server.schemas.comparisons import ComparedRun
-from pftrack_server.schemas.follows import PollAnswers, PollCreate, PollQuestion
+from pftrack_server.schemas.follows import PollAnswers, PollQuestion
 
 __all__ = [
     "KINDS",
     "MOST_ITEMS",
     "Kind",
+    "LectureAsks",
     "LectureComparison",
     "LectureItem",
     "LectureItemPublic",
@@ -80,15 +81,24 @@ class LectureUpdate(RequestBody):
     notes: Annotated[str, Field(max_length=10_000)] = ""
 
 
+class LectureAsks(BaseModel):
+    """What the class is asked at an item, as it is sent to ask it."""
+
+    question: str | None = None
+    answers: list[str] | None = None
+    lesson: str | None = None
+    lecture: str
+
+
 class LectureItemPublic(BaseModel):
     """What is known of an item."""
 
-    item: LectureItem = Field(description="As it is sent back")
+    item: dict[str, Any] = Field(description="As it is sent back, a LectureItem")
     kind: Kind
     title: str
     minutes: float = Field(description="How long it takes: what it says, or what is usual")
     page: str | None = Field(description="Where it is shown; null for a poll, which is asked over what is shown")
-    asks: PollCreate | None = Field(description="What the class is asked, if it is a poll or a lesson's question")
+    asks: LectureAsks | None = Field(description="What the class is asked, if it is a poll or a lesson's question")
     problem: str | None = Field(description="Why it cannot be shown here, a sentence with its line in the file")
 
 

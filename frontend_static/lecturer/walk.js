@@ -1,0 +1,197 @@
+/**
+ * The walk through a lecture: which item is shown, and how long each has taken. It belongs to the tab, as a class does, and
+ * each page that is opened finds it. A poll has no page: it is asked over what is shown before it, or, where nothing is, after.
+ */
+
+/** @import { LectureItemPublic, LecturePublic } from "../shared/messages.js" */
+
+/** @typedef {Pick<LectureItemPublic, "kind"|"title"|"minutes"|"page"|"asks">} Step */
+
+/**
+ * What is known of a walk; times are in milliseconds.
+ *
+ * @typedef {object} Walk
+ * @property {string} lecture
+ * @property {string} title
+ * @property {Step[]} steps
+ * @property {number} at Which step is shown.
+ * @property {number} begun When.
+ * @property {number} since When the step that is shown was come to.
+ * @property {number|null} ended
+ * @property {number[]} spent How long each has taken, without the time since the one that is shown was come to.
+ * @property {boolean[]} asked Whether the class was asked what a step asks.
+ * @property {(string|null)[]} opened Where what a step began is, as a session that has a name by now.
+ */
+
+const KEPT_AS = "pftrack-lecture";
+const MINUTE_MS = 60_000;
+
+/**
+ * Begin a lecture with its first step. What cannot be shown here is left out.
+ *
+ * @param {Pick<LecturePublic, "id"|"title"|"items">} lecture
+ * @param {number} now
+ * @returns {Walk|null} Null where nothing of it has a page.
+ */
+export function begin({ id, title, items }, now) {
+  const steps = items
+    .filter(({ problem, page, asks }) => problem === null && (page !== null || asks !== null))
+    .map(({ kind, title: name, minutes, page, asks }) => ({ kind, title: name, minutes, page, asks }));
+  if (steps.every(({ page }) => page === null)) return null;
+  const each = (/** @type {unknown} */ value) => steps.map(() => value);
+  return /** @type {Walk} */ ({
+    lecture: id, title, steps, at: 0, begun: now, since: now, ended: null, spent: each(0), asked: each(false), opened: each(null),
+  });
+}
+
+/**
+ * The step whose page is shown at a step.
+ *
+ * @param {Walk} walk
+ * @param {number} [at]
+ */
+export function hostOf({ steps, at: shown }, at = shown) {
+  const before = steps.slice(0, at + 1).findLastIndex(({ page }) => page !== null);
+  return before >= 0 ? before : steps.findIndex(({ page }) => page !== null);
+}
+
+/**
+ * The address of what is shown at the step.
+ *
+ * @param {Walk} walk
+ * @returns {string}
+ */
+export function pageOf(walk) {
+  const host = hostOf(walk);
+  return walk.opened[host] ?? walk.steps[host].page ?? "";
+}
+
+/**
+ * Go to another step.
+ *
+ * @param {Walk} walk
+ * @param {number} by
+ * @param {number} now
+ * @returns {Walk}
+ */
+export function go(walk, by, now) {
+  const at = Math.max(0, Math.min(walk.steps.length - 1, walk.at + by));
+  return { ...walk, at, since: now, spent: replaced(walk.spent, walk.at, spentOn(walk, walk.at, now)) };
+}
+
+/**
+ * The same with an end.
+ *
+ * @param {Walk} walk
+ * @param {number} now
+ * @returns {Walk}
+ */
+export function end(walk, now) {
+  return { ...go(walk, 0, now), ended: now };
+}
+
+/**
+ * @param {Walk} walk
+ * @returns {Walk} The same, its step having been asked.
+ */
+export function asked(walk) {
+  return { ...walk, asked: replaced(walk.asked, walk.at, true) };
+}
+
+/**
+ * @param {Walk} walk
+ * @param {string|null} address
+ * @returns {Walk} The same, knowing where what the step began is.
+ */
+export function opened(walk, address) {
+  return { ...walk, opened: replaced(walk.opened, hostOf(walk), address) };
+}
+
+/**
+ * How long a step has taken.
+ *
+ * @param {Walk} walk
+ * @param {number} at
+ * @param {number} now
+ */
+export function spentOn(walk, at, now) {
+  const isShown = walk.at === at && walk.ended === null;
+  return walk.spent[at] + (isShown ? Math.max(0, now - walk.since) : 0);
+}
+
+/**
+ * The clock: all of the lecture, and the step that is shown, as they have taken and as they were planned.
+ *
+ * @param {Walk} walk
+ * @param {number} now
+ */
+export function clock(walk, now) {
+  return {
+    whole: { taken: Math.max(0, (walk.ended ?? now) - walk.begun), planned: MINUTE_MS * walk.steps.reduce((sum, { minutes }) => sum + minutes, 0) },
+    step: { taken: spentOn(walk, walk.at, now), planned: MINUTE_MS * walk.steps[walk.at].minutes },
+  };
+}
+
+/**
+ * "4:05", "1:04:05".
+ *
+ * @param {number} milliseconds
+ */
+export function time(milliseconds) {
+  const seconds = Math.floor(milliseconds / 1000);
+  const [hours, minutes, rest] = [Math.floor(seconds / 3600), Math.floor(seconds / 60) % 60, seconds % 60];
+  const two = (/** @type {number} */ value) => String(value).padStart(2, "0");
+  return hours > 0 ? `${hours}:${two(minutes)}:${two(rest)}` : `${minutes}:${two(rest)}`;
+}
+
+/**
+ * "4:05 of 8 min", and what is over it.
+ *
+ * @param {{taken: number, planned: number}} clocked
+ */
+export function clockWords({ taken, planned }) {
+  const over = taken > planned ? `, ${time(taken - planned)} over` : "";
+  return `${time(taken)} of ${minutesText(planned / MINUTE_MS)}${over}`;
+}
+
+/**
+ * "45 min", "1 h 15 min".
+ *
+ * @param {number} minutes
+ */
+export function minutesText(minutes) {
+  const whole = Math.round(10 * minutes) / 10;
+  const hours = Math.floor(whole / 60);
+  const rest = Math.round(10 * (whole - 60 * hours)) / 10;
+  if (hours === 0) return `${rest} min`;
+  return rest === 0 ? `${hours} h` : `${hours} h ${rest} min`;
+}
+
+/** @returns {Walk|null} The walk of this tab. */
+export function walkOfTab() {
+  try {
+    const walk = JSON.parse(sessionStorage.getItem(KEPT_AS) ?? "null");
+    return Array.isArray(walk?.steps) && walk.at in walk.steps ? walk : null;
+  } catch {
+    return null;
+  }
+}
+
+/** @param {Walk} walk */
+export function keepWalk(walk) {
+  try {
+    sessionStorage.setItem(KEPT_AS, JSON.stringify(walk));
+  } catch {
+    // Without storage there is no walk.
+  }
+}
+
+/**
+ * @template T
+ * @param {readonly T[]} list
+ * @param {number} at
+ * @param {T} value
+ */
+function replaced(list, at, value) {
+  return list.map((each, place) => (place === at ? value : each));
+}
