@@ -44,6 +44,7 @@ class LectureBar {
   );
   #words = h("span", {});
   #next = h("button", { type: "button", class: "primary", title: "Next (page down)", data: { role: "lecture-next" }, on: { click: () => this.#onward() } });
+  #count = h("span", { class: "lecture-count" });
   #place = h("a", { class: "lecture-place" });
   #coming = h("span", { class: "hint lecture-coming" });
   #whole = h("span", { class: "lecture-clock" });
@@ -64,7 +65,7 @@ class LectureBar {
   show() {
     fill(this.#next, this.#words, icon("next"));
     const clocks = h("span", { class: "lecture-clocks", role: "timer", "aria-label": "Clock" }, this.#one, this.#whole);
-    const line = h("nav", { class: "lecture-bar", "aria-label": "Lecture" }, this.#previous, this.#place, this.#coming, clocks, this.#next);
+    const line = h("nav", { class: "lecture-bar", "aria-label": "Lecture" }, this.#previous, this.#count, this.#place, this.#coming, clocks, this.#next);
     document.querySelector(".top")?.after(line);
     document.body.append(this.#hands);
     this.#control.on(["follow"], () => this.#look(), this.#signal);
@@ -84,7 +85,8 @@ class LectureBar {
     const { steps, at } = this.#walk;
     const step = steps[at];
     this.#previous.disabled = at === 0;
-    setText(this.#place, `${at + 1} of ${steps.length} · ${step.title}`);
+    setText(this.#count, `${at + 1} of ${steps.length}`);
+    setText(this.#place, step.title);
     this.#place.href = pageOf(this.#walk);
     this.#place.title = `${this.#walk.title}: go to this item`;
     const after = steps[at + 1];

@@ -14,7 +14,7 @@ import { decode } from "../shared/share_link.js";
 export function itemOfLink(text, base) {
   const { pathname, search, hash } = parsed(text, base);
   const [kind, name = ""] = pathname.split("/").slice(-2);
-  if (pathname.endsWith("/compare")) {
+  if (name === "compare") {
     const wanted = wantedOf({ search, hash });
     if (wanted !== null) return { item: { comparison: wanted } };
   }

@@ -70,7 +70,7 @@ async function lessonRows(add) {
     const question = () => add({ item: { question: id }, kind: "question", title: `Question of ${title}`, minutes: POLL_MINUTES });
     return row(name, minutesText(minutes), [
       button("Its question", `Add the question of ${title} as a poll`, question),
-      adding(name, () => add({ item: { lesson: id }, kind: "lesson", title: name, minutes })),
+      adding(title, () => add({ item: { lesson: id }, kind: "lesson", title, minutes })),
     ]);
   }))];
 }
@@ -95,8 +95,10 @@ async function sessionRows(add) {
     ]),
     ...experiments.flatMap((experiment) => [
       h("h3", {}, experiment.title),
-      rows(experiment.presets.map((preset) =>
-        row(preset.title, preset.watch, [adding(preset.title, () => one(preset.title, { recipe: presetRecipe(experiment, preset) }))]))),
+      rows(experiment.presets.map((preset) => {
+        const title = `${experiment.title}: ${preset.title}`;
+        return row(preset.title, preset.watch, [adding(title, () => one(title, { recipe: presetRecipe(experiment, preset) }))]);
+      })),
     ]),
   ];
 }

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from tests.browser.class_room import Follower, newcomers
 from tests.browser.host import START_S, Server, until
 from tests.browser.views import Gallery, SessionPage
 from tests.conftest import CHROMIUM, FRUGAL
@@ -183,3 +184,10 @@ def watch(page: Any, server: Server) -> Callable[..., SessionPage]:
         return SessionPage(page, server).ready()
 
     return opened
+
+
+@pytest.fixture
+def newcomer(chromium: Any, server: Server, complaints: Complaints) -> Iterator[Callable[..., Follower]]:
+    """Let somebody come who was never here, by default with a phone."""
+    with newcomers(chromium, server, complaints.hear) as come:
+        yield come

@@ -76,7 +76,7 @@ def test_a_file_is_kept_as_it_was_written(tmp_path: Path) -> None:
         assert {**summary, "items": lecture["items"], "notes": "Begin with the *question*."} == lecture
         lesson, failure, poll, question, session = lecture["items"]
         assert [item["problem"] for item in lecture["items"]] == [None] * 5
-        assert (lesson["title"], lesson["page"]) == ("3 · From picture back to state: Bayes' rule", "learn/bayes")
+        assert (lesson["title"], lesson["page"]) == ("From picture back to state: Bayes' rule", "learn/bayes")
         assert lesson["minutes"] == next(
             it["minutes"] for it in client.get("/api/v1/lessons").json()["lessons"] if it["id"] == "bayes"
         )

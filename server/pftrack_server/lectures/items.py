@@ -5,6 +5,7 @@ from base64 import urlsafe_b64encode
 from collections.abc import Sequence
 from typing import Final
 
+from pftrack.lessons import Lesson
 from pftrack_server.errors import NotFoundError, RefusedError
 from pftrack_server.experiments import find_experiment
 from pftrack_server.failures import failure_named
@@ -52,9 +53,8 @@ class ItemViews:
         try:
             match item:
                 case LectureItem(lesson=str() as name):
-                    lesson = await self._lessons.get(name)
-                    title = f"{lesson.number} · {lesson.title}" if lesson.number else lesson.title
-                    page, minutes = f"learn/{lesson.id}", lesson.minutes
+                    lesson = await self._lesson(name)
+                    title, page, minutes = lesson.title, f"learn/{lesson.id}", lesson.minutes
                 case LectureItem(failure=str() as name):
                     failure = failure_named(name).failure
                     title, page = failure.title, f"failures/{failure.id}"
@@ -64,7 +64,7 @@ class ItemViews:
                     title = _title_of(compared.runs)
                     page = _page("compare", compared.model_dump(mode="json", exclude_defaults=True))
                 case LectureItem(question=str() as name):
-                    lesson = await self._lessons.get(name)
+                    lesson = await self._lesson(name)
                     title = f"Question of {lesson.title}"
                     asks = LectureAsks(lesson=lesson.id, lecture=lecture)
                 case LectureItem(poll=str() as question):
@@ -81,6 +81,17 @@ class ItemViews:
             asks=asks,
             problem=problem,
         )
+
+    async def _lesson(self, name: str) -> Lesson:
+        """Return a lesson.
+
+        Raises:
+            NotFoundError: There is none; the many that there are stand beside the order.
+        """
+        try:
+            return await self._lessons.get(name)
+        except NotFoundError:
+            raise NotFoundError(f"There is no lesson {name!r} here; it may be another lecturer's.") from None
 
 
 def _named(item: LectureItem) -> str:

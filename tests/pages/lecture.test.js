@@ -1,0 +1,94 @@
+import assert from "node:assert/strict";
+import { describe, it } from "node:test";
+
+import { asked, begin, clock, clockWords, end, go, hostOf, minutesText, opened, pageOf, spentOn, time } from "../../frontend_static/lecturer/walk.js";
+import { itemOfLink } from "../../frontend_static/lectures/link.js";
+import { moved } from "../../frontend_static/lectures/order.js";
+import { linkTo as comparisonLink } from "../../frontend_static/shared/comparison_link.js";
+import { linkTo } from "../../frontend_static/shared/share_link.js";
+
+const MINUTE = 60_000;
+const item = (title, page, more = {}) => ({ item: {}, kind: page ? "lesson" : "poll", title, minutes: 5, page, asks: page ? null : { question: title, answers: ["a", "b"] }, problem: null, ...more });
+const lecture = (...items) => ({ id: "x", title: "X", items });
+const walk = (...items) => begin(lecture(...items), 0);
+
+describe("the walk through a lecture", () => {
+  it("leaves out what is not here, and does not begin where nothing can be shown", () => {
+    const found = walk(item("gone", null, { asks: null, problem: "Line 4: it is not here" }), item("one", "learn/one"));
+    assert.deepEqual(found.steps.map(({ title }) => title), ["one"]);
+    assert.equal(walk(item("poll", null)), null);
+    assert.equal(walk(), null);
+  });
+
+  it("asks a poll over what is shown before it, or else after it", () => {
+    let found = walk(item("first", null), item("one", "learn/one"), item("second", null), item("third", null), item("two", "learn/two"));
+    assert.deepEqual([0, 1, 2, 3, 4].map((at) => hostOf(found, at)), [1, 1, 1, 1, 4]);
+    found = go(found, 3, 0);
+    assert.equal(pageOf(found), "learn/one");
+  });
+
+  it("comes back to what was begun", () => {
+    const found = opened(go(walk(item("run", "session/new#abc", { kind: "session" }), item("poll", null), item("two", "learn/two")), 1, 0), "session/1f");
+    assert.equal(pageOf(found), "session/1f");
+    assert.equal(pageOf(go(found, 1, 0)), "learn/two");
+    assert.equal(pageOf(opened(found, null)), "session/new#abc");
+  });
+
+  it("ends at its ends", () => {
+    const found = walk(item("one", "learn/one"), item("two", "learn/two"));
+    assert.equal(go(found, -1, 0).at, 0);
+    assert.equal(go(found, 7, 0).at, 1);
+    assert.deepEqual(asked(found).asked, [true, false]);
+  });
+
+  it("takes the time of each step, also of one that is come back to", () => {
+    let found = go(walk(item("one", "learn/one"), item("two", "learn/two")), 1, 3 * MINUTE);
+    found = go(found, -1, 4 * MINUTE);
+    const { whole, step } = clock(found, 10 * MINUTE);
+    assert.deepEqual(whole, { taken: 10 * MINUTE, planned: 10 * MINUTE });
+    assert.deepEqual(step, { taken: 9 * MINUTE, planned: 5 * MINUTE });
+    assert.equal(spentOn(found, 1, 10 * MINUTE), MINUTE);
+    found = end(found, 11 * MINUTE);
+    assert.equal(spentOn(found, 0, 99 * MINUTE), 10 * MINUTE);
+    assert.equal(clock(found, 99 * MINUTE).whole.taken, 11 * MINUTE);
+  });
+
+  it("is told in words", () => {
+    assert.deepEqual([0, 65_000, 3_845_000].map(time), ["0:00", "1:05", "1:04:05"]);
+    assert.equal(clockWords({ taken: 65_000, planned: 5 * MINUTE }), "1:05 of 5 min");
+    assert.equal(clockWords({ taken: 6.5 * MINUTE, planned: 5 * MINUTE }), "6:30 of 5 min, 1:30 over");
+    assert.deepEqual([2.5, 60, 75, 119.98].map(minutesText), ["2.5 min", "1 h", "1 h 15 min", "2 h"]);
+  });
+});
+
+describe("the order of a lecture", () => {
+  it("gives one entry another place", () => {
+    assert.deepEqual(moved(["a", "b", "c"], 0, 2), ["b", "c", "a"]);
+    assert.deepEqual(moved(["a", "b", "c"], 2, 0), ["c", "a", "b"]);
+    assert.deepEqual(moved(["a", "b", "c"], 1, 9), ["a", "c", "b"]);
+  });
+});
+
+describe("a link that becomes an item", () => {
+  const base = "https://host/any/prefix/";
+  const of = (text) => itemOfLink(text, base);
+
+  it("is that of a lesson, a failure, or a session that runs", () => {
+    assert.deepEqual(of("https://host/any/prefix/learn/bayes#use-1"), { item: { lesson: "bayes" } });
+    assert.deepEqual(of(" failures/look%20alike "), { item: { failure: "look alike" } });
+    assert.deepEqual(of("session/0f"), { session: "0f" });
+  });
+
+  it("is that of a run or a comparison, with all that makes it", () => {
+    const recipe = { experiment: "ball", seed: 3 };
+    assert.deepEqual(of(linkTo({ recipe, position: 7, play: true })), { item: { session: { recipe, position: 7 } } });
+    const wanted = { runs: [{ recipe }, { recipe: { ...recipe, seed: 4 } }], position: 2, arrangement: "over" };
+    assert.deepEqual(of(comparisonLink(wanted)), { item: { comparison: wanted } });
+    assert.deepEqual(of("compare?runs=a,b").item.comparison.runs, [{ reference: "a" }, { reference: "b" }]);
+  });
+
+  it("is refused where it is none", () => {
+    for (const text of ["", "https://host/any/prefix/work", "learn/", "session/new", "http://[", "compare"]) assert.throws(() => of(text), /no link/);
+    assert.throws(() => of("session/new#%%%"), /damaged/);
+  });
+});
