@@ -13,6 +13,7 @@ const KEYS = [
   ["L", "Go to before the first loss"],
   ["[ ]", "Slower, faster"],
   ["F", "Present in large type; escape ends it"],
+  ["pageup pagedown", "In a lecture: the item before, the next one"],
   ["?", "This help"],
 ];
 

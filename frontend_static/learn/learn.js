@@ -74,11 +74,11 @@ function wayOn(lesson, isFirst) {
 
 /** @param {LessonPublic} lesson */
 function card(lesson) {
-  const { id, number, title, origin, uses, problem, kind } = lesson;
+  const { id, number, title, origin, uses, problem, kind, minutes } = lesson;
   const entry = progress.of(id);
   const state = stateOf(entry);
   const titles = uses.map(({ scenario }) => scenario.title);
-  const words = [standing(entry), kind === "scenario" && "a run to watch", origin && `from ${origin}`];
+  const words = [standing(entry), `${minutes} min`, kind === "scenario" && "a run to watch", origin && `from ${origin}`];
   return h(
     "li",
     { class: "lesson-card", data: { lesson: id, state } },

@@ -45,6 +45,7 @@ export const HELP = [
   { keys: "P", what: "List the presets" },
   { keys: "+ - 0", what: "In the plots: zoom in at this frame, zoom out, show all; also Ctrl with the wheel" },
   { keys: "F", what: "Present in large type; escape ends it" },
+  { keys: "pageup pagedown", what: "In a lecture: the item before, the next one" },
   { keys: "?", what: "This help" },
 ];
 

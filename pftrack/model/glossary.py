@@ -165,6 +165,8 @@ GLOSSARY = (
             Term("manifest", "what an export says about itself: version, recipe, hashes, units, citation"),
             Term("lesson", "one idea on one page, with a question before the answer"),
             Term("class", "people who follow what a lecturer shows"),
+            Term("lecture", "lessons, failures, sessions, comparisons and polls in an order, each with its minutes"),
+            Term("poll", "a question to a class, with two to eight answers; who gave which is kept nowhere"),
             Term("follower", "one of them"),
             Term("copy", "a follower's own session that begins at the lecturer's frame; REST calls it a fork"),
             Term("base path", "what every address of a server begins with, for example /tracking"),

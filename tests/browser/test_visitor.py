@@ -8,7 +8,7 @@ from tests.browser.conftest import Complaints
 from tests.browser.host import Server
 from tests.browser.visitor import Visitor
 
-PLACES = ["./", "learn", "failures", "work", "references", "sweep/new"]
+PLACES = ["./", "learn", "failures", "lectures", "work", "references", "sweep/new"]
 ROOM = 6
 """Sessions that the visitor may have begun before somebody clears them away."""
 

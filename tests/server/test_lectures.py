@@ -9,6 +9,7 @@ import httpx
 import pytest
 
 from pftrack_server.lectures.file import LARGEST_BYTES, read, write
+from pftrack_server.schemas.lectures import KINDS
 from pftrack_server.settings import Settings
 from tests.server.host import begin, error_of, running
 
@@ -48,7 +49,7 @@ HOSTILE = {
         f"---\ntitle: x\nitems:\n{'- lesson: a' + chr(10):s}---\n".replace("- lesson: a\n", "- lesson: a\n" * 101),
         "at most 100",
     ),
-    "too large": ("---\n" + "#" * LARGEST_BYTES, "larger than 256 KiB"),
+    "too large": ("---\n" + "#" * LARGEST_BYTES, "larger than 128 KiB"),
     "long notes": (f"---\ntitle: x\n---\n{'n' * 10_001}", "Line 4: the text has more"),
 }
 
@@ -96,6 +97,28 @@ def test_a_file_is_kept_as_it_was_written(tmp_path: Path) -> None:
         assert client.get("/api/v1/lectures").json() == []
         for method in ("GET", "DELETE"):
             error_of(client.request(method, f"/api/v1/lectures/{made['id']}"), 404)
+
+
+def test_a_damaged_file_harms_no_other(start_server: Any) -> None:
+    """What is stored and cannot be read is left out of the list, told by its address, and can be deleted."""
+    with start_server() as (server, client):
+        broken, whole = (take_in(client, FILE).json()["id"] for _ in range(2))
+        store = server.app.state.services.store
+        row = store.lecture(broken)
+        row.text = "no lecture"
+        store.save_lecture(row)
+        assert [each["id"] for each in client.get("/api/v1/lectures").json()] == [whole]
+        assert "only be deleted" in error_of(client.get(f"/api/v1/lectures/{broken}"), 410)["message"]
+        assert client.delete(f"/api/v1/lectures/{broken}").status_code == 204
+
+
+def test_the_documentation_shows_a_lecture() -> None:
+    """The example of the page on lectures is one, of every kind of item."""
+    page = (Path(__file__).parents[2] / "docs" / "how-to" / "lectures.md").read_text()
+    example = page.split("```markdown\n")[1].split("```")[0]
+    lecture, lines = read(example.encode())
+    assert {item.kind for item in lecture.items} == set(KINDS)
+    assert [example.splitlines()[line - 1][:2] for line in lines] == ["- "] * len(lines)
 
 
 @pytest.mark.parametrize("name", HOSTILE)

@@ -14,7 +14,9 @@ from pftrack_server.middleware.metrics import METHODS
 from tests.server.host import begin, steer
 
 
-@pytest.mark.parametrize("path", ["/", "/work", "/references", "/session/new", "/session/0123456789abcdef"])
+@pytest.mark.parametrize(
+    "path", ["/", "/work", "/lectures", "/lectures/x", "/references", "/session/new", "/session/0123456789abcdef"]
+)
 def test_pages(client: httpx.Client, path: str) -> None:
     """Every page is served whole from this server."""
     answer = client.get(path)

@@ -48,13 +48,11 @@ class PollRecords:
         """Write down what a class is asked, as far as it is answered."""
         async with self._writing:
             poll = follow.poll
-            if poll is None or poll is self._written.get(follow.name) or poll.earlier is not None or not poll.votes:
-                return
-            row = poll.row(follow.content.title, len(follow.places))
-            await asyncio.to_thread(self._store.save_polls, [row])
-            if follow.ended is None:
+            is_new = poll is not self._written.get(follow.name)
+            if poll is not None and is_new and poll.votes and poll.earlier is None:
+                await asyncio.to_thread(self._store.save_polls, [poll.row(follow.content.title, len(follow.places))])
                 self._written[follow.name] = poll
-            else:
+            if follow.ended is not None:
                 self._written.pop(follow.name, None)
 
     async def try_to_keep(self, follow: Follow) -> None:

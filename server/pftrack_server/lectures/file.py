@@ -11,6 +11,7 @@ items:
 Notes.
 """
 
+from functools import lru_cache
 from typing import Any, Final, NamedTuple
 
 import yaml
@@ -22,8 +23,10 @@ from pftrack_server.schemas.lectures import LectureItem, LectureUpdate
 
 __all__ = ["LARGEST_BYTES", "LectureText", "read", "write"]
 
-LARGEST_BYTES: Final = 256 * 1024
+LARGEST_BYTES: Final = 128 * 1024
 """Items may hold whole recipes; a lecture of lessons has a hundredth of it."""
+KEPT: Final = 64
+"""Files whose content is kept as it was read: a long one takes a second, and a list of lectures reads them all."""
 MOST_TOLD: Final = 5
 FENCE: Final = "---"
 WIDTH: Final = 100
@@ -41,6 +44,7 @@ class LectureText(NamedTuple):
     lines: tuple[int, ...]
 
 
+@lru_cache(KEPT)
 def read(data: bytes) -> LectureText:
     """Return what a file says.
 

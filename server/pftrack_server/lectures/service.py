@@ -3,7 +3,7 @@
 import asyncio
 
 from pftrack_server.comparisons.references import RunSources, find_run
-from pftrack_server.errors import ConflictError, NotFoundError, RefusedError
+from pftrack_server.errors import ConflictError, DamagedError, NotFoundError, RefusedError
 from pftrack_server.lectures.file import LectureText, read, write
 from pftrack_server.lectures.items import ItemViews
 from pftrack_server.lessons.service import Lessons
@@ -40,19 +40,21 @@ class Lectures:
 
     async def all(self) -> list[LectureSummary]:
         """Return all lectures, the newest first."""
-        rows = await asyncio.to_thread(self._store.lectures)
-        found = [(row, _readable(row)) for row in rows]
+        found = await asyncio.to_thread(lambda: [(row, _readable(row)) for row in self._store.lectures()])
         return [_summary(await self._public(row, text)) for row, text in found if text is not None]
 
     async def get(self, name: str) -> LecturePublic:
         """Return a lecture.
 
         Raises:
+            DamagedError: What is stored cannot be read.
             NotFoundError: There is none.
-            RefusedError: What is stored cannot be read.
         """
         row = await self._row(name)
-        return await self._public(row, read(row.text.encode()))
+        text = await asyncio.to_thread(_readable, row)
+        if text is None:
+            raise DamagedError("The stored file of this lecture is damaged; it can only be deleted.")
+        return await self._public(row, text)
 
     async def text(self, name: str) -> tuple[str, str]:
         """Return title and file of a lecture.
@@ -71,7 +73,7 @@ class Lectures:
             NotFoundError: A run that it names is not here.
             RefusedError: It is too large.
         """
-        return await self._keep(write(await self._self_contained(lecture)))
+        return await self._keep(await asyncio.to_thread(write, await self._self_contained(lecture)))
 
     async def bring_in(self, data: bytes) -> LecturePublic:
         """Keep a lecture that somebody wrote or sent, as it was written; items not found here are told by their line.
@@ -80,7 +82,7 @@ class Lectures:
             ConflictError: There are as many as there may be.
             RefusedError: It is no lecture.
         """
-        read(data)
+        await asyncio.to_thread(read, data)
         return await self._keep(data.decode("utf-8-sig"))
 
     async def change(self, name: str, lecture: LectureUpdate) -> LecturePublic:
@@ -91,7 +93,7 @@ class Lectures:
             RefusedError: It is too large.
         """
         row = await self._row(name)
-        text = write(await self._self_contained(lecture))
+        text = await asyncio.to_thread(write, await self._self_contained(lecture))
         return await self._save(LectureRow(id=name, title=lecture.title, text=text, created=row.created, updated=now()))
 
     async def remove(self, name: str) -> None:
@@ -108,11 +110,14 @@ class Lectures:
     async def _keep(self, text: str) -> LecturePublic:
         if await asyncio.to_thread(self._store.count, LectureRow) >= MOST:
             raise ConflictError(f"The server keeps at most {MOST} lectures; delete one first.")
-        title, moment = read(text.encode()).lecture.title, now()
-        return await self._save(LectureRow(id=new_name(), title=title, text=text, created=moment, updated=moment))
+        lecture, _ = await asyncio.to_thread(read, text.encode())
+        moment = now()
+        return await self._save(
+            LectureRow(id=new_name(), title=lecture.title, text=text, created=moment, updated=moment)
+        )
 
     async def _save(self, row: LectureRow) -> LecturePublic:
-        public = await self._public(row, read(row.text.encode()))
+        public = await self._public(row, await asyncio.to_thread(read, row.text.encode()))
         await asyncio.to_thread(self._store.save_lecture, row)
         return public
 
