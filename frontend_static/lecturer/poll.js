@@ -15,6 +15,9 @@ import { pollWords } from "./text.js";
  * @property {Child} [tools] What can be done with the poll as a whole.
  */
 
+/** Letters from which on a question takes several lines where it is presented. */
+const LONG = 90;
+
 export class PollView {
   #question = h("h2", {});
   #answers = h("ol", { class: "poll-answers" });
@@ -46,6 +49,7 @@ export class PollView {
       if (again instanceof HTMLElement) again.focus();
     }
     this.element.toggleAttribute("data-revealed", poll.counts !== null);
+    this.element.toggleAttribute("data-long", poll.question.length > LONG);
     setText(this.#said, pollWords(poll, { own, followers, asks: this.#vote !== null }));
   }
 

@@ -67,7 +67,7 @@ async function lessonRows(add) {
   const { lessons: all } = await lessons.all();
   return [rows(all.filter(({ problem }) => problem === null).map(({ id, number, title, minutes }) => {
     const name = number > 0 ? `${number} · ${title}` : title;
-    const question = () => add({ item: { question: id }, kind: "question", title: `Question of ${title}`, minutes: POLL_MINUTES });
+    const question = () => add({ item: { question: id }, kind: "question", title: `Question: ${title}`, minutes: POLL_MINUTES });
     return row(name, minutesText(minutes), [
       button("Its question", `Add the question of ${title} as a poll`, question),
       adding(title, () => add({ item: { lesson: id }, kind: "lesson", title, minutes })),

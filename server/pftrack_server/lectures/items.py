@@ -65,7 +65,7 @@ class ItemViews:
                     page = _page("compare", compared.model_dump(mode="json", exclude_defaults=True))
                 case LectureItem(question=str() as name):
                     lesson = await self._lesson(name)
-                    title = f"Question of {lesson.title}"
+                    title = f"Question: {lesson.title}"
                     asks = LectureAsks(lesson=lesson.id, lecture=lecture)
                 case LectureItem(poll=str() as question):
                     title = printable(question)
