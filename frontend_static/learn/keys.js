@@ -3,7 +3,14 @@
 import { dialogIsOpen, openDialog } from "../shared/dialog.js";
 import { h, part } from "../shared/dom.js";
 
-const KEYS = [["N", "Next lesson"], ["P", "Previous lesson"], ["D", "New draw"], ["F", "Present in large type; escape ends it"], ["pageup pagedown", "In a lecture: the item before, the next one"], ["?", "These keys"]];
+const KEYS = [
+  ["N", "Next lesson"],
+  ["P", "Previous lesson"],
+  ["D", "New draw"],
+  ["F", "Present in large type; escape ends it"],
+  ["pageup pagedown", "In a lecture: the item before, the next one"],
+  ["?", "These keys"],
+];
 const ARROWS = "A slider, or a line in the figure, that has the focus is moved by the arrow keys. Where a run is shown, the keys are those of a session.";
 const TYPING = "input:not([type=range], [type=radio], [type=checkbox]), textarea, select";
 

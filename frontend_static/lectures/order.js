@@ -39,6 +39,8 @@ export class OrderList {
   #said = h("p", { class: "visually-hidden", role: "status" });
   /** @type {Entry[]} */
   #entries = [];
+  #drawn = "";
+  #isDragged = false;
 
   /** @param {Listener} on */
   constructor(on) {
@@ -49,6 +51,10 @@ export class OrderList {
   /** @param {Entry[]} entries */
   show(entries) {
     this.#entries = entries;
+    // What is held must not be exchanged under the hand; most of what the server answers changes nothing that is seen.
+    const drawn = JSON.stringify(entries.map((entry) => [entry.key, entry.kind, entry.title, entry.minutes, entry.problem, this.#on.note(entry)]));
+    if (this.#isDragged || drawn === this.#drawn) return;
+    this.#drawn = drawn;
     const held = this.#held();
     fill(this.#list, entries.map((entry, place) => this.#line(entry, place)));
     if (held) /** @type {HTMLElement|null} */ (this.#list.querySelector(held))?.focus();
@@ -91,11 +97,11 @@ export class OrderList {
       value: minutes,
       "aria-label": `Minutes for ${title}`,
       data: { role: "minutes" },
-      on: { change: () => this.#time(entry, field) },
+      on: { change: () => this.#time(key, field) },
     });
     const up = this.#mover("up", `Move ${title} up`, place === 0, () => this.#move(key, -1));
     const down = this.#mover("down", `Move ${title} down`, place === last, () => this.#move(key, 1));
-    const rename = iconButton("rename", `Rename ${title}`, () => this.#on.rename(entry));
+    const rename = iconButton("rename", `Rename ${title}`, () => this.#on.rename(this.#of(key)));
     const away = iconButton("close", `Leave ${title} out`, () => this.#on.changed(this.#entries.filter((each) => each.key !== key)));
     const note = this.#on.note(entry);
     return h(
@@ -164,6 +170,7 @@ export class OrderList {
     handle.focus();
     handle.setPointerCapture(event.pointerId);
     line.dataset.dragged = "";
+    this.#isDragged = true;
     const end = new AbortController();
     const { signal } = end;
     handle.addEventListener("pointermove", ({ clientY }) => {
@@ -174,9 +181,11 @@ export class OrderList {
     const drop = () => {
       end.abort();
       delete line.dataset.dragged;
-      const keys = [...this.#list.children].map((each) => Number(/** @type {HTMLElement} */ (each).dataset.key));
-      const found = keys.map((key) => /** @type {Entry} */ (this.#entries.find((each) => each.key === key)));
+      this.#isDragged = false;
+      const found = [...this.#list.children].map((each) => this.#of(Number(/** @type {HTMLElement} */ (each).dataset.key)));
+      this.#drawn = "";
       if (found.some((entry, place) => entry !== this.#entries[place])) this.#tell(found, Number(line.dataset.key));
+      else this.show(this.#entries);
     };
     for (const type of ["pointerup", "pointercancel", "lostpointercapture"]) handle.addEventListener(type, drop, { signal });
   }
@@ -192,17 +201,26 @@ export class OrderList {
   }
 
   /**
-   * @param {Entry} entry
+   * @param {number} key
+   * @returns {Entry} As it is by now.
+   */
+  #of(key) {
+    return /** @type {Entry} */ (this.#entries.find((each) => each.key === key));
+  }
+
+  /**
+   * @param {number} key
    * @param {HTMLInputElement} field
    */
-  #time(entry, field) {
+  #time(key, field) {
+    const entry = this.#of(key);
     const minutes = field.valueAsNumber;
     if (!(minutes > 0 && minutes <= 180)) {
       field.value = String(entry.minutes);
       return;
     }
     const changed = { ...entry, minutes, item: { ...entry.item, minutes } };
-    this.#on.changed(this.#entries.map((each) => (each.key === entry.key ? changed : each)));
+    this.#on.changed(this.#entries.map((each) => (each.key === key ? changed : each)));
   }
 }
 

@@ -54,7 +54,7 @@ def test_a_lecture_is_made_and_held(
     page.get_by_role("button", name="New lecture").click()
     page.wait_for_url("**/lectures/*")
     made = LecturePage(page)
-    lecture = page.url.rsplit("/", 1)[1]
+    address = f"lectures/{page.url.rsplit('/', 1)[1]}"
     page.get_by_label("Title").fill("An hour")
     made.add("failures", "Add Wrong dynamics")
     made.add("lessons", "Add From picture back to state: Bayes' rule")
@@ -64,6 +64,7 @@ def test_a_lecture_is_made_and_held(
     page.get_by_label("Or paste a link").fill(server.start_session(frames=5)["page"])
     page.locator(".palette-link").get_by_role("button", name="Add").click()
     made.until(lambda: len(made.order) == 4, "all items are there")
+    until(lambda: len(server.get(address)["items"]) == 4, "all items are saved")
     failure, lesson, poll, session = made.order
     made.drag(0, 2)
     made.until(lambda: made.order == [lesson, poll, failure, session], "the failure was dragged down")
@@ -76,7 +77,6 @@ def test_a_lecture_is_made_and_held(
     page.get_by_label(f"Minutes for {lesson}").fill("12")
     page.get_by_label(f"Minutes for {lesson}").press("Enter")
     wanted = [lesson, session, failure, poll]
-    address = f"lectures/{lecture}"
     until(lambda: [item["title"] for item in server.get(address)["items"]] == wanted, "the order is saved")
     until(lambda: server.get(address)["items"][0]["minutes"] == 12, "the minutes are saved")
     assert "4 items, 24 min" in page.inner_text(".lecture-total")
