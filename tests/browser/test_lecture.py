@@ -99,6 +99,7 @@ def held(page: Any, made: LecturePage, server: Server, newcomer: Callable[..., F
     assert page.inner_text(".lecture-place") == titles[0]
     assert page.inner_text(".lecture-count") == "1 of 4"
     assert "of 12 min" in page.inner_text(".lecture-clocks")
+    check(page)
     page.locator(".follow-chip:enabled").click()
     page.get_by_role("button", name="Begin", exact=True).click()
     page.locator("[data-role=class-link]").wait_for()

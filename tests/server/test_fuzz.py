@@ -43,6 +43,11 @@ OPERATIONS = [
     ("POST", "/api/v1/sweeps/{sweep}/cancel"),
     ("POST", "/api/v1/sweeps/{sweep}/resume"),
     ("POST", "/api/v1/sweeps/{sweep}/rows/{run}/open"),
+    ("POST", "/api/v1/lectures"),
+    ("POST", "/api/v1/lectures/import"),
+    ("PUT", "/api/v1/lectures/{lecture}"),
+    ("PUT", "/api/v1/follows/{follow}/poll"),
+    ("GET", "/api/v1/polls"),
 ]
 
 
@@ -81,7 +86,10 @@ def test_made_up_requests(fuzzed: Server, swept: str, uploaded: str, method: str
     with httpx.Client(base_url=fuzzed.url, timeout=60) as client:
         session = begin(client)
         made = {"sweep": swept, "run": 1, "upload": uploaded}
-        real = {"session": session["id"], "experiment": "ball", "branch": "b0", **made}
+        follow = client.post("/api/v1/follows", json={"lesson": "bayes"}).json()
+        lecture = client.post("/api/v1/lectures", json={"title": "Any"}).json()
+        kept = {"follow": follow["id"], "lecture": lecture["id"]}
+        real = {"session": session["id"], "experiment": "ball", "branch": "b0", **made, **kept}
         operation = schema[path][method]
         # schemathesis makes the pairs of a mapping's values a schema of an older draft, which it then refuses.
         looked_at = promised[:2] if path.endswith("/mark") else promised
@@ -113,6 +121,7 @@ def test_made_up_requests(fuzzed: Server, swept: str, uploaded: str, method: str
                 client.delete(f"/api/v1/sessions/{response.json()['id']}")
 
         check()
+        client.delete(f"/api/v1/follows/{follow['id']}")
         # Whatever was tried, the session is well.
         assert steer(client, session["id"], "pause")["playing"] is False
         client.delete(f"/api/v1/sessions/{session['id']}")
