@@ -37,5 +37,6 @@ router = APIRouter(prefix="/api/v1")
 router.include_router(experiments.plugins)
 computing = compilation, queue, sessions, stream, exports, runs, work, lessons, failures, comparisons
 classes = follows, follow, polls, lectures
-for part in (experiments, glossary, uploads, *computing, *classes, filters, source_code, sweeps, sweep_files, sweep_stream):
+code = filters, source_code
+for part in (experiments, glossary, uploads, *computing, *classes, *code, sweeps, sweep_files, sweep_stream):
     router.include_router(part.router)
