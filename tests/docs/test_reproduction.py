@@ -59,6 +59,30 @@ def test_the_quick_form_takes_a_minute() -> None:
     assert sum(quick for quick, _ in SECONDS.values()) <= QUICK_S
 
 
+def beside_references() -> set[tuple[str, str]]:
+    """Numbers of the tables that people have written, each with its reference in brackets behind it."""
+    written = re.sub(r"<!-- reproduction \w+ -->.*?<!-- end -->", "", PAGE_TEXT, flags=re.DOTALL)
+    rows = "\n".join(line for line in written.splitlines() if line.startswith("|"))
+    return set(re.findall(r"(-?\d+(?:\.\d+)?) \((-?\d+(?:\.\d+)?)\)", rows))
+
+
+def rounds_to(value: float, text: str) -> bool:
+    """Whether a number is what a text says, to the digits that it has."""
+    return abs(value - float(text)) <= 0.5001 * 10 ** -len(text.partition(".")[2])
+
+
+def test_the_tables_that_people_wrote_have_the_numbers_of_the_record() -> None:
+    """A number with a reference beside it is a finding of the record, with that reference."""
+    known = [one for one in findings_of(ENTRIES) if one.reference is not None]
+    pairs = beside_references()
+    assert len(pairs) > 300
+    assert [
+        f"{ours} ({reference})"
+        for ours, reference in sorted(pairs)
+        if not any(rounds_to(one.ours, ours) and rounds_to(one.reference or 0.0, reference) for one in known)
+    ] == []
+
+
 @pytest.mark.slow
 def test_a_tenth_of_the_record_is_computed_again() -> None:
     """Some results, others every day, come to the very findings that are kept, but for times."""

@@ -17,7 +17,6 @@ driver 99 that happens between 1.25 and 1.5 times Bando's speed here, and at Ban
 """
 
 from collections.abc import Callable
-from itertools import product
 
 import numpy as np
 
@@ -103,9 +102,14 @@ OTHERWISE: frozenset[tuple[int, Model, Method]] = frozenset(
 """Cells that come out otherwise, since our driver is another person."""
 
 ERRORS_OTHERWISE: frozenset[tuple[int, Model, Method]] = frozenset(
-    (driver, model, method)
-    for driver, model, method in product(DISTANCES_MM, MODELS, METHODS)
-    if TABLE[driver, model][method][1] > FEW
+    {
+        (99, "mean", "alpha-1"),
+        (101, "mean", "alpha-1"),
+        (101, "mean", "alpha-0"),
+        (101, "individual", "alpha-0"),
+        (102, "individual", "alpha-1"),
+        (102, "individual", "alpha-0"),
+    }
 )
 """Cells in which the error is mainly that of lost trials, and otherwise for the same reason."""
 
