@@ -10,6 +10,7 @@ const BROWSER = [
   "document", "CSS", "NodeFilter", "Text", "DecompressionStream", "Response",
   "fetch", "getComputedStyle", "history", "innerHeight", "innerWidth", "localStorage", "location", "matchMedia", "navigator",
   "performance", "requestAnimationFrame", "requestIdleCallback", "sessionStorage", "setInterval", "setTimeout", "Path2D", "Blob", "ImageData",
+  "DOMException", "File", "MediaRecorder", "MediaStream", "isSecureContext",
 ];
 
 export default [

@@ -44,6 +44,8 @@ FLAGS = [
     "--enable-unsafe-swiftshader",
     # That of a test's own nginx. Told page by page, the browser asks again for each connection, and gives up at times.
     "--ignore-certificate-errors",
+    "--use-fake-device-for-media-stream",  # a camera, which every page that may ask is given
+    "--use-fake-ui-for-media-stream",
     "--renderer-process-limit=1",  # a page of a site that is open already needs no new process
 ]
 

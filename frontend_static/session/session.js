@@ -185,6 +185,6 @@ function tools() {
  * @param {(() => void)|undefined} run
  */
 function tool(name, text, hint, run) {
-  const words = h("span", { class: "wide-only" }, text);
-  return h("button", { type: "button", class: "tool", title: hint, data: { tool: name }, disabled: true, on: { click: run } }, icon(name), words);
+  const properties = { type: "button", class: "tool", title: hint, data: { tool: name }, disabled: true, on: { click: run } };
+  return h("button", properties, icon(name), h("span", { class: "wide-only" }, text));
 }

@@ -6,7 +6,8 @@ export type Attribute = string | number | boolean | null | undefined;
 type HtmlName =
   | "accept" | "alt" | "as" | "autocomplete" | "autofocus" | "checked" | "class" | "disabled" | "download" | "draggable" | "fetchpriority" | "for"
   | "allow" | "height" | "hidden" | "href" | "id" | "inputmode" | "label" | "loading" | "max" | "maxlength" | "method" | "min"
-  | "multiple" | "name" | "novalidate" | "open" | "placeholder" | "popover" | "popovertarget" | "readonly" | "rel" | "required" | "role" | "rows" | "scope" | "selected"
+  | "multiple" | "muted" | "name" | "novalidate" | "open" | "placeholder" | "playsinline" | "popover" | "popovertarget" | "readonly" | "rel" | "required"
+  | "role" | "rows" | "scope" | "selected"
   | "src" | "step" | "style" | "tabindex" | "target" | "title" | "type" | "value" | "width";
 type SvgName =
   | "d" | "fill" | "focusable" | "preserveAspectRatio" | "stroke" | "stroke-linecap" | "stroke-linejoin" | "stroke-width" | "viewBox";

@@ -8,6 +8,7 @@ import { icon } from "../shared/icons.js";
 import { after } from "../shared/timing.js";
 import { attempt, toast } from "../shared/toast.js";
 import { progressWords } from "../shared/progress.js";
+import { cameraButton } from "./camera/dialog.js";
 
 /** @import { OnProgress, Transfer } from "../shared/api.js" */
 /** @import { ImportPublic } from "../shared/messages.js" */
@@ -92,6 +93,7 @@ export class DropZone {
       icon("film"),
       h("p", { class: "drop-words" }, h("strong", {}, "Drop a video here"), " or ", h("label", { for: "file-picker", class: "link" }, "choose a file")),
       h("p", { class: "hint" }, "A video, an animated GIF or a set of pictures, a table of tracks (.csv), or a saved run (.pft)"),
+      cameraButton((clip) => this.#take([clip])),
     );
   }
 

@@ -37,6 +37,9 @@ EXAMPLES = "media/"
 EXAMPLES_POLICY = "sandbox allow-scripts allow-downloads; frame-ancestors 'self'"
 """Of runs that are pages of their own: their scripts stand in them, and may do nothing to the server."""
 
+CAMERA_POLICY = {"Permissions-Policy": "camera=(self), microphone=(), geolocation=()"}
+"""Of the page on which a clip can be recorded; no other may use the camera."""
+
 router = APIRouter(include_in_schema=False)
 
 
@@ -69,8 +72,10 @@ class Documentation(StaticFiles):
 
 @router.get("/")
 async def gallery(request: Request) -> Response:
-    """Return the start page: where to begin, and all experiments."""
-    return _page(request, "gallery/gallery.html")
+    """Return the start page: where to begin, also with a clip from the camera, and all experiments."""
+    page = _page(request, "gallery/gallery.html")
+    page.headers.update(CAMERA_POLICY)
+    return page
 
 
 @router.get("/work")
