@@ -67,6 +67,11 @@ export class BoxEditor {
     return { kind: this.#kind, x, y, width, height };
   }
 
+  /** A box is drawn at once. */
+  get left() {
+    return 0;
+  }
+
   /** @param {Mark|null} mark */
   set(mark) {
     this.#box = mark && [Number(mark.x), Number(mark.y), Number(mark.width), Number(mark.height)];

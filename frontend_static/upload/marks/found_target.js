@@ -1,6 +1,6 @@
 /**
  * A target that is found by itself: looked for with progress, shown to be corrected, and, where nothing was found, placed
- * by a mark of another kind with which a person shows where it is.
+ * by a mark of another kind with which a person shows where it is; where there is no such kind, marked by that person.
  */
 
 import { api, messageOf } from "../../shared/api.js";
@@ -34,6 +34,8 @@ export class FoundTarget {
   #editor;
   #hint;
   #hintEditor;
+  /** What is still to be marked by hand. */
+  #left = h("p", { class: "hint", role: "status" });
   #status = h("div", { class: "finding" });
 
   /**
@@ -47,7 +49,7 @@ export class FoundTarget {
     const found = descriptionOf(experiment, experiment.finds);
     if (found === undefined) throw new Error(`${experiment.title} finds marks of a kind that it does not accept: ${experiment.finds}`);
     this.#found = found;
-    this.#editor = markEditor(found, experiment.target, on.changed);
+    this.#editor = markEditor(found, experiment.target, () => this.#edited());
     this.#hint = descriptionOf(experiment, experiment.hints[0]);
     this.#hintEditor = this.#hint && markEditor(this.#hint, experiment.target, () => this.#offerPlacing());
     fill(root, this.#editor.element, this.#hintEditor?.element, this.#status);
@@ -56,8 +58,8 @@ export class FoundTarget {
 
   /** What a session is told of the target, or null while there is nothing to tell. */
   get footage() {
-    const { mark } = this.#editor;
-    return mark && { mark, start: this.#frame };
+    const { mark, left } = this.#editor;
+    return mark && left === 0 ? { mark, start: this.#frame } : null;
   }
 
   /**
@@ -175,19 +177,41 @@ export class FoundTarget {
    */
   #refuse(remarks, nowhere = false) {
     const hasLater = !nowhere && this.#frame < this.#upload.frames - 1;
-    const way = this.#hint && `Mark the ${this.#experiment.target} by a ${this.#hint.title.toLowerCase()}, or choose another frame.`;
+    const way = this.#hint ? `Mark the ${this.#experiment.target} by a ${this.#hint.title.toLowerCase()}` : `${this.#byHand} yourself`;
     fill(
       this.#status,
       h("p", { class: "wrong", role: "alert" }, remarks.filter(Boolean).join(" ")),
-      h("p", { class: "hint" }, way ?? "Choose another frame."),
       h(
         "div",
         { class: "finding-tools" },
-        this.#hintTool("…", true),
+        this.#hint ? this.#hintTool("…", true) : this.#tool(`${this.#byHand}…`, () => this.#markByHand(), true),
         hasLater && this.#tool("Look in later frames", () => this.find()),
         this.#tool("Try again", () => this.find({ alone: true })),
       ),
+      h("p", { class: "hint" }, way, ", or choose another frame. ", this.#experiment.advice),
     );
+    this.#on.changed();
+  }
+
+  get #byHand() {
+    return `Mark the ${this.#found.title.toLowerCase()}`;
+  }
+
+  /** Have a person mark all of the target. */
+  #markByHand() {
+    this.leave();
+    this.#forget();
+    this.#editor.offer();
+    const again = this.#tool("Find again", () => this.find({ alone: true }));
+    const words = h("p", { class: "hint" }, this.#found.instruction, " ", this.#experiment.advice);
+    fill(this.#status, words, this.#left, h("div", { class: "finding-tools" }, again));
+    this.#edited();
+    this.#editor.focus();
+  }
+
+  #edited() {
+    const { left } = this.#editor;
+    setText(this.#left, left > 0 ? `Points that are still to be dragged: ${left}` : "");
     this.#on.changed();
   }
 

@@ -78,6 +78,11 @@ export class HandlesEditor {
     return markOf(this.#description.kind, [...this.#places, ...numbers]);
   }
 
+  /** How many handles still stand where they were offered. */
+  get left() {
+    return this.#offered.size;
+  }
+
   /**
    * @param {Mark|null} mark
    * @param {string[]} [placed]

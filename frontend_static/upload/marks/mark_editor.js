@@ -14,6 +14,7 @@ import { HandlesEditor } from "./handles_editor.js";
  * @typedef {object} MarkEditor
  * @property {HTMLElement} element What is put into the page.
  * @property {Mark|null} mark As the server takes it; null while there is none.
+ * @property {number} left How many of its parts still stand where they were offered.
  * @property {(address: string, width: number, height: number) => void} show Show a picture of this size.
  * @property {(mark: Mark|null, placed?: string[]) => void} set Show a mark, or none; the handles that were
  *     `placed` rather than found are hollow until somebody moves them.

@@ -140,7 +140,11 @@ EXPERIMENT = Experiment(
     on_video=on_video,
     recorded=lambda _kind: RecordedHandParameters(),
     marks=(HandTips,),
-    advice="Spread all five fingers, with the palm towards the camera and the arm leaving the picture.",
+    advice=(
+        "Film the whole hand with all five fingers spread, the palm towards the camera and the arm leaving the picture "
+        "on one side. A plain background works best, much darker or lighter than the skin or of another colour. Before "
+        "a patterned one the camera has to stand still, and the hand to move or to come in later."
+    ),
     finder=FINDER,
     suits=suits,
     truth=None,

@@ -13,21 +13,34 @@ from pftrack.sources.hand import HandTarget
 __all__ = ["TIPS", "HandTips"]
 
 TIPS = {
-    "thumb": "Tip of the thumb",
-    "index": "Tip of the index finger",
-    "middle": "Tip of the middle finger",
-    "ring": "Tip of the ring finger",
-    "little": "Tip of the little finger",
+    "thumb": "Thumb",
+    "index": "Index finger",
+    "middle": "Middle finger",
+    "ring": "Ring finger",
+    "little": "Little finger",
 }
+
+OFFERED = {
+    "thumb": (0.72, 0.52),
+    "index": (0.62, 0.3),
+    "middle": (0.5, 0.24),
+    "ring": (0.39, 0.29),
+    "little": (0.29, 0.4),
+}
+"""As of a right hand that shows its palm: a person sees which point is whose before any is dragged."""
 
 
 class HandTips(FeaturePoints):
     """The five tips of an open hand."""
 
     title: ClassVar[str] = "Tips of the fingers"
-    instruction: ClassVar[str] = "Drag each point to the tip of its finger; all five fingers have to be spread."
+    instruction: ClassVar[str] = (
+        "Drag each point to the tip of its finger, that of a folded finger to where its tip is; two fingers at least "
+        "have to be straight."
+    )
     features: ClassVar[Mapping[str, str]] = TIPS
     joined: ClassVar[tuple[tuple[str, str], ...]] = tuple(zip(list(TIPS), list(TIPS)[1:], strict=False))
+    offered: ClassVar[Mapping[str, tuple[float, float]]] = OFFERED
 
     @classmethod
     def of_target(cls, target: Target) -> Self | None:

@@ -139,7 +139,8 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: RecordedHandPar
             other = 0.0
         if other > value:
             better = HandTips.of(turned)
-            advice.append("the marks fit better the other way round, with the thumb at the other end")
+            # What else there is to say is of a hand that is the wrong way round.
+            advice = ["the marks fit better the other way round, with the thumb at the other end"]
     if seen < len(TIPS):
         advice.append("begin with a picture in which all five fingers are spread, which tells how long they are")
     return Suitability(value, remark, tuple(advice), better)

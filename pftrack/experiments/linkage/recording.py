@@ -16,7 +16,7 @@ from pftrack.experiment import Setup
 from pftrack.experiments.linkage.parameters import LinkageParameters
 from pftrack.experiments.linkage.plots import KEPT
 from pftrack.model.frame import Target
-from pftrack.model.marks import Editor, FeaturePoints, Mark
+from pftrack.model.marks import FeaturePoints, Mark
 from pftrack.model.parameters import ParameterError, Value, revise
 from pftrack.model.recipe import Footage
 from pftrack.model.sequence import FrameSequence
@@ -50,6 +50,9 @@ class LinkagePoints(FeaturePoints):
     )
     features: ClassVar[Mapping[str, str]] = {name: name[:1].upper() + name[1:] for name in NAMES}
     joined: ClassVar[tuple[tuple[str, str], ...]] = tuple(pairwise(NAMES))
+    offered: ClassVar[Mapping[str, tuple[float, float]]] = {
+        name: (x, 0.5) for name, x in zip(NAMES, np.linspace(0.3, 0.7, len(NAMES)).tolist(), strict=True)
+    }
 
     def check(self, size: tuple[int, int]) -> None:
         """Refuse points outside the picture, a point that is not marked, and a link without length."""
@@ -62,14 +65,6 @@ class LinkagePoints(FeaturePoints):
             if length < SHORTEST_PX:
                 bound = f"at least {SHORTEST_PX:g} px from the point before it, so that the link is seen"
                 raise ParameterError(f"mark.points.{name}", self.points[name], bound)
-
-    @classmethod
-    def editor(cls) -> Editor:
-        """Return a handle for each point, side by side at first."""
-        described = super().editor()
-        at = zip(described.handles, np.linspace(0.3, 0.7, len(NAMES)).tolist(), strict=True)
-        handles = tuple(handle.model_copy(update={"at": (x, 0.5)}) for handle, x in at)
-        return described.model_copy(update={"handles": handles})
 
     @property
     def places(self) -> NDArray[np.float64]:

@@ -29,6 +29,7 @@ class FeaturePoints(Mark):
     Attributes:
         features: What people call the points, by name.
         joined: Pairs of points between which a line helps the eye.
+        offered: Where points stand that a person is to drag, by name, as shares of the picture's width and height.
         points: Position (x, y) in px by name; those left out are to be placed by a model.
     """
 
@@ -37,6 +38,7 @@ class FeaturePoints(Mark):
     text: ClassVar[str] = "FILE, JSON or CSV with name,x,y"
     features: ClassVar[Mapping[str, str]]
     joined: ClassVar[tuple[tuple[str, str], ...]] = ()
+    offered: ClassVar[Mapping[str, tuple[float, float]]] = {}
 
     kind: Literal["points"] = "points"
     points: Annotated[dict[str, tuple[Coordinate, Coordinate]], Field(min_length=1, max_length=100)]
@@ -98,7 +100,11 @@ class FeaturePoints(Mark):
     @classmethod
     def editor(cls) -> Editor:
         """Return one handle a point."""
-        handles = (Handle(name=f"points.{name}", title=title) for name, title in cls.features.items())
+        centre = (0.5, 0.5)
+        handles = (
+            Handle(name=f"points.{name}", title=title, at=cls.offered.get(name, centre))
+            for name, title in cls.features.items()
+        )
         return cls.describe(handles=tuple(handles), links=tuple((f"points.{a}", f"points.{b}") for a, b in cls.joined))
 
 
