@@ -6,7 +6,7 @@ import { VIRIDIS } from "../shared/palette.js";
 
 /** @import { Child } from "../shared/elements.js" */
 /** @import { ExperimentPublic, SuitabilityPublic, UploadPublic } from "../shared/messages.js" */
-/** @import { Mark } from "./marks/mark_json.js" */
+/** @import { Mark } from "../shared/marks/mark_json.js" */
 
 /** @typedef {{mark?: Mark, start: number}} Footage What is said of the target, and from which frame on. */
 

@@ -4,8 +4,8 @@ import { api, messageOf } from "../shared/api.js";
 import { fill, h, setText } from "../shared/dom.js";
 import { count } from "../shared/format.js";
 import { throttle } from "../shared/timing.js";
-import { FoundTarget } from "./marks/found_target.js";
-import { MarkedTarget } from "./marks/marked_target.js";
+import { FoundTarget } from "./found_target.js";
+import { MarkedTarget } from "./marked_target.js";
 import { Suitability } from "./suitability.js";
 import { TruthField } from "./truth.js";
 

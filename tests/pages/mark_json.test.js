@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
-import { linesOf, markOf, valueAt } from "../../frontend_static/upload/marks/mark_json.js";
+import { linesOf, markOf, valueAt } from "../../frontend_static/shared/marks/mark_json.js";
 
 describe("the parts of a mark", () => {
   it("stand where their paths say, lists included", () => {

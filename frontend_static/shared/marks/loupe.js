@@ -1,6 +1,6 @@
 /** A loupe: what is around a point of a picture, magnified, beside the finger that hides it. */
 
-import { h } from "../../shared/dom.js";
+import { h } from "../dom.js";
 
 const SIDE = 96;
 const ABOVE = 24;

@@ -3,17 +3,17 @@
  * by a mark of another kind with which a person shows where it is; where there is no such kind, marked by that person.
  */
 
-import { api, messageOf } from "../../shared/api.js";
-import { fill, h, setText } from "../../shared/dom.js";
-import { later } from "../../shared/timing.js";
-import { descriptionOf, markEditor } from "./mark_editor.js";
+import { api, messageOf } from "../shared/api.js";
+import { fill, h, setText } from "../shared/dom.js";
+import { later } from "../shared/timing.js";
+import { descriptionOf, markEditor } from "../shared/marks/mark_editor.js";
 
-/** @import { Mark } from "./mark_json.js" */
+/** @import { Mark } from "../shared/marks/mark_json.js" */
 
 /**
- * @typedef {import("../../shared/messages.js").ExperimentPublic} ExperimentPublic
- * @typedef {import("../../shared/messages.js").SightingPublic} SightingPublic
- * @typedef {import("../../shared/messages.js").UploadPublic} UploadPublic
+ * @typedef {import("../shared/messages.js").ExperimentPublic} ExperimentPublic
+ * @typedef {import("../shared/messages.js").SightingPublic} SightingPublic
+ * @typedef {import("../shared/messages.js").UploadPublic} UploadPublic
  */
 
 /** @typedef {{changed: () => void, moved: (frame: number) => void}} Listener `moved`: the target was found in a later frame. */

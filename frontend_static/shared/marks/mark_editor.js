@@ -39,7 +39,7 @@ export function markEditor(description, target, changed) {
 /**
  * What an experiment says of a kind of mark that it takes.
  *
- * @param {import("../../shared/messages.js").ExperimentPublic} experiment
+ * @param {import("../messages.js").ExperimentPublic} experiment
  * @param {string|null|undefined} kind
  */
 export function descriptionOf(experiment, kind) {

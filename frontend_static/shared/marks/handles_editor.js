@@ -4,7 +4,7 @@
  * radius a circle whose edge can be dragged. Handles are in pixels of the picture and never leave it.
  */
 
-import { h, setText, svg } from "../../shared/dom.js";
+import { h, setText, svg } from "../dom.js";
 import { Loupe } from "./loupe.js";
 import { linesOf, markOf, valueAt } from "./mark_json.js";
 import { NumberField } from "./number_field.js";

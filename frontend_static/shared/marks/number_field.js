@@ -1,7 +1,7 @@
 /** A number of a mark: a slider with its unit, within its bounds. */
 
-import { h, setText } from "../../shared/dom.js";
-import { parameterValue } from "../../shared/format.js";
+import { h, setText } from "../dom.js";
+import { parameterValue } from "../format.js";
 
 export class NumberField {
   #number;
@@ -9,7 +9,7 @@ export class NumberField {
   #words = h("output", {});
 
   /**
-   * @param {import("../../shared/messages.js").MarkNumber} number
+   * @param {import("../messages.js").MarkNumber} number
    * @param {() => void} changed Called when a person has moved it.
    */
   constructor(number, changed) {

@@ -3,7 +3,7 @@
  * kinds that nobody here knows read and write marks by these paths alone.
  */
 
-/** @typedef {import("../../shared/messages.js").Editor} Description */
+/** @typedef {import("../messages.js").Editor} Description */
 /** @typedef {Record<string, unknown>} Mark A mark as the server has it. */
 
 /**

@@ -4,7 +4,7 @@
  * and never leaves it.
  */
 
-import { fill, h, setText, svg } from "../../shared/dom.js";
+import { fill, h, setText, svg } from "../dom.js";
 import { Picture, arrow } from "./picture.js";
 
 /** @import { Description, Mark } from "./mark_json.js" */

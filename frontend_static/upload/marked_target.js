@@ -1,14 +1,14 @@
 /** A target that a person has to mark, in one of the ways that the experiment takes; or all of a recording, unmarked. */
 
-import { api } from "../../shared/api.js";
-import { fill, h } from "../../shared/dom.js";
-import { markEditor } from "./mark_editor.js";
+import { api } from "../shared/api.js";
+import { fill, h } from "../shared/dom.js";
+import { markEditor } from "../shared/marks/mark_editor.js";
 
-/** @import { Mark } from "./mark_json.js" */
+/** @import { Mark } from "../shared/marks/mark_json.js" */
 
 /**
- * @typedef {import("../../shared/messages.js").ExperimentPublic} ExperimentPublic
- * @typedef {import("../../shared/messages.js").UploadPublic} UploadPublic
+ * @typedef {import("../shared/messages.js").ExperimentPublic} ExperimentPublic
+ * @typedef {import("../shared/messages.js").UploadPublic} UploadPublic
  */
 
 export class MarkedTarget {
@@ -21,7 +21,7 @@ export class MarkedTarget {
   /** @type {{changed: () => void}} */
   #on;
   #frame = 0;
-  /** @type {import("./mark_editor.js").MarkEditor|null} */
+  /** @type {import("../shared/marks/mark_editor.js").MarkEditor|null} */
   #editor = null;
   /** What is shown where nothing is to be marked. */
   #picture = h("img", { class: "target-picture", alt: "The frame to begin with" });

@@ -3,9 +3,9 @@
  * the picture's pixel. Pixels count from the middle of the first one.
  */
 
-import { h, svg } from "../../shared/dom.js";
+import { h, svg } from "../dom.js";
 
-/** @import { Properties } from "../../shared/elements.js" */
+/** @import { Properties } from "../elements.js" */
 
 export class Picture {
   #image = h("img", { alt: "", draggable: "false" });
