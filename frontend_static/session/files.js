@@ -6,10 +6,10 @@
 import { api } from "../shared/api.js";
 import { fill, h } from "../shared/dom.js";
 import { exportLists } from "../shared/exports.js";
-import { count } from "../shared/format.js";
 import { icon } from "../shared/icons.js";
 import { attempt, toast } from "../shared/toast.js";
 import { popover } from "./popover.js";
+import { truthRow } from "./truth/truth_row.js";
 
 /** @import { Declaration } from "../shared/messages.js" */
 
@@ -17,7 +17,8 @@ import { popover } from "./popover.js";
 const LARGEST = 500_000;
 
 /** @param {import("./mount.js").Mounted} view */
-export function fileMenu({ store }) {
+export function fileMenu(view) {
+  const { store } = view;
   const label = h("span", { class: "wide-only" }, "Files");
   const button = h("button", { type: "button", title: "Export or import files", "aria-label": "Files" }, icon("save"), label);
   const away = exportLists({
@@ -28,6 +29,9 @@ export function fileMenu({ store }) {
   const root = popover(button, h("section", {}, h("h2", {}, "Take away"), away.element), into);
   root.hidden = true;
   let shown = "";
+  let look = () => {};
+  // Truth may have been given meanwhile, here or elsewhere. The event does not bubble.
+  root.addEventListener("toggle", () => look(), { capture: true });
   const draw = () => {
     const { session } = store;
     if (session === null) return;
@@ -40,8 +44,9 @@ export function fileMenu({ store }) {
     const takesTruth = session.upload !== null && session.truth_columns.length > 0;
     root.hidden = exports.length + files.length === 0;
     away.draw(exports, plots);
-    const brought = files.map((one, place) => bringIn(id, one, used[place]));
-    if (takesTruth) brought.push(bringTruth(id, session.truth_columns));
+    const truth = takesTruth ? truthRow(view) : null;
+    const brought = [...(truth ? [truth.element] : []), ...files.map((one, place) => bringIn(id, one, used[place]))];
+    look = () => truth?.look();
     fill(into, brought.length > 0 && part(brought));
   };
   store.on(["parameters"], draw);
@@ -51,31 +56,6 @@ export function fileMenu({ store }) {
 /** @param {HTMLElement[]} files */
 function part(files) {
   return h("section", {}, h("h2", {}, "Bring in"), h("ul", { class: "menu-list" }, files));
-}
-
-/**
- * A table of what is truly so, which may be given, and given anew, at any time.
- *
- * @param {string} session
- * @param {string[]} columns
- */
-function bringTruth(session, columns) {
-  const send = async () => {
-    const files = [...(input.files ?? [])];
-    input.value = "";
-    if (files.length === 0) return;
-    await attempt(async () => {
-      const { frames } = await api.giveSessionTruth(session, files);
-      toast(`The truth of ${count(frames, "frame")} is known; the run is measured by it`);
-    });
-  };
-  /** @type {HTMLInputElement} */
-  const input = h(
-    "input",
-    { type: "file", accept: ".csv,text/csv", class: "visually-hidden", "aria-label": "Truth", data: { file: "truth" }, on: { change: send } },
-  );
-  const words = `A table, CSV, with the columns ${columns.join(", ")}; frames count from 0 in the recording`;
-  return h("li", {}, h("label", { class: "button quiet grow", title: words }, "Truth, CSV…", input));
 }
 
 /**

@@ -20,6 +20,7 @@ import { dialogIsOpen } from "../shared/dialog.js";
  * @property {() => void} difference
  * @property {(direction: number) => void} faster
  * @property {() => void} presets
+ * @property {() => void} truth
  * @property {() => void} help
  * @property {() => void} present
  */
@@ -43,6 +44,7 @@ export const HELP = [
   { keys: "C", what: "Compare this run with others" },
   { keys: "[ ]", what: "Slower, faster" },
   { keys: "P", what: "List the presets" },
+  { keys: "T", what: "On a recording: mark where the target truly is" },
   { keys: "+ - 0", what: "In the plots: zoom in at this frame, zoom out, show all; also Ctrl with the wheel" },
   { keys: "F", what: "Present in large type; escape ends it" },
   { keys: "pageup pagedown", what: "In a lecture: the item before, the next one" },
@@ -128,6 +130,8 @@ function find(actions, key, shiftKey) {
       return actions.beforeLoss;
     case "p":
       return actions.presets;
+    case "t":
+      return actions.truth;
     default:
       return undefined;
   }

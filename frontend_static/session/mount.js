@@ -24,6 +24,7 @@ import { SessionStart } from "./session_start.js";
 import { Steering } from "./steering.js";
 import { Store } from "./store.js";
 import { transport } from "./transport.js";
+import { markTruth } from "./truth/marking.js";
 
 const WAY = isParticipant ? { label: "Back to the class", href: START } : { label: "Back to the experiments", href: START };
 const KEPT = isParticipant ? "" : "Runs that you saved are in My work.";
@@ -214,6 +215,9 @@ export class Mounted {
       beforeLoss: () => this.steering.beforeLoss(),
       bookmark: () => this.commands.bookmark(),
       branch: () => this.#branch(),
+      truth: () => {
+        if (!isParticipant) markTruth(this);
+      },
     };
   }
 

@@ -140,6 +140,15 @@ export class Scene {
     if (this.#id !== "") this.#put(kind, false);
   }
 
+  /**
+   * Put something over all of it.
+   *
+   * @param {HTMLElement} element
+   */
+  lay(element) {
+    this.#root.append(element);
+  }
+
   /** @param {ViewKind} kind */
   #choose(kind) {
     rememberView(kind);

@@ -173,8 +173,8 @@ const failure = pathOf("failures");
 const experimentPath = pathOf("experiments");
 /** @param {string} name @param {string} plot */
 const exportPath = (name, plot) => `exports/${encodeURIComponent(name)}${plot ? `?${query({ plot })}` : ""}`;
-/** @param {string} id @param {string} of The experiment. */
-const truthPath = (id, of) => upload(id, `truth?${query({ experiment: of })}`);
+/** @param {string} id @param {string} of The experiment. @param {string} form */
+const truthPath = (id, of, form = "truth") => upload(id, `${form}?${query({ experiment: of })}`);
 
 /**
  * @typedef {object} Api Every request that the pages make, but for those of sweeps.
@@ -210,6 +210,8 @@ const truthPath = (id, of) => upload(id, `truth?${query({ experiment: of })}`);
  * @property {(id: string, files: File[]) => Promise<Messages.TruthPublic>} giveSessionTruth
  * @property {(id: string, experiment: string, files: File[]) => Promise<Messages.TruthPublic>} giveTruth
  * @property {(id: string, experiment: string) => Promise<null>} removeTruth
+ * @property {(id: string, experiment: string) => Promise<{name: string, content: Blob}>} truthTable
+ * @property {(id: string, experiment: string) => string} truthAddress
  * @property {(id: string) => Promise<null>} removeUpload
  * @property {(id: string, frame: number) => string} pictureAddress
  * @property {(question: Query, signal: AbortSignal) => Promise<Messages.WorkPublic>} work
@@ -267,6 +269,8 @@ export const api = {
   giveSessionTruth: (id, files) => send(session(id, "truth"), files, () => {}, "PUT").done,
   giveTruth: (id, experiment, files) => send(truthPath(id, experiment), files, () => {}, "PUT").done,
   removeTruth: (id, experiment) => request("DELETE", truthPath(id, experiment)),
+  truthTable: (id, experiment) => fetched(truthPath(id, experiment, "truth.csv")),
+  truthAddress: (id, experiment) => `${ROOT}${truthPath(id, experiment, "truth.csv")}`,
   removeUpload: (id) => request("DELETE", upload(id)),
   pictureAddress: (id, frame) => `${ROOT}${upload(id, `frames/${frame}.jpg`)}`,
 

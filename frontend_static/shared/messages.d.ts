@@ -1407,6 +1407,8 @@ export interface SessionDescription {
   watch: string;
   /** Of a table of truth that can be given; empty if none can */
   truth_columns: string[];
+  /** How truth is marked in pictures; null if it cannot be */
+  truth_mark: TruthMark | null;
   declarations: Declaration[];
   trackers: TrackerPublic[];
   layers: Layer[];
@@ -1492,6 +1494,8 @@ export interface SessionPublic {
   watch: string;
   /** Of a table of truth that can be given; empty if none can */
   truth_columns: string[];
+  /** How truth is marked in pictures; null if it cannot be */
+  truth_mark: TruthMark | null;
   declarations: Declaration[];
   trackers: TrackerPublic[];
   layers: Layer[];
@@ -1749,6 +1753,13 @@ export interface TransportUpdate {
   speed?: number | null;
   /** With restart: the seed to start again with */
   seed?: number | null;
+}
+
+/** The kind of mark by which a person says what is true of a picture. */
+export interface TruthMark {
+  editor: Editor;
+  /** Where in the mark the values of the columns after the frame's number stand */
+  parts: string[];
 }
 
 /** Summary of the truth that is known of an upload. */

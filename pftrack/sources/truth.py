@@ -5,6 +5,9 @@ declares; for boxes they are `frame, x, y, w, h`: the frame's number from 0, the
 width and height, in px of the picture. Of polygons, `frame, x1, y1, x2, y2, x3, y3` and so on, the smallest upright box
 around the corners is taken, as of the sequences of VOT. Further columns are ignored. A frame that is not listed, or
 whose first value is empty, is a frame without truth: it counts neither for the tracker nor against it.
+
+A person may also mark the target in pictures of the clip: a `TruthKind` says by which kind of mark, and where in it the
+values of a frame stand.
 """
 
 import csv
@@ -18,6 +21,7 @@ from typing import Any, NamedTuple, TextIO
 import numpy as np
 
 from pftrack.model.frame import Target
+from pftrack.model.marks import Box, Mark
 from pftrack.model.truth import Truth
 
 __all__ = [
@@ -28,6 +32,7 @@ __all__ = [
     "TruthTable",
     "read_table",
     "read_truth",
+    "write_table",
 ]
 
 LARGEST_FILE_BYTES = 16 * 1024 * 1024
@@ -158,14 +163,41 @@ def _around(values: Sequence[float]) -> tuple[float, float, float, float]:
 
 
 class TruthKind(NamedTuple):
-    """A kind of truth: what its file has, how to read it, and how to make its table of rows that were saved."""
+    """A kind of truth.
+
+    Attributes:
+        form: What its file has.
+        read: Reads a file.
+        table: Makes its table of rows that were saved.
+        mark: By which a person says in a picture what is true of it; None if no mark says that.
+        parts: Where in the mark's JSON the values of a frame stand, in the order of the columns; names of a path are
+            joined by dots.
+    """
 
     form: Form
     read: Callable[[Path], Truth]
     table: Callable[[Any], Truth]
+    mark: type[Mark] | None = None
+    parts: tuple[str, ...] = ()
 
 
-BOXES = TruthKind(BOX_FORM, read_truth, TruthTable)
+BOXES = TruthKind(BOX_FORM, read_truth, TruthTable, Box, ("x", "y", "width", "height"))
+
+
+def write_table(rows: Mapping[int, Sequence[float]], form: Form) -> str:
+    """Return the text of a file of this form, which `read_table` reads to the same values.
+
+    Args:
+        rows: The values of each frame that has any, by its number.
+        form: What the file has.
+    """
+    lines = (",".join([str(frame), *(_text(float(value)) for value in rows[frame])]) for frame in sorted(rows))
+    return "".join(f"{line}\n" for line in (",".join(form.columns), *lines))
+
+
+def _text(value: float) -> str:
+    """Return a number in as few digits as tell it exactly."""
+    return str(int(value)) if value.is_integer() else repr(value)
 
 
 def read_table(path: Path, form: Form) -> tuple[dict[int, list[float]], tuple[str, ...]]:

@@ -40,7 +40,15 @@ def test_truth_is_added_and_replaced_while_a_session_lives(server: Server, clien
     assert after["error"][9] < 5  # type: ignore[operator]
     assert client.get(f"/api/v1/sessions/{session['id']}").json()["position"] == 9
 
+    where = f"/api/v1/uploads/{upload}/truth.csv?experiment=ball"
+    table = client.get(where)
+    assert table.text == BOXES
+    assert table.headers["content-disposition"].endswith('-truth.csv"')
+    assert session["truth_mark"]["editor"]["kind"] == "box"
+    assert session["truth_mark"]["parts"] == ["x", "y", "width", "height"]
+
     give(client, session["id"], POLYGONS).raise_for_status()
+    assert client.get(where).text.startswith("frame,x,y,w,h\n0,90,10,20,20\n"), "the boxes around them"
     assert columns(client, session["id"])["error"][9] > 50  # type: ignore[operator]
     again = client.post("/api/v1/sessions", json={"recipe": recipe, "upload": upload}).json()
     assert columns(client, again["id"])["error"][0] > 50  # type: ignore[operator]
@@ -53,3 +61,5 @@ def test_what_is_no_truth_changes_nothing(client: httpx.Client, upload: str, ses
     assert "expected the columns" in error_of(give(client, begun["id"], "a,b\n1,2\n"), 422)["message"]
     assert columns(client, begun["id"])["error"][0] is None
     assert "this session has none" in error_of(give(client, session["id"], BOXES), 409)["message"]
+    table = client.get(f"/api/v1/uploads/{upload}/truth.csv?experiment=ball")
+    assert "No truth was given" in error_of(table, 404)["message"]

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.sources.truth import TruthError, read_truth
+from pftrack.sources.truth import BOX_FORM, BOXES, TruthError, read_truth, write_table
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data"
 
@@ -115,6 +115,31 @@ def test_a_thousand_corners_are_read(tmp_path: Path) -> None:
     header = ",".join(f"x{number},y{number}" for number in range(1, 1001))
     values = ",".join(f"{number},{2 * number}" for number in range(1000))
     assert dict(read_truth(write(tmp_path, f"frame,{header}\n0,{values}\n")).boxes) == {0: (0, 0, 999, 1998)}
+
+
+@given(
+    st.dictionaries(
+        st.integers(0, 10_000_000),
+        st.tuples(*[st.floats(-1e5, 1e5)] * 2, *[st.floats(0.001, 1e5)] * 2),
+        min_size=1,
+        max_size=5,
+    )
+)
+def test_a_written_table_is_read_to_the_same_boxes(
+    tmp_path_factory: pytest.TempPathFactory, rows: dict[int, tuple[float, float, float, float]]
+) -> None:
+    """Whatever the numbers are, in the order of frames."""
+    path = write(tmp_path_factory.mktemp("written"), write_table(rows, BOX_FORM))
+    assert read_truth(path).rows == rows
+
+
+def test_a_mark_has_a_part_for_each_column() -> None:
+    """In the order of the columns, so that what is marked in a picture is a row of the table."""
+    assert BOXES.mark is not None
+    marked = BOXES.mark.read({"x": 10, "y": 20, "width": 5, "height": 3}).model_dump()
+    row = [marked[part] for part in BOXES.parts]
+    assert BOXES.form.allows(row)
+    assert write_table({4: row}, BOXES.form) == "frame,x,y,w,h\n4,10,20,5,3\n"
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:

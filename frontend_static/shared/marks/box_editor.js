@@ -93,6 +93,15 @@ export class BoxEditor {
     this.#draw();
   }
 
+  /** @param {PointerEvent} event */
+  centre(event) {
+    if (this.#box === null) return false;
+    const [, , width, height] = this.#box;
+    const [x, y] = this.#picture.at(event);
+    this.#put(x - width / 2, y - height / 2, width, height);
+    return true;
+  }
+
   focus() {
     this.#picture.element.focus({ preventScroll: true });
   }

@@ -20,6 +20,7 @@ import { HandlesEditor } from "./handles_editor.js";
  *     `placed` rather than found are hollow until somebody moves them.
  * @property {() => void} offer Begin to have one made.
  * @property {() => void} focus
+ * @property {(event: PointerEvent) => boolean} [centre] Put the mark, as large as it is, around a pointer; false if there is none.
  */
 
 /** @type {Record<string, new (description: Description, target: string, changed: () => void) => MarkEditor>} */

@@ -2,8 +2,10 @@
 
 import asyncio
 import json
+import re
 import shutil
 from http import HTTPStatus
+from pathlib import PurePath
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Path, Query, Request
@@ -32,7 +34,7 @@ from pftrack_server.tasks.functions import TargetSearch, find_mark, frame_jpeg
 from pftrack_server.tasks.queue import unless_gone
 from pftrack_server.uploads.intake import check_room, index_of, limits_of, take_in
 from pftrack_server.uploads.multipart import receive
-from pftrack_server.uploads.truth import discard_truth, load_truth, store_truth
+from pftrack_server.uploads.truth import discard_truth, load_truth, store_truth, table_of
 
 __all__ = ["router"]
 
@@ -215,6 +217,17 @@ async def give_truth(
 def show_truth(upload: AnUpload, experiment: ForExperiment, store: AStore) -> TruthPublic | None:
     """Tell in short what truth was given for an upload, of the kind that goes with an experiment; null if none was."""
     return load_truth(store, upload.id, experiment)
+
+
+@router.get("/{upload}/truth.csv", response_class=Response, responses={200: {"content": {"text/csv": {}}}})
+def fetch_truth(upload: AnUpload, experiment: ForExperiment, store: AStore) -> Response:
+    """Return the truth that was given for an upload as a table, which can be given again."""
+    table = table_of(store, upload.id, experiment)
+    if table is None:
+        raise NotFoundError("No truth was given for this upload, or it is of another kind.")
+    name = re.sub(r"[^A-Za-z0-9_.]+", "-", PurePath(upload.name).stem).strip("-.")
+    given = f'attachment; filename="{name or upload.id}-truth.csv"'
+    return Response(table, media_type="text/csv", headers={"Content-Disposition": given, "Cache-Control": "no-store"})
 
 
 @router.delete("/{upload}/truth", status_code=HTTPStatus.NO_CONTENT)

@@ -9,12 +9,13 @@ from pydantic import BaseModel, ConfigDict, Field
 from pftrack.experiments import Plot, Reading
 from pftrack.exports.formats import Group
 from pftrack.model.layer import Layer
+from pftrack.model.marks import Editor
 from pftrack.model.parameters import Declaration
 from pftrack.model.series import Series
 from pftrack.model.world import World
 from pftrack_server.schemas.measures import MeasurePublic
 
-__all__ = ["ExportPublic", "SessionDescription", "TrackerPublic"]
+__all__ = ["ExportPublic", "SessionDescription", "TrackerPublic", "TruthMark"]
 
 
 class TrackerPublic(BaseModel):
@@ -38,6 +39,13 @@ class ExportPublic(BaseModel):
     slow: bool = Field(description="Whether it has to go through all frames again: it is begun, and then fetched")
 
 
+class TruthMark(BaseModel):
+    """The kind of mark by which a person says what is true of a picture."""
+
+    editor: Editor
+    parts: list[str] = Field(description="Where in the mark the values of the columns after the frame's number stand")
+
+
 class SessionDescription(BaseModel):
     """What is fixed of a session while it lives."""
 
@@ -56,6 +64,7 @@ class SessionDescription(BaseModel):
     about: list[str] = Field([], description="Parameters to turn first: those that its preset is about")
     watch: str = Field("", description="What to look at, where it began as a preset that says so")
     truth_columns: list[str] = Field([], description="Of a table of truth that can be given; empty if none can")
+    truth_mark: TruthMark | None = Field(None, description="How truth is marked in pictures; null if it cannot be")
     declarations: list[Declaration] = []
     trackers: list[TrackerPublic]
     layers: list[Layer] = []

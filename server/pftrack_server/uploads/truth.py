@@ -12,6 +12,7 @@ import structlog
 
 from pftrack.experiment import Experiment
 from pftrack.files import write_whole
+from pftrack.sources.truth import write_table
 from pftrack_server.errors import ConflictError
 from pftrack_server.schemas.uploads import TruthPublic
 from pftrack_server.store import Store
@@ -20,7 +21,7 @@ from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.functions import read_truth
 from pftrack_server.uploads.multipart import Received
 
-__all__ = ["discard_truth", "load_truth", "rows_of", "store_truth"]
+__all__ = ["discard_truth", "load_truth", "rows_of", "store_truth", "table_of"]
 
 log = structlog.get_logger(__name__)
 
@@ -65,6 +66,12 @@ def rows_of(store: Store, upload: str, experiment: Experiment) -> dict[int, tupl
     """Return what is kept, by number of the frame, if anything is."""
     kept = _load(store, upload, experiment)
     return kept.rows if kept else None
+
+
+def table_of(store: Store, upload: str, experiment: Experiment) -> str | None:
+    """Return what is kept as the text of a file that may be given again, if anything is."""
+    rows = rows_of(store, upload, experiment)
+    return write_table(rows, experiment.truth.form) if rows and experiment.truth else None
 
 
 def discard_truth(store: Store, upload: str, experiment: Experiment) -> None:

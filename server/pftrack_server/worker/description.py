@@ -5,7 +5,7 @@ from pftrack.exports.formats import exports_of
 from pftrack.filter_files import parameters_of
 from pftrack.model.parameters import flat
 from pftrack.runs.run import Run
-from pftrack_server.schemas.description import ExportPublic, SessionDescription, TrackerPublic
+from pftrack_server.schemas.description import ExportPublic, SessionDescription, TrackerPublic, TruthMark
 from pftrack_server.schemas.measures import MeasurePublic
 
 __all__ = ["describe"]
@@ -18,6 +18,7 @@ def describe(run: Run) -> SessionDescription:
     preset = _preset_of(run)
     # Whoever writes a filter wants its sliders at hand.
     own = [name for tracker, texts in experiment.filters.items() for name in parameters_of(tracker, texts)]
+    truth = experiment.truth if footage else None
     return SessionDescription(
         title=experiment.title_on(footage),
         subject=footage.title if footage else preset.title if preset else "",
@@ -31,7 +32,8 @@ def describe(run: Run) -> SessionDescription:
         exports=[ExportPublic.model_validate(one) for one in exports_of(experiment)],
         about=[*own, *experiment.subjects(preset, footage)],
         watch=preset.watch if preset else "",
-        truth_columns=list(experiment.truth.form.columns) if footage and experiment.truth else [],
+        truth_columns=list(truth.form.columns) if truth else [],
+        truth_mark=TruthMark(editor=truth.mark.editor(), parts=list(truth.parts)) if truth and truth.mark else None,
         declarations=list(experiment.declarations(type(setup.parameters))),
         trackers=[TrackerPublic(id=name, title=tracker.title) for name, tracker in experiment.trackers.items()],
         layers=list(experiment.layers),
