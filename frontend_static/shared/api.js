@@ -170,6 +170,7 @@ const session = pathOf("sessions");
 const run = pathOf("runs");
 const upload = pathOf("uploads");
 const failure = pathOf("failures");
+const savedComparison = pathOf("comparisons/saved");
 const experimentPath = pathOf("experiments");
 /** @param {string} name @param {string} plot */
 const exportPath = (name, plot) => `exports/${encodeURIComponent(name)}${plot ? `?${query({ plot })}` : ""}`;
@@ -224,6 +225,10 @@ const truthPath = (id, of, form = "truth") => upload(id, `${form}?${query({ expe
  * @property {(id: string, title: string) => Promise<Messages.RunPublic>} renameRun
  * @property {(id: string) => Promise<null>} remove
  * @property {(id: string) => string} downloadAddress
+ * @property {(body: Messages.SavedComparisonCreate) => Promise<Messages.SavedComparisonPublic>} saveComparison
+ * @property {(id: string) => Promise<Messages.SavedComparisonDetail>} savedComparison
+ * @property {(id: string, title: string) => Promise<Messages.SavedComparisonPublic>} renameComparison
+ * @property {(id: string) => Promise<null>} removeComparison
  * @property {(id: string, name: string, plot: string) => Promise<{name: string, content: Blob}>} exported
  * @property {(id: string, name: string, plot: string) => Promise<Messages.ExportJobPublic>} exportSession
  * @property {(id: string, name: string, plot: string) => Promise<Messages.ExportJobPublic>} exportRun
@@ -289,5 +294,9 @@ export const api = {
   exportsOfRun: (id) => request("GET", run(id, "exports")),
   exporting: (id) => request("GET", `exports/${encodeURIComponent(id)}`),
   cancelExport: (id) => request("DELETE", `exports/${encodeURIComponent(id)}`),
+  saveComparison: (body) => request("POST", "comparisons/saved", body),
+  savedComparison: (id) => request("GET", savedComparison(id)),
+  renameComparison: (id, title) => request("PATCH", savedComparison(id), { title }),
+  removeComparison: (id) => request("DELETE", savedComparison(id)),
   downloadAddress: (id) => `${ROOT}${run(id, "download")}`,
 };

@@ -16,6 +16,7 @@ import { encode, parse } from "./share_link.js";
  * @property {ComparedRun[]} runs
  * @property {number} [position] The frame to begin at, of those that all runs have.
  * @property {Arrangement} [arrangement]
+ * @property {string} [title] What somebody calls it.
  */
 
 const PAGE = "compare";
@@ -36,12 +37,22 @@ export function wantedOf({ search, hash }) {
 }
 
 /**
+ * The saved comparison that the address of a page names, if it does.
+ *
+ * @param {{search: string, hash: string}} address
+ */
+export function savedOf({ search, hash }) {
+  return hash.length > 1 ? null : new URLSearchParams(search).get("saved");
+}
+
+/**
  * A link that holds all that makes the runs.
  *
  * @param {Wanted} wanted
  */
-export function linkTo({ runs, position = 0, arrangement = "side" }) {
-  return `${PAGE}#${encode({ runs, ...(position > 0 && { position }), ...(arrangement !== "side" && { arrangement }) })}`;
+export function linkTo({ runs, position = 0, arrangement = "side", title = "" }) {
+  const more = { ...(position > 0 && { position }), ...(arrangement !== "side" && { arrangement }), ...(title && { title }) };
+  return `${PAGE}#${encode({ runs, ...more })}`;
 }
 
 /**
@@ -58,9 +69,14 @@ export function linkToReferences(references, frame = 0) {
  * @param {Wanted} wanted
  * @returns {Wanted}
  */
-function checked({ runs, position, arrangement }) {
+function checked({ runs, position, arrangement, title }) {
   if (!Array.isArray(runs) || !runs.every((run) => typeof run === "object" && run !== null)) throw new Error("no runs");
-  return { runs, position: Number.isInteger(position) ? position : 0, arrangement: arrangement === "over" ? "over" : "side" };
+  return {
+    runs,
+    position: Number.isInteger(position) ? position : 0,
+    arrangement: arrangement === "over" ? "over" : "side",
+    ...(typeof title === "string" && title !== "" && { title }),
+  };
 }
 
 /**

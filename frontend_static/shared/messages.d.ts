@@ -1341,6 +1341,57 @@ export interface RunUpdate {
   title: string;
 }
 
+/** A comparison to keep. */
+export interface SavedComparisonCreate {
+  title: string;
+  runs: SavedRunRequest[];
+  /** The frame to begin at, of those that all runs have */
+  position?: number;
+  arrangement?: "side" | "over";
+}
+
+/** A saved comparison with all that makes it again. */
+export interface SavedComparisonDetail {
+  id: string;
+  title: string;
+  /** Of its runs, each once */
+  experiments: string[];
+  /** Of its runs, in their order; empty where a recipe leaves it to the experiment */
+  trackers: string[];
+  created: string;
+  page: string;
+  runs: SavedRun[];
+  position: number;
+  arrangement: "side" | "over";
+}
+
+/** A saved comparison. */
+export interface SavedComparisonPublic {
+  id: string;
+  title: string;
+  /** Of its runs, each once */
+  experiments: string[];
+  /** Of its runs, in their order; empty where a recipe leaves it to the experiment */
+  trackers: string[];
+  created: string;
+  page: string;
+}
+
+/** What people call a saved comparison. */
+export interface SavedComparisonUpdate {
+  title: string;
+}
+
+/** What makes a run of a saved comparison. */
+export interface SavedRun {
+  recipe: Recipe;
+}
+
+/** What makes a run of a saved comparison. */
+export interface SavedRunRequest {
+  recipe: RecipeRequest;
+}
+
 /** A run of an experiment, of which some parameters may be turned. */
 export interface ScenarioPublic {
   recipe: Recipe;
@@ -1837,6 +1888,7 @@ export interface VoteRequest {
 export interface WorkCounts {
   sessions: number;
   runs: number;
+  comparisons: number;
   sweeps: number;
   uploads: number;
 }
@@ -1845,6 +1897,7 @@ export interface WorkCounts {
 export interface WorkPublic {
   sessions: SessionPublic[];
   runs: RunPublic[];
+  comparisons: SavedComparisonPublic[];
   sweeps: SweepPublic[];
   uploads: UploadPublic[];
   /** How many have all the words, those beyond the limit included */

@@ -1,11 +1,11 @@
 /** What a person looks for among the things of one's own, as it stands in the page's address. */
 
-/** @typedef {"sessions"|"runs"|"sweeps"|"uploads"} Kind */
+/** @typedef {"sessions"|"runs"|"comparisons"|"sweeps"|"uploads"} Kind */
 
 /** @typedef {{words: string, show: Kind|null, limit: number}} Query What has to occur, of which kind alone, and how many. */
 
 /** @type {readonly Kind[]} */
-export const KINDS = ["sessions", "runs", "sweeps", "uploads"];
+export const KINDS = ["sessions", "runs", "comparisons", "sweeps", "uploads"];
 
 /** So many of each kind where all are listed, and so many more at a time where one kind is. */
 export const FEW = 6;

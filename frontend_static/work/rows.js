@@ -15,7 +15,7 @@ import { sweeps } from "../sweep/api.js";
 
 /** @import { Child } from "../shared/elements.js" */
 /** @import { Question } from "../shared/dialog.js" */
-/** @import { RunPublic, SessionPublic, SweepPublic, UploadPublic } from "../shared/messages.js" */
+/** @import { RunPublic, SavedComparisonPublic, SessionPublic, SweepPublic, UploadPublic } from "../shared/messages.js" */
 
 /** @typedef {() => Promise<void>} Again Lists everything anew. */
 /** @typedef {{has: (run: string) => boolean, isFull: boolean, toggle: (run: string) => void}} Choice Runs that are chosen to be compared. */
@@ -86,6 +86,20 @@ function filesOf({ id, title }) {
     lists.draw(exports, plots);
   }), { once: true });
   return root;
+}
+
+/**
+ * @param {SavedComparisonPublic} comparison
+ * @param {Again} again
+ */
+export function comparisonRow({ id, title, experiments, trackers, created, page }, again) {
+  const facts = [experiments.join(", "), count(trackers.length, "run"), moment(created)];
+  const question = { title: "Delete this comparison?", text: `${title} is deleted; the runs themselves stay where they are.`, action: "Delete it" };
+  return row({ comparison: id }, `comparison-${id}`, null, link(page, title), facts, [
+    link(page, "Open", "button"),
+    renaming(title, (name) => api.renameComparison(id, name), again),
+    removal(`Delete ${title}`, question, () => api.removeComparison(id), again),
+  ]);
 }
 
 /**

@@ -1,4 +1,4 @@
-/** My work: running sessions, saved runs, sweeps and uploads, found by words; the address says what is looked for. */
+/** My work: running sessions, saved runs, comparisons, sweeps and uploads, found by words; the address says what is looked for. */
 
 import { START } from "../shared/address.js";
 import { api, messageOf } from "../shared/api.js";
@@ -9,7 +9,7 @@ import { navigation } from "../shared/navigation.js";
 import { notice } from "../shared/notice.js";
 import { themeButton } from "../shared/theme.js";
 import { later } from "../shared/timing.js";
-import { runRow, sessionRow, sweepRow, uploadRow } from "./rows.js";
+import { comparisonRow, runRow, sessionRow, sweepRow, uploadRow } from "./rows.js";
 import { FEW, KINDS, MANY, addressOf, parseQuery } from "./query.js";
 
 /** @import { WorkPublic } from "../shared/messages.js" */
@@ -31,6 +31,11 @@ const WORDS = {
   runs: {
     title: "Saved runs",
     empty: "No runs are saved yet. Save one on a session's page, and it is listed here.",
+    way: ["Choose an experiment", START],
+  },
+  comparisons: {
+    title: "Comparisons",
+    empty: "No comparison is saved yet. Compare runs, and save what you see on that page.",
     way: ["Choose an experiment", START],
   },
   sweeps: {
@@ -156,6 +161,8 @@ function rowsOf(kind, work) {
       return work.sessions.map((session) => sessionRow(session, load));
     case "runs":
       return runRows(work);
+    case "comparisons":
+      return work.comparisons.map((comparison) => comparisonRow(comparison, load));
     case "sweeps":
       return work.sweeps.map((sweep) => sweepRow(sweep, load));
     default:

@@ -60,6 +60,7 @@ class Settings(BaseSettings):
     max_uploads: int = Field(200, ge=1, description="Uploads kept.")
     max_uploads_bytes: int = Field(8192 * MEBIBYTE, ge=1, description="Bytes of all uploads together.")
     max_runs: int = Field(1_000, ge=1, description="Runs kept, those saved here and those imported.")
+    max_comparisons: int = Field(1_000, ge=1, description="Comparisons kept.")
     max_runs_bytes: int = Field(2048 * MEBIBYTE, ge=1, description="Disk space of all saved runs together.")
     max_export_bytes: int = Field(1024 * MEBIBYTE, ge=1, description="Bytes of one file that a run is exported as.")
     max_record_bytes: int = Field(64 * MEBIBYTE, ge=1, description="Bytes of one imported run.")

@@ -137,6 +137,40 @@ def test_saved_runs_are_chosen_in_my_work(shown: ComparePage, server: Server) ->
     assert shown.row("Tracker") == ["Hard switching (h-SPF)", "Auxiliary (APF)"]
 
 
+def test_a_comparison_is_saved_under_a_name_and_opened_again(shown: ComparePage) -> None:
+    """Saved as it is seen, renamed on its page, found in My work, opened with its name, renamed and deleted there."""
+    page = shown.page
+    page.goto(link(ball(), ball("condensation")))
+    shown.ready(2)
+    shown.button("Over each other").click()
+    page.locator("[data-tool=save]").click()
+    page.locator(".toast:has-text('My work lists it')").wait_for()
+    assert page.locator("[data-tool=save]").is_disabled(), "it is kept as it is"
+    page.click("[aria-label='Rename this comparison']")
+    page.fill("#new-name", "Why one is lost")
+    page.keyboard.press("Enter")
+    shown.until(lambda: page.inner_text("h1") == "Compare · Why one is lost", "the page has its name")
+
+    page.goto("work?show=comparisons")
+    row = page.locator("[data-comparison]")
+    assert "ball, 2 runs" in row.inner_text()
+    row.get_by_role("link", name="Open").click()
+    shown.ready(2)
+    assert page.inner_text("h1") == "Compare · Why one is lost"
+    assert shown.button("Over each other").get_attribute("aria-pressed") == "true"
+    assert page.locator("[data-tool=save]").is_disabled()
+    shown.button("Side by side").click()
+    assert page.locator("[data-tool=save]").is_enabled(), "it is another one now"
+    page.reload()
+    shown.ready(2)
+    assert page.inner_text("h1") == "Compare · Why one is lost"
+
+    page.goto("work?show=comparisons")
+    row.get_by_role("button", name="Delete").click()
+    page.locator("dialog").get_by_role("button", name="Delete it").click()
+    row.wait_for(state="detached")
+
+
 def test_what_cannot_be_compared_is_said(shown: ComparePage, complaints: Complaints) -> None:
     """Nothing, a damaged link, too many runs, other units and a run that was deleted: a sentence each, and a way on."""
     complaints.expected = ("status of 404", "status of 422")

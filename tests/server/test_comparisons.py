@@ -131,3 +131,42 @@ def test_a_comparison_that_is_cancelled_is_gone(client: httpx.Client) -> None:
     assert begun["state"] == "computing"
     assert client.delete(f"/api/v1/comparisons/{begun['id']}").status_code == 204
     error_of(client.get(f"/api/v1/comparisons/{begun['id']}"), 404)
+
+
+SAVED = "/api/v1/comparisons/saved"
+
+
+def test_a_comparison_is_kept_named_found_and_deleted(client: httpx.Client) -> None:
+    """What is kept makes it again; a name may be given at any time, and words find it."""
+    begun = compare(client, ball(), ball("condensation"))
+    runs = [{"recipe": run["recipe"]} for run in begun["runs"]]
+    body = {"title": "Two trackers", "runs": runs, "position": 4, "arrangement": "over"}
+    kept = client.post(SAVED, json=body).raise_for_status().json()
+    assert kept["title"] == "Two trackers"
+    assert (kept["experiments"], kept["trackers"]) == (["ball"], ["h-spf", "condensation"])
+    found = client.get(f"{SAVED}/{kept['id']}").json()
+    assert (found["position"], found["arrangement"]) == (4, "over")
+    again = compare(client, *({"recipe": run["recipe"]} for run in found["runs"]))
+    assert [run["recipe"] for run in again["runs"]] == [run["recipe"] for run in begun["runs"]]
+
+    renamed = client.patch(f"{SAVED}/{kept['id']}", json={"title": "  Why one is lost "}).raise_for_status().json()
+    assert renamed["title"] == "Why one is lost"
+    assert error_of(client.patch(f"{SAVED}/{kept['id']}", json={"title": " "}), 422)
+    work = client.get("/api/v1/work", params={"q": "why condensation"}).json()
+    assert [each["title"] for each in work["comparisons"]] == ["Why one is lost"]
+    assert work["found"]["comparisons"] == 1
+    assert [each["id"] for each in client.get(SAVED).json()] == [kept["id"]]
+
+    client.delete(f"{SAVED}/{kept['id']}").raise_for_status()
+    assert "no such comparison" in error_of(client.get(f"{SAVED}/{kept['id']}"), 404)["message"]
+    assert "no such comparison" in error_of(client.delete(f"{SAVED}/{kept['id']}"), 404)["message"]
+
+
+def test_what_is_no_comparison_is_not_kept(client: httpx.Client) -> None:
+    """One run alone, a name that cannot be seen, and an experiment that there is not."""
+    runs = [ball(), ball("condensation")]
+    assert client.post(SAVED, json={"title": "one", "runs": runs[:1]}).status_code == 422
+    assert client.post(SAVED, json={"title": "\u200b", "runs": runs}).status_code == 422
+    unknown = {"recipe": {"experiment": "no-such"}}
+    assert client.post(SAVED, json={"title": "x", "runs": [unknown, ball()]}).status_code in {404, 422}
+    assert client.get(SAVED).json() == []

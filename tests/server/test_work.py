@@ -20,7 +20,7 @@ def kept(client: httpx.Client) -> dict[str, str]:
 def found(client: httpx.Client, words: str, **more: object) -> set[str]:
     answer = client.get("/api/v1/work", params={"q": words, **more})  # type: ignore[dict-item]  # numbers and texts
     assert answer.status_code == 200, answer.text
-    kinds = ("sessions", "runs", "sweeps", "uploads")
+    kinds = ("sessions", "runs", "comparisons", "sweeps", "uploads")
     return {thing["id"] for kind in kinds for thing in answer.json()[kind]}
 
 
@@ -66,6 +66,7 @@ def test_one_kind_is_listed_and_all_are_counted(client: httpx.Client, kept: dict
     assert client.get("/api/v1/work", params={"q": "nothing has this"}).json()["found"] == {
         "sessions": 0,
         "runs": 0,
+        "comparisons": 0,
         "sweeps": 0,
         "uploads": 0,
     }

@@ -25,7 +25,7 @@ from pftrack_server.sessions.manager import Manager, Prepare
 from pftrack_server.sessions.session import Session
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store
-from pftrack_server.store.tables import RunRow, UploadRow
+from pftrack_server.store.tables import ComparisonRow, RunRow, UploadRow
 from pftrack_server.sweeps.manager import Sweeps
 from pftrack_server.sweeps.sweep import Sweep
 from pftrack_server.tasks.child_tasks import ChildTasks
@@ -33,6 +33,7 @@ from pftrack_server.tasks.queue import unless_gone
 
 __all__ = [
     "TICKET",
+    "AComparison",
     "AFollow",
     "AFollower",
     "AManager",
@@ -196,6 +197,13 @@ def _run(run: Annotated[str, Path(max_length=64)], store: AStore) -> RunRow:
     return row
 
 
+def _comparison(saved: Annotated[str, Path(max_length=64)], store: AStore) -> ComparisonRow:
+    row = store.comparison(saved)
+    if row is None:
+        raise NotFoundError("There is no such comparison; it may have been deleted.")
+    return row
+
+
 def _follow(follow: Annotated[str, Path(max_length=64)], follows: TheFollows) -> Follow:
     return follows.get(follow)
 
@@ -207,6 +215,7 @@ def _follower(connection: HTTPConnection) -> Participant:
     return participant
 
 
+AComparison = Annotated[ComparisonRow, Depends(_comparison)]
 AFollow = Annotated[Follow, Depends(_follow)]
 AFollower = Annotated[Participant, Depends(_follower)]
 AnExperiment = Annotated[Experiment, Depends(_experiment)]

@@ -1,7 +1,7 @@
-"""My work: sessions, saved runs, sweeps and uploads in one list, found by words."""
+"""My work: sessions, saved runs, comparisons, sweeps and uploads in one list, found by words."""
 
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Sized
 from datetime import tzinfo
 from typing import Annotated, TypeVar
 from zoneinfo import ZoneInfo
@@ -10,18 +10,19 @@ from fastapi import APIRouter, Query
 
 from pftrack_server.api.dependencies import AManager, AStore, ASweeps
 from pftrack_server.api.runs import run_view
+from pftrack_server.comparisons.saved import saved_view
 from pftrack_server.schemas.messages import SessionPublic
 from pftrack_server.schemas.sweep_views import SweepPublic
 from pftrack_server.schemas.uploads import UploadPublic
 from pftrack_server.schemas.work import Kind, WorkCounts, WorkPublic
 from pftrack_server.search import Words, date_words, experiment_words
-from pftrack_server.store.tables import RunRow, UploadRow
+from pftrack_server.store.tables import ComparisonRow, RunRow, UploadRow
 
 __all__ = ["router"]
 
 router = APIRouter(prefix="/work", tags=["work"])
 
-Thing = TypeVar("Thing", SessionPublic, RunRow, SweepPublic, UploadRow)
+Thing = TypeVar("Thing", SessionPublic, RunRow, ComparisonRow, SweepPublic, UploadRow)
 MOST = 500
 UTC = ZoneInfo("UTC")
 
@@ -36,13 +37,15 @@ async def find_work(
     limit: Annotated[int, Query(ge=1, le=MOST, description="List so many of each kind.")] = 20,
     zone: Annotated[ZoneInfo, Query(description="The time zone in which dates are looked for.")] = UTC,
 ) -> WorkPublic:
-    """Find sessions, saved runs, sweeps and uploads by words, the newest first."""
+    """Find sessions, saved runs, comparisons, sweeps and uploads by words, the newest first."""
     words = Words(q)
     started = [session.view() for session in manager.all if session.spec.description]
     planned = [sweep.view() for sweep in sweeps.all]
     runs, uploads = await asyncio.gather(asyncio.to_thread(store.runs), asyncio.to_thread(store.uploads))
+    kept = await asyncio.to_thread(store.comparisons)
     these = _having(words, zone, started, _of_session)
     saved = _having(words, zone, runs, _of_run)
+    compared = _having(words, zone, kept, _of_comparison)
     swept = _having(words, zone, planned, _of_sweep)
     sent = _having(words, zone, uploads, _of_upload)
 
@@ -52,10 +55,17 @@ async def find_work(
     return WorkPublic(
         sessions=these[: most("sessions")],
         runs=[run_view(row) for row in saved[: most("runs")]],
+        comparisons=[saved_view(row) for row in compared[: most("comparisons")]],
         sweeps=swept[: most("sweeps")],
         uploads=[UploadPublic.model_validate(row) for row in sent[: most("uploads")]],
-        found=WorkCounts(sessions=len(these), runs=len(saved), sweeps=len(swept), uploads=len(sent)),
-        total=WorkCounts(sessions=len(started), runs=len(runs), sweeps=len(planned), uploads=len(uploads)),
+        found=_count(these, saved, compared, swept, sent),
+        total=_count(started, runs, kept, planned, uploads),
+    )
+
+
+def _count(sessions: Sized, runs: Sized, comparisons: Sized, sweeps: Sized, uploads: Sized) -> WorkCounts:
+    return WorkCounts(
+        sessions=len(sessions), runs=len(runs), comparisons=len(comparisons), sweeps=len(sweeps), uploads=len(uploads)
     )
 
 
@@ -72,6 +82,11 @@ def _of_session(session: SessionPublic) -> tuple[object, ...]:
 
 def _of_run(row: RunRow) -> tuple[object, ...]:
     return row.title, experiment_words(row.experiment, [row.tracker]), row.outcome, f"seed {row.seed}"
+
+
+def _of_comparison(row: ComparisonRow) -> tuple[object, ...]:
+    told = saved_view(row)
+    return row.title, *(experiment_words(experiment, told.trackers) for experiment in told.experiments)
 
 
 def _of_sweep(sweep: SweepPublic) -> tuple[object, ...]:

@@ -4,8 +4,9 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field, model_validator
 
+from pftrack.comparison import MOST_RUNS
 from pftrack.model.recipe import Recipe
-from pftrack_server.schemas.body import RequestBody
+from pftrack_server.schemas.body import FrameNumber, GivenTitle, RequestBody
 
 __all__ = [
     "ComparedPublic",
@@ -17,8 +18,15 @@ __all__ = [
     "PairedPublic",
     "PartingPublic",
     "RunComparisonPublic",
+    "SavedComparisonCreate",
+    "SavedComparisonDetail",
+    "SavedComparisonPublic",
+    "SavedComparisonUpdate",
     "SettingPublic",
 ]
+
+Arrangement = Literal["side", "over"]
+"""Side by side, or one over the other."""
 
 Place = Annotated[int, Field(description="Place of a run in the comparison")]
 
@@ -128,3 +136,45 @@ class RunComparisonPublic(ComparisonOutline):
     total: int = Field(description="Frames to compute; 0 until it has begun")
     result: ComparisonResult | None
     message: str | None = Field(description="Why it failed, if it did")
+
+
+class SavedRun(RequestBody):
+    """What makes a run of a saved comparison."""
+
+    recipe: Recipe
+
+
+class SavedComparisonCreate(RequestBody):
+    """A comparison to keep."""
+
+    title: GivenTitle
+    runs: list[SavedRun] = Field(min_length=2, max_length=MOST_RUNS)
+    position: FrameNumber = Field(0, description="The frame to begin at, of those that all runs have")
+    arrangement: Arrangement = "side"
+
+
+class SavedComparisonUpdate(RequestBody):
+    """What people call a saved comparison."""
+
+    title: GivenTitle
+
+
+class SavedComparisonPublic(BaseModel):
+    """A saved comparison."""
+
+    id: str
+    title: str
+    experiments: list[str] = Field(description="Of its runs, each once")
+    trackers: list[str] = Field(
+        description="Of its runs, in their order; empty where a recipe leaves it to the experiment"
+    )
+    created: str
+    page: str
+
+
+class SavedComparisonDetail(SavedComparisonPublic):
+    """A saved comparison with all that makes it again."""
+
+    runs: list[SavedRun]
+    position: int
+    arrangement: Arrangement

@@ -1,9 +1,10 @@
-"""All that people of this server have of their own: sessions, saved runs, sweeps and uploads."""
+"""All that people of this server have of their own: sessions, saved runs, comparisons, sweeps and uploads."""
 
 from typing import Literal
 
 from pydantic import BaseModel, Field
 
+from pftrack_server.schemas.comparisons import SavedComparisonPublic
 from pftrack_server.schemas.messages import SessionPublic
 from pftrack_server.schemas.runs import RunPublic
 from pftrack_server.schemas.sweep_views import SweepPublic
@@ -11,7 +12,7 @@ from pftrack_server.schemas.uploads import UploadPublic
 
 __all__ = ["Kind", "WorkCounts", "WorkPublic"]
 
-Kind = Literal["sessions", "runs", "sweeps", "uploads"]
+Kind = Literal["sessions", "runs", "comparisons", "sweeps", "uploads"]
 
 
 class WorkCounts(BaseModel):
@@ -19,6 +20,7 @@ class WorkCounts(BaseModel):
 
     sessions: int
     runs: int
+    comparisons: int
     sweeps: int
     uploads: int
 
@@ -28,6 +30,7 @@ class WorkPublic(BaseModel):
 
     sessions: list[SessionPublic]
     runs: list[RunPublic]
+    comparisons: list[SavedComparisonPublic]
     sweeps: list[SweepPublic]
     uploads: list[UploadPublic]
     found: WorkCounts = Field(description="How many have all the words, those beyond the limit included")

@@ -19,19 +19,29 @@ from pftrack_server.settings import Settings
 from pftrack_server.store.database import connect
 from pftrack_server.store.disk_budget import DiskBudget
 from pftrack_server.store.files import DataDirectory, now
-from pftrack_server.store.tables import FORM, Base, LectureRow, PollRow, RunRow, SessionRow, SweepRow, UploadRow
+from pftrack_server.store.tables import (
+    FORM,
+    Base,
+    ComparisonRow,
+    LectureRow,
+    PollRow,
+    RunRow,
+    SessionRow,
+    SweepRow,
+    UploadRow,
+)
 
 __all__ = ["Store"]
 
 log = structlog.get_logger(__name__)
 
-Row = TypeVar("Row", UploadRow, RunRow, SessionRow, SweepRow, LectureRow, PollRow)
+Row = TypeVar("Row", UploadRow, RunRow, ComparisonRow, SessionRow, SweepRow, LectureRow, PollRow)
 # What reading a row may raise whose content is not of its column's type; see `_is_damage`.
 DAMAGED = (ValueError, TypeError, DBAPIError)
 
 
 class Store:
-    """Uploads, runs, sessions, sweeps, lectures and polls, kept.
+    """Uploads, runs, comparisons, sessions, sweeps, lectures and polls, kept.
 
     Attributes:
         files: The data directory.
@@ -121,12 +131,7 @@ class Store:
 
     def rename_run(self, name: str, title: str) -> None:
         """Give a run another title, if there is one."""
-
-        def save() -> None:
-            with self._begin.begin() as database:
-                database.execute(update(RunRow).where(RunRow.id == name).values(title=title))
-
-        self.disk_budget.write(save)
+        self._rename(RunRow, name, title)
 
     def remove_run(self, name: str) -> bool:
         """Forget a run, if there is one: its row first, so that a crash leaves no row without a file."""
@@ -134,6 +139,33 @@ class Store:
         if found:
             self.files.remove_run(name)
         return found
+
+    # ------------------------------------------------------------ comparisons
+
+    def add_comparison(self, row: ComparisonRow) -> None:
+        """Keep a comparison."""
+        self.disk_budget.check()
+        self._add(row)
+
+    def comparisons(self) -> list[ComparisonRow]:
+        """Return all comparisons, the newest first."""
+        return self._all(ComparisonRow, ComparisonRow.created.desc())
+
+    def comparison(self, name: str) -> ComparisonRow | None:
+        """Return a comparison.
+
+        Raises:
+            DamagedError: Its row cannot be read.
+        """
+        return self._get(ComparisonRow, name)
+
+    def rename_comparison(self, name: str, title: str) -> None:
+        """Give a comparison another title, if there is one."""
+        self._rename(ComparisonRow, name, title)
+
+    def remove_comparison(self, name: str) -> bool:
+        """Forget a comparison, if there is one."""
+        return self._remove(ComparisonRow, name)
 
     # ------------------------------------------------------------ sessions
 
@@ -264,6 +296,13 @@ class Store:
         if name not in self._complained:
             self._complained.add(name)
             log.warning("a stored row is damaged and left out", table=kind.__tablename__, id=name, error=str(error))
+
+    def _rename(self, kind: type[RunRow | ComparisonRow], name: str, title: str) -> None:
+        def save() -> None:
+            with self._begin.begin() as database:
+                database.execute(update(kind).where(kind.id == name).values(title=title))
+
+        self.disk_budget.write(save)
 
     def _remove(self, kind: type[Row], name: str) -> bool:
         def remove() -> bool:

@@ -5,7 +5,7 @@ from typing import Any
 from sqlalchemy import JSON, BigInteger, Float, Integer, String, Text
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
-__all__ = ["FORM", "Base", "LectureRow", "PollRow", "RunRow", "SessionRow", "SweepRow", "UploadRow"]
+__all__ = ["FORM", "Base", "ComparisonRow", "LectureRow", "PollRow", "RunRow", "SessionRow", "SweepRow", "UploadRow"]
 
 FORM = "form"
 """Key of a JSON column's `info` under which it says which JSON values it holds."""
@@ -50,6 +50,17 @@ class RunRow(Base):
     outcome: Mapped[str] = mapped_column(String(200))
     summary: Mapped[dict[str, Any]] = mapped_column(JSON, info={FORM: dict})
     bookmarks: Mapped[list[dict[str, Any]]] = mapped_column(JSON, info={FORM: list})
+    created: Mapped[str] = mapped_column(String(32), index=True)
+
+
+class ComparisonRow(Base):
+    """A saved comparison: the recipes of its runs, and how they were looked at."""
+
+    __tablename__ = "comparisons"
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    title: Mapped[str] = mapped_column(String(200))
+    content: Mapped[dict[str, Any]] = mapped_column(JSON, info={FORM: dict})
     created: Mapped[str] = mapped_column(String(32), index=True)
 
 
