@@ -10,7 +10,7 @@ import { Table } from "./table.js";
 import { JointView } from "./joint_view.js";
 
 /** @import { ViewKind } from "../session/view_choice.js" */
-/** @import { ComparedPublic, ComparedRun, ComparisonOutline, Recipe, RunComparisonPublic } from "../shared/messages.js" */
+/** @import { ComparedPublic, ComparedRun, ComparisonOutline, ExportPublic, Recipe, RunComparisonPublic } from "../shared/messages.js" */
 /** @import { Column } from "./column.js" */
 /** @import { Arrangement, Wanted } from "../shared/comparison_link.js" */
 /** @import { Member } from "./joint_view.js" */
@@ -26,7 +26,7 @@ import { JointView } from "./joint_view.js";
  */
 
 /** @typedef {Pick<ComparedPublic, "name"|"title"|"colour"|"first">} Run */
-/** @typedef {Pick<ComparisonOutline, "unit"|"settings"> & {runs: (Run & {recipe?: Recipe})[]}} Outline */
+/** @typedef {Pick<ComparisonOutline, "unit"|"settings"> & {runs: (Run & {recipe?: Recipe})[], exports?: ExportPublic[]}} Outline */
 /** @typedef {Pick<RunComparisonPublic, "state"|"done"|"total"|"result"|"message">} Outcome */
 
 /**
@@ -132,6 +132,11 @@ export class RunComparison {
   /** The frame that is shown, of those that all runs have. */
   get position() {
     return this.#together.store.session?.position ?? 0;
+  }
+
+  /** Files that can be made of it, where that is known. */
+  get exports() {
+    return this.#outline.exports ?? [];
   }
 
   /** What makes the same comparison elsewhere. @returns {Wanted} */

@@ -5,6 +5,7 @@ import { api, messageOf } from "../shared/api.js";
 import { copyButton } from "../shared/copy.js";
 import { askName, openDialog } from "../shared/dialog.js";
 import { fill, h, part, setText } from "../shared/dom.js";
+import { exportLists } from "../shared/exports.js";
 import { icon, iconButton } from "../shared/icons.js";
 import { navigation } from "../shared/navigation.js";
 import { notice } from "../shared/notice.js";
@@ -15,6 +16,7 @@ import { later } from "../shared/timing.js";
 import { attempt, toast } from "../shared/toast.js";
 import { followChip } from "../lecturer/chip.js";
 import { ClassControl } from "../lecturer/class_control.js";
+import { popover } from "../session/popover.js";
 import { viewSwitch } from "../session/scene.js";
 import { compare } from "./compare.js";
 import { help } from "./help.js";
@@ -56,12 +58,21 @@ const views = viewSwitch("flat", (kind) => {
   if (kind === "scene") arrangements.mark("side");
 });
 const share = tool("share", "Share", "Share a link to this comparison", shareDialog);
+const away = exportLists({
+  begin: (name) => {
+    if (compared === null) throw new Error("There is no comparison to write");
+    return api.exportComparison(name, { runs: compared.wanted.runs, title: titleOf(compared).slice(0, LONGEST_TITLE) });
+  },
+});
+const files = tool("files", "Files", "Export this comparison", () => {});
+const fileMenu = popover(files, h("section", {}, h("h2", {}, "Take away"), away.element));
 const save = tool("save", "Save", "Keep this comparison; My work lists it", saveIt);
 const rename = iconButton("rename", "Rename this comparison", renameIt);
 rename.hidden = true;
 part("title").after(rename);
 const keys = h("button", { type: "button", class: "quiet icon-only", title: "Keys (?)", "aria-label": "Keys", on: { click: help } }, "?");
-part("tools").append(arrangements.element, views, followChip(control, signal), save, share, themeButton(), presentationButton({ hears: false }), keys);
+const presenting = presentationButton({ hears: false });
+part("tools").append(arrangements.element, views, followChip(control, signal), save, fileMenu, share, themeButton(), presenting, keys);
 // The sessions are the page's own; whoever comes back by the browser's cache begins anew.
 addEventListener("pageshow", (event) => event.persisted && location.reload());
 addEventListener("hashchange", () => location.reload());
@@ -96,7 +107,8 @@ async function show(wanted) {
     if (saved) saved.content = contentOf(compared);
     entitle(compared);
     keepAddress(compared);
-    share.disabled = rename.hidden = false;
+    away.draw(compared.exports, []);
+    share.disabled = files.disabled = rename.hidden = false;
     compared.begun.then((ids) => {
       sessions = ids;
       control.find();

@@ -20,7 +20,7 @@ const LARGEST = 500_000;
 export function fileMenu(view) {
   const { store } = view;
   const label = h("span", { class: "wide-only" }, "Files");
-  const button = h("button", { type: "button", title: "Export or import files", "aria-label": "Files" }, icon("save"), label);
+  const button = h("button", { type: "button", title: "Export or import files", "aria-label": "Files" }, icon("files"), label);
   const away = exportLists({
     begin: (name, plot) => api.exportSession(store.known.id, name, plot),
     fetch: (name, plot) => api.exported(store.known.id, name, plot),

@@ -229,6 +229,7 @@ const truthPath = (id, of, form = "truth") => upload(id, `${form}?${query({ expe
  * @property {(id: string) => Promise<Messages.SavedComparisonDetail>} savedComparison
  * @property {(id: string, title: string) => Promise<Messages.SavedComparisonPublic>} renameComparison
  * @property {(id: string) => Promise<null>} removeComparison
+ * @property {(name: string, body: Messages.ComparisonExportCreate) => Promise<Messages.ExportJobPublic>} exportComparison
  * @property {(id: string, name: string, plot: string) => Promise<{name: string, content: Blob}>} exported
  * @property {(id: string, name: string, plot: string) => Promise<Messages.ExportJobPublic>} exportSession
  * @property {(id: string, name: string, plot: string) => Promise<Messages.ExportJobPublic>} exportRun
@@ -297,6 +298,7 @@ export const api = {
   saveComparison: (body) => request("POST", "comparisons/saved", body),
   savedComparison: (id) => request("GET", savedComparison(id)),
   renameComparison: (id, title) => request("PATCH", savedComparison(id), { title }),
+  exportComparison: (name, body) => request("POST", `comparisons/${exportPath(name, "")}`, body),
   removeComparison: (id) => request("DELETE", savedComparison(id)),
   downloadAddress: (id) => `${ROOT}${run(id, "download")}`,
 };

@@ -51,7 +51,8 @@ export function exportLists(way) {
         const plot = () => (group === "plots" ? choice.value : "");
         const buttons = some.map((one) => button(one, () => take(one, plot(), way, writing)));
         const words = { class: "export-group", role: "group", "aria-label": title };
-        return some.length > 0 && h("div", words, h("h3", {}, title), h("div", { class: "export-row" }, group === "plots" && choice, buttons));
+        const isChosen = group === "plots" && plots.length > 0;
+        return some.length > 0 && h("div", words, h("h3", {}, title), h("div", { class: "export-row" }, isChosen && choice, buttons));
       }),
     );
   };

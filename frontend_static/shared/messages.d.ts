@@ -178,6 +178,13 @@ export interface ComparisonCreate {
   runs: ComparedRun[];
 }
 
+/** Two to four runs whose comparison shall be written as a file. */
+export interface ComparisonExportCreate {
+  runs: ComparedRun[];
+  /** By which the file is called */
+  title?: string;
+}
+
 /** What is known of a comparison from the start; its frames are those in common, counted from 0 on. */
 export interface ComparisonOutline {
   unit: string;
@@ -185,6 +192,8 @@ export interface ComparisonOutline {
   runs: ComparedPublic[];
   /** What differs, and that alone */
   settings: SettingPublic[];
+  /** Files that can be made of it */
+  exports: ExportPublic[];
 }
 
 /** Two methods against each other, cell by cell. */
@@ -1263,6 +1272,8 @@ export interface RunComparisonPublic {
   runs: ComparedPublic[];
   /** What differs, and that alone */
   settings: SettingPublic[];
+  /** Files that can be made of it */
+  exports: ExportPublic[];
   id: string;
   state: "computing" | "done" | "failed";
   /** Frames computed, of all runs */

@@ -138,7 +138,7 @@ def test_saved_runs_are_chosen_in_my_work(shown: ComparePage, server: Server) ->
 
 
 def test_a_comparison_is_saved_under_a_name_and_opened_again(shown: ComparePage) -> None:
-    """Saved as it is seen, renamed on its page, found in My work, opened with its name, renamed and deleted there."""
+    """Saved as it is seen, renamed and exported on its page, found in My work, opened with its name, deleted there."""
     page = shown.page
     page.goto(link(ball(), ball("condensation")))
     shown.ready(2)
@@ -150,6 +150,11 @@ def test_a_comparison_is_saved_under_a_name_and_opened_again(shown: ComparePage)
     page.fill("#new-name", "Why one is lost")
     page.keyboard.press("Enter")
     shown.until(lambda: page.inner_text("h1") == "Compare · Why one is lost", "the page has its name")
+
+    page.locator("[data-tool=files]").click()
+    with page.expect_download() as download:
+        page.locator("[data-export=csv]").click()
+    assert download.value.suggested_filename == "compare-why-one-is-lost.csv"
 
     page.goto("work?show=comparisons")
     row = page.locator("[data-comparison]")

@@ -2,12 +2,15 @@
 
 import dataclasses
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from pftrack.comparison import Comparison, ComparisonError, align
 from pftrack.experiments import find
+from pftrack.exports.comparisons import export_comparison
+from pftrack.model.export import ExportError
 from pftrack.model.marks import Box
 from pftrack.runs.run import Change, Run
 from tests.experiments.heads import Pictures
@@ -178,3 +181,24 @@ def test_what_is_compared_before_it_is_computed_is_little() -> None:
     compared = Comparison.of(sine(), sine(seed=5))
     assert compared.frames == 1
     assert compared.as_dict()["settings"] == [{"name": "seed", "title": "Seed", "values": ["4", "5"]}]
+
+
+# ---------------------------------------------------------------- files
+
+
+def test_files_of_a_comparison_on_a_clip_count_both_frames(tmp_path: Path) -> None:
+    """Frames as they are compared and as each run counts; without truth there is no error, and nothing to draw."""
+    compared = Comparison.of(on_clip(0, 12), on_clip(3, 17)).finish()
+    export_comparison(compared, tmp_path / "both.csv")
+    lines = (tmp_path / "both.csv").read_text().splitlines()
+    assert lines[0] == "run,name,frame,frame_of_run,error,lost"
+    assert lines[1] == "1,Begins at picture 0,0,3,,0"
+    assert lines[-1].startswith("2,Begins at picture 3,8,8,,")
+    export_comparison(compared, tmp_path / "both.json")
+    told = json.loads((tmp_path / "both.json").read_text())
+    assert [run["recipe"]["frames"] for run in told["runs"]] == [12, 17]
+    assert told["settings"] == [it.as_dict() for it in compared.settings]
+    with pytest.raises(ExportError, match="there is no error to draw"):
+        export_comparison(compared, tmp_path / "both.png")
+    with pytest.raises(ExportError, match=r"can be exported as \.csv, \.png, \.svg, \.json; got 'both.docx'"):
+        export_comparison(compared, tmp_path / "both.docx")

@@ -1,5 +1,8 @@
 """Comparisons over REST: runs named in three ways, outlined at once, computed as a job, and refused in sentences."""
 
+import csv
+import io
+import json
 from typing import Any
 
 import httpx
@@ -170,3 +173,39 @@ def test_what_is_no_comparison_is_not_kept(client: httpx.Client) -> None:
     unknown = {"recipe": {"experiment": "no-such"}}
     assert client.post(SAVED, json={"title": "x", "runs": [unknown, ball()]}).status_code in {404, 422}
     assert client.get(SAVED).json() == []
+
+
+def test_a_comparison_is_written_as_files(client: httpx.Client) -> None:
+    """Each that is listed, by a job like those of runs; the table is that of the library."""
+    runs = [ball(), ball("condensation")]
+    offered = compare(client, *runs)["exports"]
+    assert [one["name"] for one in offered] == ["csv", "png", "svg", "json"]
+    written = {one["name"]: export(client, one["name"], runs) for one in offered}
+    compared = Comparison.of(
+        *(Run(BALL, BALL.simulate(), tracker=name, seed=7, frames=30) for name in ("h-spf", "condensation"))
+    ).finish()
+    rows = list(csv.DictReader(io.StringIO(written["csv"].decode())))
+    assert [row["name"] for row in rows] == [name for name in compared.names for _ in range(30)]
+    errors = [row.error for each in compared.rows for row in each]
+    assert [float(row["error"]) for row in rows] == errors
+    assert written["png"].startswith(b"\x89PNG")
+    assert b"<svg" in written["svg"]
+    told = json.loads(written["json"])
+    assert told["outcomes"] == compared.as_dict()["outcomes"]
+    recipes = [{"recipe": run["recipe"]} for run in told["runs"]]
+    assert compare(client, *recipes)["frames"] == 30, "it can be made again"
+    answer = client.post("/api/v1/comparisons/exports/docx", json={"runs": runs})
+    assert "there are csv, png, svg, json" in error_of(answer, 404)["message"]
+
+
+def export(client: httpx.Client, name: str, runs: list[dict[str, Any]]) -> bytes:
+    """Return a file of a comparison."""
+    body = {"runs": runs, "title": "Two: trackers/"}
+    begun = client.post(f"/api/v1/comparisons/exports/{name}", json=body)
+    assert begun.status_code == 202, begun.text
+    job = begun.json()
+    assert job["name"] == f"compare-two-trackers.{name}"
+    url = f"/api/v1/exports/{job['id']}"
+    wait_for(lambda: client.get(url).json()["state"] != "writing", 60)
+    assert client.get(url).json()["message"] is None
+    return client.get(f"{url}/file").content

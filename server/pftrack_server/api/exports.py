@@ -1,22 +1,32 @@
-"""Exports: have a run written as a file of another kind, follow how far that is, and fetch the file."""
+"""Exports: have a run or a comparison written as a file, follow how far that is, and fetch the file."""
 
 import asyncio
 from http import HTTPStatus
 from typing import Annotated
 
-from fastapi import APIRouter, Path, Query
+from fastapi import APIRouter, Path, Query, Request
 from starlette.responses import FileResponse
 
 from pftrack.exports.formats import exports_of
 from pftrack.runs.record import Record
-from pftrack_server.api.dependencies import ARun, ASession, AStore, TheExports, TheTasks
+from pftrack_server.api.dependencies import (
+    ARun,
+    ASession,
+    AStore,
+    TheComparisons,
+    TheExports,
+    TheTasks,
+    wait_until_gone,
+)
 from pftrack_server.errors import ConflictError, NotFoundError
 from pftrack_server.experiments import find_experiment
 from pftrack_server.runs.exports import Exporting, Subject
+from pftrack_server.schemas.comparisons import ComparisonExportCreate
 from pftrack_server.schemas.description import ExportPublic
 from pftrack_server.schemas.exports import ExportJobPublic, ExportsPublic, PlotChoice
 from pftrack_server.system_errors import failure_message
 from pftrack_server.tasks.functions import read_record
+from pftrack_server.tasks.queue import unless_gone
 
 __all__ = ["router"]
 
@@ -56,6 +66,15 @@ async def export_run(
         raise NotFoundError("The file of this run is missing.")
     saved = Record.model_validate(await tasks.run(read_record, str(path)))
     return _view(exports.write(Subject(saved.recipe, saved.computed - 1, run.position, run.title), export, plot))
+
+
+@router.post("/comparisons/exports/{export}", status_code=HTTPStatus.ACCEPTED)
+async def export_comparison(
+    export: Name, body: ComparisonExportCreate, request: Request, comparisons: TheComparisons, exports: TheExports
+) -> ExportJobPublic:
+    """Begin to write what two to four runs come to beside each other as a file."""
+    begun = comparisons.export(body.runs, body.title, export, exports)
+    return _view(await unless_gone(begun, lambda: wait_until_gone(request)))
 
 
 @router.get("/exports/{name}")

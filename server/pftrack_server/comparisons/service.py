@@ -5,9 +5,11 @@ from collections.abc import Awaitable, Callable, Sequence
 from typing import Any, TypeAlias
 
 from pftrack.comparison import MOST_RUNS
+from pftrack.exports.comparisons import COMPARISON_FORMATS
 from pftrack.model.recipe import Recipe
 from pftrack_server.comparisons.references import NamedRun, RunSources, find_run
 from pftrack_server.errors import RefusedError
+from pftrack_server.runs.exports import Exporting, Exports
 from pftrack_server.schemas.comparisons import (
     ComparedPublic,
     ComparedRun,
@@ -16,6 +18,7 @@ from pftrack_server.schemas.comparisons import (
     RunComparisonPublic,
     SettingPublic,
 )
+from pftrack_server.schemas.description import ExportPublic
 from pftrack_server.settings import Settings
 from pftrack_server.tasks.comparisons import compare_runs, outline_comparison
 from pftrack_server.tasks.jobs import Job, Jobs, failure_of
@@ -51,14 +54,8 @@ class Comparisons(Jobs[ComparisonOutline, ComparisonResult]):
             ConflictError: The recording of one is not here.
             UnavailableError: Their experiment is still being compiled, or too much is under way.
         """
-        if not 2 <= len(runs) <= MOST_RUNS:
-            raise RefusedError(f"Expected two to four runs to compare, got {len(runs)}.", field="runs", value=len(runs))
         self.check_room()
-        named = [await find_run(run, self.house) for run in runs]
-        for experiment in dict.fromkeys(each.spec.recipe.experiment for each in named):
-            await self._wait_for(experiment)
-        configs = [self._config(each) for each in named]
-        outlined = await self.house.tasks.run(outline_comparison, configs)
+        named, configs, outlined = await self._prepare(runs)
 
         async def compute(on_step: Callable[[int, int], None]) -> ComparisonResult:
             seconds = self._settings.worker_cpu_seconds
@@ -66,6 +63,27 @@ class Comparisons(Jobs[ComparisonOutline, ComparisonResult]):
             return ComparisonResult.model_validate(told)
 
         return self.begin(_outline(named, outlined), compute)
+
+    async def export(self, runs: Sequence[ComparedRun], title: str, export: str, exports: Exports) -> Exporting:
+        """Begin to write what runs come to beside each other as a file.
+
+        Raises:
+            NotFoundError: There is no such export, or one of the runs is not here.
+            DiskFullError: The disk has no room.
+            ApiError: They cannot be compared; see `compare`.
+        """
+        _, configs, outlined = await self._prepare(runs)
+        return exports.write_comparison(configs, title or " ".join(outlined["names"]), export)
+
+    async def _prepare(self, runs: Sequence[ComparedRun]) -> tuple[list[NamedRun], list[WorkerConfig], dict[str, Any]]:
+        """Return what makes runs, and what is known of them beside each other before they are computed."""
+        if not 2 <= len(runs) <= MOST_RUNS:
+            raise RefusedError(f"Expected two to four runs to compare, got {len(runs)}.", field="runs", value=len(runs))
+        named = [await find_run(run, self.house) for run in runs]
+        for experiment in dict.fromkeys(each.spec.recipe.experiment for each in named):
+            await self._wait_for(experiment)
+        configs = [self._config(each) for each in named]
+        return named, configs, await self.house.tasks.run(outline_comparison, configs)
 
     def _config(self, named: NamedRun) -> WorkerConfig:
         return dataclasses.replace(self.house.manager.config(named.spec), states=None)
@@ -89,6 +107,7 @@ def _outline(named: Sequence[NamedRun], told: dict[str, Any]) -> ComparisonOutli
         frames=told["frames"],
         runs=[_compare(*each, frames=told["frames"]) for each in described],
         settings=[SettingPublic.model_validate(each) for each in told["settings"]],
+        exports=[ExportPublic.model_validate(one) for one in COMPARISON_FORMATS],
     )
 
 

@@ -1,4 +1,4 @@
-"""Exports: runs that are written as files of other kinds by a child, and fetched from here once they are there.
+"""Exports: runs and comparisons written as files of other kinds by a child, and fetched from here once they are there.
 
 A file lies in a folder of its own for as long as its job can be asked for, and goes with it. Sessions do not wait: the
 child computes the run from its recipe.
@@ -6,14 +6,15 @@ child computes the run from its recipe.
 
 import re
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from pftrack.experiments import EXPERIMENTS
+from pftrack.exports.comparisons import COMPARISON_FORMATS, ComparisonExport
 from pftrack.exports.formats import RunExport, check_plot, exports_of
-from pftrack.model.export import find_export
+from pftrack.model.export import N, find_export
 from pftrack.model.recipe import Footage, Recipe
 from pftrack_server.errors import NotFoundError
 from pftrack_server.experiments import find_experiment
@@ -22,9 +23,11 @@ from pftrack_server.schemas.description import ExportPublic
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store
 from pftrack_server.tasks.child_tasks import ChildTasks
+from pftrack_server.tasks.comparisons import write_comparison
 from pftrack_server.tasks.exports import Order, write_export
 from pftrack_server.tasks.jobs import Job, Jobs
 from pftrack_server.uploads.intake import limits_of
+from pftrack_server.worker.protocol import WorkerConfig
 
 __all__ = ["Exporting", "Exports", "Subject", "file_name", "run_file_name"]
 
@@ -59,7 +62,7 @@ class Ordered:
         folder: Where it lies, alone.
     """
 
-    kind: RunExport
+    kind: RunExport | ComparisonExport
     name: str
     folder: Path
 
@@ -71,6 +74,9 @@ class Ordered:
 
 Exporting: TypeAlias = Job[Ordered, Path]
 """A file that is being written."""
+
+
+OnStep: TypeAlias = Callable[[int, int], None]
 
 
 class Exports(Jobs[Ordered, Path]):
@@ -92,29 +98,60 @@ class Exports(Jobs[Ordered, Path]):
             UnavailableError: There are as many under way as there may be.
         """
         experiment = find_experiment(subject.recipe.experiment)
-        try:
-            kind = find_export(exports_of(experiment), name)
-        except LookupError as error:
-            raise NotFoundError(f"{str(error.args[0]).capitalize()}.") from None
+        kind = _find(exports_of(experiment), name)
         check_plot(experiment, kind, plot)
+        recipe, filters = subject.recipe.model_dump(mode="json"), self._store.files.filters_of(subject.recipe)
+
+        def write(path: Path, on_step: OnStep) -> Coroutine[Any, Any, None]:
+            order = Order(recipe, subject.computed, subject.position, kind.name, plot, str(path), filters)
+            return self._write(order, subject.recipe.footage, on_step)
+
+        return self._begin(kind, file_name(subject, kind, plot), write)
+
+    def write_comparison(self, configs: Sequence[WorkerConfig], title: str, name: str) -> Exporting:
+        """Begin to write a file of a comparison.
+
+        Args:
+            configs: Of its runs.
+            title: What people call it.
+            name: Of the export.
+
+        Raises:
+            NotFoundError: There is no such export.
+            DiskFullError: The disk has no room.
+            UnavailableError: There are as many under way as there may be.
+        """
+        kind = _find(COMPARISON_FORMATS, name)
+
+        def write(path: Path, on_step: OnStep) -> Coroutine[Any, Any, None]:
+            return self._tasks.run_long(
+                write_comparison,
+                configs,
+                kind.name,
+                str(path),
+                cpu_seconds=self._settings.worker_cpu_seconds,
+                file_bytes=self._settings.max_export_bytes,
+                on_step=on_step,
+            )
+
+        return self._begin(kind, f"{_slug(f'compare {title}')}.{kind.suffix}", write)
+
+    def _begin(
+        self,
+        kind: RunExport | ComparisonExport,
+        name: str,
+        write: Callable[[Path, OnStep], Coroutine[Any, Any, None]],
+    ) -> Exporting:
+        """Begin to write a file, in a folder of its own."""
         self.check_room()
         self._store.disk_budget.check()
         folder = self._store.files.new_outgoing()
         folder.mkdir(mode=0o700)
-        ordered = Ordered(kind, file_name(subject, kind, plot), folder)
-        order = Order(
-            subject.recipe.model_dump(mode="json"),
-            subject.computed,
-            subject.position,
-            kind.name,
-            plot,
-            str(ordered.path),
-            self._store.files.filters_of(subject.recipe),
-        )
+        ordered = Ordered(kind, name, folder)
 
-        async def work(on_step: Callable[[int, int], None]) -> Path:
+        async def work(on_step: OnStep) -> Path:
             try:
-                await self._write(order, subject.recipe.footage, on_step)
+                await write(ordered.path, on_step)
             except BaseException:
                 shutil.rmtree(folder, ignore_errors=True)
                 raise
@@ -122,7 +159,7 @@ class Exports(Jobs[Ordered, Path]):
 
         return self.begin(ordered, work)
 
-    async def _write(self, order: Order, footage: Footage | None, on_step: Callable[[int, int], None]) -> None:
+    async def _write(self, order: Order, footage: Footage | None, on_step: OnStep) -> None:
         video = await footage_here(self._store, self._settings, self._tasks, footage)
         await self._tasks.run_long(
             write_export,
@@ -151,4 +188,16 @@ def run_file_name(experiment: str, name: str) -> str:
     known = EXPERIMENTS.get(experiment)
     titles = (known.clip_title, known.title) if known else ()
     rest = next((name.removeprefix(title) for title in titles if title and name.startswith(title)), name)
-    return "-".join(filter(None, (experiment, re.sub(r"[^\w.]+", "-", rest.lower()).strip("-.")[:LONGEST])))
+    return "-".join(filter(None, (experiment, _slug(rest))))
+
+
+def _slug(text: str) -> str:
+    """Return a text as a part of a file's name."""
+    return re.sub(r"[^\w.]+", "-", text.lower()).strip("-.")[:LONGEST]
+
+
+def _find(offered: Iterable[N], name: str) -> N:
+    try:
+        return find_export(offered, name)
+    except LookupError as error:
+        raise NotFoundError(f"{str(error.args[0]).capitalize()}.") from None

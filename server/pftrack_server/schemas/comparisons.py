@@ -6,12 +6,14 @@ from pydantic import BaseModel, Field, model_validator
 
 from pftrack.comparison import MOST_RUNS
 from pftrack.model.recipe import Recipe
-from pftrack_server.schemas.body import FrameNumber, GivenTitle, RequestBody
+from pftrack_server.schemas.body import FrameNumber, GivenTitle, RequestBody, Title
+from pftrack_server.schemas.description import ExportPublic
 
 __all__ = [
     "ComparedPublic",
     "ComparedRun",
     "ComparisonCreate",
+    "ComparisonExportCreate",
     "ComparisonOutline",
     "ComparisonResult",
     "OutcomePublic",
@@ -53,6 +55,12 @@ class ComparisonCreate(RequestBody):
     """Two to four runs to compare."""
 
     runs: list[ComparedRun] = Field(max_length=64)
+
+
+class ComparisonExportCreate(ComparisonCreate):
+    """Two to four runs whose comparison shall be written as a file."""
+
+    title: Title = Field("", description="By which the file is called")
 
 
 class ComparedPublic(BaseModel):
@@ -125,6 +133,7 @@ class ComparisonOutline(BaseModel):
     frames: int
     runs: list[ComparedPublic]
     settings: list[SettingPublic] = Field(description="What differs, and that alone")
+    exports: list[ExportPublic] = Field(description="Files that can be made of it")
 
 
 class RunComparisonPublic(ComparisonOutline):

@@ -16,7 +16,7 @@ __all__ = ["DatabaseError", "connect"]
 
 BUSY_S = 10
 VERSION_TABLE = "alembic_version"
-VERSION = "0005"
+VERSION = "0006"
 """The newest migration: a database that has it is ready."""
 
 AWAY = "move it away to begin with an empty one, or choose another --data-dir"

@@ -1,14 +1,18 @@
 """Comparing runs in a confined process: they are made by the door that sessions come in by, under the same limits."""
 
 from collections.abc import Generator, Sequence
+from pathlib import Path
 from typing import Any
 
 from pftrack.comparison import Comparison
+from pftrack.exports.comparisons import COMPARISON_FORMATS
+from pftrack.files import write_whole
 from pftrack.filter_files import trust
+from pftrack.model.export import find_export
 from pftrack_server.worker.protocol import WorkerConfig
 from pftrack_server.worker.run_tree import RunTree
 
-__all__ = ["compare_runs", "outline_comparison"]
+__all__ = ["compare_runs", "outline_comparison", "write_comparison"]
 
 
 def outline_comparison(configs: Sequence[WorkerConfig]) -> dict[str, Any]:
@@ -33,6 +37,22 @@ def compare_runs(configs: Sequence[WorkerConfig]) -> Generator[tuple[int, int], 
     compared = _start(configs)
     yield from compared.computing()
     return compared.as_dict()
+
+
+def write_comparison(
+    configs: Sequence[WorkerConfig], export: str, path: str
+) -> Generator[tuple[int, int], None, dict[str, Any]]:
+    """Compute all frames that runs have in common, and write what they come to as a file.
+
+    Args:
+        configs: Of the runs.
+        export: Name of the export.
+        path: Where to.
+    """
+    compared = _start(configs)
+    yield from compared.computing()
+    write_whole(Path(path), find_export(COMPARISON_FORMATS, export).make(compared))
+    return {}
 
 
 def _start(configs: Sequence[WorkerConfig]) -> Comparison:
