@@ -4,14 +4,11 @@ The table has a row for each run and frame. The JSON file holds all that is know
 of each run, so that it can be made again.
 """
 
-import csv
-import io
 import json
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -20,6 +17,7 @@ from pftrack.exports.formats import Group
 from pftrack.files import write_whole
 from pftrack.model.export import ExportError
 from pftrack.runs.manifest import manifest_of
+from pftrack.spreadsheet import csv_text
 from pftrack.version import __version__
 
 __all__ = ["COMPARISON_FORMATS", "FORMAT", "ComparisonExport", "export_comparison"]
@@ -70,19 +68,15 @@ def export_comparison(comparison: Comparison, path: Path) -> None:
 
 
 def _table(comparison: Comparison) -> bytes:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    writer.writerows(_lines(comparison))
-    return text.getvalue().encode()
+    return csv_text((COLUMNS, *_lines(comparison))).encode()
 
 
-def _lines(comparison: Comparison) -> Iterator[tuple[Any, ...]]:
+def _lines(comparison: Comparison) -> Iterator[tuple[str, ...]]:
     named = zip(comparison.names, comparison.rows, strict=True)
     for number, (name, rows) in enumerate(named, 1):
         for frame, row in enumerate(rows):
-            known = row.error is not None and math.isfinite(row.error)
-            yield number, name, frame, row.frame, row.error if known else "", int(row.is_lost)
+            error = "" if row.error is None or not math.isfinite(row.error) else repr(float(row.error))
+            yield str(number), name, str(frame), str(row.frame), error, str(int(row.is_lost))
 
 
 def _document(comparison: Comparison) -> bytes:
