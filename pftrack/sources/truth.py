@@ -23,6 +23,7 @@ import numpy as np
 from pftrack.model.frame import Target
 from pftrack.model.marks import Box, Mark
 from pftrack.model.truth import Truth
+from pftrack.spreadsheet import csv_text
 
 __all__ = [
     "BOXES",
@@ -191,8 +192,8 @@ def write_table(rows: Mapping[int, Sequence[float]], form: Form) -> str:
         rows: The values of each frame that has any, by its number.
         form: What the file has.
     """
-    lines = (",".join([str(frame), *(_text(float(value)) for value in rows[frame])]) for frame in sorted(rows))
-    return "".join(f"{line}\n" for line in (",".join(form.columns), *lines))
+    lines = ((str(frame), *(_text(float(value)) for value in rows[frame])) for frame in sorted(rows))
+    return csv_text((form.columns, *lines))
 
 
 def _text(value: float) -> str:
