@@ -25,7 +25,7 @@ def box(title: str, content: str) -> str:
 
 def table(rows: str) -> str:
     """Return rows as a table that looks like the text around it."""
-    return f'<table style="font-size:inherit;color:inherit;border-collapse:collapse">{rows}</table>'
+    return f'<table style="margin:0;font-size:inherit;color:inherit;border-collapse:collapse">{rows}</table>'
 
 
 def row(title: str, cells: Iterable[str]) -> str:

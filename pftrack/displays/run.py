@@ -56,7 +56,7 @@ def run_html(run: Run) -> str:
         f'style="width:100%;display:block"><figcaption style="{style}">{escape(caption)}</figcaption></figure>'
     )
     glance = f'<div style="height:36px;margin-top:6px" title="error over the frames">{track(run)}</div>'
-    return box(title_of(run), f"{picture}<div>{table(rows)}{glance}</div>")
+    return box(title_of(run), f'{picture}<div style="flex:1 1 {WIDE_PX}px">{table(rows)}{glance}</div>')
 
 
 def _picture(run: Run, drawing: Drawing) -> str:

@@ -19,6 +19,9 @@ HEIGHT = 100.0
 ROOM_ABOVE = 0.08
 """Share of the height that the largest error leaves free."""
 SHADES = {"hidden": 0.25, "lost": 0.45}
+FILLS = "display:block;width:100%;height:100%;max-width:none;max-height:none"
+"""Style of a picture that fills its room. The style sheets of notebooks have pictures be as high as their width asks
+for: that goes before attributes, but not before this."""
 
 
 def sparkline(rows: Sequence[Diagnostics], colour: str = hexadecimal(COLOURS["estimate"]), most: float = 0.0) -> str:
@@ -44,7 +47,7 @@ def _svg(rows: Sequence[Diagnostics], colour: str, most: float, marks: str) -> s
     bands = "".join(band for name, known in flags.items() for band in _bands(name, known))
     line = _path([row.error for row in rows], most)
     return (
-        f'<svg viewBox="0 0 {max(1, len(rows) - 1)} {HEIGHT:g}" preserveAspectRatio="none" width="100%" height="100%" '
+        f'<svg viewBox="0 0 {max(1, len(rows) - 1)} {HEIGHT:g}" preserveAspectRatio="none" style="{FILLS}" '
         f'aria-hidden="true">{bands}<path d="{line}" fill="none" stroke="{colour}" stroke-width="1.5" '
         f'vector-effect="non-scaling-stroke"/>{marks}</svg>'
     )
