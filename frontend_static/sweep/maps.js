@@ -17,8 +17,6 @@ import { comparisonLook, methodLook } from "./cell_style.js";
 /** @typedef {{show: Show, heading: HTMLElement, value: HTMLOutputElement, element: HTMLElement}} Figure */
 /** @typedef {{id: string, tracker: string|null}} Wanted A map by its name, and the method that it is of; null for a comparison. */
 
-/** The largest side of a cell, px. */
-const LARGEST_PX = 72;
 const KEYS = "Arrow keys move from cell to cell, Enter lists its runs.";
 const PANEL = "map";
 /** The maps last as long as their page. */
@@ -130,7 +128,9 @@ export class Maps {
       const words = `${title}. ${KEYS}`;
       const panel = { id: PANEL, title: "", x: across, y: up, traces: [trace], handles: [], words, row: 0, share: /** @type {[number, number]} */ ([1, 1]) };
       setLengths(room, { across: cells.across, up: cells.up });
-      figure.show({ panels: [{ ...panel, equal: false, unit_px: LARGEST_PX }] }, { locked: true });
+      // Read whenever it is drawn: the style sheet decides, which gives the room its height by it.
+      const sized = { ...panel, equal: false, get unit_px() { return parseFloat(getComputedStyle(room).getPropertyValue("--widest")); } };
+      figure.show({ panels: [sized] }, { locked: true });
       const around = figure.around(PANEL);
       if (around !== null) setLengths(room, { beside: `${around.across}px`, under: `${around.up}px` });
     };

@@ -6,6 +6,7 @@ import { fill, h, lastOfAddress, part, setText } from "../shared/dom.js";
 import { parameterValue } from "../shared/format.js";
 import { navigation } from "../shared/navigation.js";
 import { notice } from "../shared/notice.js";
+import { presentationButton } from "../shared/presentation.js";
 import { Stream } from "../shared/stream.js";
 import { sourceCodeButton } from "../shared/source_code.js";
 import { themeButton } from "../shared/theme.js";
@@ -27,7 +28,7 @@ const store = new SweepStore(viewOf(new URLSearchParams(location.search)));
 let stream = null;
 
 navigation(null);
-part("tools").append(sourceCodeButton(() => sweeps.sourceCode(id)), themeButton());
+part("tools").append(sourceCodeButton(() => sweeps.sourceCode(id)), themeButton(), presentationButton());
 bar(part("bar"), store);
 choices(part("choices"), store);
 legend(part("legend"), store);

@@ -3,23 +3,30 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { HEIGHT, rowsWithout } from "../../frontend_static/session/scrubber/rows.js";
+import { rowsWithout } from "../../frontend_static/session/scrubber/rows.js";
+
+const HEIGHT = 160;
 
 test("with everything known the rows fill the height without touching", () => {
-  const rows = Object.values(rowsWithout([]));
+  const rows = Object.values(rowsWithout([], HEIGHT));
   rows.forEach(([, top, height], place) => assert.ok(top + height <= (rows[place + 1]?.[1] ?? HEIGHT)));
   assert.equal(rows.length, 8);
 });
 
 test("what a method cannot fill is not drawn, and the first curve has its room", () => {
-  const [whole, less] = [rowsWithout([]), rowsWithout(["ess", "proposal", "events"])];
+  const [whole, less] = [rowsWithout([], HEIGHT), rowsWithout(["ess", "proposal", "events"], HEIGHT)];
   assert.deepEqual(Object.keys(less), ["flags", "error", "sigma", "bands", "changes"]);
   assert.equal(less.error?.[2], (whole.error?.[2] ?? 0) + 40);
   assert.deepEqual(less.changes, whole.changes);
 });
 
 test("without truth the spread is the first curve", () => {
-  const rows = rowsWithout(["error", "events", "bands"]);
+  const rows = rowsWithout(["error", "events", "bands"], HEIGHT);
   assert.equal(rows.sigma?.[1], 12);
   assert.ok((rows.sigma?.[2] ?? 0) > 24 + 34);
+});
+
+test("where not all have room, those go that the plots say as well", () => {
+  assert.deepEqual(Object.keys(rowsWithout([], 80)), ["flags", "error", "events", "bands", "changes"]);
+  assert.deepEqual(Object.keys(rowsWithout(["events"], 112)), ["flags", "error", "sigma", "ess", "proposal", "bands", "changes"]);
 });

@@ -13,7 +13,7 @@ import { Layers } from "./layers.js";
 import { nameAt } from "./names.js";
 import { paint } from "./paint.js";
 import { Pictures } from "./pictures.js";
-import { watchCanvasSize } from "../../shared/canvas_size.js";
+import { enlargement, watchCanvasSize } from "../../shared/canvas_size.js";
 import { receiveDrawings } from "./stream.js";
 import { WorldView } from "./world_view.js";
 
@@ -56,7 +56,7 @@ const QUIET_MS = 400;
 class FlatView {
   #canvas = h("canvas", { class: "flat-canvas", role: "img", "aria-label": "The current frame is loading" });
   #caption = h("p", { class: "flat-caption" });
-  #place = h("div", { class: "flat-place" }, this.#canvas);
+  #place = h("div", { class: "flat-place small-print" }, this.#canvas);
   /** @type {WorldView[]} */
   #worlds = [];
   #beside = h("div", { class: "worlds" });
@@ -143,7 +143,7 @@ class FlatView {
     this.#fit(width, height);
     /** @param {number} key */
     const picture = (key) => bitmaps.get(key);
-    const surface = { context, width, height, scale, density: devicePixelRatio, picture };
+    const surface = { context, width, height, scale, density: devicePixelRatio * enlargement(this.#place), picture };
     paint(surface, drawing, (layer) => this.#layers.isShown(layer), this.#overlay?.coat);
     this.#showWorlds(drawing.worlds);
     this.#say(drawing);

@@ -21,7 +21,7 @@ import { paintPoints } from "./points.js";
  * @property {number} width Pixels of the canvas.
  * @property {number} height Pixels of the canvas.
  * @property {number} scale Pixels of the canvas per px of the drawing.
- * @property {number} density Pixels of the canvas per pixel of the page.
+ * @property {number} density Pixels of the canvas per pixel of the page, more where its letters are larger.
  * @property {(key: number) => CanvasImageSource|undefined} picture
  */
 

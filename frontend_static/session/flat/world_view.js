@@ -8,7 +8,7 @@ import { icon } from "../../shared/icons.js";
 import { coalesce } from "../../shared/timing.js";
 import { paint } from "./paint.js";
 import { projected, projection, ruler } from "./projection.js";
-import { watchCanvasSize } from "../../shared/canvas_size.js";
+import { enlargement, watchCanvasSize } from "../../shared/canvas_size.js";
 
 /** @import { Viewpoint } from "../../shared/messages.js" */
 /** @import { WorldDrawing } from "./decode.js" */
@@ -31,7 +31,7 @@ export class WorldView {
   #soon;
   #end = new AbortController();
   #canvas = h("canvas", { class: "world-canvas", role: "img", tabindex: 0, title: HINT });
-  #place = h("div", { class: "world-place" }, this.#canvas);
+  #place = h("div", { class: "world-place small-print" }, this.#canvas);
   /** @type {Map<string, HTMLButtonElement>} */
   #buttons;
   #size = h(
@@ -152,7 +152,7 @@ export class WorldView {
     const pixels = this.#side;
     if (context === null || pixels === 0) return;
     if (this.#canvas.width !== pixels) this.#canvas.width = this.#canvas.height = pixels;
-    paintWorld(context, this.#drawn, this.#azimuth, this.#elevation, (layer) => this.#layers.isShown(layer));
+    paintWorld(context, this.#drawn, this.#azimuth, this.#elevation, (layer) => this.#layers.isShown(layer), devicePixelRatio * enlargement(this.#place));
   }
 
   #say() {

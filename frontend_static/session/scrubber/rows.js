@@ -10,15 +10,15 @@ import { Scale } from "../../shared/figure/scale.js";
  * Where it is painted.
  *
  * @typedef {object} Sheet
- * @property {CanvasRenderingContext2D} pen Scaled to CSS px.
+ * @property {CanvasRenderingContext2D} pen Scaled to px of the scrubber, which are larger than those of the page where letters are.
  * @property {Axis} axis
  * @property {Rows} rows
  * @property {Record<string, string>} ink Colours by token.
  */
 
-/** @typedef {Partial<Record<RowName, [label: string, top: number, height: number]>>} Rows From top to bottom; px of the page. */
+/** @typedef {Partial<Record<RowName, [label: string, top: number, height: number]>>} Rows From top to bottom; px. */
 
-/** What each row is called, how high it is, and how much is free below it, px of the page. */
+/** What each row is called, how high it is, and how much is free below it, px. */
 const KINDS = /** @type {const} */ ({
   flags: ["", 12, 0],
   error: ["error", 34, 4],
@@ -29,31 +29,37 @@ const KINDS = /** @type {const} */ ({
   bands: ["hidden, lost", 10, 2],
   changes: ["changes", 16, 2],
 });
-export const HEIGHT = 130;
+/** What is left out first where not all of them have room: the plots say it, too. */
+const DISPENSABLE = /** @type {const} */ (["proposal", "ess", "sigma"]);
+/** What the first curve gives to the others before, px. */
+const GIVEN = 20;
 
 /**
  * Where the rows stand that there is something for. The room of the others is for the first curve, or for the row of marks.
  *
  * @param {readonly RowName[]} missing Rows that nothing is known for.
+ * @param {number} height Of all rows.
  * @returns {Rows}
  */
-export function rowsWithout(missing) {
-  const names = /** @type {RowName[]} */ (Object.keys(KINDS)).filter((name) => !missing.includes(name));
-  const spare = HEIGHT - names.reduce((sum, name) => sum + KINDS[name][1] + KINDS[name][2], 0);
+export function rowsWithout(missing, height) {
+  const least = (/** @type {RowName[]} */ rows) => rows.reduce((sum, name) => sum + KINDS[name][1] + KINDS[name][2], 0);
+  let names = /** @type {RowName[]} */ (Object.keys(KINDS)).filter((name) => !missing.includes(name));
+  for (const name of DISPENSABLE) if (least(names) - GIVEN > height) names = names.filter((other) => other !== name);
+  const spare = height - least(names);
   const widened = names.find((name) => name === "error" || name === "sigma");
   /** @type {Rows} */
   const rows = {};
   let top = 0;
   for (const name of names) {
-    const [label, least, free] = KINDS[name];
-    const height = least + (name === widened ? spare : 0);
-    rows[name] = [label, top, height];
-    top += height + free;
+    const [label, own, free] = KINDS[name];
+    const tall = own + (name === widened ? spare : 0);
+    rows[name] = [label, top, tall];
+    top += tall + free;
   }
   return rows;
 }
 /** A row that is not there: what is painted into it is not seen. */
-const NOWHERE = /** @type {const} */ (["", HEIGHT, 0]);
+const NOWHERE = /** @type {const} */ (["", 1e4, 0]);
 
 /**
  * Where a row stands.

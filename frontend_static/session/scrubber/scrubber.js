@@ -3,6 +3,7 @@
  * stays there.
  */
 
+import { enlargement } from "../../shared/canvas_size.js";
 import { fill, h } from "../../shared/dom.js";
 import { smallestSpan } from "../../shared/format.js";
 import { explain } from "../../shared/terms.js";
@@ -16,7 +17,7 @@ import { ofRole, samplers, valueOf } from "../series.js";
 import { marks } from "../timeline.js";
 import { Curves } from "./curves.js";
 import { labels, paint, playhead } from "./paint.js";
-import { Axis, HEIGHT, rowOf, rowsWithout } from "./rows.js";
+import { Axis, rowOf, rowsWithout } from "./rows.js";
 import { describe, goneOf, missingOf, mixtureOf, weightOf } from "./description.js";
 
 /** @import { SessionPublic } from "../../shared/messages.js" */
@@ -26,6 +27,7 @@ import { describe, goneOf, missingOf, mixtureOf, weightOf } from "./description.
 const REPAINT_MS = 100;
 const SETTLE_MS = 1000;
 const NEAR_PX = 7;
+const NAMED = { "aria-label": "Position in the run", "aria-valuemin": 0, "aria-valuemax": 0, "aria-valuenow": 0 };
 const INKS = ["ink", "muted", "well", "surface", "accent", "ramp", "hidden", "lost"];
 
 export class Scrubber {
@@ -34,11 +36,11 @@ export class Scrubber {
   #tip = h("div", { class: "tip", hidden: true });
   #slider = h(
     "div",
-    { class: "scrubber", role: "slider", tabindex: 0, "aria-label": "Position in the run", "aria-valuemin": 0, "aria-valuemax": 0, "aria-valuenow": 0 },
+    { class: "scrubber small-print", role: "slider", tabindex: 0, ...NAMED },
     this.#canvas,
     this.#tip,
   );
-  #names = h("ul", { class: "scrubber-rows" });
+  #names = h("ul", { class: "scrubber-rows small-print" });
   #named = "";
   /** All but the playhead, which moves more often than the rest changes. */
   #background = document.createElement("canvas");
@@ -56,9 +58,12 @@ export class Scrubber {
   #lost = [];
   #happened = happenedIn([]);
   #axis = new Axis(600, 2);
-  #rows = rowsWithout([]);
+  /** @type {import("./rows.js").Rows} */
+  #rows = {};
   /** @type {import("../timeline.js").Mark[]} */
   #marks = [];
+  /** px of the page for what is 1 px of the scrubber. */
+  #unit = 1;
   /** The frame under the finger; then the one where it was let go, until the session is there. */
   /** @type {number|null} */
   #dragged = null;
@@ -111,11 +116,11 @@ export class Scrubber {
 
   /**
    * @param {MouseEvent} event
-   * @returns {[number, number]} Where an event happened, px from the slider's corner.
+   * @returns {[number, number]} Where an event happened, px of the scrubber from its corner.
    */
   #at(event) {
     const box = this.#slider.getBoundingClientRect();
-    return [event.clientX - box.left, event.clientY - box.top];
+    return [(event.clientX - box.left) / this.#unit, (event.clientY - box.top) / this.#unit];
   }
 
   /** @param {MouseEvent} event */
@@ -148,7 +153,7 @@ export class Scrubber {
     pen.setTransform(1, 0, 0, 1, 0, 0);
     pen.clearRect(0, 0, this.#canvas.width, this.#canvas.height);
     pen.drawImage(this.#background, 0, 0);
-    const ratio = this.#canvas.width / (this.#slider.clientWidth || 1);
+    const ratio = (this.#canvas.width / (this.#slider.clientWidth || 1)) * this.#unit;
     pen.scale(ratio, ratio);
     const position = this.#dragged ?? this.#settling ?? session.position;
     playhead({ pen, axis: this.#axis, rows: this.#rows, ink: this.#inks(session) }, position, session.computed);
@@ -159,22 +164,23 @@ export class Scrubber {
 
   #paintAll() {
     const { session } = this.#view.store;
-    const width = this.#slider.clientWidth;
+    const { clientWidth: width, clientHeight: height } = this.#slider;
     if (session === null || width === 0) return;
     const ratio = globalThis.devicePixelRatio || 1;
+    this.#unit = enlargement(this.#slider);
     for (const one of [this.#canvas, this.#background]) {
       if (one.width !== Math.round(width * ratio)) one.width = Math.round(width * ratio);
-      if (one.height !== Math.round(HEIGHT * ratio)) one.height = Math.round(HEIGHT * ratio);
+      if (one.height !== Math.round(height * ratio)) one.height = Math.round(height * ratio);
     }
-    this.#axis = new Axis(width, session.frames);
+    this.#axis = new Axis(width / this.#unit, session.frames);
     this.#marks = marks(session);
     const { error, sigma } = this.#curves;
     for (const each of [error, sigma]) each.update(this.#view.store);
     const missing = missingOf(session, this.#view.store.history, { error: error.isMeasured, sigma: sigma.isMeasured });
-    this.#rows = rowsWithout(missing);
+    this.#rows = rowsWithout(missing, height / this.#unit);
     this.#slider.dataset.rows = Object.keys(this.#rows).join(" ");
     const pen = /** @type {CanvasRenderingContext2D} */ (this.#background.getContext("2d"));
-    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    pen.setTransform(ratio * this.#unit, 0, 0, ratio * this.#unit, 0, 0);
     const content = this.#content(session);
     paint({ pen, axis: this.#axis, rows: this.#rows, ink: this.#inks(session) }, content);
     this.#nameRows(content, session.recipe.experiment);
@@ -186,7 +192,7 @@ export class Scrubber {
    * @param {string} experiment
    */
   #nameRows(content, experiment) {
-    const rows = labels(this.#rows, content);
+    const rows = labels(this.#rows, content).map(({ label, middle }) => ({ label, middle: middle * this.#unit }));
     if (JSON.stringify(rows) === this.#named) return;
     this.#named = JSON.stringify(rows);
     fill(this.#names, rows.map(({ label, middle }) => h("li", { style: `top: ${middle}px` }, label)));
@@ -247,7 +253,7 @@ export class Scrubber {
     fill(tip, this.#underPointer(x, y).map((line) => h("div", {}, line)));
     tip.hidden = false;
     const width = tip.offsetWidth;
-    tip.style.left = `${Math.min(Math.max(4, x - width / 2), this.#slider.clientWidth - width - 4)}px`;
+    tip.style.left = `${Math.min(Math.max(4, x * this.#unit - width / 2), this.#slider.clientWidth - width - 4)}px`;
   }
 
   /**

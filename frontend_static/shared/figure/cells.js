@@ -86,12 +86,12 @@ function paintCell(sheet, { left, top, width, height }, { colour, text, filled, 
   if (filled === 0) return;
   if (colour === null) {
     // Computed, but without a value: no run succeeded, say.
-    if (isWhole) write(pen, "–", ink.muted, box, family);
+    if (isWhole) write(sheet, "–", ink.muted, box, family);
     return;
   }
   fill(pen, box, css(colour), filled);
   if (isOutlined) outline(pen, box, ink.line);
-  if (text && isWhole) write(pen, text, inkOn(colour), box, family);
+  if (text && isWhole) write(sheet, text, inkOn(colour), box, family);
 }
 
 /**
@@ -123,15 +123,15 @@ function outline(pen, { left, top, width, height }, colour) {
 /**
  * Write into a cell, if there is room.
  *
- * @param {CanvasRenderingContext2D} pen
+ * @param {Sheet} sheet
  * @param {string} text
  * @param {string} colour
  * @param {Box} box
  * @param {string} family
  */
-function write(pen, text, colour, { left, top, width, height }, family) {
+function write({ pen, unit }, text, colour, { left, top, width, height }, family) {
   if (width < SMALLEST_TEXT_PX || height < SMALLEST_TEXT_PX / 2) return;
-  const size = Math.min(LARGEST_LETTERS, Math.max(SMALLEST_LETTERS, LETTERS * Math.min(width, height)));
+  const size = Math.min(LARGEST_LETTERS * Math.max(1, unit), Math.max(SMALLEST_LETTERS, LETTERS * Math.min(width, height)));
   pen.fillStyle = colour;
   pen.font = `${Math.round(size)}px ${family}`;
   pen.textAlign = "center";

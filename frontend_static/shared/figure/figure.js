@@ -113,10 +113,10 @@ export class FigureView {
    * @param {Setting} [setting]
    */
   constructor(place, on, signal, { letters = SMALLER, inks = [], isCompact = false, alignment, tip: shared } = {}) {
-    this.#look = { letters, inks };
+    this.#look = { inks };
     this.#isCompact = isCompact;
     this.#root.classList.toggle("compact", isCompact);
-    this.#root.style.fontSize = `${letters}rem`;
+    this.#root.style.fontSize = `max(${letters}rem, var(--least))`;
     this.#alignment = alignment;
     this.redraw = coalesce(() => this.#draw(), signal);
     const tip = shared ?? new Tooltip();
@@ -287,13 +287,14 @@ function columnsOf({ panels }, isNarrow) {
  * Colours and letters as they are now.
  *
  * @param {HTMLElement} element
- * @param {{letters: number, inks: string[]}} look
+ * @param {{inks: string[]}} look
  * @returns {Style}
  */
-function styleOf(element, { letters, inks }) {
-  const em = letters * parseFloat(getComputedStyle(document.documentElement).fontSize);
+function styleOf(element, { inks }) {
+  const { fontSize, fontFamily } = getComputedStyle(element);
+  const em = parseFloat(fontSize);
   const pen = new OffscreenCanvas(1, 1).getContext("2d");
-  if (pen !== null) pen.font = `${em}px ${getComputedStyle(element).fontFamily}`;
+  if (pen !== null) pen.font = `${em}px ${fontFamily}`;
   const wide = (/** @type {string} */ text) => pen?.measureText(text).width ?? 0;
   return { ink: tokens(...FURNITURE, ...INKS, ...inks), em, wide };
 }
