@@ -49,7 +49,8 @@ FAULTS = """(least) => {
     return [...found];
 }"""
 
-PLACES = """() => [...document.querySelectorAll('body, header, main, section, article, aside, footer, canvas, .panel, h1, h2')]
+PARTS = "body, header, main, section, article, aside, footer, canvas, .panel"
+PLACES = """(parts) => [...document.querySelectorAll(parts)]
     .filter((it) => it.checkVisibility({ visibilityProperty: true }) && !it.closest('.toasts, .figure-plot'))
     .map((it) => {
         const { left, top, width, height } = it.getBoundingClientRect();
@@ -65,5 +66,5 @@ def faults(page: Any) -> list[str]:
 
 def places(page: Any) -> list[str]:
     """Return where the parts of the page stand, to be compared."""
-    found: list[str] = page.evaluate(PLACES)
+    found: list[str] = page.evaluate(PLACES, PARTS)
     return found
