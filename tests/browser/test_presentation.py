@@ -107,6 +107,10 @@ def test_sessions_fit_a_low_screen(low: Any, watch: Callable[..., SessionPage], 
     fits_presented(low, experiment)
 
 
+def judged(page: Any, runs: int) -> None:
+    View(page).until(lambda: page.locator(".verdict:not(:empty)").count() == runs, "the frames of all runs are judged")
+
+
 def test_failures_comparisons_and_sweeps_fit_a_low_screen(low: Any, server: Server) -> None:
     """So do a failure of each experiment that has any, comparisons of two runs and of four, and the maps of a sweep."""
     sweep = server.post("sweeps", SMALL)["id"]
@@ -115,13 +119,13 @@ def test_failures_comparisons_and_sweeps_fit_a_low_screen(low: Any, server: Serv
         low.locator(".failure-column:last-of-type .flat-canvas[data-frame]").wait_for()
         low.locator(".scrubber-rows li").first.wait_for()
         View(low).until(lambda: low.locator(".measured:not(:has(.bone))").count() == 2, "what came of both is measured")
-        View(low).until(lambda: low.locator(".verdict:not(:empty)").count() == 2, "both frames are judged")
+        judged(low, 2)
         fits_presented(low, failure)
     for runs in ([ball(), ball("condensation")], [ball("apf"), ball("condensation"), ball(), ball("kalman")]):
         low.goto("learn")
         low.goto(link(*runs))
         ComparePage(low).ready(len(runs))
-        View(low).until(lambda: low.locator(".verdict:not(:empty)").count() == len(runs), "all frames are judged")
+        judged(low, len(runs))
         fits_presented(low, f"a comparison of {len(runs)} runs")
     low.goto(f"sweep/{sweep}")
     SweepPage(low).complete()
