@@ -10,6 +10,7 @@ import { icon, iconButton } from "../shared/icons.js";
 import { navigation } from "../shared/navigation.js";
 import { notice } from "../shared/notice.js";
 import { present, presentationButton } from "../shared/presentation.js";
+import { printButton } from "../shared/print.js";
 import { sourceCode } from "../shared/source_code.js";
 import { themeButton } from "../shared/theme.js";
 import { later } from "../shared/timing.js";
@@ -72,7 +73,7 @@ rename.hidden = true;
 part("title").after(rename);
 const keys = h("button", { type: "button", class: "quiet icon-only", title: "Keys (?)", "aria-label": "Keys", on: { click: help } }, "?");
 const presenting = presentationButton({ hears: false });
-part("tools").append(arrangements.element, views, followChip(control, signal), save, fileMenu, share, themeButton(), presenting, keys);
+part("tools").append(arrangements.element, views, followChip(control, signal), save, fileMenu, share, themeButton(), printButton(), presenting, keys);
 // The sessions are the page's own; whoever comes back by the browser's cache begins anew.
 addEventListener("pageshow", (event) => event.persisted && location.reload());
 addEventListener("hashchange", () => location.reload());

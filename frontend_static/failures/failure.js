@@ -7,6 +7,7 @@ import { icon } from "../shared/icons.js";
 import { navigation } from "../shared/navigation.js";
 import { notice } from "../shared/notice.js";
 import { presentationButton } from "../shared/presentation.js";
+import { printButton } from "../shared/print.js";
 import { sourceCodeButton } from "../shared/source_code.js";
 import { themeButton } from "../shared/theme.js";
 import { later } from "../shared/timing.js";
@@ -36,7 +37,7 @@ const control = new ClassControl(() => {
 }, page.signal);
 
 navigation("failures");
-part("tools").append(followChip(control, page.signal), themeButton(), presentationButton());
+part("tools").append(followChip(control, page.signal), themeButton(), printButton(), presentationButton());
 // The next failure is the next page of the lecture.
 part("neighbours").addEventListener("click", () => control.takeAlong());
 // The sessions are the page's own; whoever comes back by the browser's cache begins anew.

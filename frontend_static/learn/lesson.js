@@ -8,6 +8,7 @@ import { brand, isFollower, isParticipant } from "../shared/participant.js";
 import { navigation } from "../shared/navigation.js";
 import { notice } from "../shared/notice.js";
 import { presentationButton } from "../shared/presentation.js";
+import { printButton } from "../shared/print.js";
 import { themeButton } from "../shared/theme.js";
 import { lessons } from "./api.js";
 import { Course } from "./course.js";
@@ -31,7 +32,7 @@ const keys = h("button", { type: "button", class: "quiet icon-only", title: "Key
 part("brand").replaceWith(brand());
 if (!isParticipant) navigation("learn");
 const end = isFollower && h("button", { type: "button", title: END_FORK, data: { role: "end" }, on: { click: endFork } }, "End");
-fill(part("tools"), end, themeButton(), presentationButton(), keys);
+fill(part("tools"), end, themeButton(), printButton(), presentationButton(), keys);
 const find = () => Promise.all([lessons.get(id).then(forMe), isParticipant ? NO_OTHERS : lessons.all()]);
 const opening = new NewestRequest(find, { answer: ([lesson, all]) => open(lesson, all), refused, lost }, signal);
 opening.ask(null);

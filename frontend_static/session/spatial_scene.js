@@ -1,6 +1,8 @@
 /** The frame that holds the 3-D scene, and the library's own picture in its place while it is still loading. */
 
+import { api } from "../shared/api.js";
 import { h } from "../shared/dom.js";
+import { beforePrinting } from "../shared/print.js";
 import { isDark, onTheme } from "../shared/theme.js";
 import { after } from "../shared/timing.js";
 import { Preview } from "./preview.js";
@@ -20,6 +22,8 @@ export class SpatialScene {
   #preview = null;
 
   element = h("div", { class: "spatial-scene" });
+  /** What is printed in place of the frame, whose graphics are not there for paper. */
+  #paper = h("img", { class: "scene-paper", alt: "The current frame with what the tracker believes" });
 
   /**
    * @param {string} id The session.
@@ -35,6 +39,7 @@ export class SpatialScene {
     this.#isBare = isBare;
     this.element.classList.toggle("bare", isBare);
     onTheme(() => this.window?.postMessage({ source: "pftrack", theme: theme() }, location.origin), signal);
+    beforePrinting(() => this.#print(), signal);
     this.#load(isFresh);
   }
 
@@ -60,6 +65,12 @@ export class SpatialScene {
       if (alive) down = false;
     });
     store.on(["position", "playing", "branch"], () => this.#preview?.refresh(store.session?.playing ?? false));
+  }
+
+  async #print() {
+    this.#paper.src = `${api.frameAddress(this.#id)}?at=${Date.now()}`;
+    this.element.append(this.#paper);
+    await this.#paper.decode();
   }
 
   async #load(isFresh = false) {

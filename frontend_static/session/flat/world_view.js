@@ -5,6 +5,7 @@
 
 import { h } from "../../shared/dom.js";
 import { icon } from "../../shared/icons.js";
+import { onTheme } from "../../shared/theme.js";
 import { coalesce } from "../../shared/timing.js";
 import { paint } from "./paint.js";
 import { projected, projection, ruler } from "./projection.js";
@@ -63,6 +64,8 @@ export class WorldView {
     this.#turnByHand();
     signal.addEventListener("abort", () => this.#end.abort());
     watchCanvasSize(this.#place, ({ width, height }) => this.#fit(Math.min(width, height)), this.#end.signal);
+    // Paper has another size, of which nothing else is told.
+    onTheme(() => this.#fit(Math.round(this.#place.clientWidth * devicePixelRatio)), this.#end.signal);
   }
 
   get world() {
