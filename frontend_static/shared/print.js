@@ -6,7 +6,7 @@
 import { h } from "./dom.js";
 import { icon } from "./icons.js";
 
-/** Told to the document before it is printed; listeners say with `waitFor` what has to be there before. */
+/** Told before the page is printed; who listens adds what has to be waited for. */
 const PREPARED = "pftrack-print";
 const KEY = "p";
 

@@ -61,6 +61,13 @@ PAGE = re.compile(rb"/Type\s*/Page\b")
 """Of each page in a file that Chromium writes."""
 SHEET_PX = {"width": 680, "height": 1017}
 """What the margins leave of A4."""
+SHRUNK = """() => {
+    window.paper = matchMedia("print");
+    window.paper.addEventListener("change", ({ matches }) => {
+        if (matches) window.sheetWidth = document.documentElement.clientWidth;
+    });
+}"""
+"""Has a page remember how many px wide it takes the sheet to be: more than there are where the browser shrinks it."""
 ON_SHEET = """() => {
     const seen = (it) => it.checkVisibility({ visibilityProperty: true });
     const controls = [...document.querySelectorAll('nav a, button, select, input[type=range], [popover], dialog')];
@@ -80,8 +87,10 @@ ON_SHEET = """() => {
 
 def is_handout(page: Any, what: str) -> None:
     """Hold a page to being a handout of one or two sheets: light, its figures whole, and nothing there to press."""
+    page.evaluate(SHRUNK)
     sheets = len(PAGE.findall(page.pdf(prefer_css_page_size=True)))
     assert sheets in {1, 2}, f"{what} is printed on {sheets} sheets"
+    assert page.evaluate("window.sheetWidth") <= SHEET_PX["width"] + 2, f"{what} is shrunk to fit the sheet"
     before = page.viewport_size
     page.emulate_media(media="print", color_scheme="dark")
     page.set_viewport_size(SHEET_PX)
@@ -93,7 +102,7 @@ def is_handout(page: Any, what: str) -> None:
     assert found["ground"] == "rgba(0, 0, 0, 0)", what
     assert found["letters"] == "rgb(22, 25, 29)", what
     assert found["notes"] == '"Notes"', what
-    page.emulate_media(media="screen", color_scheme="light")
+    page.emulate_media(media="null", color_scheme="light")
     page.set_viewport_size(before)
 
 
@@ -142,4 +151,4 @@ def test_a_scene_in_space_is_printed_as_a_picture(page: Any) -> None:
     assert pictures.count() == 2
     assert pictures.evaluate_all("(all) => all.every((it) => it.naturalWidth > 100 && it.offsetWidth > 100)")
     assert not page.locator(".scene-frame").first.is_visible()
-    page.emulate_media(media="screen")
+    page.emulate_media(media="null")
