@@ -29,7 +29,9 @@ export function printButton() {
     printPage();
   });
   const title = "Print as a handout";
-  return h("button", { type: "button", class: "quiet icon-only", title, "aria-label": title, data: { role: "print" }, on: { click: printPage } }, icon("print"));
+  const button = h("button", { type: "button", class: "quiet icon-only", title, "aria-label": title, on: { click: printPage } }, icon("print"));
+  button.dataset.role = "print";
+  return button;
 }
 
 async function printPage() {
