@@ -94,4 +94,4 @@ def jupyterlab(folder: Path, theme: str) -> Iterator[str]:
             told = wait_for(lambda: next((folder / "runtime").glob("jpserver-*.json"), None), 60, "it has started")
             yield json.loads(told.read_text())["url"].rstrip("/")
         finally:
-            server.terminate()
+            server.kill()  # asked to end while a page is open, it may take minutes
