@@ -5,6 +5,7 @@
     propose(states, frame, parameters, rng)                    drawn from another proposal q, with the correction
         -> states, log_correction                                  log p(x_t | x_{t-1}) - log q(x_t | x_{t-1}, z_t)
     log_likelihood(states, frame, parameters) -> (N,)          log p(z_t | x_t), up to a constant
+    normalise(log_weights) -> (N,), log of their sum           logarithms of weights that sum to one
     should_resample(log_weights, parameters) -> bool           whether parents are drawn in this frame
     resample(log_weights, count, parameters, rng) -> (N,)      places of the parents
     step(states, log_weights, count, frame, parameters, rng)   a whole step in place of all but the first
@@ -42,6 +43,7 @@ FUNCTIONS: Mapping[str, tuple[str, ...]] = {
     "propagate": ("states", "frame", "parameters", "rng"),
     "propose": ("states", "frame", "parameters", "rng", "project"),
     "log_likelihood": ("states", "frame", "parameters", "project"),
+    "normalise": ("log_weights",),
     "should_resample": ("log_weights", "parameters"),
     "resample": ("log_weights", "count", "parameters", "rng"),
     "step": ("states", "log_weights", "count", "frame", "parameters", "rng", "project"),

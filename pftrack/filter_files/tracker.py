@@ -25,6 +25,8 @@ NOT_REPEATABLE = Series("not_repeatable", "not repeatable", role="flag")
 """Of a filter in a file: whether a step came to other numbers when it was computed again, in this frame or before."""
 
 MOST_PARTICLES = 1_000_000
+LARGEST_EXCESS = 1e-6
+"""By which a sum of weights may differ from one."""
 
 
 def version_parameter(tracker: str) -> str:
@@ -90,7 +92,7 @@ class _Call:
             parents = np.arange(len(log_weights))
         moved, correction = self._move(states, rng)
         weighed = self._weigh(_locked(moved))
-        normalised, log_sum = normalise(log_weights + correction + weighed)
+        normalised, log_sum = self._normalise(log_weights + correction + weighed)
         return Update(ParticleSet(moved, normalised, parents), log_sum, resampled)
 
     def _whole(self, states: NDArray[np.float64], log_weights: NDArray[np.float64], rng: np.random.Generator) -> Update:
@@ -146,6 +148,18 @@ class _Call:
             found = self._call("log_likelihood", None, states=states)
             return self._logs("log_likelihood", found, len(states), "", states)
         return self.interface.log_likelihood(self.state, states, self.frame, self.values)
+
+    def _normalise(self, log_weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+        if "normalise" not in self.code.functions:
+            return normalise(log_weights)
+        found = self._call("normalise", None, log_weights=_locked(log_weights))
+        if not isinstance(found, tuple) or len(found) != 2 or not np.isscalar(found[1]):
+            raise self.code.refuse("normalise", "must return log_weights and the logarithm of their sum")
+        logs = self._logs("normalise", found[0], len(log_weights), "log_weights")
+        total = float(np.exp(logs).sum())
+        if abs(total - 1.0) > LARGEST_EXCESS:
+            raise self.code.refuse("normalise", f"returned weights that sum to {total:.6g}; expected 1")
+        return logs, float(found[1])
 
     def _call(self, function: str, rng: np.random.Generator | None, **given: Any) -> Any:  # noqa: ANN401
         project = self.interface.project

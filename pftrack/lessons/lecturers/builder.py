@@ -29,7 +29,7 @@ def lesson_of(document: Document, origin: str) -> Lesson | list[DocumentError]:
         document: The file.
         origin: What people call it.
     """
-    head = ask(document)
+    head = ask(document, Head, "a lesson", "docs/how-to/lessons.md")
     if isinstance(head, list):
         return head
     found = Findings(document)

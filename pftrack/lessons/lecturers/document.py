@@ -80,7 +80,7 @@ def read_source(path: Path) -> bytes:
     with path.open("rb") as file:
         data = file.read(LARGEST_BYTES + 1)
     if len(data) > LARGEST_BYTES:
-        raise DocumentError(0, f"the file is larger than {LARGEST_BYTES // 1024} KiB; a lesson fits on one screen")
+        raise DocumentError(0, f"the file is larger than {LARGEST_BYTES // 1024} KiB; its text fits on one screen")
     return data
 
 

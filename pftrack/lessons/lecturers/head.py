@@ -7,11 +7,11 @@ from typing import Annotated, Any, Final, Literal, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from pftrack.lessons.lecturers.document import Document, DocumentError
+from pftrack.lessons.lecturers.document import Document, DocumentError, Place
 
-__all__ = ["Head", "QuestionHead", "ask", "errors_of", "near", "read_as"]
+__all__ = ["Head", "Line", "Name", "Part", "QuestionHead", "Scalar", "Words", "ask", "errors_of", "near"]
 
-Form = TypeVar("Form", bound=BaseModel)
+M = TypeVar("M", bound=BaseModel)
 
 LONGEST_RUN: Final = 2000
 """Frames: a class does not wait longer, and whoever opens the lesson computes its run."""
@@ -22,25 +22,27 @@ Name = Annotated[str, Field(min_length=1, max_length=64)]
 Scalar = bool | int | float | Annotated[str, Field(max_length=200)]
 
 
-class _Part(BaseModel):
+class Part(BaseModel):
+    """A part of a head; it has nothing but what is declared."""
+
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
-class ChangeHead(_Part):
+class ChangeHead(Part):
     """Values that take effect in a frame."""
 
     frame: Annotated[int, Field(ge=0, le=LONGEST_RUN)] = 0
     values: Annotated[dict[Name, Scalar], Field(min_length=1, max_length=100)]
 
 
-class MistakeHead(_Part):
+class MistakeHead(Part):
     """A usual wrong answer: a number, [lowest, highest], or the name of a choice."""
 
     given: float | tuple[float, float] | Name
     words: Words
 
 
-class QuestionHead(_Part):
+class QuestionHead(Part):
     """The prediction that is asked for."""
 
     text: Words
@@ -57,7 +59,7 @@ class QuestionHead(_Part):
     expected: float | Name | None = None
 
 
-class Head(_Part):
+class Head(Part):
     """All of a head; what each field means stands in docs/how-to/lessons.md."""
 
     id: Annotated[str, Field(max_length=64, pattern=r"^[a-z][a-z0-9]*(-[a-z0-9]+)*$")]
@@ -80,24 +82,19 @@ class Head(_Part):
     notice: Words
 
 
-def ask(document: Document) -> Head | list[DocumentError]:
-    """Return the head of a document, or all that is wrong with its form."""
-    return read_as(document, Head, "lesson", "docs/how-to/lessons.md")
-
-
-def read_as(document: Document, form: type[Form], what: str, page: str) -> Form | list[DocumentError]:
-    """Return the head of a document in a form, or all that is wrong with it.
+def ask(document: Document, model: type[M], kind: str, page: str) -> M | list[DocumentError]:
+    """Return the head of a document, or all that is wrong with its form.
 
     Args:
         document: The file.
-        form: Of its head.
-        what: What such a file is, a word.
-        page: Where a whole example stands.
+        model: What its head may hold.
+        kind: What the file is, "a lesson".
+        page: Of the documentation, with a whole example.
     """
     try:
-        return form.model_validate(document.head)
+        return model.model_validate(document.head)
     except ValidationError as error:
-        return [_to_document_error(document, each, form, what, page) for each in errors_of(error)]
+        return [_to_document_error(document, each, model, kind, page) for each in errors_of(error)]
 
 
 def errors_of(error: ValidationError) -> list[Any]:
@@ -116,8 +113,8 @@ KIND: Final = re.compile(r"(?:bool|int|float|constrained-str|tuple\[.*\]|functio
 def _to_document_error(
     document: Document,
     error: Any,  # noqa: ANN401 - pydantic's
-    form: type[BaseModel],
-    what: str,
+    model: type[BaseModel],
+    kind: str,
     page: str,
 ) -> DocumentError:
     place = tuple(error["loc"])
@@ -127,8 +124,8 @@ def _to_document_error(
         case "missing":
             return DocumentError(line, f"`{name}` is missing; {page} shows a whole example")
         case "extra_forbidden":
-            known = _form_at(form, place[:-1]).model_fields
-            return DocumentError(line, f"there is no `{name}` in a {what}; {near(str(place[-1]), known)}")
+            known = _part_at(model, place[:-1]).model_fields
+            return DocumentError(line, f"there is no `{name}` in {kind}; {near(str(place[-1]), known)}")
         case "string_pattern_mismatch":
             return DocumentError(
                 line, f"`{name}` must begin with a letter and have lower-case letters, digits and hyphens between words"
@@ -137,19 +134,19 @@ def _to_document_error(
     return DocumentError(line, f"`{name}` does not fit: {message}, got {str(error['input'])[:40]!r}")
 
 
-def _form_at(form: type[BaseModel], place: tuple[Any, ...]) -> type[BaseModel]:
-    """Return the form of what stands at a place."""
-    for part in place:
-        field = form.model_fields.get(part) if isinstance(part, str) else None
-        form = next(_forms_in(field.annotation), form) if field else form
-    return form
+def _part_at(model: type[BaseModel], place: Place) -> type[BaseModel]:
+    """Return the model of a part of a head."""
+    for key in place:
+        if isinstance(key, str) and key in model.model_fields:
+            model = next(_models_in(model.model_fields[key].annotation), model)
+    return model
 
 
-def _forms_in(annotation: Any) -> Iterator[type[BaseModel]]:  # noqa: ANN401 - any annotation
+def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:  # noqa: ANN401 - of any kind
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield annotation
-    for part in get_args(annotation):
-        yield from _forms_in(part)
+    for inner in get_args(annotation):
+        yield from _models_in(inner)
 
 
 def near(name: str, names: Iterable[str]) -> str:

@@ -17,7 +17,7 @@ from typing import Any, Final, NamedTuple
 import yaml
 
 from pftrack.lessons.lecturers.document import EXPONENT, DocumentError, decode, document_of
-from pftrack.lessons.lecturers.head import read_as
+from pftrack.lessons.lecturers.head import ask
 from pftrack_server.errors import RefusedError
 from pftrack_server.schemas.lectures import LectureItem, LectureUpdate
 
@@ -57,7 +57,7 @@ def read(data: bytes) -> LectureText:
         document = document_of(decode(data))
     except DocumentError as error:
         raise _refusal([error]) from None
-    head = read_as(document, LectureUpdate, "lecture", "docs/how-to/lectures.md")
+    head = ask(document, LectureUpdate, "a lecture", "docs/how-to/lectures.md")
     if isinstance(head, list):
         raise _refusal(head)
     lines = tuple(document.line(("items", place)) for place in range(len(head.items)))

@@ -207,7 +207,7 @@ def test_bytes_that_are_no_text_and_files_that_are_too_large(tmp_path: Path) -> 
     assert [(problem.line, "UTF-8" in problem.message) for problem in latin] == [(3, True)]
     large = read(tmp_path, GOOD + "x" * LARGEST_BYTES).problems
     assert [problem.message for problem in large] == [
-        f"the file is larger than {LARGEST_BYTES // 1024} KiB; a lesson fits on one screen"
+        f"the file is larger than {LARGEST_BYTES // 1024} KiB; its text fits on one screen"
     ]
 
 
