@@ -22,7 +22,7 @@ from pftrack.process.limits import (
 from pftrack.process.pipe import AsyncEnd, BlockingEnd, pair
 from pftrack.process.pool import BlockingPool, CallError, Pool, WorkerLostError
 from pftrack.process.secret import take_secret
-from pftrack.process.worker import Worker, run_task
+from pftrack.process.worker import Worker, run_task, run_task_blocking
 
 __all__ = [
     "MEBIBYTE",
@@ -56,6 +56,7 @@ __all__ = [
     "report",
     "run",
     "run_task",
+    "run_task_blocking",
     "stand_alone",
     "take_secret",
 ]

@@ -12,7 +12,7 @@ from pftrack.process.fork_server import ForkServer
 from pftrack.process.limits import Budget
 from pftrack.process.pipe import LARGEST_MESSAGE, AsyncEnd
 
-__all__ = ["Worker", "run_task"]
+__all__ = ["Worker", "run_task", "run_task_blocking"]
 
 LOOK_S = 0.1
 LAST_WORDS_S = 5.0
@@ -162,3 +162,17 @@ async def run_task(
         return await worker.call(function, *arguments, on_step=on_step, stopped=stopped)
     finally:
         await worker.close()
+
+
+def run_task_blocking(
+    fork_server: ForkServer,
+    function: Callable[..., Any],
+    *arguments: object,
+    budget: Budget,
+    refusals: tuple[type[Exception], ...] = (),
+    on_step: Callable[[Any], object] = lambda _: None,
+) -> Outcome:
+    """Do what `run_task` does, for a program without an event loop."""
+    return asyncio.run(
+        run_task(fork_server, function, *arguments, budget=budget, refusals=refusals, on_step=on_step)
+    )
