@@ -1,10 +1,10 @@
 """The command line, `pftrack`.
 
 `list` and `show` say what there is; `new` writes a file to begin with; `run`, `replay`, `compare`, `failures`, `learn`
-and `sweep` compute; `export` takes a run to other programs; `lessons` teaches; `reproduce`, `evaluate`, `bench` and
-`doctor` check; commands from other packages, such as the server's `serve`, join through the entry point group
-`pftrack.commands`, so that the library need not know them. Exit status: 0 done, 1 failed, with one clear line, 2 wrong
-use.
+and `sweep` compute; `export` takes a run to other programs; `lessons` teaches; `exercise` checks what students write;
+`reproduce`, `evaluate`, `bench` and `doctor` check; commands from other packages, such as the server's `serve`, join
+through the entry point group `pftrack.commands`, so that the library need not know them. Exit status: 0 done, 1 failed,
+with one clear line, 2 wrong use.
 """
 
 import os
@@ -17,7 +17,20 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from pftrack.cli import checks, compare, evaluate, exports, failures, filters, learn, lessons, listing, run, sweep
+from pftrack.cli import (
+    checks,
+    compare,
+    evaluate,
+    exercises,
+    exports,
+    failures,
+    filters,
+    learn,
+    lessons,
+    listing,
+    run,
+    sweep,
+)
 from pftrack.cli.output import FAILED, CommandError, emit, explain, wrong_use
 from pftrack.entry_points import find
 from pftrack.version import __version__
@@ -88,6 +101,7 @@ exports.register(app)
 compare.register(app)
 failures.register(app)
 filters.register(app)
+exercises.register(app)
 learn.register(app)
 sweep.register(app)
 evaluate.register(app)

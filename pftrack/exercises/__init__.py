@@ -1,8 +1,8 @@
 """Exercises: filters that a student writes into one file, checked property by property while they are written.
 
 An exercise is a Markdown file as a lecturer's lesson is: a head that says what is checked and for how many points, a
-text, and the file to begin with as its last block of code. A solution is a file as `filter_files` takes them, so that it
-can be watched at work as well. There are no solutions here.
+text, and the file to begin with as its last block of code. A solution is a file as `filter_files` takes them, so that
+it can be watched at work as well. There are no solutions here.
 
 - `exercise`, `head` and `library`: what an exercise is, and all that there are;
 - `submission`: a file that answers one, with all that its functions are called with;

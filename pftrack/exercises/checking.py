@@ -1,6 +1,6 @@
 """Checking: all that an exercise demands, of one file."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic
@@ -11,7 +11,7 @@ from pftrack.exercises.submission import Submission
 from pftrack.exercises.verdict import Verdict
 from pftrack.filter_files import FilterFileError, name_of, trust
 
-__all__ = ["Finding", "Report", "check", "check_text"]
+__all__ = ["Finding", "Report", "check", "check_text", "findings_of"]
 
 
 @dataclass(frozen=True)
@@ -86,18 +86,24 @@ def check_text(
     told: Callable[[int, int], object] | None = None,
 ) -> Report:
     """Check the text of a file, which is executed; see `check`."""
-    trust(text)
     begun = monotonic()
-    submission = Submission(exercise, name, text)
     findings: list[Finding] = []
-    for each in exercise.checks:
-        findings.append(Finding(each, look(submission, each, seed)))
+    for each in findings_of(exercise, name, text, seed):
+        findings.append(each)
         if told is not None:
             told(len(findings), len(exercise.checks))
     return Report(exercise, f"{name}.py", tuple(findings), monotonic() - begun)
 
 
-def look(submission: Submission, asked: Check, seed: int) -> Verdict:
+def findings_of(exercise: Exercise, name: str, text: str, seed: int) -> Iterator[Finding]:
+    """Yield what comes of each check as it comes; the text is trusted, and executed."""
+    trust(text)
+    submission = Submission(exercise, name, text)
+    for each in exercise.checks:
+        yield Finding(each, _look(submission, each, seed))
+
+
+def _look(submission: Submission, asked: Check, seed: int) -> Verdict:
     """Return whether a property holds; a file that breaks does not have it."""
     known = PROPERTIES[asked.property]
     try:

@@ -6,20 +6,23 @@ programs that run wild, not for a person who wants to cheat.
 """
 
 from collections.abc import Generator, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import asdict
 from pathlib import Path
+from time import monotonic
 from typing import Any, Final
 
-from pftrack.exercises.checking import check_text
+from pftrack.exercises.checking import Finding, Report, findings_of
 from pftrack.exercises.exercise import Exercise
 from pftrack.exercises.library import exercise_named_in
 from pftrack.exercises.reports import results
+from pftrack.exercises.verdict import Verdict
 from pftrack.filter_files import FilterFileError, name_of
 from pftrack.process import MEBIBYTE, Budget, Ending, Fault, ForkServer, Outcome, Refusal, Reply, run_task_blocking
 
 __all__ = ["BUDGET", "grade", "submissions_in"]
 
 PRELOAD: Final = "pftrack.exercises.preload"
+LONGEST_WORDS: Final = 2000
 BUDGET: Final = Budget(
     memory_bytes=1024 * MEBIBYTE,
     cpu_seconds=120.0,
@@ -77,37 +80,49 @@ def _grade(
     except (OSError, ValueError) as error:
         return _nothing(str(error), None)
     named = exercise or exercise_named_in(text)
-    if named not in exercises:
+    if named is None or named not in exercises:
         said = f"it names the exercise {named}, which there is not" if named else "it has no line EXERCISE = ..."
         return _nothing(f"Which exercise it answers is not known: {said}.", None)
     wanted = exercises[named]
     outcome = run_task_blocking(
-        fork_server,
-        check_confined,
-        wanted,
-        tracker,
-        text,
-        seed,
-        budget=budget,
-        refusals=(FilterFileError,),
+        fork_server, check_confined, wanted, tracker, text, seed, budget=budget, refusals=(FilterFileError,)
     )
-    return outcome.value if isinstance(outcome, Reply) else _nothing(_problem(outcome, budget), wanted)
-
-
-def check_confined(exercise: Exercise, name: str, text: str, seed: int) -> Generator[tuple[int, int], None, dict[str, Any]]:
-    """Return the results of a submission; for a confined process, which tells after each check how far it is."""
-    findings: list[Any] = []
-    seconds = 0.0
-    report = None
-    for number, each in enumerate(exercise.checks, 1):
-        report = check_text(replace(exercise, checks=(each,)), name, text, seed=seed)
-        findings += report.findings
-        seconds += report.seconds
-        yield number, len(exercise.checks)
-    whole = replace(report, exercise=exercise, findings=tuple(findings), seconds=seconds) if report else None
-    found = results(whole) if whole else {}
-    found["extra_data"] |= {"network": has_network()}
+    if not isinstance(outcome, Reply):
+        return _nothing(_problem(outcome, budget), wanted)
+    try:
+        report, network = _report_of(outcome.value, wanted, path.name)
+    except (KeyError, TypeError, ValueError):
+        return _nothing("Its process has answered something else than what came of the checks.", wanted)
+    found = results(report)
+    found["extra_data"]["network"] = network
     return found
+
+
+def check_confined(
+    exercise: Exercise, name: str, text: str, seed: int
+) -> Generator[tuple[int, int], None, dict[str, Any]]:
+    """Return what came of each check; for a confined process, which tells after each how far it is."""
+    begun = monotonic()
+    told: list[dict[str, Any]] = []
+    for each in findings_of(exercise, name, text, seed):
+        told.append(asdict(each.verdict))
+        yield len(told), len(exercise.checks)
+    return {"verdicts": told, "seconds": monotonic() - begun, "network": has_network()}
+
+
+def _report_of(answer: Any, exercise: Exercise, file: str) -> tuple[Report, bool]:  # noqa: ANN401 - of a process that may be anybody's
+    """Return the report of a submission's process, which is believed in nothing but in which properties hold."""
+    verdicts = [
+        Verdict(
+            each["holds"] is True,
+            str(each["words"])[:LONGEST_WORDS],
+            {str(name): float(value) for name, value in each["numbers"].items()},
+            None if each["seed"] is None else int(each["seed"]),
+        )
+        for each in answer["verdicts"]
+    ]
+    findings = tuple(Finding(check, verdict) for check, verdict in zip(exercise.checks, verdicts, strict=True))
+    return Report(exercise, file, findings, float(answer["seconds"])), bool(answer["network"])
 
 
 def has_network() -> bool:

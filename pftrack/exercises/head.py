@@ -14,7 +14,7 @@ class CheckHead(Part):
 
     property: Name
     points: Annotated[float, Field(ge=0, le=1000)] = 1.0
-    options: Annotated[dict[Name, Scalar], Field(max_length=20)] = {}
+    options: dict[Name, Scalar] = Field(default_factory=dict, max_length=20)
 
 
 class ExerciseHead(Part):
@@ -24,7 +24,7 @@ class ExerciseHead(Part):
     title: Line
     experiment: Name
     functions: Annotated[tuple[Name, ...], Field(min_length=1, max_length=8)]
-    values: Annotated[dict[Name, Scalar], Field(max_length=100)] = {}
+    values: dict[Name, Scalar] = Field(default_factory=dict, max_length=100)
     frames: Annotated[int, Field(ge=2, le=500)] = 60
     checks: Annotated[tuple[CheckHead, ...], Field(min_length=1, max_length=30)]
     hints: Annotated[tuple[Words, ...], Field(max_length=8)] = ()

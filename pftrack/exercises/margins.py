@@ -12,7 +12,7 @@ from scipy import stats
 
 __all__ = ["RISK", "bernstein_margin", "student_margin"]
 
-RISK = 1e-9
+RISK = 1e-6
 """Probability that a right solution fails a check by chance."""
 
 

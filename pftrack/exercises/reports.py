@@ -48,7 +48,7 @@ def table_of(graded: Mapping[str, Mapping[str, Any]]) -> tuple[tuple[str, ...], 
     properties: list[str] = []
     for each in graded.values():
         properties += [name for name in _by_property(each) if name not in properties]
-    columns = ("submission", "exercise", *properties, "score", "of", "problem")
+    columns = ("name", "exercise", *properties, "score", "of", "problem")
     return columns, [_row(name, each, properties) for name, each in graded.items()]
 
 

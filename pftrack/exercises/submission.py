@@ -1,5 +1,6 @@
 """Submissions: a file that answers an exercise, and all that its functions are called with."""
 
+from copy import deepcopy
 from dataclasses import fields, is_dataclass, replace
 from functools import cached_property, partial
 from typing import Any
@@ -11,12 +12,13 @@ from pftrack.exercises.exercise import Exercise
 from pftrack.experiment import Experiment, Setup
 from pftrack.filter_files import FilterFileError, extend
 from pftrack.filter_files.code import FUNCTIONS, FilterCode, FilterFile
+from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.frame import Frame
-from pftrack.model.parameters import Value, flat, revise
+from pftrack.model.parameters import flat, revise
 from pftrack.model.source import History
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.particles import normalise
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 from pftrack.trackers.filter_interface import FilterInterface
 
 __all__ = ["Submission", "arrays_in", "generator"]
@@ -41,6 +43,7 @@ class Submission:
 
     def __init__(self, exercise: Exercise, name: str, text: str) -> None:
         self.exercise, self.name, self.text = exercise, name, text
+        self._rows: dict[tuple[int, str], list[Diagnostics]] = {}
 
     @cached_property
     def code(self) -> FilterCode:
@@ -70,15 +73,14 @@ class Submission:
             raise FilterFileError(self.code.file, None, f"{self.experiment.id} takes no filters from files")
         return self.experiment.filter_interface
 
-    def run(self, seed: int, *, tracker: str | None = None, frames: int | None = None, **values: Value) -> Run:
-        """Return a finished run of the file, or of another tracker on the same scene."""
-        changes = (Change(0, values),) if values else ()
-        length = self.exercise.frames if frames is None else frames
-        run = Run(
-            self.experiment, self.setup, tracker=tracker or self.name, seed=seed, frames=length, timeline=changes
-        )
-        run.finish()
-        return run
+    def rows(self, seed: int, tracker: str | None = None) -> list[Diagnostics]:
+        """Return what a run of the file comes to, or one of another tracker on the same scene; it is computed once."""
+        chosen = tracker or self.name
+        if (seed, chosen) not in self._rows:
+            run = Run(self.experiment, self.setup, tracker=chosen, seed=seed, frames=self.exercise.frames)
+            run.finish()
+            self._rows[seed, chosen] = run.diagnostics
+        return self._rows[seed, chosen]
 
     @property
     def defined(self) -> tuple[str, ...]:
@@ -106,7 +108,7 @@ class Submission:
             "states": np.array(spread),
             "log_weights": logs,
             "count": count,
-            "frame": copy_of(replace(seen, target=None)),
+            "frame": deepcopy(replace(seen, target=None)),
             "parameters": self.parameters,
             "project": None if project is None else partial(project, state),
         }
@@ -140,12 +142,6 @@ class Submission:
         return begun, later, parameters
 
 
-def copy_of(frame: Frame) -> Frame:
-    """Return a frame whose arrays are its own, and can be written to."""
-    copies = {each.name: np.array(value) for each in fields(frame) if _is_array(value := getattr(frame, each.name))}
-    return replace(frame, **copies)
-
-
 def arrays_in(value: Any, name: str = "") -> dict[str, NDArray[Any]]:  # noqa: ANN401 - whatever a function takes or returns
     """Return the arrays in a value, copied, by their names: of a tuple's places and a frame's fields."""
     if isinstance(value, tuple | list) and any(_is_array(each) for each in value):
@@ -153,9 +149,9 @@ def arrays_in(value: Any, name: str = "") -> dict[str, NDArray[Any]]:  # noqa: A
         for place, each in enumerate(value):
             found |= arrays_in(each, f"{name}[{place}]")
         return found
-    if isinstance(value, Frame) or (is_dataclass(value) and not isinstance(value, type)):
-        named = {each.name: getattr(value, each.name) for each in fields(value)}
-        return {f"{name}.{key}": np.array(each) for key, each in named.items() if _is_array(each)}
+    if is_dataclass(value) and not isinstance(value, type):
+        parts = [arrays_in(getattr(value, each.name), f"{name}.{each.name}") for each in fields(value)]
+        return {key: each for part in parts for key, each in part.items()}
     if isinstance(value, np.ndarray | list | int | float | bool | np.generic):
         return {name: np.array(value)}
     return {}

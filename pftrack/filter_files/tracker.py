@@ -153,7 +153,7 @@ class _Call:
         if "normalise" not in self.code.functions:
             return normalise(log_weights)
         found = self._call("normalise", None, log_weights=_locked(log_weights))
-        if not isinstance(found, tuple) or len(found) != 2 or not np.isscalar(found[1]):
+        if not isinstance(found, tuple) or len(found) != 2 or np.ndim(found[1]) != 0:
             raise self.code.refuse("normalise", "must return log_weights and the logarithm of their sum")
         logs = self._logs("normalise", found[0], len(log_weights), "log_weights")
         total = float(np.exp(logs).sum())

@@ -173,6 +173,4 @@ def run_task_blocking(
     on_step: Callable[[Any], object] = lambda _: None,
 ) -> Outcome:
     """Do what `run_task` does, for a program without an event loop."""
-    return asyncio.run(
-        run_task(fork_server, function, *arguments, budget=budget, refusals=refusals, on_step=on_step)
-    )
+    return asyncio.run(run_task(fork_server, function, *arguments, budget=budget, refusals=refusals, on_step=on_step))

@@ -20,7 +20,9 @@ DRAWING = "propagate", "propose", "resample", "step"
 """Functions whose results hang on their random numbers."""
 
 
-def _call(submission: Submission, function: str, seed: int, given: dict[str, Any], code: FilterCode | None = None) -> Any:  # noqa: ANN401
+def _call(
+    submission: Submission, function: str, seed: int, given: dict[str, Any], code: FilterCode | None = None
+) -> Any:  # noqa: ANN401
     return submission.call(function, code=code, rng=generator(seed), **given)
 
 
@@ -42,7 +44,8 @@ def linear(submission: Submission, options: Options, seed: int) -> Verdict:
             numbers = {"exponent": exponent, "small_ms": 1e3 * times[0], "large_ms": 1e3 * times[1]}
     words = (
         f"Of all functions {worst} grows fastest: {numbers['small_ms']:.3g} ms for {small:,} particles and "
-        f"{numbers['large_ms']:.3g} ms for {large:,}, as N to the power {numbers['exponent']:.2f}; at most {most:g} is due."
+        f"{numbers['large_ms']:.3g} ms for {large:,}, as N to the power {numbers['exponent']:.2f}; "
+        f"at most {most:g} is due."
     )
     return Verdict(numbers["exponent"] <= most, words, numbers, seed)
 

@@ -19,8 +19,7 @@ __all__ = ["evidence", "moments", "steadier"]
 
 
 def _log_evidence(submission: Submission, seed: int, tracker: str | None = None) -> float:
-    run = submission.run(seed, tracker=tracker)
-    return math.fsum(row.log_evidence for row in run.diagnostics)
+    return math.fsum(row.log_evidence for row in submission.rows(seed, tracker))
 
 
 def _differences(submission: Submission, options: Options, seed: int, tracker: str | None) -> NDArray[np.float64]:
@@ -44,9 +43,9 @@ def evidence(submission: Submission, options: Options, seed: int) -> Verdict:
     most = float(options["most_spread"])
     numbers = {"mean": mean, "expected": expected, "margin": margin, "spread": spread, "most_spread": most}
     words = (
-        f"Over {len(off)} runs of {submission.exercise.frames} frames the log evidence is on average {mean:+.3f} off the "
-        f"exact one, scattered by {spread:.3f}; a right filter's is {expected:+.3f} off, give or take {margin:.3f}, "
-        f"scattered by at most {most:g}. Furthest off is the run of seed {worst}, by {off[worst - seed]:+.3f}."
+        f"Over {len(off)} runs of {submission.exercise.frames} frames the log evidence is on average {mean:+.3f} off "
+        f"the exact one, scattered by {spread:.3f}; a right filter's is {expected:+.3f} off, give or take "
+        f"{margin:.3f}, scattered by at most {most:g}. Furthest off is the run of seed {worst}, by {off[worst - seed]:+.3f}."
     )
     return Verdict(abs(mean - expected) <= margin and spread <= most, words, numbers, worst)
 
@@ -56,9 +55,8 @@ def moments(submission: Submission, options: Options, seed: int) -> Verdict:
     seeds = range(seed, seed + int(options["runs"]))
     means, deviations = [], []
     for each in seeds:
-        run = submission.run(each)
         mean, deviation = moments_on_grid(submission, each, noise=str(options["noise"]))
-        row = run.diagnostics[-1]
+        row = submission.rows(each)[-1]
         means.append((row.estimate[0] - mean) / deviation)
         deviations.append(math.log(max(row.sigma[0], 1e-300) / deviation))
     most = float(options["most_spread"])
@@ -70,7 +68,9 @@ def moments(submission: Submission, options: Options, seed: int) -> Verdict:
         holds = holds and abs(off) <= margin and spread <= most
         numbers |= {f"{name}_off": off, f"{name}_margin": margin, f"{name}_spread": spread}
         unit = "standard deviations of the grid's" if name == "mean" else "of its logarithm"
-        told.append(f"{name} {off:+.3f} {unit}, give or take {margin:.3f}, scattered by {spread:.3f} (at most {most:g})")
+        told.append(
+            f"{name} {off:+.3f} {unit}, give or take {margin:.3f}, scattered by {spread:.3f} (at most {most:g})"
+        )
     worst = seed + int(np.argmax(np.abs(means) + np.abs(deviations)))
     return Verdict(holds, f"Over {len(seeds)} runs, off the grid's on average: {'; '.join(told)}.", numbers, worst)
 

@@ -1,13 +1,14 @@
 """The property of a tracker: that it holds its target."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from pftrack.exercises.properties.property import Options
 from pftrack.exercises.submission import Submission
 from pftrack.exercises.verdict import Verdict
-from pftrack.runs.run import Run
+from pftrack.model.diagnostics import Diagnostics
 
 __all__ = ["held"]
 
@@ -21,7 +22,7 @@ def held(submission: Submission, options: Options, seed: int) -> Verdict:
     lost = [
         each
         for each in range(seed, seed + runs)
-        if not _is_held(submission.run(each), float(options["largest_error"]))
+        if not _is_held(submission.rows(each), float(options["largest_error"]))
     ]
     words = f"The target is held in {runs - len(lost)} of {runs} seeds; {needed} are due."
     if lost:
@@ -30,9 +31,9 @@ def held(submission: Submission, options: Options, seed: int) -> Verdict:
     return Verdict(runs - len(lost) >= needed, words, numbers, lost[0] if lost else seed)
 
 
-def _is_held(run: Run, largest_error: float) -> bool:
+def _is_held(run: Sequence[Diagnostics], largest_error: float) -> bool:
     """Return whether a run ends on its target: by the experiment's notion of lost, or by its mean error."""
-    rows = run.diagnostics[-max(math.ceil(LAST * len(run.diagnostics)), 1) :]
+    rows = run[-max(math.ceil(LAST * len(run)), 1) :]
     if largest_error > 0:
         errors = [row.error for row in rows if row.error is not None]
         return bool(errors) and float(np.mean(errors)) <= largest_error

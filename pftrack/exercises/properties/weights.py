@@ -62,10 +62,13 @@ def _problem(found: object, given: NDArray[np.float64]) -> tuple[str, dict[str, 
         logs, log_sum = np.asarray(found[0], dtype=np.float64), float(found[1])
     except (TypeError, ValueError):
         return "returned what is no array of numbers and a number", {}
-    if logs.shape != given.shape:
-        return f"returned log_weights of shape {logs.shape}; expected {given.shape}", {}
-    if np.isnan(logs).any():
-        return f"returned NaN for {np.isnan(logs).sum()} of {len(logs)} particles", {}
+    if logs.shape != given.shape or np.isnan(logs).any():
+        shape = f"of shape {logs.shape}, {np.isnan(logs).sum()} of them NaN"
+        return f"returned log_weights {shape}; expected {given.shape} numbers", {}
+    return _compare(logs, log_sum, given)
+
+
+def _compare(logs: NDArray[np.float64], log_sum: float, given: NDArray[np.float64]) -> tuple[str, dict[str, float]]:
     total = float(np.exp(logs).sum())
     if abs(total - 1.0) > TOLERANCE:
         return f"returned weights that sum to {total:.12g}", {"sum": total}
@@ -88,7 +91,9 @@ def _of_step(submission: Submission, seed: int) -> Verdict:
         given["log_weights"], _ = normalise(logs)
         found = submission.call("step", rng=generator(seed), **given)
         if not isinstance(found, tuple) or len(found) not in {2, 3}:
-            return Verdict(False, "step must return states and log_weights, and may return ancestors as well.", {}, seed)
+            return Verdict(
+                False, "step must return states and log_weights, and may return ancestors as well.", {}, seed
+            )
         returned = np.asarray(found[1], dtype=np.float64)
         bad = np.isnan(returned) | (returned == np.inf)
         if returned.shape != (len(found[0]),) or bad.any() or not np.isfinite(normalise(returned)[1]):

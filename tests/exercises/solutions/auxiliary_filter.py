@@ -18,6 +18,7 @@ def step(states, log_weights, count, frame, parameters, rng):
     reached = np.cumsum(np.exp(first - top))
     log_sum = top + np.log(reached[-1])
     parents = np.searchsorted(reached / reached[-1], (rng.random() + np.arange(count)) / count)
-    moved = predicted[parents] + np.sqrt(moving) * rng.standard_normal(count)
-    second = log_normal(frame.signal[0] - moved, measuring) - fits[parents]
-    return np.stack([moved, states[parents, 0]], axis=1), log_sum - np.log(count) + second, parents
+    variance = 1 / (1 / moving + 1 / measuring)
+    mean = variance * (predicted[parents] / moving + frame.signal[0] / measuring)
+    moved = mean + np.sqrt(variance) * rng.standard_normal(count)
+    return np.stack([moved, states[parents, 0]], axis=1), np.full(count, log_sum - np.log(count)), parents

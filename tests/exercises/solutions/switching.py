@@ -1,4 +1,4 @@
-"""A particle filter that switches between two noises."""
+"""A particle filter that switches between what it predicts and what it sees."""
 
 import numpy as np
 
@@ -6,14 +6,14 @@ EXERCISE = "switching"
 
 
 def propagate(states, frame, parameters, rng):
-    image = frame.image_rgb.astype(float)
-    red = image[:, :, 0] > 0.5 * image.sum(axis=2)
     now, before = states[:, :2], states[:, 2:]
-    columns, rows = np.rint(now[:, 0]).astype(int), np.rint(now[:, 1]).astype(int)
-    height, width = red.shape
-    reach = 30
-    u, v = np.median(columns).astype(int), np.median(rows).astype(int)
-    near = red[max(v - reach, 0) : max(v + reach, 0), max(u - reach, 0) : max(u + reach, 0)]
-    noise = parameters.process_noise_px if near.any() else parameters.large_process_noise_px
-    moved = now + (now - before) + noise * rng.standard_normal(now.shape)
-    return np.hstack([moved, now])
+    moved = now + (now - before) + parameters.process_noise_px * rng.standard_normal(now.shape)
+    image = frame.image_rgb.astype(float)
+    rows, columns = np.nonzero(image[:, :, 0] > 0.5 * image.sum(axis=2))
+    draws, places = rng.random(len(states)), rng.random(len(states))
+    if len(rows) == 0:
+        return np.hstack([moved, now])
+    chosen = (len(rows) * places).astype(int)
+    seen = np.stack([columns[chosen], rows[chosen]], axis=1)
+    switched = (draws < 0.1)[:, None]
+    return np.hstack([np.where(switched, seen, moved), np.where(switched, seen, now)])
