@@ -1,11 +1,9 @@
 """What the fork server of `grade` imports, and so makes ready for the process of each submission."""
 
-from pftrack.exercises import grading
-from pftrack.experiments import EXPERIMENTS
+from pftrack.exercises.library import read_exercises
 from pftrack.numerics.elementary import exponential
 
-__all__ = ["grading"]
+__all__ = ["read_exercises"]
 
-for _name in EXPERIMENTS.own:
-    EXPERIMENTS[_name]
+read_exercises()  # imports the experiments that exercises are about
 exponential(0.0)  # makes Numba ready, which would cost every process 0.3 s
