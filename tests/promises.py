@@ -50,6 +50,7 @@ LINES = (
     "run ball --frames 2 --json",
     "failures list --json",
     "lessons list --json",
+    "exercise list --json",
 )
 """Commands whose JSON is looked at."""
 

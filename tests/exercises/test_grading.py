@@ -12,16 +12,30 @@ from pftrack.process import MEBIBYTE
 
 RIGHT = (Path(__file__).parent / "solutions" / "importance_weights.py").read_text()
 NORMALISE = 'import os, socket\nimport numpy as np\nEXERCISE = "importance-weights"\n\ndef normalise(log_weights):\n'
+FORGE = """    for each in range(3, 64):
+        try:
+            os.write(each, b"nonsense" * 9)
+        except OSError:
+            pass
+    os._exit(0)
+"""
+SPIN = """    while True:
+        try:
+            while True:
+                pass
+        except BaseException:
+            pass
+"""
 HANDED_IN = {
     "ada": RIGHT,
     "bob": RIGHT.replace("log_weights - log_sum, log_sum", "log_weights - top, log_sum"),
     "crash": f"{NORMALISE}    os._exit(0)\n",
-    "forge": f"{NORMALISE}    for each in range(3, 64):\n        try: os.write(each, b'nonsense' * 9)\n        except OSError: pass\n    os._exit(0)\n",
+    "forge": f"{NORMALISE}{FORGE}",
     "memory": f"{NORMALISE}    return np.ones((2**33,)), 0.0\n",
     "network": f"{NORMALISE}    socket.create_connection(('192.0.2.1', 80), timeout=5)\n",
     "nobody": "x = 1\n",
     "other": 'EXERCISE = "nothing-like-it"\n',
-    "spin": f"{NORMALISE}    for _ in iter(int, 1):\n        try:\n            while True: pass\n        except BaseException: pass\n",
+    "spin": f"{NORMALISE}{SPIN}",
     "typo": "def normalise(:\nEXERCISE = 'importance-weights'\nEXERCISE = 'importance-weights'\n",
 }
 
@@ -32,7 +46,7 @@ def graded(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]
     for name, text in HANDED_IN.items():
         (folder / name).mkdir()
         (folder / name / "mine.py").write_text(text)
-    budget = replace(BUDGET, cpu_seconds=4.0, silence_s=30.0, memory_bytes=512 * MEBIBYTE)
+    budget = replace(BUDGET, cpu_seconds=3.0, silence_s=30.0, memory_bytes=512 * MEBIBYTE)
     return dict(grade(submissions_in(folder), read_exercises().exercises, budget=budget))
 
 
@@ -50,7 +64,7 @@ def test_points_are_those_of_the_checks(graded: dict[str, dict[str, Any]]) -> No
     [
         ("crash", "Its process was ended"),
         ("forge", "Its process was ended"),
-        ("spin", "4 s of processor time"),
+        ("spin", "3 s of processor time"),
         ("nobody", "no line EXERCISE"),
         ("other", "nothing-like-it"),
     ],

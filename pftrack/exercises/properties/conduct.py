@@ -16,6 +16,9 @@ __all__ = ["linear", "replays", "unchanged"]
 COUNT = 100
 TRIES = 3
 """A time is told anew so often before it counts: others may have been at the processor."""
+FACTOR = 8
+ENOUGH_S = 0.3
+"""A call that takes so long is measured well enough."""
 DRAWING = "propagate", "propose", "resample", "step"
 """Functions whose results hang on their random numbers."""
 
@@ -31,35 +34,46 @@ def linear(submission: Submission, options: Options, seed: int) -> Verdict:
     small, large, most = int(options["small"]), int(options["large"]), float(options["most_exponent"])
     worst, numbers = "", {"exponent": -math.inf}
     for function in submission.defined:
-        exponent, times = math.inf, (0.0, 0.0)
-        for _ in range(TRIES):
-            before, after = (_seconds(submission, function, count, seed) for count in (small, large))
-            found = math.log(after / before) / math.log(large / small)
-            if found < exponent:
-                exponent, times = found, (before, after)
-            if exponent <= most:
-                break
-        if exponent > numbers["exponent"]:
-            worst = function
-            numbers = {"exponent": exponent, "small_ms": 1e3 * times[0], "large_ms": 1e3 * times[1]}
+        count = small
+        while count < large and numbers["exponent"] <= most:
+            exponent, times = _growth(submission, function, count, seed, most)
+            if exponent > numbers["exponent"]:
+                worst = function
+                numbers = {"exponent": exponent, "count": count, "ms": 1e3 * times[0], "ms_after": 1e3 * times[1]}
+            count *= FACTOR
     words = (
-        f"Of all functions {worst} grows fastest: {numbers['small_ms']:.3g} ms for {small:,} particles and "
-        f"{numbers['large_ms']:.3g} ms for {large:,}, as N to the power {numbers['exponent']:.2f}; "
-        f"at most {most:g} is due."
+        f"Of all functions {worst} grows fastest: {numbers['ms']:.3g} ms for {numbers['count']:,.0f} particles and "
+        f"{numbers['ms_after']:.3g} ms for {FACTOR * numbers['count']:,.0f}, as N to the power "
+        f"{numbers['exponent']:.2f}; at most {most:g} is due."
     )
     return Verdict(numbers["exponent"] <= most, words, numbers, seed)
+
+
+def _growth(
+    submission: Submission, function: str, count: int, seed: int, most: float
+) -> tuple[float, tuple[float, float]]:
+    """Return the power of N with which a function grows from a number of particles on, and both times, s."""
+    exponent, times = math.inf, (0.0, 0.0)
+    for _ in range(TRIES):
+        before, after = (_seconds(submission, function, each, seed) for each in (count, FACTOR * count))
+        found = math.log(after / before) / math.log(FACTOR)
+        if found < exponent:
+            exponent, times = found, (before, after)
+        if exponent <= most:
+            break
+    return exponent, times
 
 
 def _seconds(submission: Submission, function: str, count: int, seed: int) -> float:
     """Return the least processor time of some calls."""
     given = submission.arguments(function, count, seed)
     least, spent = math.inf, 0.0
-    for number in range(7):
+    for _ in range(7):
         begun = time.thread_time()
         _call(submission, function, seed, given)
         took = max(time.thread_time() - begun, 1e-6)
         least, spent = min(least, took), spent + took
-        if number > 1 and spent > 0.5:
+        if spent > ENOUGH_S:
             break
     return least
 

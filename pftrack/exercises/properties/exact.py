@@ -45,7 +45,8 @@ def evidence(submission: Submission, options: Options, seed: int) -> Verdict:
     words = (
         f"Over {len(off)} runs of {submission.exercise.frames} frames the log evidence is on average {mean:+.3f} off "
         f"the exact one, scattered by {spread:.3f}; a right filter's is {expected:+.3f} off, give or take "
-        f"{margin:.3f}, scattered by at most {most:g}. Furthest off is the run of seed {worst}, by {off[worst - seed]:+.3f}."
+        f"{margin:.3f}, scattered by at most {most:g}. Furthest off is the run of seed {worst}, by "
+        f"{off[worst - seed]:+.3f}."
     )
     return Verdict(abs(mean - expected) <= margin and spread <= most, words, numbers, worst)
 

@@ -73,7 +73,7 @@ PROPERTIES: Mapping[str, Property] = {
             "linear",
             "The cost grows linearly",
             conduct.linear,
-            {"small": 500, "large": 4000, "most_exponent": 1.5},
+            {"small": 500, "large": 32_000, "most_exponent": 1.5},
             "Processor time, the least of seven calls; one that seems too long is measured three times.",
         ),
         Property("unchanged", "Nothing is mutated", conduct.unchanged),

@@ -1,0 +1,38 @@
+"""The page on exercises: its example is one, and it tells all that there is."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from pftrack.exercises import read_exercises
+from pftrack.exercises.head import CheckHead, ExerciseHead
+from pftrack.exercises.properties import PROPERTIES
+
+PAGE = (Path(__file__).parents[2] / "docs" / "how-to" / "exercises.md").read_text(encoding="utf-8")
+
+
+def test_the_example_is_an_exercise(tmp_path: Path) -> None:
+    """Nothing is wrong with it."""
+    found = re.search(r"````markdown\n(.*?)````", PAGE, re.DOTALL)
+    assert found is not None
+    (tmp_path / "mine.md").write_text(found[1], encoding="utf-8")
+    exercises = read_exercises(tmp_path)
+    assert exercises.problems == ()
+    assert exercises.exercises["residual-resampling"].points == 6
+
+
+OPTIONS = [option for each in PROPERTIES.values() for option in each.options]
+
+
+@pytest.mark.parametrize("name", [*ExerciseHead.model_fields, *CheckHead.model_fields, *PROPERTIES, *set(OPTIONS)])
+def test_the_page_tells_every_key_property_and_option(name: str) -> None:
+    """Whatever may be written in a file stands on the page."""
+    assert f"`{name}`" in PAGE
+
+
+def test_the_page_tells_every_exercise() -> None:
+    """With what is to be written."""
+    for each in read_exercises().exercises.values():
+        (row,) = [line for line in PAGE.splitlines() if line.startswith(f"| `{each.id}` ")]
+        assert all(f"`{name}`" in row for name in each.functions)
