@@ -192,6 +192,8 @@ class TestMistakes:
             ("def resample(log_weights):\n    return [60] * 60\n", 1, "the parent 60; there are 0 to 59"),
             ("def propose(states):\n    return states\n", 1, "must return states and log_correction"),
             ("def step(states):\n    return states\n", 1, "must return states and log_weights"),
+            ("def normalise(log_weights):\n    return log_weights, 0.0\n", 1, "returned weights that sum to"),
+            ("def normalise(log_weights):\n    return log_weights\n", 1, "and the logarithm of their sum"),
             ("def propagate(states):\n    raise SystemExit\n", 2, "SystemExit"),
             ("class Parameters:\n    a = 1\ndef propagate(states):\n    return states\n", 1, "must be a dataclass"),
         ],
