@@ -54,7 +54,8 @@ def start(
     from pftrack.filter_files import name_of
 
     found = _exercise(exercise, _exercises(folder))
-    typer.echo(f"{found.title}\n\n{found.text}")
+    values = ", ".join(f"{name} = {value}" for name, value in found.values.items())
+    typer.echo(f"{found.title}\n\n{found.text}\n\nChecked on {found.experiment}{f' with {values}' if values else ''}.")
     if hints:
         typer.echo("\n" + "\n".join(f"{number}. {hint}" for number, hint in enumerate(found.hints, 1)))
         return

@@ -16,6 +16,7 @@ def test_an_exercise_is_begun_and_checked(call: Call, tmp_path: Path) -> None:
     status, out, said = call("exercise", "start", "importance-weights", file)
     assert status == 0
     assert "Write `normalise(log_weights)`" in out
+    assert "Checked on sine with process_noise_sd = 0.03, sample_count = 500." in out
     assert f"pftrack exercise check {file}" in said
     status, out, said = call("exercise", "check", file)
     assert status == 1
