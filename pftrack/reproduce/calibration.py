@@ -39,8 +39,8 @@ HEADS = (
     ("affine", "personal", ("within_95",)),  # the other one is at the edge of the tolerance
     ("pinhole", "mean", ("within_50", "within_95")),
     ("pinhole", "personal", ("within_95",)),  # likewise
-    ("pinhole, relief", "mean", ("within_95",)),  # the other one is wide: 58 %
-    ("pinhole, relief", "personal", ("within_95",)),  # likewise: 60 %
+    ("pinhole, relief", "mean", ("within_50", "within_95")),
+    ("pinhole, relief", "personal", ("within_50", "within_95")),
 )
 
 
@@ -65,7 +65,8 @@ def coverage(pool: Pool, full: bool) -> list[Finding]:
         findings += _judge(pool, f"calibration: prism, {upper}", trials, held=asserted)
     if full:
         for view, model, asserted in HEADS:
-            chosen: dict[str, Value] = {"speed": HEAD_SPEED, "face_model": model, **VIEWS[view]}
+            # What Bando did has a face of its own.
+            chosen: dict[str, Value] = {**VIEWS[view], "speed": HEAD_SPEED, "face_model": model}
             trials = [Trial("head", 0, HEAD_FRAMES, {**chosen, "person": person}) for person in PEOPLE]
             findings += _judge(pool, f"calibration: head, {model} face, {view}", trials, held=asserted)
     return findings
