@@ -7,7 +7,8 @@ Data flows one way, `Source -> Tracker -> Run -> Drawing`, and parameters flow t
     >>> run = pftrack.run("ball", seed=3)
     >>> run.export("ball.csv")
 
-`run` computes a run, `load` one that was saved, `compare` puts runs beside each other, `show` opens the scene of one.
+`run` computes a run, `load` opens one that was saved, `record` writes what a loop of your own believes, `compare` puts
+runs beside each other, `show` opens the scene of one.
 They are imported when they are first asked for, so that `import pftrack` costs nothing.
 """
 
@@ -18,7 +19,7 @@ from pftrack.numerics import machine
 from pftrack.version import __version__
 
 if TYPE_CHECKING:
-    from pftrack.api import compare, load, run
+    from pftrack.api import compare, load, record, run
     from pftrack.comparison import Comparison
     from pftrack.experiment import Experiment
     from pftrack.exports.viewers import show
@@ -36,6 +37,7 @@ __all__ = [
     "compare",
     "compiled",
     "load",
+    "record",
     "run",
     "show",
     "slider",
@@ -49,6 +51,7 @@ _HOMES = {
     "compare": "pftrack.api",
     "compiled": "pftrack.numerics.compiled",
     "load": "pftrack.api",
+    "record": "pftrack.api",
     "run": "pftrack.api",
     "show": "pftrack.exports.viewers",
     "slider": "pftrack.filter_files.sliders",

@@ -16,17 +16,19 @@ from typing import Any
 
 from pftrack.comparison import Comparison
 from pftrack.experiment import Experiment, Preset
-from pftrack.experiments import find
+from pftrack.experiments import find, find_for
 from pftrack.filter_files import experiment_of, name_of, trust_filters
 from pftrack.model.parameters import ParameterError, Value
 from pftrack.model.recipe import Footage, Recipe
 from pftrack.model.sequence import FrameSequence
-from pftrack.runs import record
+from pftrack.runs import record as records
 from pftrack.runs.record import OpenSequence
 from pftrack.runs.run import Change, Run
+from pftrack.sources.beliefs.recorder import Recorder as record  # noqa: N813 - it is called like a function
+from pftrack.sources.formats import is_recording
 from pftrack.sources.sequence import open_sequence
 
-__all__ = ["compare", "load", "run"]
+__all__ = ["compare", "load", "record", "run"]
 
 PathOrName = str | PathLike[str]
 
@@ -51,7 +53,8 @@ def run(
         preset: Name of a starting point, with its tracker, parameters and seed.
         seed: Of all random numbers; 0 if not given.
         frames: Length; the recording's, or the experiment's own, if not given.
-        recording: A video, an animated GIF, a folder of pictures or a table of tracks; the simulated scene without.
+        recording: A video, an animated GIF, a folder of pictures, a table of tracks or a recording of
+            beliefs; the simulated scene without.
         mark: The target in the picture `start`, as its kind writes it, such as {"kind": "box", "x": 80, ...}; it is
             looked for if not given, where that can be done.
         start: Number of the picture to begin with.
@@ -78,7 +81,7 @@ def run(
         "footage": None if recipe.footage and mark is None and not start else _footage(recording, mark, start),
     }
     changed = recipe.model_copy(update={name: it for name, it in said.items() if it is not None})
-    setup = record.wire(wiring, changed.footage, _opener(recording))
+    setup = records.wire(wiring, changed.footage, _opener(recording))
     made = Run.from_recipe(changed, wiring, setup)
     made.finish()
     return made
@@ -88,7 +91,7 @@ def load(path: PathOrName, *, recording: PathOrName | None = None, trust: bool =
     """Return the run of a saved file, computed as far as it had been.
 
     Args:
-        path: A .pft file, or a recipe, .json, which is computed to its end.
+        path: A .pft file, a saved run or a recording of beliefs; or a recipe, .json, which is computed to its end.
         recording: Where the recording lies that it was made on, if it lies elsewhere than the file says.
         trust: Whether to execute the filters that the file brings, which may do all that you may.
 
@@ -98,15 +101,17 @@ def load(path: PathOrName, *, recording: PathOrName | None = None, trust: bool =
         RecordError: It is no saved run and no recipe, or its recording is not to be had or another one.
     """
     file = Path(path)
+    if is_recording(file):
+        return run(find_for("beliefs").id, recording=file)
     if file.suffix.lower() == ".json":
         recipe = _read_recipe(file)
         last = None
     else:
-        known = record.read(file)
+        known = records.read(file)
         recipe, last = known.recipe, known.computed - 1
     if trust:
         trust_filters(recipe)
-    made = record.make(recipe, open_sequence=_opener(recording, file.parent))
+    made = records.make(recipe, open_sequence=_opener(recording, file.parent))
     made.seek(made.frames - 1 if last is None else last)
     return made
 
@@ -124,9 +129,9 @@ def _read_recipe(file: Path) -> Recipe:
     try:
         raw = json.loads(file.read_text(encoding="utf-8-sig"))
     except OSError as error:
-        raise record.RecordError(f"{file} cannot be read: {error.strerror}") from None
+        raise records.RecordError(f"{file} cannot be read: {error.strerror}") from None
     except ValueError as error:
-        raise record.RecordError(f"{file} is no JSON: {error}") from None
+        raise records.RecordError(f"{file} is no JSON: {error}") from None
     return Recipe.read(raw)
 
 
@@ -168,7 +173,9 @@ def _opener(recording: PathOrName | None, folder: Path | None = None) -> OpenSeq
         beside = (folder or Path()) / (footage.path or footage.name)
         place = beside if recording is None else Path(recording)
         if not place.exists():
-            raise record.RecordError(f"the run was made on {place}, which is not there; say as `recording` where it is")
+            raise records.RecordError(
+                f"the run was made on {place}, which is not there; say as `recording` where it is"
+            )
         return open_sequence(place, square=footage.square)
 
     return open_footage if recording is not None or folder is not None else None

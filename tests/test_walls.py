@@ -22,6 +22,7 @@ HOMES = {
     "pftrack/trackers/": "a package for each family of trackers",
     "pftrack/reproduce/": "the published results of single experiments",
     "pftrack/sources/fish/": "a scene",
+    "pftrack/sources/beliefs/": "a scene, and recordings of beliefs",
     "pftrack/sources/corners/": "a scene",
     "pftrack/sources/hand/": "a scene",
     "pftrack/sources/head/": "a scene",

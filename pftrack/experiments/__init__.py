@@ -10,6 +10,7 @@ else (command line, server, sweeps) finds an experiment through `find` or `EXPER
 - `histogram`: a window followed by its colours, past a look-alike and behind a column (Kagami 2012);
 - `linkage`: a chain of three links, whose lengths and depth one camera is to tell (Shimada 1997);
 - `prism`: a solid's pose by adaptive sampling of its corners (Bando 2007, ch. 4);
+- `recorded`: what loops and trackers of others have computed, looked at like any run;
 - `sine`: the Kalman filter beside the particle filter on a signal in noise (Bando 2007, ch. 2);
 - `structure`: the shape of a body from tracks of its points (Bando 2007, ch. 4 section 5);
 - `trajectories`: points that are followed through outliers, each by itself (Ichimura and Ikoma).
@@ -18,8 +19,21 @@ else (command line, server, sweeps) finds an experiment through `find` or `EXPER
 from pftrack.experiment import Experiment, Preset, Setup, Step
 from pftrack.experiments.registry import NAME, Plugin, Registry
 from pftrack.model.plot import Plot, Reading
+from pftrack.model.sequence import Kind
 
-__all__ = ["EXPERIMENTS", "NAME", "Experiment", "Plot", "Plugin", "Preset", "Reading", "Setup", "Step", "find"]
+__all__ = [
+    "EXPERIMENTS",
+    "NAME",
+    "Experiment",
+    "Plot",
+    "Plugin",
+    "Preset",
+    "Reading",
+    "Setup",
+    "Step",
+    "find",
+    "find_for",
+]
 
 EXPERIMENTS = Registry(
     {
@@ -35,10 +49,12 @@ EXPERIMENTS = Registry(
             "prism",
             "structure",
             "sine",
+            "recorded",
         )
     }
 )
-"""All experiments by name, in the order in which they are shown: places, poses, shapes, and a signal."""
+"""All experiments by name, in the order in which they are shown: places, poses, shapes, a signal, and
+what others have computed."""
 
 
 def find(experiment_id: str) -> Experiment:
@@ -53,3 +69,15 @@ def find(experiment_id: str) -> Experiment:
     if broken is not None:
         raise LookupError(broken.report[:1].lower() + broken.report[1:])
     raise LookupError(f"there is no experiment {experiment_id!r}; there are {', '.join(EXPERIMENTS)}")
+
+
+def find_for(kind: Kind) -> Experiment:
+    """Return the first experiment that takes a kind of recording.
+
+    Raises:
+        LookupError: There is none.
+    """
+    found = next((one for one in EXPERIMENTS.values() if one.accepts_video and kind in one.footage), None)
+    if found is None:
+        raise LookupError(f"there is no experiment for a recording of {kind}")
+    return found

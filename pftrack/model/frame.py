@@ -7,6 +7,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.model.belief import Beliefs
+
 __all__ = ["Backdrop", "Frame", "Landmarks", "Measurements", "Target"]
 
 
@@ -83,6 +85,7 @@ class Frame:
         measurements: Measured points, or None where the picture is all there is.
         target: The truth, or None where it is not known.
         backdrop: Where to see what is behind the target, or None where nothing tells.
+        beliefs: What others believe of it, or None where nothing but the frame is given.
     """
 
     index: int
@@ -92,3 +95,4 @@ class Frame:
     measurements: Measurements | None = None
     target: Target | None = None
     backdrop: Backdrop | None = None
+    beliefs: Beliefs | None = None

@@ -11,6 +11,7 @@ from typing import Literal
 __all__ = [
     "BANDO",
     "BANDO_2006",
+    "BERNARDIN",
     "ICHIMURA",
     "KAGAMI",
     "KITAGAWA",
@@ -169,6 +170,15 @@ TOMASI = Reference(
     "Shape and motion from image streams under orthography: a factorization method",
     1992,
     {"journal": "International Journal of Computer Vision", "volume": "9", "number": "2", "pages": "137--154"},
+)
+
+BERNARDIN = Reference(
+    "bernardin2008",
+    "article",
+    ("Keni Bernardin", "Rainer Stiefelhagen"),
+    "Evaluating multiple object tracking performance: the CLEAR MOT metrics",
+    2008,
+    {"journal": "EURASIP Journal on Image and Video Processing", "volume": "2008", "pages": "246309"},
 )
 
 ICHIMURA = Reference(

@@ -12,7 +12,7 @@ from pydantic import TypeAdapter
 
 __all__ = ["FrameIndex", "FrameSequence", "Kind"]
 
-Kind: TypeAlias = Literal["video", "gif", "images", "tracks"]
+Kind: TypeAlias = Literal["video", "gif", "images", "tracks", "beliefs"]
 
 
 @dataclass(frozen=True, slots=True)

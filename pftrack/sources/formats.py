@@ -7,14 +7,26 @@ content is looked at here, and the decoder is then given that container format, 
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
-__all__ = ["ALLOWED", "HEAD_BYTES", "TRACKS_COLUMNS", "Format", "SourceError", "decode", "delimiter_of", "sniff"]
+__all__ = [
+    "ALLOWED",
+    "HEAD_BYTES",
+    "RECORDING_ENTRY",
+    "TRACKS_COLUMNS",
+    "Format",
+    "SourceError",
+    "decode",
+    "delimiter_of",
+    "is_recording",
+    "sniff",
+]
 
 ALLOWED = (
     "an MP4, MOV, MKV, WebM, AVI, OGG, MPEG or MPEG-TS video, an animated GIF, "
-    "a folder of PNG, JPEG, BMP, TIFF or WebP pictures, or a table of tracks with the columns "
-    "frame, point, x_px, y_px, var_x, var_y"
+    "a folder of PNG, JPEG, BMP, TIFF or WebP pictures, a table of tracks with the columns "
+    "frame, point, x_px, y_px, var_x, var_y, or a recording of beliefs"
 )
 TRACKS_COLUMNS = ("frame", "point", "x_px", "y_px", "var_x", "var_y")
 """What a table of tracks has; see `pftrack.sources.tracks.table` for other forms."""
@@ -24,6 +36,9 @@ PLAIN = ({"x", "y"}, {"x_px", "y_px"}, {"u", "v"})
 
 SIDES = ({"w", "h"}, {"width", "height"})
 """Columns by which a table of boxes is known, beside x and y."""
+
+RECORDING_ENTRY = "recording.json"
+"""Name of the first entry of a recording of beliefs."""
 
 HEAD_BYTES = 1024
 """How much of a file `sniff` wants to see."""
@@ -43,7 +58,7 @@ class Format:
         decoder: The name that forces it: of FFmpeg's demuxer, or of Pillow's plug-in for a picture.
     """
 
-    kind: Literal["video", "gif", "picture", "tracks"]
+    kind: Literal["video", "gif", "picture", "tracks", "beliefs"]
     title: str
     decoder: str
 
@@ -64,6 +79,15 @@ def sniff(head: bytes) -> Format:
             return found
     what = next((what for what, matches in _KNOWN if matches(head)), "of an unknown format")
     raise SourceError(f"the file is {what}, which is not supported; expected {ALLOWED}")
+
+
+def is_recording(path: Path) -> bool:
+    """Return whether a file is a recording of beliefs, by its first bytes."""
+    try:
+        with path.open("rb") as file:
+            return _recording(file.read(HEAD_BYTES))
+    except OSError:
+        return False
 
 
 def decode(data: bytes) -> str:
@@ -126,6 +150,11 @@ def _text(*words: bytes) -> Callable[[bytes], bool]:
     return lambda head: head.removeprefix(b"\xef\xbb\xbf").lstrip().lower().startswith(words)
 
 
+def _recording(head: bytes) -> bool:
+    """Look for the first entry of an archive, whose name begins 30 bytes after it."""
+    return head.startswith(b"PK\x03\x04") and head[30:].startswith(RECORDING_ENTRY.encode())
+
+
 def _any_text(head: bytes) -> bool:
     printable = bytes(range(32, 127)) + b"\t\r\n"
     return not head.translate(None, printable)
@@ -145,6 +174,7 @@ _READABLE: tuple[tuple[Format, Callable[[bytes], bool]], ...] = (
     (Format("picture", "WebP", "WEBP"), _riff(b"WEBP")),
     (Format("video", "MPEG-TS", "mpegts"), _transport_stream),
     (Format("tracks", "table of tracks", ""), _tracks),
+    (Format("beliefs", "recording of beliefs", ""), _recording),
 )
 
 _KNOWN: tuple[tuple[str, Callable[[bytes], bool]], ...] = (

@@ -1,4 +1,4 @@
-"""Sequences: random access to the frames of a video, an animated GIF, a folder of pictures or a table of tracks.
+"""Sequences: random access to the frames of a recording: videos, GIFs, folders of pictures, tables, and beliefs.
 
 A sequence is surveyed once, from its first frame to its last: only what really decodes is counted, and each picture
 leaves a checksum in the `FrameIndex`. From then on any frame can be asked for in any order, and the pixels handed out
@@ -49,7 +49,7 @@ DEFAULT_LIMITS = Limits()
 def open_sequence(
     path: Path, limits: Limits = DEFAULT_LIMITS, *, index: FrameIndex | None = None, square: bool | None = None
 ) -> FrameSequence:
-    """Open a video, an animated GIF, a folder of pictures or a table of tracks.
+    """Open a video, an animated GIF, a folder of pictures, a table of tracks or a recording of beliefs.
 
     A file from a stranger is hostile until shown otherwise: it may crash a decoder, keep it busy for ever, or unfold to
     more memory than there is. Whoever serves strangers opens it in a child process first that confines itself
@@ -85,6 +85,10 @@ def open_sequence(
             from pftrack.sources.tracks.sequence import TrackSequence  # noqa: PLC0415
 
             return TrackSequence(file, name=path.name, sha256=sha256, limits=limits)
+        if found.kind == "beliefs":
+            from pftrack.sources.beliefs.sequence import BeliefSequence  # noqa: PLC0415
+
+            return BeliefSequence(file, name=path.name, sha256=sha256, limits=limits, index=index)
         from pftrack.sources.video import VideoSequence  # noqa: PLC0415
 
         return VideoSequence(file, found, name=path.name, sha256=sha256, limits=limits, index=index, square=square)

@@ -1,6 +1,7 @@
 """Checks of recordings: a film of the experiment's own scene is tracked from a mark, as an upload would be.
 
-The simulated scene is written to a small video file, or its measured points to a table where tracks are taken. Its
+The simulated scene is written to a small video file, its measured points to a table where tracks are taken, or what is
+believed of it to a recording of beliefs. Its
 target is marked by each kind of mark that the experiment takes: where it truly is, if the kind can tell
 (`Mark.of_target`), and else as an editor begins. The second may mark nothing that can be tracked; it may then be
 refused, but only in a sentence.
@@ -26,6 +27,7 @@ from pftrack.model.suitability import Suitability
 from pftrack.rendering.film import FilmWriter
 from pftrack.runs.record import RecordError, load, save
 from pftrack.runs.run import Run
+from pftrack.sources.beliefs.recorder import Recorder
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.tracks.table import write
 from pftrack.testing.check import FRAMES, SEED, Check, CheckError, demand, named_checks, straight
@@ -61,9 +63,12 @@ def _film(experiment: Experiment, frames: int = FRAMES) -> Iterator[tuple[FrameS
             with FilmWriter(path, run.source.frame_rate_hz) as film:
                 for step in steps:
                     film.write(_picture(experiment, run, step))
-        else:
+        elif "tracks" in experiment.footage:
             path = Path(folder, "scene.csv")
             path.write_text(_tracks(steps), encoding="utf-8")
+        else:
+            path = Path(folder, "scene.pft")
+            _record(path, steps)
         sequence = open_sequence(path)
         try:
             yield sequence, targets
@@ -88,6 +93,17 @@ def _tracks(steps: Sequence[Step]) -> str:
     sd = np.array([one.sd_px for one in measured if one is not None])
     names = [str(number) for number in range(1, points.shape[1] + 1)]
     return write(names, points, np.broadcast_to(np.square(sd).reshape(*points.shape[:2], -1), points.shape))
+
+
+def _record(path: Path, steps: Sequence[Step]) -> None:
+    """Write what is believed in each frame as a recording of beliefs."""
+    with Recorder(path) as record:
+        for step in steps:
+            arrays, target = step.state.arrays(), step.frame.target
+            states = arrays.get("states")
+            believed = {"particles": states, "log_weights": arrays.get("log_weights")} if states is not None else {}
+            truth = None if target is None else target.position
+            record(step.diagnostics.frame, **(believed or {"mean": step.state.estimate}), truth=truth)
 
 
 def _a_film_is_tracked(experiment: Experiment) -> None:

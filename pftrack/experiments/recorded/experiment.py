@@ -1,0 +1,142 @@
+"""What others have computed: a loop of one's own, or the results of any tracker, as a run like any.
+
+A recording of beliefs (`pftrack.record`) holds particles, means and covariances or boxes by frame, and perhaps a clip
+and a truth. Its tracker takes over what is written. So all that is done with runs is done with it: it is watched frame
+by frame, plotted, measured where a truth is given, compared with others in step, and exported.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.experiment import Experiment, Preset, Setup
+from pftrack.experiments.recorded.measures import PLOTS, READINGS, SERIES, measure
+from pftrack.experiments.recorded.sketch import LAYERS, draw
+from pftrack.model.glossary import Term
+from pftrack.model.marks import Mark
+from pftrack.model.measures import MEAN_IOU, PICTURE_MEASURES
+from pftrack.model.parameters import ParameterError, Parameters, parameter
+from pftrack.model.recipe import Footage
+from pftrack.model.references import BERNARDIN, Citation
+from pftrack.model.sequence import FrameSequence
+from pftrack.model.truth import Truth
+from pftrack.sources.beliefs.recorded import RecordedBeliefs
+from pftrack.sources.beliefs.scene import FRAMES, ExampleParameters, ExampleSource
+from pftrack.sources.beliefs.selection import SelectionParameters
+from pftrack.sources.beliefs.sequence import BeliefSequence
+from pftrack.trackers.beliefs import TRACKERS
+from pftrack.trackers.parameters import loss_share
+
+__all__ = ["EXPERIMENT", "ExampleBeliefParameters", "RecordedBeliefParameters"]
+
+SCORING = "Scoring"
+
+
+class ScoringParameters(Parameters):
+    """When a target counts as lost."""
+
+    # fmt: off
+    lost_distance: float = parameter(
+        0, "Lost from", "Distance from the truth from which on the target counts as lost, in the unit of the states; 0 "
+        "for half the longer side of its true box, where it has one.",
+        ge=0, le=100_000, step=1, group=SCORING)
+    lost_share: float = loss_share(0.25, group=SCORING)
+    # fmt: on
+
+
+class RecordedBeliefParameters(SelectionParameters, ScoringParameters):
+    """What is looked at in a recording."""
+
+
+class ExampleBeliefParameters(ExampleParameters, ScoringParameters):
+    """The example that is made up, and what is looked at in it."""
+
+
+def simulate() -> Setup:
+    """Wire the example that is made up."""
+    return Setup(ExampleSource, ExampleBeliefParameters())
+
+
+def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, truth: Truth | None = None) -> Setup:
+    """Wire a recording of beliefs; nothing needs to be marked.
+
+    Raises:
+        ParameterError: It is a recording of something else, there is a mark, or the start is not within it.
+    """
+    if mark is not None:
+        raise ParameterError("mark", mark.kind, "left out: the recording says where its targets are")
+    if not isinstance(sequence, BeliefSequence):
+        raise ParameterError("footage", sequence.index.kind, "a recording of beliefs")
+    known = truth.at if truth else None
+
+    def open_source(_seed: int, parameters: RecordedBeliefParameters) -> RecordedBeliefs:
+        return RecordedBeliefs(sequence, parameters, start, known)
+
+    parameters = RecordedBeliefParameters()
+    open_source(0, parameters)
+    return Setup(open_source, parameters, Footage.of(sequence, None, start, truth))
+
+
+def _distance(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> Any:  # noqa: ANN401 - one or many
+    return np.sqrt(np.square(estimates - truths).sum(axis=-1))
+
+
+def _is_lost(errors: Any, sizes: Any, parameters: Any) -> Any:  # noqa: ANN401 - one or many, on either model
+    beyond = np.where(np.asarray(sizes) > 0, np.asarray(sizes) / 2.0, np.inf)
+    limit = parameters.lost_distance or beyond
+    return np.asarray(errors) >= limit
+
+
+EXPERIMENT = Experiment(
+    id="recorded",
+    title="Recorded results",
+    family="Results of others",
+    question="Where is a filter of your own, or any other tracker, wrong, and what did it believe there?",
+    references=(Citation(BERNARDIN),),
+    description=(
+        "What a loop or a tracker outside has computed is looked at like any run: particles, Gaussians or boxes, frame "
+        "by frame, in the picture or in the plane of two components. Where a truth is given, errors, overlap and "
+        "identity switches are measured. The example is made up: two discs that pass each other."
+    ),
+    unit="",
+    trackers=TRACKERS,
+    default_tracker="recorded",
+    frames=FRAMES,
+    presets=(
+        Preset(
+            "works",
+            "works",
+            "recorded",
+            about=("selected_target", "example_error_px"),
+            watch="Watch each target keep its number while the two pass each other at frame 60.",
+        ),
+        Preset(
+            "confused",
+            "breaks: numbers change",
+            "recorded",
+            {"confuse_numbers": True},
+            about=("selected_target",),
+            watch="Watch the error from frame 60 on: the two have each other's number, and the scrubber marks where.",
+        ),
+    ),
+    layers=LAYERS,
+    simulate=simulate,
+    on_video=on_video,
+    recorded=lambda _kind: RecordedBeliefParameters(),
+    footage=("beliefs",),
+    advice="Nothing needs to be marked: the recording says where its targets are.",
+    draw=draw,
+    error=_distance,
+    lost=_is_lost,
+    series=SERIES,
+    measure=measure,
+    measures=(*PICTURE_MEASURES, MEAN_IOU),
+    plots=PLOTS,
+    readings=READINGS,
+    terms=(
+        Term("overlap", "intersection over union of two boxes, from 0 for boxes apart to 1 for the same box"),
+        Term("identity switch", "a frame in which a true target has another number of the tracker than before"),
+    ),
+    clip_about=("selected_target", "component_across", "component_down", "lost_distance"),
+)

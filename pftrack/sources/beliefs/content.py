@@ -1,0 +1,201 @@
+"""What a recording of beliefs says, at hand by frame and target, its particles read when they are asked for."""
+
+import json
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.model.belief import Belief
+from pftrack.sources.beliefs.archive import ARRAYS, COLUMNS, VERSION, Entry, Stored, entries_of, read_array, shape_of
+from pftrack.sources.formats import RECORDING_ENTRY, SourceError
+
+__all__ = ["About", "Content"]
+
+LARGEST_ABOUT_BYTES = 1024 * 1024
+LARGEST_ARRAY_BYTES = 512 * 1024**2
+LARGEST_FRAME = 10_000_000
+MOST_COMPONENTS = 400
+NAMES = tuple(ARRAYS)
+FIRST_COUNT = len(COLUMNS) - len(NAMES)
+INNER = {"particles": 1, "log_weights": 0, "ancestors": 0, "mean": 1, "covariance": 2, "box": 1}
+
+
+@dataclass(frozen=True, slots=True)
+class About:
+    """What a recording says of itself.
+
+    Attributes:
+        components: Names of the states' components.
+        frame_rate_hz: Of frames that have no times.
+        clip: Name of the clip's file; empty without one.
+    """
+
+    components: tuple[str, ...]
+    frame_rate_hz: float
+    clip: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Row:
+    """Where what was said of a target in a frame is: for each array its place, first row and number of rows."""
+
+    places: tuple[tuple[Stored, int, int] | None, ...]
+
+
+class Content:
+    """All that a file says.
+
+    Attributes:
+        about: What it says of itself.
+        entries: Its entries by name.
+        first: Number of the first frame of which something is said.
+        last: Of the last.
+        targets: (frames, ...) of each target of which something is believed, in the order in which they come.
+        dimension: Components of a state; 0 where nothing but boxes is said.
+    """
+
+    def __init__(self, file: BinaryIO) -> None:
+        """Read the index of a file, which stays open.
+
+        Raises:
+            SourceError: It is none, is damaged, or says nothing.
+        """
+        self._file, self._lock = file, threading.Lock()
+        self.entries = entries_of(file)
+        self.about = _about(file, self.entries[RECORDING_ENTRY])
+        self._beliefs: dict[int, dict[int, _Row]] = {}
+        self._truths: dict[int, dict[int, _Row]] = {}
+        self.targets: dict[int, list[int]] = {}
+        self.dimension = 0
+        for number in range(len(self.entries)):
+            if f"chunks/{number:06d}/rows.npy" not in self.entries:
+                break
+            self._take_in(f"chunks/{number:06d}/")
+        frames = (self._beliefs or self._truths).keys()
+        if not frames:
+            raise SourceError("the recording says nothing of any frame yet")
+        self.first, self.last = min(frames), max(frames)
+
+    def _take_in(self, chunk: str) -> None:
+        stored: dict[str, Stored] = {}
+        for name in NAMES:
+            if (entry := self.entries.get(f"{chunk}{name}.npy")) is not None:
+                stored[name] = found = shape_of(self._file, entry)
+                inner = found.shape[1:]
+                if len(inner) != INNER[name] or (name == "box" and inner != (5,)):
+                    raise SourceError(f"the recording is damaged: {name} have a shape of {found.shape}")
+                if name in {"particles", "mean", "covariance"}:
+                    self.dimension = self.dimension or inner[0]
+                    if set(inner) != {self.dimension} or self.dimension > MOST_COMPONENTS:
+                        raise SourceError("the recording is damaged: states have different numbers of components")
+        rows = self._whole(f"{chunk}rows.npy")
+        if rows.ndim != 2 or rows.shape[1] != len(COLUMNS) or (rows[:, FIRST_COUNT:] < 0).any():
+            raise SourceError("the recording is damaged: its rows are none")
+        reached = dict.fromkeys(NAMES, 0)
+        for row in rows.tolist():
+            frame, target, is_truth, *counts = row
+            if not 0 <= frame <= LARGEST_FRAME:
+                raise SourceError(f"the recording has a frame {frame}")
+            places: list[tuple[Stored, int, int] | None] = []
+            for name, count in zip(NAMES, counts, strict=True):
+                places.append((stored[name], reached[name], count) if count and name in stored else None)
+                reached[name] += count
+            known = self._truths if is_truth else self._beliefs
+            known.setdefault(frame, {})[target] = _Row(tuple(places))
+            if not is_truth:
+                self.targets.setdefault(target, []).append(frame)
+        if any(reached[name] != (stored[name].shape[0] if name in stored else 0) for name in NAMES):
+            raise SourceError("the recording is damaged: an array has not as many rows as its chunk says")
+
+    def _whole(self, name: str) -> NDArray[Any]:
+        stored = shape_of(self._file, self.entries[name])
+        return read_array(self._file, stored, 0, stored.shape[0] if stored.shape else 0)
+
+    def bytes_of(self, name: str) -> bytes:
+        """Return the content of an entry."""
+        entry = self.entries[name]
+        with self._lock:
+            self._file.seek(entry.start)
+            return self._file.read(entry.size)
+
+    @property
+    def times_s(self) -> NDArray[np.float64] | None:
+        """Times of all frames, as they were given."""
+        if "times.npy" not in self.entries:
+            return None
+        times = self._whole("times.npy").astype(np.float64)
+        if times.ndim != 1 or not np.isfinite(times).all() or (np.diff(times) <= 0).any():
+            raise SourceError("the recording is damaged: its times do not rise")
+        return times
+
+    def targets_in(self, frame: int) -> tuple[int, ...]:
+        """Return the numbers of the targets of which something is believed in a frame, in rising order."""
+        return tuple(sorted(self._beliefs.get(frame, ())))
+
+    def true_targets_in(self, frame: int) -> tuple[int, ...]:
+        """Return those of which something is true."""
+        return tuple(sorted(self._truths.get(frame, ())))
+
+    def belief(self, frame: int, target: int) -> Belief:
+        """Return what is believed of a target in a frame."""
+        return self._read(target, self._beliefs[frame][target])
+
+    def truth(self, frame: int, target: int) -> Belief:
+        """Return what is true of a target in a frame."""
+        return self._read(target, self._truths[frame][target])
+
+    @property
+    def has_truth(self) -> bool:
+        """Whether anything is true of any frame."""
+        return bool(self._truths)
+
+    @property
+    def has_states(self) -> bool:
+        """Whether anything but boxes is believed."""
+        return self.dimension > 0
+
+    def _read(self, target: int, row: _Row) -> Belief:
+        arrays: dict[str, Any] = {}
+        with self._lock:
+            for name, place in zip(NAMES, row.places, strict=True):
+                if place is not None:
+                    arrays[name] = read_array(self._file, *place)
+        box = arrays["box"][0] if "box" in arrays else None
+        return Belief(
+            target,
+            particles=_doubles(arrays.get("particles")),
+            log_weights=_doubles(arrays.get("log_weights")),
+            ancestors=None if "ancestors" not in arrays else arrays["ancestors"].astype(np.int64),
+            mean=None if "mean" not in arrays else arrays["mean"][0].copy(),
+            covariance=None if "covariance" not in arrays else arrays["covariance"][0].copy(),
+            box=None if box is None else box[:4].copy(),
+            score=float("nan") if box is None else float(box[4]),
+        )
+
+
+def _doubles(array: NDArray[Any] | None) -> NDArray[np.float64] | None:
+    return None if array is None else array.astype(np.float64)
+
+
+def _about(file: BinaryIO, entry: Entry) -> About:
+    if entry.size > LARGEST_ABOUT_BYTES:
+        raise SourceError("the recording's description is larger than 1 MiB")
+    file.seek(entry.start)
+    try:
+        raw: Mapping[str, Any] = json.loads(file.read(entry.size))
+        version = int(raw["version"])
+        rate = float(raw["frame_rate_hz"])
+        names = tuple(str(name)[:40] for name in raw["components"][:MOST_COMPONENTS])
+        clip = str(raw["clip"] or "")[:200]
+    except (ValueError, TypeError, KeyError, RecursionError):
+        raise SourceError("the recording is damaged: its description cannot be read") from None
+    if version != VERSION:
+        remedy = "update pftrack" if version > VERSION else "it is older than any release"
+        raise SourceError(f"the recording is of version {version}, this pftrack reads version {VERSION}; {remedy}")
+    if not 0.001 <= rate <= 100_000.0:
+        raise SourceError(f"the recording has a rate of {rate:g} Hz; expected 0.001 to 100,000 Hz")
+    return About(names, rate, clip)

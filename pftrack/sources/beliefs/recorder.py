@@ -1,0 +1,332 @@
+"""The recorder: writes what a loop believes to a file while it runs, and costs the loop next to nothing.
+
+A call checks shapes, copies the numbers, particles in single precision, and returns; a thread of its own writes them,
+since packing and writing hold no lock. What a call has not copied is never looked at again, so the loop may change its
+arrays in place.
+"""
+
+import json
+import queue
+import shutil
+import threading
+import zipfile
+from collections.abc import Sequence
+from contextlib import suppress
+from os import PathLike
+from pathlib import Path
+from time import monotonic
+from types import TracebackType
+from typing import Any, Literal, Self
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pftrack.sources.beliefs.archive import ARRAYS, VERSION, header_of
+from pftrack.sources.formats import RECORDING_ENTRY
+from pftrack.version import __version__
+
+__all__ = ["Recorder"]
+
+CHUNK_BYTES = 8 * 1024 * 1024
+CHUNK_S = 0.5
+"""So much, or so long, is gathered before it is written."""
+
+WAITING = 4
+"""Chunks that may wait for the disk before the loop does."""
+
+JPEG_QUALITY = 95
+LARGEST_FRAME = 10_000_000
+MOST_COMPONENTS = 400
+
+Sources = str | PathLike[str] | Sequence[Any] | NDArray[Any] | None
+Arrays = dict[str, list[NDArray[Any]]]
+
+
+class Recorder:
+    """Writes a recording of beliefs; `pftrack.record` makes one, and `pftrack.load` opens the file.
+
+    Call it once for each frame and target, in any order; use it in a `with` statement, or `close` it.
+    """
+
+    def __init__(
+        self,
+        path: str | PathLike[str],
+        source: Sources = None,
+        *,
+        components: Sequence[str] = (),
+        frame_rate_hz: float = 30.0,
+        precision: Literal["single", "double"] = "single",
+    ) -> None:
+        """Begin a file.
+
+        Args:
+            path: Where to, usually .pft; a file that is there is replaced at once.
+            source: What the loop looks at: the file of a clip, whose content goes along; pictures (height, width, 3) or
+                (height, width), RGB, by number of the frame; the times of the frames (T,), s; or nothing.
+            components: Names of the states' components.
+            frame_rate_hz: Of frames that have no clip and no times.
+            precision: Of the particles and their weights in the file.
+
+        Raises:
+            OSError: The file cannot be written, or the clip not be read.
+            ValueError: The source is none of these.
+        """
+        self.path = Path(path)
+        self._names = tuple(str(name) for name in components)
+        self._float = np.dtype("<f4" if precision == "single" else "<f8")
+        self._dimension = len(self._names)
+        self._pictures = _pictures_of(source)
+        self._shown: set[int] = set()
+        clip = Path(source) if isinstance(source, str | PathLike) else None
+        times = _times_of(source) if clip is None and self._pictures is None else None
+        if clip is not None and not clip.is_file():
+            raise FileNotFoundError(f"there is no clip {clip}")
+        self._archive = zipfile.ZipFile(self.path, "w", zipfile.ZIP_STORED)
+        about = {
+            "format": "pftrack-recording",
+            "version": VERSION,
+            "pftrack": __version__,
+            "components": self._names,
+            "frame_rate_hz": float(frame_rate_hz),
+            "clip": clip.name if clip else None,
+        }
+        self._archive.writestr(RECORDING_ENTRY, json.dumps(about))
+        if times is not None:
+            self._archive.writestr("times.npy", header_of(times.dtype, times.shape) + times.tobytes())
+        if clip is not None:
+            with clip.open("rb") as file, self._archive.open("clip", "w", force_zip64=True) as entry:
+                shutil.copyfileobj(file, entry, CHUNK_BYTES)
+        self._flush()
+        self._chunks = 0
+        self._rows: list[tuple[int, ...]] = []
+        self._arrays: Arrays = {name: [] for name in ARRAYS}
+        self._waiting_bytes, self._since = 0, monotonic()
+        self._failure: BaseException | None = None
+        self._queue: queue.Queue[tuple[str, Any] | None] = queue.Queue(WAITING)
+        self._thread = threading.Thread(target=self._write_all, name="pftrack recorder", daemon=True)
+        self._thread.start()
+        self._is_open = True
+
+    def __call__(
+        self,
+        t: int,
+        *,
+        particles: ArrayLike | None = None,
+        log_weights: ArrayLike | None = None,
+        ancestors: ArrayLike | None = None,
+        mean: ArrayLike | None = None,
+        covariance: ArrayLike | None = None,
+        box: ArrayLike | None = None,
+        score: float = float("nan"),
+        target: int = 0,
+        truth: ArrayLike | None = None,
+        true_box: ArrayLike | None = None,
+    ) -> None:
+        """Record what is believed of a target in a frame, by particles, by mean and covariance, or by a box.
+
+        Args:
+            t: Number of the frame, from 0; that of the clip, of the pictures or of the times.
+            particles: (N, d) states, or (N,) of one component; the first two are the place in the picture, px, if any.
+            log_weights: (N,) logarithms of the weights, up to a constant; equal ones if not given.
+            ancestors: (N,) place of each particle's parent in the frame before.
+            mean: (d,) of the state; that of the particles if not given.
+            covariance: (d, d) of the state.
+            box: (4,) left and upper edge, width and height, px; the first pixel is 0.
+            score: How sure the tracker is of the box.
+            target: Number of the target, where there are several.
+            truth: (up to d,) true state, as far as it is known.
+            true_box: (4,) true box, px.
+
+        Raises:
+            ValueError: Nothing is said, or shapes do not fit together or not to the frames before.
+            OSError: What came before could not be written.
+        """
+        self._check(t)
+        said: dict[str, NDArray[Any]] = {}
+        if particles is not None:
+            states = np.array(particles, self._float, ndmin=1)
+            said["particles"] = states[:, None] if states.ndim == 1 else states
+            count = self._fit("particles", said["particles"], ("N", "d"))
+            if log_weights is not None:
+                said["log_weights"] = _of_shape("log_weights", np.array(log_weights, self._float), (count,))
+            if ancestors is not None:
+                said["ancestors"] = _of_shape("ancestors", np.array(ancestors, "<i4"), (count,))
+        elif log_weights is not None or ancestors is not None:
+            raise ValueError("log_weights and ancestors belong to particles, of which there are none")
+        if mean is not None:
+            said["mean"] = np.array(mean, "<f8", ndmin=1)[None]
+            self._fit("mean", said["mean"], ("1", "d"))
+        if covariance is not None:
+            said["covariance"] = np.array(covariance, "<f8", ndmin=2)[None]
+            self._fit("covariance", said["covariance"], ("1", "d", "d"))
+        if box is not None:
+            said["box"] = _box("box", box, score)
+        if not said:
+            raise ValueError(f"nothing is said of frame {t}: expected particles, a mean or a box")
+        self._add(t, target, said, is_truth=False)
+        if truth is not None or true_box is not None:
+            self.truth(t, position=truth, box=true_box, target=target)
+
+    def truth(
+        self, t: int, *, position: ArrayLike | None = None, box: ArrayLike | None = None, target: int = 0
+    ) -> None:
+        """Record what is true of a target in a frame; its number need not be that which the loop has for it."""
+        self._check(t)
+        said: dict[str, NDArray[Any]] = {}
+        if position is not None:
+            known = np.array(position, "<f8", ndmin=1)
+            self._dimension = self._dimension or len(known)
+            if known.ndim != 1 or not 1 <= len(known) <= self._dimension:
+                raise ValueError(f"truth must be up to {self._dimension} numbers, got an array of {known.shape}")
+            said["mean"] = np.full((1, self._dimension), np.nan)
+            said["mean"][0, : len(known)] = known
+        if box is not None:
+            said["box"] = _box("true_box", box, float("nan"))
+        if not said:
+            raise ValueError(f"nothing is true of frame {t}: expected a position or a box")
+        self._add(t, target, said, is_truth=True)
+
+    def close(self) -> None:
+        """Write what is left.
+
+        Raises:
+            OSError: It cannot be written.
+        """
+        if not self._is_open:
+            return
+        self._is_open = False
+        self._hand_on()
+        self._queue.put(None)
+        self._thread.join()
+        with suppress(OSError):
+            self._archive.close()
+        if self._failure is not None:
+            raise self._failure
+
+    def __enter__(self) -> Self:
+        """Return the recorder."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close the file; what the loop has said before an error is there."""
+        self.close()
+
+    def _check(self, t: int) -> None:
+        if not self._is_open:
+            raise ValueError(f"the recording {self.path.name} is closed")
+        if self._failure is not None:
+            raise self._failure
+        if not 0 <= int(t) <= LARGEST_FRAME:
+            raise ValueError(f"frames count from 0 to {LARGEST_FRAME:,}, got {t}")
+
+    def _fit(self, what: str, array: NDArray[Any], axes: tuple[str, ...]) -> int:
+        """Refuse an array of other axes, or of other components than before; return its length."""
+        dimension = array.shape[-1] if array.ndim == len(axes) else 0
+        self._dimension = self._dimension or dimension
+        wanted = tuple(self._dimension if axis == "d" else None for axis in axes)
+        fits = array.ndim == len(axes) and all(
+            side == length for side, length in zip(wanted, array.shape, strict=True) if side is not None
+        )
+        if not fits or not 1 <= dimension <= MOST_COMPONENTS or not len(array):
+            named = ", ".join(axes)
+            raise ValueError(f"{what} must be ({named}) with d = {self._dimension or '1, 2, ...'}, got {array.shape}")
+        return len(array)
+
+    def _add(self, t: int, target: int, said: dict[str, NDArray[Any]], *, is_truth: bool) -> None:
+        counts = [len(said[name]) if name in said else 0 for name in ARRAYS]
+        self._rows.append((int(t), int(target), int(is_truth), *counts))
+        for name, array in said.items():
+            self._arrays[name].append(array)
+            self._waiting_bytes += array.nbytes
+        if self._pictures is not None and int(t) not in self._shown:
+            self._shown.add(int(t))
+            self._queue.put((f"pictures/{int(t):06d}.jpg", np.array(self._pictures[int(t)])))
+        if self._waiting_bytes >= CHUNK_BYTES or monotonic() - self._since >= CHUNK_S:
+            self._hand_on()
+
+    def _hand_on(self) -> None:
+        """Give what was gathered to the thread that writes."""
+        if self._rows:
+            rows = np.array(self._rows, "<i8")
+            self._queue.put((f"chunks/{self._chunks:06d}", (rows, self._arrays)))
+            self._chunks += 1
+            self._rows, self._arrays = [], {name: [] for name in ARRAYS}
+        self._waiting_bytes, self._since = 0, monotonic()
+
+    def _write_all(self) -> None:
+        while (item := self._queue.get()) is not None:
+            if self._failure is not None:
+                continue  # so that nobody waits for room
+            try:
+                name, content = item
+                if isinstance(content, tuple):
+                    self._write_chunk(name, *content)
+                else:
+                    self._archive.writestr(name, _jpeg(content))
+                self._flush()
+            except Exception as error:  # noqa: BLE001 - told to whoever calls next
+                self._failure = error
+
+    def _write_chunk(self, name: str, rows: NDArray[np.int64], arrays: Arrays) -> None:
+        for array, parts in arrays.items():
+            if parts:
+                self._write_array(f"{name}/{array}.npy", parts)
+        # The rows come last: a chunk is there when they are.
+        self._write_array(f"{name}/rows.npy", [rows])
+
+    def _write_array(self, name: str, parts: list[NDArray[Any]]) -> None:
+        shape = (sum(len(part) for part in parts), *parts[0].shape[1:])
+        header = header_of(parts[0].dtype, shape)
+        info = zipfile.ZipInfo(name)
+        info.file_size = len(header) + sum(part.nbytes for part in parts)
+        with self._archive.open(info, "w") as entry:
+            entry.write(header)
+            for part in parts:
+                entry.write(np.ascontiguousarray(part).data)
+
+    def _flush(self) -> None:
+        if self._archive.fp is not None:
+            self._archive.fp.flush()
+
+
+def _of_shape(what: str, array: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
+    if array.shape != shape:
+        raise ValueError(f"{what} must be {shape}, as many as there are particles, got {array.shape}")
+    return array
+
+
+def _box(what: str, box: ArrayLike, score: float) -> NDArray[Any]:
+    numbers = np.array(box, "<f8")
+    if numbers.shape != (4,) or not np.isfinite(numbers).all() or not (numbers[2:] > 0).all():
+        raise ValueError(f"{what} must be x, y, w, h with w and h above 0, px, got {numbers.tolist()}")
+    return np.append(numbers, score)[None]
+
+
+def _pictures_of(source: Sources) -> Any:  # noqa: ANN401 - whatever has a picture for a number
+    """Return what has a picture for each number; None if the source is no pictures."""
+    if source is None or isinstance(source, str | PathLike) or not hasattr(source, "__getitem__") or not len(source):
+        return None
+    return source if np.ndim(source[0]) in {2, 3} else None
+
+
+def _times_of(source: Sources) -> NDArray[np.float64] | None:
+    if source is None:
+        return None
+    times = np.array(source, "<f8")
+    rising = times.ndim == 1 and len(times) > 0 and np.isfinite(times).all() and (np.diff(times) > 0).all()
+    if not rising:
+        raise ValueError("source must be a clip's file, pictures, or times that rise, s")
+    return times
+
+
+def _jpeg(picture_rgb: NDArray[Any]) -> bytes:
+    """Return a picture, RGB or grey, as a file."""
+    image = np.asarray(picture_rgb, np.uint8)
+    ready = image if image.ndim == 2 else np.ascontiguousarray(image[:, :, 2::-1])
+    done, data = cv2.imencode(".jpg", ready, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
+    if not done:
+        raise ValueError(f"a picture must be (height, width, 3) or (height, width), got {image.shape}")
+    return bytes(data)

@@ -1,0 +1,243 @@
+"""A recording of beliefs as a sequence: its pictures are those of the clip that goes along, or else paper.
+
+So a recording goes the ways of a video: it is surveyed once, kept with its index, and named by the hash of its content.
+The clip is in the file itself. A path in a file is never followed: who opens a stranger's recording opens nothing else.
+"""
+
+import io
+import threading
+import weakref
+import zlib
+from dataclasses import replace
+from pathlib import Path
+from typing import BinaryIO
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.model.belief import Plane
+from pftrack.model.sequence import FrameIndex, FrameSequence
+from pftrack.sources.beliefs.archive import Entry
+from pftrack.sources.beliefs.content import Content
+from pftrack.sources.formats import HEAD_BYTES, SourceError, sniff
+from pftrack.sources.sequence import Limits, check_pixels
+
+__all__ = ["BeliefSequence"]
+
+PAPER, PAPER_PX = 255, (640, 480)
+LARGEST_PAPER_PX = 1920
+
+
+class BeliefSequence:
+    """The frames of a recording of beliefs.
+
+    Attributes:
+        name: Of the file.
+        sha256: Of its content.
+        content: What it says.
+        first: Number that the loop had for frame 0 of the sequence.
+        has_pictures: Whether its frames have pictures; else they are paper.
+    """
+
+    def __init__(
+        self, file: BinaryIO, *, name: str, sha256: str, limits: Limits, index: FrameIndex | None = None
+    ) -> None:
+        """Read a file, which is closed with the sequence.
+
+        Args:
+            file: Open for reading.
+            name: What people call it.
+            sha256: Digest of its content.
+            limits: How large it may be.
+            index: From an earlier survey of the same content.
+
+        Raises:
+            SourceError: It is no recording of beliefs, its clip cannot be read, or it exceeds the limits.
+        """
+        self.name, self.sha256 = name, sha256
+        self._file, self._lock = file, threading.Lock()
+        self.content = Content(file)
+        self._clip = self._open_clip(limits, index) if "clip" in self.content.entries else None
+        self._pictures = sorted(
+            int(entry[9:-4])
+            for entry in self.content.entries
+            if entry.startswith("pictures/") and entry[9:-4].isdigit()
+        )
+        self.has_pictures = self._clip is not None or bool(self._pictures)
+        self.index = self._survey(limits)
+        self._close_file = weakref.finalize(self, file.close)  # also when nobody remembers to
+        self.size, self.frame_rate_hz = (self.index.width, self.index.height), self.index.frame_rate_hz
+        self.frame_count = self.index.frame_count
+        self.times_s = np.array(self.index.times_s)
+        self.times_s.setflags(write=False)
+
+    square = True
+
+    @property
+    def first(self) -> int:
+        """Number that the loop had for frame 0: 0 where a clip, pictures or times say what frame 0 is."""
+        counted = self._clip is not None or "times.npy" in self.content.entries
+        return 0 if counted else min([self.content.first, *self._pictures[:1]])
+
+    def picture(self, index: int) -> NDArray[np.uint8]:
+        """Return a frame, (height, width, 3) RGB, read-only; white paper where it has no picture."""
+        if not 0 <= index < self.frame_count:
+            raise IndexError(f"expected a frame from 0 to {self.frame_count - 1}, got {index}")
+        if self._clip is not None:
+            return self._clip.picture(index)
+        name = f"pictures/{self.first + index:06d}.jpg"
+        if name in self.content.entries:
+            image = _decode(self.content.bytes_of(name))
+            if image is None or image.shape[1::-1] != self.size:
+                raise SourceError(f"picture {index} of the recording cannot be read, or is of another size")
+        else:
+            image = np.full((self.size[1], self.size[0], 3), PAPER, dtype=np.uint8)
+        image.flags.writeable = False
+        return image
+
+    def plane(self, components: tuple[int, ...]) -> Plane:
+        """Return where states are drawn: in the picture where there is one, else so that they fill the paper."""
+        if self.has_pictures or not self.content.has_states:
+            return Plane(self.size)
+        low, high = self._extent()
+        across, down = components[0], components[-1]
+        scale, shift = [], []
+        for component, side, sign in ((across, self.size[0], 1.0), (down, self.size[1], -1.0)):
+            span = max(float(high[component] - low[component]), 1e-12)
+            middle = float(high[component] + low[component]) / 2.0
+            scale.append(sign * 0.84 * side / span)
+            shift.append(side / 2.0 - scale[-1] * middle)
+        if len(components) == 1:
+            scale[1], shift[1] = 0.0, self.size[1] / 2.0
+        return Plane(self.size, (scale[0], scale[1]), (shift[0], shift[1]))
+
+    def close(self) -> None:
+        """Let go of the file."""
+        if self._clip is not None:
+            self._clip.close()
+        self._close_file()
+
+    def _open_clip(self, limits: Limits, index: FrameIndex | None) -> FrameSequence:
+        from pftrack.sources.video import VideoSequence  # noqa: PLC0415 - it loads decoders
+
+        part = io.BufferedReader(_Part(self._file, self.content.entries["clip"]))
+        found = sniff(part.read(HEAD_BYTES))
+        if found.kind not in {"video", "gif"}:
+            raise SourceError("the clip of the recording is no video and no GIF")
+        part.seek(0)
+        known = None if index is None else replace(index, kind=found.kind, warnings=())
+        # A file of its own, so that a decoder's place in it is nobody else's.
+        return VideoSequence(part, found, name=self.content.about.clip, sha256=self.sha256, limits=limits, index=known)
+
+    def _survey(self, limits: Limits) -> FrameIndex:
+        content, warnings = self.content, []
+        if self._clip is not None:
+            known = self._clip.index
+            warnings += [*known.warnings, *_outside(content.last + 1, known.frame_count)]
+            return replace(known, kind="beliefs", sha256=self.sha256, warnings=tuple(warnings))
+        times = content.times_s
+        count = (max([content.last, *self._pictures[-1:]]) + 1 - self.first) if times is None else len(times)
+        if count > limits.frames:
+            raise SourceError(f"the recording spans {count:,} frames; at most {limits.frames:,} are allowed")
+        rate = content.about.frame_rate_hz
+        if times is None:
+            times = np.arange(count) / rate
+        else:
+            warnings += _outside(content.last + 1, count)
+            times = times - times[0]
+            rate = float((count - 1) / times[-1]) if count > 1 else rate
+        if self.first:
+            warnings.append(f"Frame 0 is the frame {self.first} of the file, the first of which something is said.")
+        width, height = self._paper(limits)
+        checksums = tuple(zlib.crc32(f"{self.first + number}".encode()) for number in range(count))
+        return FrameIndex(
+            kind="beliefs",
+            sha256=self.sha256,
+            width=width,
+            height=height,
+            frame_rate_hz=rate,
+            times_s=tuple(times.tolist()),
+            checksums=checksums,
+            warnings=tuple(warnings),
+        )
+
+    def _paper(self, limits: Limits) -> tuple[int, int]:
+        """Return width and height of the pictures, or of paper that has room for all boxes."""
+        if self._pictures:
+            image = _decode(self.content.bytes_of(f"pictures/{self._pictures[0]:06d}.jpg"))
+            if image is None:
+                raise SourceError("the first picture of the recording cannot be read")
+            height, width, _ = image.shape
+            check_pixels(width, height, limits, "the pictures of the recording have")
+            return width, height
+        if self.content.has_states:
+            return PAPER_PX
+        reach = np.zeros(2)
+        for frames, target in ((frames, target) for target, frames in self.content.targets.items()):
+            for frame in frames:
+                box = self.content.belief(frame, target).box
+                if box is not None:
+                    reach = np.maximum(reach, box[:2] + box[2:])
+        width, height = np.clip(np.ceil(1.02 * reach), 64, LARGEST_PAPER_PX).astype(int).tolist()
+        return width, height
+
+    def _extent(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the least and the greatest value of each component, of some of the frames."""
+        low, high = np.full((2, self.content.dimension), np.nan)
+        for target, frames in self.content.targets.items():
+            for frame in frames[:: max(len(frames) // 100, 1)]:
+                known = self.content.belief(frame, target)
+                states = known.particles if known.particles is not None else known.mean
+                if states is not None:
+                    rows = np.where(np.isfinite(states), states, np.nan).reshape(-1, self.content.dimension)
+                    low = np.fmin(low, np.fmin.reduce(rows))
+                    high = np.fmax(high, np.fmax.reduce(rows))
+        return np.nan_to_num(low), np.nan_to_num(high)
+
+
+def _outside(said: int, count: int) -> list[str]:
+    if said <= count:
+        return []
+    return [f"What is said of frames beyond the last, {count - 1}, is left out."]
+
+
+def _decode(data: bytes) -> NDArray[np.uint8] | None:
+    """Return a JPEG's pixels as RGB; None if it is none."""
+    if not data.startswith(b"\xff\xd8\xff"):
+        return None
+    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR_RGB)
+    return None if image is None else np.asarray(image, np.uint8)
+
+
+class _Part(io.RawIOBase):
+    """A part of a file as a file of its own, read by another descriptor so that it has a place of its own."""
+
+    def __init__(self, file: BinaryIO, entry: Entry) -> None:
+        self._file = Path(file.name).open("rb")  # noqa: SIM115 - closed with this
+        self._entry, self._place = entry, 0
+
+    def readable(self) -> bool:
+        return True
+
+    def seekable(self) -> bool:
+        return True
+
+    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
+        base = {io.SEEK_SET: 0, io.SEEK_CUR: self._place, io.SEEK_END: self._entry.size}[whence]
+        self._place = max(base + offset, 0)
+        return self._place
+
+    def tell(self) -> int:
+        return self._place
+
+    def readinto(self, buffer: "memoryview[int]") -> int:  # type: ignore[override]  # any writable buffer
+        room = min(len(buffer), max(self._entry.size - self._place, 0))
+        self._file.seek(self._entry.start + self._place)
+        count = self._file.readinto(memoryview(buffer)[:room])
+        self._place += count
+        return count
+
+    def close(self) -> None:
+        self._file.close()
+        super().close()

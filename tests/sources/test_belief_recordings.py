@@ -1,0 +1,166 @@
+"""Recordings of beliefs: what a loop says is there to the number, whatever becomes of the loop."""
+
+import zipfile
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pftrack
+from pftrack.rendering.film import FilmWriter
+from pftrack.sources.sequence import SourceError, open_sequence
+
+FRAMES, COUNT = 6, 50
+
+
+def particles_of(frame: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(frame)
+    states = rng.standard_normal((COUNT, 3)) + np.array([10.0 * frame, -5.0, 2.0])
+    return states, rng.standard_normal(COUNT), np.sort(rng.integers(0, COUNT, COUNT))
+
+
+def record(path: Path, frames: int = FRAMES, **options: object) -> Path:
+    with pftrack.record(path, **options) as rec:
+        for t in range(frames):
+            states, weights, ancestors = particles_of(t)
+            rec(t, particles=states, log_weights=weights, ancestors=ancestors, truth=(10.0 * t, -5.0))
+    return path
+
+
+def test_a_loop_opens_as_a_run(tmp_path: Path) -> None:
+    """The estimate is the weighted mean, and ESS, different parents and errors are those of the loop's numbers."""
+    run = pftrack.load(record(tmp_path / "mine.pft", precision="double"))
+    run.finish()
+    assert run.frames == FRAMES
+    for t, row in enumerate(run.diagnostics):
+        states, weights, ancestors = particles_of(t)
+        share = np.exp(weights) / np.exp(weights).sum()
+        assert row.estimate == pytest.approx(share @ states[:, :2])
+        assert row.number("ess") == pytest.approx(1 / np.square(share).sum())
+        assert row.number("unique_ancestors") == len(set(ancestors.tolist()))
+        assert row.error == pytest.approx(np.hypot(*(share @ states[:, :2] - (10.0 * t, -5.0))))
+        assert row.sigma == pytest.approx(np.sqrt(share @ np.square(states[:, :2] - share @ states[:, :2])))
+
+
+def test_single_precision_is_enough_for_what_is_seen(tmp_path: Path) -> None:
+    """Half the bytes are written if not asked otherwise, and the estimate differs in the seventh digit at most."""
+    single, double = record(tmp_path / "one.pft"), record(tmp_path / "two.pft", precision="double")
+    assert single.stat().st_size < 0.75 * double.stat().st_size
+    one, two = (np.array(pftrack.load(path).finish().diagnostics.estimate) for path in (single, double))
+    assert one == pytest.approx(two, rel=1e-6)
+
+
+def test_gaussians_and_boxes_are_beliefs(tmp_path: Path) -> None:
+    """Means with covariances, and boxes of several targets, are shown as what they are."""
+    with pftrack.record(tmp_path / "gaussians.pft") as rec:
+        for t in range(4):
+            rec(t, mean=[t, 2.0], covariance=np.diag([4.0, 9.0]))
+    row = pftrack.load(tmp_path / "gaussians.pft").finish().diagnostics
+    assert row.estimate == (3.0, 2.0)
+    assert row.sigma == (2.0, 3.0)
+    with pftrack.record(tmp_path / "boxes.pft") as rec:
+        for t in range(4):
+            rec(t, box=(10 + t, 20, 31, 41), target=5, true_box=(10 + t, 20, 31, 41))
+            rec(t, box=(90, 20, 5, 5), target=6)
+    step = pftrack.load(tmp_path / "boxes.pft").finish()
+    assert step.diagnostics.estimate == (28.0, 40.0)  # the middle of whole pixels
+    assert step.diagnostics.number("overlap") == 1.0
+    assert step.diagnostics.number("targets") == 2.0
+
+
+def test_numbers_that_change_are_counted_where_they_do(tmp_path: Path) -> None:
+    """Where two targets take each other's number, both switch, and the selected one is lost from there on."""
+    with pftrack.record(tmp_path / "two.pft") as rec:
+        for t in range(8):
+            for true in (1, 2):
+                box = (100 * true, 50, 20, 20)
+                rec(t, box=box, target=true if t < 5 else 3 - true)
+                rec.truth(t, box=box, target=true)
+    run = pftrack.load(tmp_path / "two.pft")
+    run.finish()
+    assert [row.number("identity_switches") for row in run.diagnostics] == [0, 0, 0, 0, 0, 2, 0, 0]
+    assert [bool(row.lost) for row in run.diagnostics] == [False] * 5 + [True] * 3
+
+
+def test_a_target_that_is_gone_is_where_it_was_seen_last(tmp_path: Path) -> None:
+    """A frame of which nothing is said repeats the last belief, and says that the target is looked for."""
+    with pftrack.record(tmp_path / "gaps.pft", np.arange(6) / 10.0) as rec:
+        for t in (1, 2, 5):
+            rec(t, mean=[float(t), 0.0])
+    run = pftrack.load(tmp_path / "gaps.pft")
+    run.finish()
+    assert [row.estimate[0] for row in run.diagnostics] == [1, 1, 2, 2, 2, 5]
+    assert [row.searching for row in run.diagnostics] == [True, False, False, True, True, False]
+    assert run.source.frame_rate_hz == pytest.approx(10.0)
+
+
+def test_a_clip_goes_along(tmp_path: Path) -> None:
+    """The pictures of a recording are those of its clip, to the bit, and the clip is needed no more."""
+    clip = tmp_path / "clip.mp4"
+    with FilmWriter(clip, 25.0) as film:
+        for t in range(FRAMES):
+            film.write(np.full((48, 64, 3), 40 * t, dtype=np.uint8))
+    pictures = [open_sequence(clip).picture(t) for t in range(FRAMES)]
+    path = record(tmp_path / "mine.pft", source=clip)
+    clip.unlink()
+    sequence = open_sequence(path)
+    assert sequence.index.kind == "beliefs"
+    assert sequence.size == (64, 48)
+    for t in (3, 0, 5):
+        assert np.array_equal(sequence.picture(t), pictures[t])
+    again = open_sequence(path, index=sequence.index)
+    assert np.array_equal(again.picture(4), pictures[4])
+    assert again.index == sequence.index
+
+
+def test_pictures_can_be_given_one_by_one(tmp_path: Path) -> None:
+    """Arrays of pixels are the pictures of the frames of which something is said."""
+    pictures = np.random.default_rng(0).integers(0, 255, (FRAMES, 1, 1, 3)).repeat(32, 1).repeat(48, 2).astype(np.uint8)
+    sequence = open_sequence(record(tmp_path / "mine.pft", source=pictures))
+    assert sequence.size == (48, 32)
+    assert np.abs(sequence.picture(2).astype(int) - pictures[2]).max() < 12
+
+
+def test_what_was_said_before_a_loop_broke_off_is_there(tmp_path: Path) -> None:
+    """A file without its end, or cut in the middle of a frame, holds what came before."""
+    with zipfile.ZipFile(record(tmp_path / "mine.pft")) as archive:
+        assert archive.testzip() is None
+    path = tmp_path / "cut.pft"
+    rec = pftrack.record(path)
+    for t in range(3):
+        rec(t, particles=particles_of(t)[0])
+        rec._hand_on()
+    rec.close()
+    data = path.read_bytes()
+    path.write_bytes(data[: data.rindex(b"chunks/000002/rows.npy", 0, data.index(b"PK\x01\x02")) + 40])
+    assert open_sequence(path).frame_count == 2
+
+
+@pytest.mark.parametrize(
+    ("said", "sentence"),
+    [
+        ({"particles": np.zeros((3, 2)), "log_weights": np.zeros(2)}, "log_weights must be"),
+        ({"particles": np.zeros((3, 4))}, "particles must be"),
+        ({"box": (0, 0, -1, 2)}, "box must be"),
+        ({}, "nothing is said"),
+    ],
+)
+def test_what_does_not_fit_is_refused_at_once(tmp_path: Path, said: dict[str, object], sentence: str) -> None:
+    """Shapes are checked when they are said, with what was expected."""
+    with pftrack.record(tmp_path / "mine.pft", components=("x", "y")) as rec:
+        with pytest.raises(ValueError, match=sentence):
+            rec(0, **said)
+        rec(0, mean=[0.0, 0.0])
+
+
+def test_damage_is_refused_in_a_sentence(tmp_path: Path) -> None:
+    """Bytes that were changed give a sentence, whatever they are."""
+    data = record(tmp_path / "mine.pft").read_bytes()
+    rng = np.random.default_rng(1)
+    for place in rng.integers(0, len(data), 60):
+        path = tmp_path / "damaged.pft"
+        path.write_bytes(data[:place] + bytes([data[place] ^ 0xFF]) + data[place + 1 :])
+        with suppress(SourceError):
+            sequence = open_sequence(path)
+            sequence.content.belief(sequence.content.first, 0)
