@@ -127,7 +127,7 @@ export class TargetForm {
         "header",
         {},
         h("h2", {}, "What should be tracked?"),
-        h("p", { class: "hint" }, `${name}, ${count(frames, "frame")}${kind === "tracks" ? " of tracks" : pictures}`),
+        h("p", { class: "hint" }, `${name}, ${count(frames, "frame")}${kind === "tracks" ? " of tracks" : kind === "beliefs" ? " of recorded beliefs" : pictures}`),
         warnings.map((warning) => h("p", { class: "note" }, warning)),
       ),
       this.#stage,

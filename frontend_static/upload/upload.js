@@ -1,4 +1,4 @@
-/** The drop zone: takes a video, a set of pictures, a table of tracks or a saved run, and shows how far the upload is. */
+/** The drop zone: takes videos, pictures, tables of tracks, results of trackers and saved runs, and shows how far it is. */
 
 import { here } from "../shared/address.js";
 import { api, messageOf, statusOf } from "../shared/api.js";
@@ -92,7 +92,7 @@ export class DropZone {
       this.#picker,
       icon("film"),
       h("p", { class: "drop-words" }, h("strong", {}, "Drop a video here"), " or ", h("label", { for: "file-picker", class: "link" }, "choose a file")),
-      h("p", { class: "hint" }, "A video, an animated GIF or a set of pictures, a table of tracks (.csv), or a saved run (.pft)"),
+      h("p", { class: "hint" }, "A video, an animated GIF or a set of pictures, a table of tracks (.csv), results of a tracker, a recording or a saved run (.pft)"),
       cameraButton((clip) => this.#take([clip])),
     );
   }
@@ -104,7 +104,7 @@ export class DropZone {
       toast("Other files are still uploading; wait for them, or stop them first");
       return;
     }
-    const isRun = files.length === 1 && files[0].name.toLowerCase().endsWith(".pft");
+    const isRun = files.length === 1 && files[0].name.toLowerCase().endsWith(".pft") && !(await isRecording(files[0]));
     if (isRun) await this.#send(files, api.importRun, "Computing the run", (answer) => ("state" in answer ? this.#follow(answer) : this.#on.imported(answer)));
     else await this.#send(files, api.sendUpload, "Checking every frame", this.#on.uploaded);
   }
@@ -252,6 +252,15 @@ function tellPlace(transfer, signal, tell) {
   };
   const asking = setInterval(ask, PLACE_MS);
   signal.addEventListener("abort", () => clearInterval(asking));
+}
+
+/**
+ * Tell a recording of beliefs from a saved run: both are archives, whose first entry is named after 30 bytes.
+ *
+ * @param {File} file
+ */
+async function isRecording(file) {
+  return (await file.slice(30, 44).text()) === "recording.json";
 }
 
 /** @param {DragEvent} event */

@@ -9,6 +9,7 @@ import numba
 import numpy as np
 
 import pftrack.runs.record
+import pftrack.sources.beliefs.sequence
 import pftrack.sources.images
 import pftrack.sources.tracks.sequence
 import pftrack.sources.video

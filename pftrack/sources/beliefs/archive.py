@@ -6,7 +6,7 @@
 | `times.npy` | (T,) time of each frame, s, where they were given |
 | `clip` | the file of the clip as it is, where the beliefs are of one |
 | `pictures/000012.jpg` | the picture of a frame, where they were given one by one |
-| `chunks/000000/rows.npy` | (R, 9) int64: frame, target, whether it is a truth, and how many rows of each array follow |
+| `chunks/000000/rows.npy` | (R, 9) int64: frame, target, whether it is a truth, and how many rows of each array |
 | `chunks/000000/NAME.npy` | those rows of the arrays `particles`, `log_weights`, ..., one below the other |
 
 Nothing is compressed, since particles are noise. Entries are written as they come, each whole before the next, and are
@@ -128,14 +128,13 @@ def shape_of(file: BinaryIO, entry: Entry) -> Stored:
     """
     file.seek(entry.start)
     try:
-        if np.lib.format.read_magic(file) != (1, 0):
-            raise ValueError("version")
+        version = np.lib.format.read_magic(file)
         shape, fortran, dtype = np.lib.format.read_array_header_1_0(file)
     except (ValueError, SyntaxError, TypeError, EOFError):
         raise SourceError("the recording is damaged: an entry is no array") from None
     start = file.tell()
     expected = int(dtype.itemsize * np.prod([int(side) for side in shape], dtype=object)) if shape else 0
-    if fortran or dtype not in DTYPES or expected != entry.start + entry.size - start:
+    if version != (1, 0) or fortran or dtype not in DTYPES or expected != entry.start + entry.size - start:
         raise SourceError("the recording is damaged: an array has not as many numbers as it says")
     return Stored(start, tuple(int(side) for side in shape), dtype)
 

@@ -81,17 +81,7 @@ class Content:
         self.first, self.last = min(frames), max(frames)
 
     def _take_in(self, chunk: str) -> None:
-        stored: dict[str, Stored] = {}
-        for name in NAMES:
-            if (entry := self.entries.get(f"{chunk}{name}.npy")) is not None:
-                stored[name] = found = shape_of(self._file, entry)
-                inner = found.shape[1:]
-                if len(inner) != INNER[name] or (name == "box" and inner != (5,)):
-                    raise SourceError(f"the recording is damaged: {name} have a shape of {found.shape}")
-                if name in {"particles", "mean", "covariance"}:
-                    self.dimension = self.dimension or inner[0]
-                    if set(inner) != {self.dimension} or self.dimension > MOST_COMPONENTS:
-                        raise SourceError("the recording is damaged: states have different numbers of components")
+        stored = self._stored_in(chunk)
         rows = self._whole(f"{chunk}rows.npy")
         if rows.ndim != 2 or rows.shape[1] != len(COLUMNS) or (rows[:, FIRST_COUNT:] < 0).any():
             raise SourceError("the recording is damaged: its rows are none")
@@ -110,6 +100,22 @@ class Content:
                 self.targets.setdefault(target, []).append(frame)
         if any(reached[name] != (stored[name].shape[0] if name in stored else 0) for name in NAMES):
             raise SourceError("the recording is damaged: an array has not as many rows as its chunk says")
+
+    def _stored_in(self, chunk: str) -> dict[str, Stored]:
+        """Return where the arrays of a chunk are."""
+        stored: dict[str, Stored] = {}
+        for name in NAMES:
+            if (entry := self.entries.get(f"{chunk}{name}.npy")) is None:
+                continue
+            stored[name] = found = shape_of(self._file, entry)
+            inner = found.shape[1:]
+            if len(inner) != INNER[name] or (name == "box" and inner != (5,)):
+                raise SourceError(f"the recording is damaged: {name} have a shape of {found.shape}")
+            if name in {"particles", "mean", "covariance"}:
+                self.dimension = self.dimension or inner[0]
+                if set(inner) != {self.dimension} or self.dimension > MOST_COMPONENTS:
+                    raise SourceError("the recording is damaged: states have different numbers of components")
+        return stored
 
     def _whole(self, name: str) -> NDArray[Any]:
         stored = shape_of(self._file, self.entries[name])
