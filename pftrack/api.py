@@ -25,7 +25,7 @@ from pftrack.runs import record as records
 from pftrack.runs.record import OpenSequence
 from pftrack.runs.run import Change, Run
 from pftrack.sources.beliefs.recorder import Recorder as record  # noqa: N813 - it is called like a function
-from pftrack.sources.formats import is_recording
+from pftrack.sources.formats import is_beliefs
 from pftrack.sources.sequence import open_sequence
 
 __all__ = ["compare", "load", "record", "run"]
@@ -101,7 +101,7 @@ def load(path: PathOrName, *, recording: PathOrName | None = None, trust: bool =
         RecordError: It is no saved run and no recipe, or its recording is not to be had or another one.
     """
     file = Path(path)
-    if is_recording(file):
+    if is_beliefs(file):
         return run(find_for("beliefs").id, recording=file)
     if file.suffix.lower() == ".json":
         recipe = _read_recipe(file)

@@ -32,6 +32,7 @@ from pftrack.model.tour import Tour
 from pftrack.model.tracker import Tracker, with_readers
 from pftrack.model.truth import Truth
 from pftrack.model.world import World
+from pftrack.sources.results.table import Box
 from pftrack.sources.truth import BOXES, TruthKind
 from pftrack.trackers.filter_interface import FilterInterface
 
@@ -242,6 +243,8 @@ class Experiment:
         exports: Files that it offers of what is believed in a frame.
         guidance: How its recorded states are learned from, where its particles can be guided by what was learned.
         family: What kind of thing it estimates, a few words. Those of one family stand together on the start page.
+        boxes: (state) -> the boxes that are believed of all targets of a frame, where there are several; else the one
+            around the estimate is, of the role "extent".
         calibration: What its trackers say of their own error, and settings in which that is not to be believed.
         failures: Named ways in which its trackers go wrong, each with what shows it and what cures it.
         terms: Words of its own that its plots, readings and measures use, for the glossary.
@@ -289,6 +292,7 @@ class Experiment:
     example_sweep: ExampleSweep | None = None
     worlds: tuple[World, ...] = ()
     exports: tuple[Export, ...] = ()
+    boxes: Callable[[Any], Sequence[Box]] | None = None
     guidance: Guidance | None = None
     failures: tuple[Failure, ...] = ()
     calibration: Calibration = STANDARD_CALIBRATION

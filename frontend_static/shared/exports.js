@@ -23,6 +23,8 @@ import { attempt, toast } from "./toast.js";
 /** @type {[ExportPublic["group"], string][]} In the order in which they are listed. */
 const GROUPS = [
   ["numbers", "Numbers of all frames"],
+  ["boxes", "Boxes that are believed"],
+  ["truth", "Boxes that are true"],
   ["film", "Moving pictures"],
   ["plots", "Plots"],
   ["documents", "The run and its sources"],

@@ -1,10 +1,10 @@
 """The command line, `pftrack`.
 
 `list` and `show` say what there is; `new` writes a file to begin with; `run`, `replay`, `compare`, `failures`, `learn`
-and `sweep` compute; `export` takes a run to other programs; `lessons` teaches; `exercise` checks what students write;
-`reproduce`, `evaluate`, `bench` and `doctor` check; commands from other packages, such as the server's `serve`, join
-through the entry point group `pftrack.commands`, so that the library need not know them. Exit status: 0 done, 1 failed,
-with one clear line, 2 wrong use.
+and `sweep` compute; `open` looks at what others have computed; `export` takes a run to other programs; `lessons`
+teaches; `exercise` checks what students write; `reproduce`, `evaluate`, `bench` and `doctor` check; commands from other
+packages, such as the server's `serve`, join through the entry point group `pftrack.commands`, so that the library need
+not know them. Exit status: 0 done, 1 failed, with one clear line, 2 wrong use.
 """
 
 import os
@@ -28,6 +28,7 @@ from pftrack.cli import (
     learn,
     lessons,
     listing,
+    results,
     run,
     sweep,
 )
@@ -97,6 +98,7 @@ def _start(
 
 listing.register(app)
 run.register(app)
+results.register(app)
 exports.register(app)
 compare.register(app)
 failures.register(app)

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from pftrack.model.sequence import FrameSequence
     from pftrack.runs.run import Run
 
-__all__ = ["register"]
+__all__ = ["compute_run", "print_summary", "register"]
 
 LONGEST_SHOWN = 80  # characters of a value in a table
 REPORT_EVERY = 8  # frames; a progress bar must not cost more than the filter
@@ -121,14 +121,14 @@ def run(
             mark_out.write_bytes(_draw_mark(made))
         _note_unread(found, setup, values, made.tracker)
         suitability = _suitability(made, sequence)
-        summary = {**_compute(made, video_out, frames=made.frames), **suitability}
+        summary = {**compute_run(made, video_out, frames=made.frames), **suitability}
         write_exports(exports, made)
         if out is not None:
             try:
                 save(made, out, footage_path=path_from(said.video, out) if said.video else None)
             except OSError as error:  # it speaks of the file beside, which nobody asked for
                 raise CommandError(f"{out} cannot be written: {error.strerror}") from None
-    _print(summary, json=json)
+    print_summary(summary, json=json)
 
 
 def replay(
@@ -153,10 +153,12 @@ def replay(
     with ExitStack() as stack:
         stack.enter_context(compiling())
         again = make(record.recipe, open_sequence=footage_of(stack, file, video))
-        summary = _compute(again, video_out, frames=record.computed)
+        summary = compute_run(again, video_out, frames=record.computed)
         write_exports(exports, again)
     apart = difference(again, saved)
-    _print({**summary, "same_as_saved": apart is None, **({"differs": apart.as_dict()} if apart else {})}, json=json)
+    print_summary(
+        {**summary, "same_as_saved": apart is None, **({"differs": apart.as_dict()} if apart else {})}, json=json
+    )
     if apart is not None:
         note(f"pftrack: {apart.sentence}")
         raise typer.Exit(FAILED)
@@ -249,7 +251,8 @@ def _suitability(made: "Run", sequence: "FrameSequence | None") -> dict[str, Any
     return {"suitability": found.value, "suitability_remark": remark}
 
 
-def _compute(run: "Run", video_out: Path | None, *, frames: int) -> dict[str, Any]:
+def compute_run(run: "Run", video_out: Path | None, *, frames: int) -> dict[str, Any]:
+    """Compute a run, and a film of it if one is wanted, and return how it went."""
     from pftrack.model.faults import without_faults
     from pftrack.rendering import render_beside
     from pftrack.rendering.film import FilmWriter
@@ -270,7 +273,8 @@ def _compute(run: "Run", video_out: Path | None, *, frames: int) -> dict[str, An
     return {**run.summary().as_dict(), **known, **said}
 
 
-def _print(summary: Mapping[str, object], *, json: bool) -> None:
+def print_summary(summary: Mapping[str, object], *, json: bool) -> None:
+    """Print how a run went."""
     if json:
         emit(summary)
     else:

@@ -12,10 +12,12 @@ names as `startFrame`, as jwlim/tracker_benchmark has it, or with the first.
 
 import json
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+
+from pftrack.sources.formats import SourceError
+from pftrack.sources.results.numbers import rectangle
 
 __all__ = ["BenchmarkError", "BenchmarkSequence", "find_sequences"]
 
@@ -89,27 +91,15 @@ def _read(folder: Path) -> BenchmarkSequence:
         raise BenchmarkError(f"{place} cannot be read as text") from None
     boxes = {}
     for number, line in enumerate(lines):
-        x, y, w, h = _rectangle(f"{place}, line {number + 1}", line)
+        try:
+            x, y, w, h = rectangle(f"{place}, line {number + 1}", line)
+        except SourceError as error:
+            raise BenchmarkError(str(error)) from None
         if all(math.isfinite(value) for value in (x, y, w, h)) and w > 0 and h > 0:
             boxes[start + number] = (x - first_pixel, y - first_pixel, w, h)
     if start not in boxes:
         raise BenchmarkError(f"{place}, line 1: a tracker begins there, so it must be a box with an area")
     return BenchmarkSequence(folder.resolve().name, pictures, start, len(lines), boxes)
-
-
-def _rectangle(place: str, line: str) -> Rectangle:
-    """Return x, y, w, h of a line."""
-    try:
-        numbers = [float(part) for part in re.split(r"[,;\s]+", line.strip()) if part]
-    except ValueError:
-        raise BenchmarkError(f"{place}: expected numbers, got {line.strip()[:40]!r}") from None
-    if len(numbers) == 4:
-        x, y, w, h = numbers
-        return x, y, w, h
-    if len(numbers) == 8:
-        across, down = numbers[::2], numbers[1::2]
-        return min(across), min(down), max(across) - min(across), max(down) - min(down)
-    raise BenchmarkError(f"{place}: expected 4 numbers (x, y, w, h) or 8 (four corners), got {len(numbers)}")
 
 
 def _start(folder: Path, pictures: Path) -> int:

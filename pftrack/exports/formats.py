@@ -11,12 +11,13 @@ cannot hold its manifest, one that is called like it with `.manifest.json` behin
 import errno
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Protocol, TypeAlias
 
 from pftrack.experiment import Experiment
+from pftrack.exports.box_files import believed_file, true_file
 from pftrack.exports.run_notebook import run_notebook
 from pftrack.exports.table_files import csv_of, json_lines_of, npz_of, parquet_of
 from pftrack.exports.viewers import write_page
@@ -24,6 +25,9 @@ from pftrack.files import part_of, settle, write_whole
 from pftrack.model.export import Export, Exported, ExportError
 from pftrack.runs.manifest import bibtex_of, citation_of, extent_of, manifest_of
 from pftrack.runs.run import Run
+from pftrack.runs.scoring import extent_series
+from pftrack.sources.results.table import FORMS, Form
+from pftrack.sources.truth import BOXES
 
 __all__ = [
     "FORMATS",
@@ -40,14 +44,26 @@ __all__ = [
     "files_of",
 ]
 
+SUFFIXES: Mapping[Form, str] = {
+    "mot": "mot.txt",
+    "otb": "otb.txt",
+    "vot": "vot.txt",
+    "cvat": "cvat.xml",
+    "coco": "coco.json",
+    "csv": "boxes.csv",
+}
+SHORT: Mapping[Form, str] = {"mot": "MOT", "otb": "OTB", "vot": "VOT", "cvat": "CVAT", "coco": "COCO", "csv": "CSV"}
+MEDIA_TYPES = {"txt": "text/plain", "xml": "application/xml", "json": "application/json", "csv": "text/csv"}
+
 FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 """Errors of a disk, or of a limit, that takes no more."""
 
 Steps: TypeAlias = Iterator[tuple[int, int]]
 """How far an export is: (frames or parts that are written, of all)."""
 
-Group: TypeAlias = Literal["numbers", "film", "plots", "documents", "model"]
-"""What kind of thing a file is, by which lists are grouped: numbers of all frames, moving pictures and scenes, pictures
+Group: TypeAlias = Literal["numbers", "boxes", "truth", "film", "plots", "documents", "model"]
+"""What kind of thing a file is, by which lists are grouped: numbers of all frames, boxes
+that are believed and that are true, moving pictures and scenes, pictures
 of plots, what makes the run again and says where it comes from, and the frame with what the experiment offers of it."""
 
 
@@ -97,7 +113,10 @@ class RunExport:
 
 def exports_of(experiment: Experiment) -> tuple[RunExport, ...]:
     """Return all that a run of an experiment can be exported as."""
-    return (*FORMATS, *map(_of_frame, experiment.exports))
+    believes = experiment.boxes is not None or extent_series(experiment.all_series()) is not None
+    boxes = BELIEVED if believes else ()
+    true = TRUE if believes or experiment.truth is BOXES else ()
+    return (*FORMATS, *boxes, *true, *map(_of_frame, experiment.exports))
 
 
 def export_at(experiment: Experiment, path: Path, plot: str | None = None) -> RunExport:
@@ -198,6 +217,16 @@ def _at_once(make: Callable[[Run], bytes]) -> Write:
         yield 1, 1
 
     return write
+
+
+def _boxes(form: Form, group: Literal["boxes", "truth"]) -> RunExport:
+    """Return the export of boxes in a form."""
+    make, what = (believed_file, "Believed") if group == "boxes" else (true_file, "True")
+    name = FORMS[form]
+    suffix = SUFFIXES[form] if group == "boxes" else f"truth.{SUFFIXES[form]}"
+    media_type = MEDIA_TYPES[suffix.rpartition(".")[2]]
+    write = _at_once(lambda run: make(run, form))
+    return RunExport(f"{group}-{form}", f"{what} boxes, {name}", suffix, media_type, group, write, short=SHORT[form])
 
 
 def _table(pieces: Callable[[Run, Path], Steps]) -> Write:
@@ -331,3 +360,7 @@ FORMATS: tuple[RunExport, ...] = (
     ),
 )
 """What every run can be exported as, in the order in which it is listed."""
+
+BELIEVED = tuple(_boxes(form, "boxes") for form in FORMS)
+TRUE = tuple(_boxes(form, "truth") for form in FORMS)
+"""What a run of a target with a box can be exported as besides."""

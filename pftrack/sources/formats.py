@@ -19,14 +19,15 @@ __all__ = [
     "SourceError",
     "decode",
     "delimiter_of",
-    "is_recording",
+    "is_beliefs",
     "sniff",
 ]
 
 ALLOWED = (
     "an MP4, MOV, MKV, WebM, AVI, OGG, MPEG or MPEG-TS video, an animated GIF, "
     "a folder of PNG, JPEG, BMP, TIFF or WebP pictures, a table of tracks with the columns "
-    "frame, point, x_px, y_px, var_x, var_y, or a recording of beliefs"
+    "frame, point, x_px, y_px, var_x, var_y, a recording of beliefs, or "
+    "results of a tracker (MOTChallenge, OTB or VOT text, CVAT's video XML, COCO's video JSON, or a table of boxes)"
 )
 TRACKS_COLUMNS = ("frame", "point", "x_px", "y_px", "var_x", "var_y")
 """What a table of tracks has; see `pftrack.sources.tracks.table` for other forms."""
@@ -55,7 +56,8 @@ class Format:
     Attributes:
         kind: Which decoder it takes.
         title: What people call it.
-        decoder: The name that forces it: of FFmpeg's demuxer, or of Pillow's plug-in for a picture.
+        decoder: The name that forces it: of FFmpeg's demuxer, or of Pillow's plug-in for a picture; "results" where
+            beliefs are those of another tracker's file.
     """
 
     kind: Literal["video", "gif", "picture", "tracks", "beliefs"]
@@ -81,12 +83,12 @@ def sniff(head: bytes) -> Format:
     raise SourceError(f"the file is {what}, which is not supported; expected {ALLOWED}")
 
 
-def is_recording(path: Path) -> bool:
-    """Return whether a file is a recording of beliefs, by its first bytes."""
+def is_beliefs(path: Path) -> bool:
+    """Return whether a file is a recording of beliefs or holds results of a tracker, by its first bytes."""
     try:
         with path.open("rb") as file:
-            return _recording(file.read(HEAD_BYTES))
-    except OSError:
+            return sniff(file.read(HEAD_BYTES)).kind == "beliefs"
+    except (OSError, SourceError):
         return False
 
 
@@ -155,6 +157,12 @@ def _recording(head: bytes) -> bool:
     return head.startswith(b"PK\x03\x04") and head[30:].startswith(RECORDING_ENTRY.encode())
 
 
+def _results(head: bytes) -> bool:
+    from pftrack.sources.results.reading import form_of  # noqa: PLC0415 - which reads by what stands here
+
+    return form_of(head) is not None
+
+
 def _any_text(head: bytes) -> bool:
     printable = bytes(range(32, 127)) + b"\t\r\n"
     return not head.translate(None, printable)
@@ -175,6 +183,7 @@ _READABLE: tuple[tuple[Format, Callable[[bytes], bool]], ...] = (
     (Format("video", "MPEG-TS", "mpegts"), _transport_stream),
     (Format("tracks", "table of tracks", ""), _tracks),
     (Format("beliefs", "recording of beliefs", ""), _recording),
+    (Format("beliefs", "results of a tracker", "results"), _results),
 )
 
 _KNOWN: tuple[tuple[str, Callable[[bytes], bool]], ...] = (
@@ -187,6 +196,6 @@ _KNOWN: tuple[tuple[str, Callable[[bytes], bool]], ...] = (
     ("an archive", _starts(b"PK\x03\x04", b"\x1f\x8b", b"7z\xbc\xaf", b"Rar!", b"BZh", b"\xfd7zXZ", b"(\xb5/\xfd")),
     ("a sound", _starts(b"ID3", b"fLaC", b"\xff\xfb", b"\xff\xf3", b"\xff\xf2", b"\xff\xf1", b"\xff\xf9")),
     ("a sound", _riff(b"WAVE")),
-    ("a table of boxes, which may go with a recording as its truth but is none", _boxes),
+    ("a table of boxes that does not say their frame", _boxes),
     ("a text", _any_text),
 )

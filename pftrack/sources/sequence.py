@@ -8,6 +8,7 @@ What a file is, its content tells, never its name (`pftrack.sources.formats`).
 """
 
 import hashlib
+import io
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -88,13 +89,27 @@ def open_sequence(
         if found.kind == "beliefs":
             from pftrack.sources.beliefs.sequence import BeliefSequence  # noqa: PLC0415
 
-            return BeliefSequence(file, name=path.name, sha256=sha256, limits=limits, index=index)
+            recording = _recorded(file) if found.decoder == "results" else file
+            return BeliefSequence(recording, name=path.name, sha256=sha256, limits=limits, index=index)
         from pftrack.sources.video import VideoSequence  # noqa: PLC0415
 
         return VideoSequence(file, found, name=path.name, sha256=sha256, limits=limits, index=index, square=square)
     except BaseException:
         file.close()
         raise
+
+
+def _recorded(file: BinaryIO) -> BinaryIO:
+    """Return a tracker's results as a recording of beliefs; the file is closed."""
+    from pftrack.sources.results.reading import LARGEST_FILE_BYTES, read_results  # noqa: PLC0415
+    from pftrack.sources.results.recording import record_results  # noqa: PLC0415
+
+    with file:
+        file.seek(0)
+        table = read_results(file.read(LARGEST_FILE_BYTES + 1))
+    recording = io.BytesIO()
+    record_results(table, recording)
+    return recording
 
 
 def _inspect(file: BinaryIO, limits: Limits) -> Format:

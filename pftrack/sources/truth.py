@@ -4,7 +4,8 @@ The file is comma-separated text with a header. Which columns it must have says 
 declares; for boxes they are `frame, x, y, w, h`: the frame's number from 0, the left and upper edge of the box and its
 width and height, in px of the picture. Of polygons, `frame, x1, y1, x2, y2, x3, y3` and so on, the smallest upright box
 around the corners is taken, as of the sequences of VOT. Further columns are ignored. A frame that is not listed, or
-whose first value is empty, is a frame without truth: it counts neither for the tracker nor against it.
+whose first value is empty, is a frame without truth: it counts neither for the tracker nor against it. Boxes are also
+read in the forms of other trackers and of annotators (`pftrack.sources.results`).
 
 A person may also mark the target in pictures of the clip: a `TruthKind` says by which kind of mark, and where in it the
 values of a frame stand.
@@ -23,6 +24,8 @@ import numpy as np
 from pftrack.model.frame import Target
 from pftrack.model.marks import Box, Mark
 from pftrack.model.truth import Truth
+from pftrack.sources.formats import SourceError, decode
+from pftrack.sources.results.reading import form_of, read_results
 from pftrack.spreadsheet import csv_text
 
 __all__ = [
@@ -121,6 +124,8 @@ def read_truth(path: Path) -> TruthTable:
     Raises:
         TruthError: The file is missing, is no such table, or a line of it is wrong.
     """
+    if (table := _results(path)) is not None:
+        return table
     corners = _corners_in(path)
     if corners >= FEWEST_CORNERS:
         rows, warnings = read_table(path, _polygon_form(corners))
@@ -129,6 +134,32 @@ def read_truth(path: Path) -> TruthTable:
     rows, warnings = read_table(path, BOX_FORM)
     boxes = {frame: (x, y, w, h) for frame, (x, y, w, h) in rows.items()}
     return TruthTable(MappingProxyType(boxes), warnings)
+
+
+def _results(path: Path) -> TruthTable | None:
+    """Return the boxes of a file in one of the forms of trackers and annotators; None for a table of this module."""
+    try:
+        with path.open("rb") as file:
+            data = file.read(LARGEST_FILE_BYTES + 1)
+        form = form_of(data)
+        if len(data) > LARGEST_FILE_BYTES or form is None or (form == "csv" and _is_own(data)):
+            return None
+        found = read_results(data)
+    except OSError:
+        return None  # why it cannot be read is said by whoever reads it as a table
+    except SourceError as error:
+        raise TruthError(f"{path.name}: {error}") from None
+    first = found.targets[0]
+    boxes = {box.frame: (box.x, box.y, box.w, box.h) for box in found.boxes if box.target == first}
+    others = len(found.targets) - 1
+    left_out = f"{path.name} has several objects; those after {found.names.get(first, first)} were left out ({others})"
+    return TruthTable(MappingProxyType(boxes), (*found.remarks, *([left_out] if others else [])))
+
+
+def _is_own(data: bytes) -> bool:
+    """Return whether a table has the columns of this module, of boxes or of polygons."""
+    names = {name.strip() for name in decode(data[:LONGEST_HEADER]).partition("\n")[0].lower().split(",")}
+    return set(BOX_FORM.columns) <= names or {"x3", "y3"} <= names
 
 
 def _corners_in(path: Path) -> int:

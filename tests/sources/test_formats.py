@@ -44,7 +44,7 @@ def test_readable_formats_are_told_by_their_first_bytes(head: bytes, title: str)
         (b"PK\x03\x04", "archive"),
         (b"ID3\x04", "sound"),
         (b"RIFF\x10\x00\x00\x00WAVEfmt ", "sound"),
-        (b"frame,x,y,w,h\n1,2,3,4,5\n", "table of boxes"),
+        (b"x,y,w,h\n1,2,3,4\n", "table of boxes"),
         (b"\x00\x01\x02\x03\x04\x05\x06\x07\x08", "unknown format"),
         (b"G" * 100, "text"),
     ],

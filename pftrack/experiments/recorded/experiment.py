@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiment import Experiment, Preset, Setup
-from pftrack.experiments.recorded.measures import PLOTS, READINGS, SERIES, measure
+from pftrack.experiments.recorded.measures import PLOTS, READINGS, SERIES, boxes_of, measure
 from pftrack.experiments.recorded.sketch import LAYERS, draw
 from pftrack.model.glossary import Term
 from pftrack.model.marks import Mark
@@ -126,6 +126,7 @@ EXPERIMENT = Experiment(
     recorded=lambda _kind: RecordedBeliefParameters(),
     footage=("beliefs",),
     advice="Nothing needs to be marked: the recording says where its targets are.",
+    boxes=boxes_of,
     draw=draw,
     error=_distance,
     lost=_is_lost,

@@ -8,9 +8,10 @@ from pftrack.model.frame import Frame
 from pftrack.model.plot import ERROR, SAMPLE_SIZE, SIGMA, Plot, Reading
 from pftrack.model.series import Reduction, Series, SeriesValue
 from pftrack.sources.beliefs.identities import overlap
+from pftrack.sources.results.table import Box
 from pftrack.trackers.beliefs import BeliefState
 
-__all__ = ["PLOTS", "READINGS", "SERIES", "measure"]
+__all__ = ["PLOTS", "READINGS", "SERIES", "boxes_of", "measure"]
 
 OVERLAP = Series("overlap", "overlap with the true box")
 TRUE_ACROSS, TRUE_DOWN = Series("true_across", "true first component"), Series("true_down", "true second component")
@@ -40,6 +41,17 @@ def measure(frame: Frame, state: BeliefState) -> Mapping[str, SeriesValue]:
         corner = target.position[:2] - ((width - 1.0) / 2.0, (height - 1.0) / 2.0)
         found[OVERLAP.name] = overlap(box, np.array([*corner.tolist(), width, height]))
     return found
+
+
+def boxes_of(state: BeliefState) -> list[Box]:
+    """Return the boxes of all targets of a frame."""
+    beliefs = state.beliefs
+    here = [beliefs.selected, *beliefs.others] if beliefs.present else beliefs.others
+    return [
+        Box(0, one.target, *one.box.tolist(), one.score)
+        for one in sorted(here, key=lambda one: one.target)
+        if one.box is not None
+    ]
 
 
 PLOTS = (

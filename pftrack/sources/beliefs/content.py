@@ -32,11 +32,13 @@ class About:
         components: Names of the states' components.
         frame_rate_hz: Of frames that have no times.
         clip: Name of the clip's file; empty without one.
+        remarks: What a person should know, a sentence each.
     """
 
     components: tuple[str, ...]
     frame_rate_hz: float
     clip: str
+    remarks: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,6 +199,7 @@ def _about(file: BinaryIO, entry: Entry) -> About:
         rate = float(raw["frame_rate_hz"])
         names = tuple(str(name)[:40] for name in raw["components"][:MOST_COMPONENTS])
         clip = str(raw["clip"] or "")[:200]
+        remarks = tuple(str(one)[:400] for one in raw["remarks"][:20])
     except (ValueError, TypeError, KeyError, RecursionError):
         raise SourceError("the recording is damaged: its description cannot be read") from None
     if version != VERSION:
@@ -204,4 +207,4 @@ def _about(file: BinaryIO, entry: Entry) -> About:
         raise SourceError(f"the recording is of version {version}, this pftrack reads version {VERSION}; {remedy}")
     if not 0.001 <= rate <= 100_000.0:
         raise SourceError(f"the recording has a rate of {rate:g} Hz; expected 0.001 to 100,000 Hz")
-    return About(names, rate, clip)
+    return About(names, rate, clip, remarks)

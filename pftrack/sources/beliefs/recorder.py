@@ -16,7 +16,7 @@ from os import PathLike
 from pathlib import Path
 from time import monotonic
 from types import TracebackType
-from typing import Any, Literal, Self
+from typing import Any, BinaryIO, Literal, Self
 
 import cv2
 import numpy as np
@@ -51,28 +51,30 @@ class Recorder:
 
     def __init__(
         self,
-        path: str | PathLike[str],
+        path: str | PathLike[str] | BinaryIO,
         source: Sources = None,
         *,
         components: Sequence[str] = (),
         frame_rate_hz: float = 30.0,
         precision: Literal["single", "double"] = "single",
+        remarks: Sequence[str] = (),
     ) -> None:
         """Begin a file.
 
         Args:
-            path: Where to, usually .pft; a file that is there is replaced at once.
+            path: Where to, usually .pft; a file that is there is replaced at once. Or a file that is open.
             source: What the loop looks at: the file of a clip, whose content goes along; pictures (height, width, 3) or
                 (height, width), RGB, by number of the frame; the times of the frames (T,), s; or nothing.
             components: Names of the states' components.
             frame_rate_hz: Of frames that have no clip and no times.
             precision: Of the particles and their weights in the file.
+            remarks: What whoever opens it should know, a sentence each.
 
         Raises:
             OSError: The file cannot be written, or the clip not be read.
             ValueError: The source is none of these.
         """
-        self.path = Path(path)
+        self.path = Path(path) if isinstance(path, str | PathLike) else None
         self._names = tuple(str(name) for name in components)
         self._float = np.dtype("<f4" if precision == "single" else "<f8")
         self._dimension = len(self._names)
@@ -82,7 +84,7 @@ class Recorder:
         times = _times_of(source) if clip is None and self._pictures is None else None
         if clip is not None and not clip.is_file():
             raise FileNotFoundError(f"there is no clip {clip}")
-        self._archive = zipfile.ZipFile(self.path, "w", zipfile.ZIP_STORED)
+        self._archive = zipfile.ZipFile(path if self.path is None else self.path, "w", zipfile.ZIP_STORED)
         about = {
             "format": "pftrack-recording",
             "version": VERSION,
@@ -90,6 +92,7 @@ class Recorder:
             "components": self._names,
             "frame_rate_hz": float(frame_rate_hz),
             "clip": clip.name if clip else None,
+            "remarks": list(remarks),
         }
         self._archive.writestr(RECORDING_ENTRY, json.dumps(about))
         if times is not None:
@@ -216,7 +219,7 @@ class Recorder:
 
     def _check(self, t: int) -> None:
         if not self._is_open:
-            raise ValueError(f"the recording {self.path.name} is closed")
+            raise ValueError("the recording is closed")
         if self._failure is not None:
             raise self._failure
         if not 0 <= int(t) <= LARGEST_FRAME:

@@ -131,7 +131,7 @@ class BeliefSequence:
         return VideoSequence(part, found, name=self.content.about.clip, sha256=self.sha256, limits=limits, index=known)
 
     def _survey(self, limits: Limits) -> FrameIndex:
-        content, warnings = self.content, []
+        content, warnings = self.content, [*self.content.about.remarks]
         if self._clip is not None:
             known = self._clip.index
             warnings += [*known.warnings, *_outside(content.last + 1, known.frame_count)]

@@ -1,0 +1,79 @@
+"""Reading results: which form a file has, its content tells; what was guessed is said."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from pftrack.sources.formats import HEAD_BYTES, SourceError, decode
+from pftrack.sources.results.coco import read_coco
+from pftrack.sources.results.cvat import read_cvat
+from pftrack.sources.results.numbers import form_of_lines, read_mot, read_rows
+from pftrack.sources.results.spreadsheet import columns_in, header_of, read_csv
+from pftrack.sources.results.table import FORMS, Form, ResultTable
+
+__all__ = ["LARGEST_FILE_BYTES", "form_of", "read_results", "read_results_file"]
+
+LARGEST_FILE_BYTES = 64 * 1024 * 1024
+
+
+def form_of(data: bytes) -> Form | None:
+    """Return the form of a file by its beginning; None if it is none of results."""
+    head = data[:HEAD_BYTES]
+    text = decode(head).lstrip()
+    if text.startswith("<"):
+        return "cvat" if "<annotations" in text else None
+    if text.startswith(("{", "[")):
+        return (
+            "coco" if any(f'"{name}"' in text for name in ("images", "annotations", "bbox", "info", "videos")) else None
+        )
+    lines = text.splitlines()
+    whole = lines[:-1] if len(data) > HEAD_BYTES and len(lines) > 1 else lines
+    if (found := form_of_lines(whole)) is not None:
+        return found
+    return "csv" if lines and columns_in(header_of(text)) is not None else None
+
+
+def read_results(
+    data: bytes, *, form: Form | None = None, first_frame: int | None = None, first_pixel: int | None = None
+) -> ResultTable:
+    """Read the content of a file.
+
+    Args:
+        data: The content.
+        form: What it is; told by itself if not given.
+        first_frame: Number of the first frame in MOTChallenge text; told by itself if not given.
+        first_pixel: Number of the first pixel in text of numbers; as the form has it if not given.
+
+    Raises:
+        SourceError: It is none, a line of it is wrong, or it is too large.
+    """
+    if len(data) > LARGEST_FILE_BYTES:
+        raise SourceError(f"results may have at most {LARGEST_FILE_BYTES // 1024**2} MiB")
+    found = form or form_of(data)
+    if found == "mot":
+        return read_mot(data, first_frame, first_pixel)
+    if found in {"otb", "vot"}:
+        # Only the whole file tells whether all of its numbers are whole ones.
+        whole = form or form_of_lines(decode(data).splitlines()) or found
+        return read_rows(data, whole, first_pixel)
+    readers: dict[str, Callable[[bytes], ResultTable]] = {"cvat": read_cvat, "coco": read_coco, "csv": read_csv}
+    if found is None:
+        raise SourceError(f"the file is none of results; expected {', '.join(FORMS.values())}")
+    return readers[found](data)
+
+
+def read_results_file(
+    path: Path, *, form: Form | None = None, first_frame: int | None = None, first_pixel: int | None = None
+) -> ResultTable:
+    """Read a file; see `read_results`.
+
+    Raises:
+        SourceError: It cannot be read, or is none; the sentence begins with its name.
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(LARGEST_FILE_BYTES + 1)
+        return read_results(data, form=form, first_frame=first_frame, first_pixel=first_pixel)
+    except OSError as error:
+        raise SourceError(f"{path.name} cannot be read: {error.strerror}") from None
+    except SourceError as error:
+        raise SourceError(f"{path.name}: {error}") from None

@@ -1,0 +1,73 @@
+"""`pftrack open`: results of any tracker beside their clip and their truth, from the command line."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pftrack
+from pftrack.rendering.film import FilmWriter
+from pftrack.sources.results.reading import read_results_file
+from pftrack.sources.sequence import open_sequence
+from tests.cli.commands import Call, refused
+
+FRAMES = 8
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A clip, what a tracker says of two targets in it, and what is true."""
+    with FilmWriter(tmp_path / "clip.mp4", 25.0) as film:
+        for _ in range(FRAMES):
+            film.write(np.zeros((96, 128, 3), dtype=np.uint8))
+    results, truth = [], []
+    for t in range(FRAMES):
+        for true in (1, 2):
+            box = f"{20 * true + t + 1},{11},{12},{12}"
+            number = true if t < 5 else 3 - true
+            results.append(f"{t + 1},{number},{box},0.9,-1,-1,-1")
+            truth.append(f"{t + 1},{true},{box},1,1,1.0")
+    (tmp_path / "results.txt").write_text("\n".join(results))
+    (tmp_path / "gt.txt").write_text("\n".join(truth))
+    return tmp_path
+
+
+def test_results_are_measured_beside_their_clip(call: Call, folder: Path) -> None:
+    """Overlap and switches come out, what was guessed is said, and the recording holds all that the page needs."""
+    out = folder / "mine.pft"
+    status, out_text, err = call(
+        *("open", folder / "results.txt", "--video", folder / "clip.mp4", "--truth", folder / "gt.txt"),
+        *("--out", out, "--set", "selected_target=1", "--json", "--export", folder / "again.cvat.xml"),
+    )
+    assert status == 0, err
+    summary = json.loads(out_text)
+    assert summary["frames"] == FRAMES
+    assert summary["measures"]["mean_iou"] == pytest.approx(5 / 8, abs=0.1)
+    assert summary["frames_with_switches"] == 1
+    assert "first frame was taken as 1" in err
+    assert open_sequence(out).size == (128, 96)
+    again = read_results_file(folder / "again.cvat.xml")
+    assert [box[:6] for box in again.boxes] == [box[:6] for box in read_results_file(folder / "results.txt").boxes]
+
+
+def test_what_cannot_be_opened_is_refused(call: Call, folder: Path) -> None:
+    """A clip holds no results, and a form must be known."""
+    refused(call("open", folder / "clip.mp4", "--no-show"), 1, "holds no results")
+    refused(call("open", folder / "results.txt", "--form", "kitti"), 2, "--form must be one of mot")
+
+
+def test_truth_may_come_in_the_form_of_others(call: Call, folder: Path) -> None:
+    """An experiment that takes true boxes takes them from CVAT, MOTChallenge and the rest."""
+    run = pftrack.load(folder / "results.txt")
+    run.finish()
+    run.export(folder / "boxes.coco.json")
+    box = {"kind": "box", "x": 21, "y": 10, "width": 12, "height": 12}
+    status, _, err = call(
+        *("run", "histogram", "--video", folder / "clip.mp4", "--truth", folder / "boxes.coco.json", "--json"),
+        *("--mark", f"box:{box['x']},{box['y']},{box['width']},{box['height']}", "--frames", "3"),
+        *("--export", folder / "clicked.truth.mot.txt", "--export", folder / "believed.otb.txt"),
+    )
+    assert status == 0, err
+    assert read_results_file(folder / "clicked.truth.mot.txt").frames == 3
+    assert len(read_results_file(folder / "believed.otb.txt", form="otb").boxes) == 3

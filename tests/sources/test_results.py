@@ -1,0 +1,192 @@
+"""Results of trackers: each form is known by its content, read to the pixel, and written so that it is read again."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pftrack
+from pftrack.sources.results.reading import form_of, read_results
+from pftrack.sources.results.spreadsheet import rename
+from pftrack.sources.results.table import FORMS, Box
+from pftrack.sources.results.writing import write_results
+from pftrack.sources.sequence import SourceError, open_sequence
+
+# Lines of MOT16's own example of a result, and of its ground truth (motchallenge.net/instructions).
+MOT = "1, 3, 794.27, 247.59, 71.245, 174.88, -1, -1, -1, -1\n1, 6, 1648.1, 119.61, 66.504, 163.24, -1, -1, -1, -1\n"
+MOT += "2, 3, 791.27, 247.59, 71.245, 174.88, -1, -1, -1, -1\n"
+MOT_TRUTH = (
+    "1,1,912,484,97,109,0,7,1\n2,1,912,484,97,109,0,7,1\n1,2,1338,418,167,379,1,1,1\n2,2,1342,417,168,380,1,1,1\n"
+)
+
+# As CVAT 2 writes "CVAT for video 1.1", shortened.
+CVAT = """<?xml version="1.0" encoding="utf-8"?>
+<annotations>
+  <version>1.1</version>
+  <meta><task><id>7</id><name>walk</name><size>4</size><mode>interpolation</mode></task></meta>
+  <track id="0" label="person" source="manual">
+    <box frame="0" keyframe="1" outside="0" occluded="0" xtl="10.50" ytl="20.00" xbr="40.50" ybr="60.00" z_order="0"/>
+    <box frame="1" keyframe="0" outside="0" occluded="0" xtl="11.50" ytl="20.00" xbr="41.50" ybr="60.00" z_order="0"/>
+    <box frame="2" keyframe="1" outside="1" occluded="0" xtl="11.50" ytl="20.00" xbr="41.50" ybr="60.00" z_order="0"/>
+  </track>
+  <track id="1" label="dog" source="manual">
+    <box frame="3" keyframe="1" outside="0" occluded="0" xtl="1.00" ytl="2.00" xbr="3.00" ybr="5.00" z_order="0">
+      <attribute name="mood">good</attribute>
+    </box>
+    <polygon frame="1" keyframe="1" outside="0" occluded="0" points="1,2;3,4;5,6" z_order="0"/>
+  </track>
+</annotations>
+"""
+
+# As MMTracking's CocoVID has it, and YouTube-VIS.
+COCO = {
+    "videos": [{"id": 1, "name": "walk"}],
+    "images": [{"id": n + 5, "video_id": 1, "frame_id": n, "file_name": f"{n}.jpg"} for n in range(3)],
+    "annotations": [
+        {"id": 1, "image_id": 5, "video_id": 1, "category_id": 1, "instance_id": 9, "bbox": [1, 2, 3, 4]},
+        {"id": 2, "image_id": 7, "video_id": 1, "category_id": 1, "instance_id": 9, "bbox": [2.5, 2, 3, 4]},
+    ],
+    "categories": [{"id": 1, "name": "person"}],
+}
+VIS = {
+    "videos": [{"id": 1, "length": 3}],
+    "annotations": [{"id": 4, "video_id": 1, "category_id": 1, "bboxes": [[1, 2, 3, 4], None, [2, 2, 3, 4]]}],
+}
+
+
+def places(data: str, **options: object) -> list[tuple[float, ...]]:
+    table = read_results(data.encode(), **options)  # type: ignore[arg-type]  # options of the reader
+    return [tuple(box[:6]) for box in table.boxes]
+
+
+def test_mot_counts_from_one() -> None:
+    """Frames and pixels of MOTChallenge begin at 1; a file with a frame 0 says that it does not."""
+    table = read_results(MOT.encode())
+    assert (table.form, table.targets, table.frames) == ("mot", (3, 6), 2)
+    assert tuple(table.boxes[0][:6]) == pytest.approx((0, 3, 793.27, 246.59, 71.245, 174.88))
+    assert table.remarks == ("Its first frame was taken as 1.",)
+    zero = read_results(MOT.replace("1, ", "0, ", 1).encode())
+    assert zero.boxes[0].frame == 0
+    assert "as there is a frame 0" in zero.remarks[0]
+    assert places(MOT, first_frame=1, first_pixel=0)[0][2] == pytest.approx(794.27)
+
+
+def test_mot_truth_leaves_out_what_does_not_count() -> None:
+    """Boxes whose seventh number is 0 are no targets, and the file says how many there were."""
+    table = read_results(MOT_TRUTH.encode())
+    assert table.targets == (2,)
+    assert "2 boxes that the truth marks as not to be counted" in " ".join(table.remarks)
+
+
+@pytest.mark.parametrize("separator", [",", "\t", " ", ";", ", "])
+def test_otb_by_any_separator(separator: str) -> None:
+    """Whole numbers from 1 on are OTB's, whatever is between them, and it is said that the first pixel is 1."""
+    lines = "\n".join(separator.join(str(n) for n in row) for row in ((10, 20, 30, 40), (11, 20, 30, 40)))
+    table = read_results(lines.encode())
+    assert (table.form, tuple(table.boxes[1][:6])) == ("otb", (1, 1, 10, 19, 30, 40))
+    assert "first pixel was taken as 1" in table.remarks[0]
+
+
+def test_vot_has_corners_and_frames_without_a_box() -> None:
+    """Numbers with fractions are VOT's, from 0; four corners are boxed in; one number is a frame without a box."""
+    table = read_results(b"1\n10.5,20,30,40\n1.5,1,5,1,5,9,1.5,9\n0\n")
+    assert (table.form, table.frames) == ("vot", 4)
+    assert [tuple(box[:6]) for box in table.boxes] == [(1, 1, 10.5, 20, 30, 40), (2, 1, 1.5, 1, 3.5, 8)]
+
+
+def test_cvat_ends_where_a_target_is_outside() -> None:
+    """Edges become sizes, a box that is outside is none, and what is no box is passed over and said."""
+    table = read_results(CVAT.encode())
+    assert (table.frames, table.names) == (4, {0: "person", 1: "dog"})
+    assert [tuple(box[:6]) for box in table.boxes] == [
+        (0, 0, 10.5, 20, 30, 40),
+        (1, 0, 11.5, 20, 30, 40),
+        (3, 1, 1, 2, 2, 3),
+    ]
+    assert table.remarks == ("1 shapes that are no boxes were passed over.",)
+
+
+def test_coco_in_its_three_forms() -> None:
+    """By image, as a bare list of results, and by video: the same boxes in the same frames."""
+    assert places(json.dumps(COCO)) == [(0, 9, 1, 2, 3, 4), (2, 9, 2.5, 2, 3, 4)]
+    assert places(json.dumps(VIS)) == [(0, 4, 1, 2, 3, 4), (2, 4, 2, 2, 3, 4)]
+    listed = [{**one, "track_id": 9, "score": 0.5} for one in COCO["annotations"]]
+    assert [box[:2] for box in places(json.dumps(listed))] == [(0, 9), (1, 9)]
+
+
+@pytest.mark.parametrize(
+    "header",
+    ["frame,id,x,y,w,h", "frame;track_id;bb_left;bb_top;bb_width;bb_height", "Frame\tName\tleft\ttop\twidth\theight"],
+)
+def test_columns_by_the_names_of_programs(header: str) -> None:
+    """A table of boxes is known by its header, whoever wrote it."""
+    separator = next(each for each in ";\t," if each in header)
+    assert places(f"{header}\n{separator.join(['3', '7', '10', '20', '30', '40'])}\n") == [(3, 7, 10, 20, 30, 40)]
+
+
+def test_columns_that_a_person_names() -> None:
+    """A table with names of its own is read when a person says what they are, by edges or by the middle as well."""
+    table = b"bild;links;oben;rechts;unten\n0;10;20;40;60\n"
+    assert form_of(table) is None
+    said = {"frame": "bild", "x": "links", "y": "oben", "right": "rechts", "bottom": "unten"}
+    assert places(rename(table, said).decode()) == [(0, 1, 10, 20, 30, 40)]
+    with pytest.raises(SourceError, match="expected the frame"):
+        rename(table, {"frame": "bild", "x": "links"})
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_what_is_written_is_read_again(form: str) -> None:
+    """Every form gives back the boxes that were written, to a tenth of a thousandth of a pixel."""
+    rng = np.random.default_rng(3)
+    several = (1, 4) if form not in {"otb", "vot"} else (1,)
+    boxes = [
+        Box(
+            frame, target, *(rng.uniform(1, 200, 4) + 0.5).tolist(), score=0.75 if form in {"mot", "coco"} else math.nan
+        )
+        for frame in (0, 1, 3, 4)
+        for target in several
+    ]
+    data = write_results(form, boxes, frames=6, size=(320, 240), rate_hz=25.0)  # type: ignore[arg-type]
+    table = read_results(data, form=form if form == "otb" else None)  # type: ignore[arg-type]
+    assert table.form == form
+    assert np.array([box[:6] for box in table.boxes]) == pytest.approx(np.array([box[:6] for box in boxes]), abs=1e-4)
+    if form in {"mot", "coco"}:
+        assert {box.score for box in table.boxes} == {0.75}
+
+
+@pytest.mark.parametrize(
+    "text", [MOT, MOT_TRUTH, CVAT, json.dumps(COCO), "1.5,2,3,4\n2,2,3,4\n", "frame,x,y,w,h\n0,1,2,3,4\n"]
+)
+def test_results_open_as_a_recording(tmp_path: Path, text: str) -> None:
+    """A file of any form is a recording of beliefs as it is, and a run follows its boxes."""
+    path = tmp_path / "results.txt"
+    path.write_text(text)
+    sequence = open_sequence(path)
+    assert sequence.index.kind == "beliefs"
+    again = open_sequence(path, index=sequence.index)
+    assert again.index == sequence.index
+    run = pftrack.load(path)
+    run.finish()
+    assert all(np.isfinite(row.estimate).all() for row in run.diagnostics)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("<annotations></annotations>", "with tracks"),
+        ('<!DOCTYPE a [<!ENTITY b "c">]><annotations/>', "declares entities"),
+        ('{"images": [], "annotations": {}}', "no box"),
+        ('{"images": 3', "cannot be read"),
+        ("frame,x,y,w,h\n0,1,2,3\n", "expected 5 values"),
+        ("frame,x,y,w,h\n0,1,2,3,four\n", "h must be a number"),
+        ("1,1,2,3,4,5,1\n1,1,2,3,4,5,1\n", "two boxes in frame 0"),
+        ("1,2,3,0\n", "no box with an area"),
+        ("hello", "none of results"),
+    ],
+)
+def test_what_is_wrong_is_said(text: str, words: str) -> None:
+    """A refusal says what was expected."""
+    with pytest.raises(SourceError, match=words):
+        read_results(text.encode())
