@@ -373,7 +373,7 @@ class Experiment:
 
     def measures_on(self, footage: Footage | None) -> tuple[Measure, ...]:
         """Return the measures of a run on a recording, or on the scene: without truth, by its own account alone."""
-        return self.run_measures if footage is None or footage.truth else own_account(self.unit)
+        return self.run_measures if footage is None or footage.is_labelled else own_account(self.unit)
 
     def parameters_on(self, kind: Kind | None) -> Parameters:
         """Return the parameters of runs on a kind of recording, before they are fitted to it; of the scene if None.

@@ -447,7 +447,7 @@ export interface ExportPublic {
   suffix: string;
   media_type: string;
   /** What kind of thing it is; of "plots", one plot can be asked for by its id */
-  group: "numbers" | "film" | "plots" | "documents" | "model";
+  group: "numbers" | "boxes" | "truth" | "film" | "plots" | "documents" | "model";
   /** Whether it has to go through all frames again: it is begun, and then fetched */
   slow: boolean;
 }
@@ -661,6 +661,7 @@ export interface Footage {
   start: number;
   mark: Record<string, unknown> | null;
   truth: Record<string, number[]> | null;
+  labelled: boolean;
   square: boolean | null;
 }
 
@@ -672,6 +673,7 @@ export interface FootageRequest {
   start?: number;
   mark?: Record<string, unknown> | null;
   truth?: Record<string, number[]> | null;
+  labelled?: boolean;
   square?: boolean | null;
 }
 

@@ -41,6 +41,7 @@ class Footage(BaseModel):
         start: Number of the first picture that is used, or from which on the target is looked for.
         mark: The target in that picture, as its kind writes it; None to have it found.
         truth: Numbers by number of the picture, as the experiment's kind of truth has them, where it is known.
+        labelled: Whether the recording brings a truth of its own.
         square: Whether pixels that are not square were made square, so that mark and truth are in those; None for
             whatever is done with a recording that is new.
     """
@@ -53,7 +54,13 @@ class Footage(BaseModel):
     start: Annotated[int, Field(ge=0, le=10 * LONGEST_RUN)] = 0
     mark: dict[Annotated[str, Field(max_length=64)], Any] | None = None
     truth: dict[int, tuple[Annotated[float, Field(allow_inf_nan=False)], ...]] | None = None
+    labelled: bool = False
     square: bool | None = None
+
+    @property
+    def is_labelled(self) -> bool:
+        """Whether a truth is known."""
+        return self.labelled or bool(self.truth)
 
     @property
     def title(self) -> str:

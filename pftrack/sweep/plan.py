@@ -120,7 +120,7 @@ class Plan:
     @property
     def has_truth(self) -> bool:
         """Whether anything is known by which its runs can be judged."""
-        return self.footage is None or bool(self.footage.truth)
+        return self.footage is None or self.footage.is_labelled
 
     @property
     def judged(self) -> bool:

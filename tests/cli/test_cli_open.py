@@ -43,7 +43,7 @@ def test_results_are_measured_beside_their_clip(call: Call, folder: Path) -> Non
     assert status == 0, err
     summary = json.loads(out_text)
     assert summary["frames"] == FRAMES
-    assert summary["measures"]["mean_iou"] == pytest.approx(5 / 8, abs=0.1)
+    assert summary["mean_iou"] == pytest.approx(5 / 8, abs=0.01)
     assert summary["frames_with_switches"] == 1
     assert "first frame was taken as 1" in err
     assert open_sequence(out).size == (128, 96)

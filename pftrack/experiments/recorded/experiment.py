@@ -75,7 +75,8 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
 
     parameters = RecordedBeliefParameters()
     open_source(0, parameters)
-    return Setup(open_source, parameters, Footage.of(sequence, None, start, truth))
+    footage = Footage.of(sequence, None, start, truth).model_copy(update={"labelled": sequence.content.has_truth})
+    return Setup(open_source, parameters, footage)
 
 
 def _distance(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> Any:  # noqa: ANN401 - one or many
