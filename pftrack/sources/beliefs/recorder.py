@@ -22,25 +22,25 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pftrack.sources.beliefs.archive import ARRAYS, VERSION, header_of
+from pftrack.sources.beliefs.archive import VERSION, header_of
+from pftrack.sources.beliefs.gathering import Chunk
 from pftrack.sources.formats import RECORDING_ENTRY
 from pftrack.version import __version__
 
 __all__ = ["Recorder"]
 
-CHUNK_BYTES = 8 * 1024 * 1024
+CHUNK_BYTES = 2 * 1024 * 1024
 CHUNK_S = 0.5
 """So much, or so long, is gathered before it is written."""
 
-WAITING = 4
-"""Chunks that may wait for the disk before the loop does."""
+CHUNKS = 8
+"""So many go round: the loop waits for the disk only when all others wait to be written."""
 
 JPEG_QUALITY = 95
 LARGEST_FRAME = 10_000_000
 MOST_COMPONENTS = 400
 
 Sources = str | PathLike[str] | Sequence[Any] | NDArray[Any] | None
-Arrays = dict[str, list[NDArray[Any]]]
 
 
 class Recorder:
@@ -102,11 +102,12 @@ class Recorder:
                 shutil.copyfileobj(file, entry, CHUNK_BYTES)
         self._flush()
         self._chunks = 0
-        self._rows: list[tuple[int, ...]] = []
-        self._arrays: Arrays = {name: [] for name in ARRAYS}
-        self._waiting_bytes, self._since = 0, monotonic()
+        self._free: queue.Queue[Chunk] = queue.Queue()
+        for _ in range(CHUNKS - 1):
+            self._free.put(Chunk(self._float))
+        self._chunk, self._since = Chunk(self._float), monotonic()
         self._failure: BaseException | None = None
-        self._queue: queue.Queue[tuple[str, Any] | None] = queue.Queue(WAITING)
+        self._queue: queue.Queue[Chunk | tuple[int, NDArray[Any]] | None] = queue.Queue(CHUNKS)
         self._thread = threading.Thread(target=self._write_all, name="pftrack recorder", daemon=True)
         self._thread.start()
         self._is_open = True
@@ -148,13 +149,13 @@ class Recorder:
         self._check(t)
         said: dict[str, NDArray[Any]] = {}
         if particles is not None:
-            states = np.array(particles, self._float, ndmin=1)
+            states = np.asarray(particles)
             said["particles"] = states[:, None] if states.ndim == 1 else states
             count = self._fit("particles", said["particles"], ("N", "d"))
             if log_weights is not None:
-                said["log_weights"] = _of_shape("log_weights", np.array(log_weights, self._float), (count,))
+                said["log_weights"] = _of_shape("log_weights", np.asarray(log_weights), (count,))
             if ancestors is not None:
-                said["ancestors"] = _of_shape("ancestors", np.array(ancestors, "<i4"), (count,))
+                said["ancestors"] = _of_shape("ancestors", np.asarray(ancestors), (count,))
         elif log_weights is not None or ancestors is not None:
             raise ValueError("log_weights and ancestors belong to particles, of which there are none")
         if mean is not None:
@@ -227,6 +228,7 @@ class Recorder:
 
     def _fit(self, what: str, array: NDArray[Any], axes: tuple[str, ...]) -> int:
         """Refuse an array of other axes, or of other components than before; return its length."""
+        _check_numbers(what, array)
         dimension = array.shape[-1] if array.ndim == len(axes) else 0
         self._dimension = self._dimension or dimension
         wanted = tuple(self._dimension if axis == "d" else None for axis in axes)
@@ -239,63 +241,74 @@ class Recorder:
         return len(array)
 
     def _add(self, t: int, target: int, said: dict[str, NDArray[Any]], *, is_truth: bool) -> None:
-        counts = [len(said[name]) if name in said else 0 for name in ARRAYS]
-        self._rows.append((int(t), int(target), int(is_truth), *counts))
+        columns = self._chunk.columns
         for name, array in said.items():
-            self._arrays[name].append(array)
-            self._waiting_bytes += array.nbytes
+            columns[name].append(array)
+        counts = (len(said[name]) if name in said else 0 for name in columns)
+        self._chunk.rows.append((int(t), int(target), int(is_truth), *counts))
         if self._pictures is not None and int(t) not in self._shown:
             self._shown.add(int(t))
-            self._queue.put((f"pictures/{int(t):06d}.jpg", np.array(self._pictures[int(t)])))
-        if self._waiting_bytes >= CHUNK_BYTES or monotonic() - self._since >= CHUNK_S:
+            self._queue.put((int(t), np.array(self._pictures[int(t)])))
+        if self._chunk.used >= CHUNK_BYTES or monotonic() - self._since >= CHUNK_S:
             self._hand_on()
 
     def _hand_on(self) -> None:
         """Give what was gathered to the thread that writes."""
-        if self._rows:
-            rows = np.array(self._rows, "<i8")
-            self._queue.put((f"chunks/{self._chunks:06d}", (rows, self._arrays)))
+        if self._chunk.rows:
+            self._chunk.number = self._chunks
             self._chunks += 1
-            self._rows, self._arrays = [], {name: [] for name in ARRAYS}
-        self._waiting_bytes, self._since = 0, monotonic()
+            self._queue.put(self._chunk)
+            self._chunk = self._free.get()
+        self._since = monotonic()
 
     def _write_all(self) -> None:
         while (item := self._queue.get()) is not None:
-            if self._failure is not None:
-                continue  # so that nobody waits for room
             try:
-                name, content = item
-                if isinstance(content, tuple):
-                    self._write_chunk(name, *content)
-                else:
-                    self._archive.writestr(name, _jpeg(content))
-                self._flush()
+                if self._failure is None:
+                    self._write(item)
+                    self._flush()
             except Exception as error:  # noqa: BLE001 - told to whoever calls next
                 self._failure = error
+            finally:
+                if isinstance(item, Chunk):
+                    item.clear()
+                    self._free.put(item)
 
-    def _write_chunk(self, name: str, rows: NDArray[np.int64], arrays: Arrays) -> None:
-        for array, parts in arrays.items():
-            if parts:
-                self._write_array(f"{name}/{array}.npy", parts)
+    def _write(self, item: Chunk | tuple[int, NDArray[Any]]) -> None:
+        if not isinstance(item, Chunk):
+            frame, picture = item
+            self._archive.writestr(f"pictures/{frame:06d}.jpg", _jpeg(picture))
+            return
+        name = f"chunks/{item.number:06d}"
+        for array, column in item.columns.items():
+            if column.rows:
+                self._write_array(f"{name}/{array}.npy", column.dtype, column.shape, column.data)
         # The rows come last: a chunk is there when they are.
-        self._write_array(f"{name}/rows.npy", [rows])
+        rows = np.array(item.rows, "<i8")
+        self._write_array(f"{name}/rows.npy", rows.dtype, rows.shape, rows.data)
 
-    def _write_array(self, name: str, parts: list[NDArray[Any]]) -> None:
-        shape = (sum(len(part) for part in parts), *parts[0].shape[1:])
-        header = header_of(parts[0].dtype, shape)
+    def _write_array(self, name: str, dtype: "np.dtype[Any]", shape: tuple[int, ...], data: memoryview) -> None:
+        header = header_of(dtype, shape)
         info = zipfile.ZipInfo(name)
-        info.file_size = len(header) + sum(part.nbytes for part in parts)
+        info.file_size = len(header) + data.nbytes
         with self._archive.open(info, "w") as entry:
             entry.write(header)
-            for part in parts:
-                entry.write(np.ascontiguousarray(part).data)
+            entry.write(data)
 
     def _flush(self) -> None:
         if self._archive.fp is not None:
             self._archive.fp.flush()
 
 
+def _check_numbers(what: str, array: NDArray[Any]) -> None:
+    """Refuse what cannot be copied, before anything of the frame is."""
+    kinds = "iu" if what == "ancestors" else "fiu"
+    if array.dtype.kind not in kinds:
+        raise ValueError(f"{what} must be {'whole numbers' if kinds == 'iu' else 'numbers'}, got {array.dtype}")
+
+
 def _of_shape(what: str, array: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
+    _check_numbers(what, array)
     if array.shape != shape:
         raise ValueError(f"{what} must be {shape}, as many as there are particles, got {array.shape}")
     return array
