@@ -13,7 +13,8 @@ from pftrack.sources.beliefs.archive import ARRAYS
 
 __all__ = ["Chunk"]
 
-LEAST_BYTES = 64 * 1024
+LEAST = 8 * 1024
+"""Numbers for which a column has room at first."""
 
 
 class Column:
@@ -21,25 +22,24 @@ class Column:
 
     Attributes:
         rows: How many there are.
-        used: How many bytes they take.
+        used: How many numbers they have.
     """
 
     def __init__(self, dtype: "np.dtype[Any]") -> None:
         self.dtype = dtype
         self.inner: tuple[int, ...] = ()
         self.rows = self.used = 0
-        self._memory = np.empty(0, np.uint8)
+        self._numbers: NDArray[Any] = np.empty(0, dtype)
 
     def append(self, array: NDArray[Any]) -> None:
         """Copy an array of one row or more, in this column's precision."""
+        end = self.used + array.size
+        if end > len(self._numbers):
+            larger = np.empty(max(2 * len(self._numbers), end, LEAST), self.dtype)
+            larger[: self.used] = self._numbers[: self.used]
+            self._numbers = larger
+        self._numbers[self.used : end].reshape(array.shape)[...] = array
         self.inner = array.shape[1:]
-        end = self.used + array.size * self.dtype.itemsize
-        if end > len(self._memory):
-            larger = np.empty(max(2 * len(self._memory), end, LEAST_BYTES), np.uint8)
-            larger[: self.used] = self._memory[: self.used]
-            self._memory = larger
-        place = self._memory[self.used : end].view(self.dtype).reshape(array.shape)
-        np.copyto(place, array, casting="same_kind")
         self.rows += len(array)
         self.used = end
 
@@ -51,7 +51,7 @@ class Column:
     @property
     def data(self) -> memoryview:
         """Their bytes, until it is cleared."""
-        return self._memory[: self.used].data
+        return self._numbers[: self.used].data
 
     def clear(self) -> None:
         """Begin anew, in the same memory."""
@@ -65,6 +65,7 @@ class Chunk:
         number: Of the chunk in its file.
         rows: Frame, target, whether it is a truth, and how many rows of each array.
         columns: The arrays by name.
+        used: How many numbers it holds.
     """
 
     def __init__(self, precision: "np.dtype[Any]") -> None:
@@ -74,20 +75,15 @@ class Chunk:
             precision: Of particles and their weights.
         """
         others = {"ancestors": np.dtype("<i4")}
-        self.number = 0
+        self.number = self.used = 0
         self.rows: list[tuple[int, ...]] = []
         self.columns = {
             name: Column(precision if name in {"particles", "log_weights"} else others.get(name, np.dtype("<f8")))
             for name in ARRAYS
         }
 
-    @property
-    def used(self) -> int:
-        """How many bytes it holds."""
-        return sum(column.used for column in self.columns.values())
-
     def clear(self) -> None:
         """Begin anew, in the same memory."""
-        self.rows = []
+        self.rows, self.used = [], 0
         for column in self.columns.values():
             column.clear()

@@ -29,7 +29,8 @@ from pftrack.version import __version__
 
 __all__ = ["Recorder"]
 
-CHUNK_BYTES = 2 * 1024 * 1024
+CHUNK_NUMBERS = 512 * 1024
+COPIED_BYTES = 1024 * 1024
 CHUNK_S = 0.5
 """So much, or so long, is gathered before it is written."""
 
@@ -99,7 +100,7 @@ class Recorder:
             self._archive.writestr("times.npy", header_of(times.dtype, times.shape) + times.tobytes())
         if clip is not None:
             with clip.open("rb") as file, self._archive.open("clip", "w", force_zip64=True) as entry:
-                shutil.copyfileobj(file, entry, CHUNK_BYTES)
+                shutil.copyfileobj(file, entry, COPIED_BYTES)
         self._flush()
         self._chunks = 0
         self._free: queue.Queue[Chunk] = queue.Queue()
@@ -150,8 +151,8 @@ class Recorder:
         said: dict[str, NDArray[Any]] = {}
         if particles is not None:
             states = np.asarray(particles)
-            said["particles"] = states[:, None] if states.ndim == 1 else states
-            count = self._fit("particles", said["particles"], ("N", "d"))
+            said["particles"] = states = states[:, None] if states.ndim == 1 else states
+            count = self._count(states)
             if log_weights is not None:
                 said["log_weights"] = _of_shape("log_weights", np.asarray(log_weights), (count,))
             if ancestors is not None:
@@ -226,6 +227,12 @@ class Recorder:
         if not 0 <= int(t) <= LARGEST_FRAME:
             raise ValueError(f"frames count from 0 to {LARGEST_FRAME:,}, got {t}")
 
+    def _count(self, states: NDArray[Any]) -> int:
+        """Return how many particles there are; most are like those before, which is seen in no time."""
+        if states.ndim == 2 and states.shape[1] == self._dimension and len(states) and states.dtype.kind == "f":
+            return len(states)
+        return self._fit("particles", states, ("N", "d"))
+
     def _fit(self, what: str, array: NDArray[Any], axes: tuple[str, ...]) -> int:
         """Refuse an array of other axes, or of other components than before; return its length."""
         _check_numbers(what, array)
@@ -241,15 +248,17 @@ class Recorder:
         return len(array)
 
     def _add(self, t: int, target: int, said: dict[str, NDArray[Any]], *, is_truth: bool) -> None:
-        columns = self._chunk.columns
+        chunk = self._chunk
+        counts = dict.fromkeys(chunk.columns, 0)
         for name, array in said.items():
-            columns[name].append(array)
-        counts = (len(said[name]) if name in said else 0 for name in columns)
-        self._chunk.rows.append((int(t), int(target), int(is_truth), *counts))
+            chunk.columns[name].append(array)
+            chunk.used += array.size
+            counts[name] = len(array)
+        chunk.rows.append((int(t), int(target), int(is_truth), *counts.values()))
         if self._pictures is not None and int(t) not in self._shown:
             self._shown.add(int(t))
             self._queue.put((int(t), np.array(self._pictures[int(t)])))
-        if self._chunk.used >= CHUNK_BYTES or monotonic() - self._since >= CHUNK_S:
+        if chunk.used >= CHUNK_NUMBERS or monotonic() - self._since >= CHUNK_S:
             self._hand_on()
 
     def _hand_on(self) -> None:
