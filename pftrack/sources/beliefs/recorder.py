@@ -48,6 +48,10 @@ class Recorder:
     """Writes a recording of beliefs; `pftrack.record` makes one, and `pftrack.load` opens the file.
 
     Call it once for each frame and target, in any order; use it in a `with` statement, or `close` it.
+
+    Attributes:
+        path: Of the file; None of one that was given open.
+        numbers: Numbers of targets that have names, by name.
     """
 
     def __init__(
@@ -79,6 +83,7 @@ class Recorder:
         self._names = tuple(str(name) for name in components)
         self._float = np.dtype("<f4" if precision == "single" else "<f8")
         self._dimension = len(self._names)
+        self.numbers: dict[str, int] = {}
         self._pictures = _pictures_of(source)
         self._shown: set[int] = set()
         clip = Path(source) if isinstance(source, str | PathLike) else None
