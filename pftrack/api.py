@@ -9,14 +9,15 @@ All that they do can be done step by step with what they call: experiments (`pft
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from pftrack.comparison import Comparison
 from pftrack.experiment import Experiment, Preset
 from pftrack.experiments import find, find_for
+from pftrack.exports.watching import Watcher
 from pftrack.filter_files import experiment_of, name_of, trust_filters
 from pftrack.model.parameters import ParameterError, Value
 from pftrack.model.recipe import Footage, Recipe
@@ -24,7 +25,7 @@ from pftrack.model.sequence import FrameSequence
 from pftrack.runs import record as records
 from pftrack.runs.record import OpenSequence
 from pftrack.runs.run import Change, Run
-from pftrack.sources.beliefs.recorder import Recorder as record  # noqa: N813 - it is called like a function
+from pftrack.sources.beliefs.recorder import Recorder, Sources
 from pftrack.sources.formats import is_beliefs
 from pftrack.sources.sequence import open_sequence
 
@@ -84,6 +85,55 @@ def run(
     setup = records.wire(wiring, changed.footage, _opener(recording))
     made = Run.from_recipe(changed, wiring, setup)
     made.finish()
+    return made
+
+
+def record(
+    path: PathOrName,
+    source: Sources = None,
+    *,
+    components: Sequence[str] = (),
+    frame_rate_hz: float = 30.0,
+    precision: Literal["single", "double"] = "single",
+    watch: bool = False,
+) -> Recorder:
+    """Begin a file with what a loop of your own believes; `load` opens it as a run.
+
+        with pftrack.record("mine.pft", source="clip.mp4") as rec:
+            for t, frame in enumerate(frames):
+                ...
+                rec(t, particles=states, log_weights=log_weights, ancestors=ancestors)
+
+    Args:
+        path: Where to, usually .pft; a file that is there is replaced at once.
+        source: What the loop looks at: the file of a clip, whose content goes along; pictures (height, width, 3) or
+            (height, width), RGB, by number of the frame; the times of the frames (T,), s; or nothing.
+        components: Names of the states' components.
+        frame_rate_hz: Of frames that have no clip and no times.
+        precision: Of the particles and their weights in the file.
+        watch: Whether to open the scene in a browser and have it follow the loop.
+
+    Raises:
+        OSError: The file cannot be written, or the clip not be read.
+        ValueError: The source is none of these.
+    """
+    told: list[Watcher] = []
+
+    def tell(end: bool = False) -> None:
+        for watcher in told:
+            watcher.end() if end else watcher.tell()
+
+    made = Recorder(
+        path,
+        source,
+        components=components,
+        frame_rate_hz=frame_rate_hz,
+        precision=precision,
+        on_written=tell,
+        on_closed=lambda: tell(end=True),
+    )
+    if watch:
+        told.append(Watcher(find_for("beliefs"), Path(path)))
     return made
 
 

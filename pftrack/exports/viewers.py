@@ -32,6 +32,9 @@ class Shown(Protocol):
     def go(self, frame: int) -> None:
         """Show a frame; one that has not been computed yet is computed, with all before it."""
 
+    def follow(self, run: Run) -> None:
+        """Show a longer run in the place of this one, at its newest frame unless an earlier one is being looked at."""
+
     def wait(self) -> None:
         """Wait until it is closed, or somebody interrupts."""
 

@@ -95,3 +95,20 @@ def test_a_scene_is_shown_to_its_own_page_alone(chromium: Any) -> None:
     with pytest.raises(httpx.ConnectError):
         httpx.get(scene.address)
     scene.close()
+
+
+def test_a_player_follows_a_run_that_grows_unless_the_past_is_looked_at(player: Player) -> None:
+    """Whoever is at the newest frame sees the next one when it is there; whoever has gone back stays where they are."""
+    longer, longest = (_made(frames) for frames in (25, 30))
+    for run in (longer, longest):
+        run.finish()
+    player.go(39)
+    wait_for(lambda: player.run.position == 39)
+    player.follow(longer)
+    wait_for(lambda: player.run is longer)
+    player.go(3)
+    wait_for(lambda: player.run.position == 3)
+    player.follow(longest)
+    player.go(4)
+    wait_for(lambda: player.run.position == 4)
+    assert player.run is longer

@@ -10,7 +10,7 @@ import queue
 import shutil
 import threading
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from os import PathLike
 from pathlib import Path
@@ -27,7 +27,7 @@ from pftrack.sources.beliefs.gathering import Chunk
 from pftrack.sources.formats import RECORDING_ENTRY
 from pftrack.version import __version__
 
-__all__ = ["Recorder"]
+__all__ = ["Recorder", "Sources"]
 
 CHUNK_NUMBERS = 512 * 1024
 COPIED_BYTES = 1024 * 1024
@@ -63,6 +63,8 @@ class Recorder:
         frame_rate_hz: float = 30.0,
         precision: Literal["single", "double"] = "single",
         remarks: Sequence[str] = (),
+        on_written: Callable[[], None] = lambda: None,
+        on_closed: Callable[[], None] = lambda: None,
     ) -> None:
         """Begin a file.
 
@@ -74,6 +76,8 @@ class Recorder:
             frame_rate_hz: Of frames that have no clip and no times.
             precision: Of the particles and their weights in the file.
             remarks: What whoever opens it should know, a sentence each.
+            on_written: Called whenever something has been written, by the thread that writes.
+            on_closed: Called when all has.
 
         Raises:
             OSError: The file cannot be written, or the clip not be read.
@@ -84,6 +88,7 @@ class Recorder:
         self._float = np.dtype("<f4" if precision == "single" else "<f8")
         self._dimension = len(self._names)
         self.numbers: dict[str, int] = {}
+        self._on_written, self._on_closed = on_written, on_closed
         self._pictures = _pictures_of(source)
         self._shown: set[int] = set()
         clip = Path(source) if isinstance(source, str | PathLike) else None
@@ -211,6 +216,7 @@ class Recorder:
         self._thread.join()
         with suppress(OSError):
             self._archive.close()
+        self._on_closed()
         if self._failure is not None:
             raise self._failure
 
@@ -281,6 +287,7 @@ class Recorder:
                 if self._failure is None:
                     self._write(item)
                     self._flush()
+                    self._on_written()
             except Exception as error:  # noqa: BLE001 - told to whoever calls next
                 self._failure = error
             finally:

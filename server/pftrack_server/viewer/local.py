@@ -83,6 +83,10 @@ class LocalScene:
         """Show a frame; one that has not been computed yet is computed, with all before it."""
         self._player.go(frame)
 
+    def follow(self, run: Run) -> None:
+        """Show a longer run in the place of this one, at its newest frame unless an earlier one is being looked at."""
+        self._player.follow(run)
+
     def wait(self) -> None:
         """Wait until it is closed, or somebody interrupts: a script that ends closes what it shows."""
         try:

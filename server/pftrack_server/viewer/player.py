@@ -51,6 +51,10 @@ class Player:
         """Pause, and show a frame as soon as it can be had."""
         self._request("go", frame)
 
+    def follow(self, run: Run) -> None:
+        """Take a longer run of the same in the place of the present one, unless an earlier frame is being looked at."""
+        self._request("follow", run)
+
     def close(self) -> None:
         """End player and viewer; a second call does nothing."""
         with self._news:
@@ -115,6 +119,9 @@ class Player:
             case "go":
                 self._is_playing = False
                 self._seek(min(max(0, int(value)), self.run.frames - 1))
+            case "follow":
+                if self.run.position == self.run.frames - 1:
+                    self.run = value
             case "toggle":
                 self._is_playing = not self._is_playing
                 if self._is_playing and self.run.position == self.run.frames - 1:
