@@ -58,7 +58,10 @@ GLOSSARY = (
             Term(
                 "frame", "one moment of a source: its picture or table row, its time, and the truth where it is known"
             ),
-            Term("recording", "a video, an animated GIF, a set of pictures or a table of tracks"),
+            Term(
+                "recording",
+                "a video, an animated GIF, a set of pictures, a table of tracks, or what another tracker has computed",
+            ),
             Term("scene", "a simulated world that a source shows; also the view in three dimensions of a session"),
             Term("target", "what a tracker follows"),
             Term("tracker", "steps a state from one frame to the next"),

@@ -172,6 +172,15 @@ def test_results_open_as_a_recording(tmp_path: Path, text: str) -> None:
     assert all(np.isfinite(row.estimate).all() for row in run.diagnostics)
 
 
+def test_no_bytes_are_too_odd_to_be_told_from_results() -> None:
+    """Whatever a file begins with, it is told what it is, or that it is no results."""
+    rng = np.random.default_rng(5)
+    beginnings = [b"PK\x03\x04", b"{", b"<", b"1,2", b"frame,x\r", b"\xff\xfe", b'"', b"nan nan nan nan"]
+    for beginning in beginnings:
+        for length in (0, 1, 40, 2000):
+            assert form_of(beginning + rng.bytes(length)) in {None, *FORMS}
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [

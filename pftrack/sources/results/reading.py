@@ -17,8 +17,9 @@ LARGEST_FILE_BYTES = 64 * 1024 * 1024
 
 def form_of(data: bytes) -> Form | None:
     """Return the form of a file by its beginning; None if it is none of results."""
-    head = data[:HEAD_BYTES]
-    text = decode(head).lstrip()
+    text = decode(data[:HEAD_BYTES]).lstrip()
+    if not text.isprintable() and any(ord(letter) < 32 and not letter.isspace() for letter in text):
+        return None  # no text
     if text.startswith("<"):
         return "cvat" if "<annotations" in text else None
     if text.startswith(("{", "[")):

@@ -47,7 +47,10 @@ MOST_NAMES = 10_000
 def header_of(text: str) -> list[str]:
     """Return the names in a table's header, in small letters with _ for spaces."""
     line = text.partition("\n")[0]
-    row = next(csv.reader([line], delimiter=delimiter_of(line)), [])
+    try:
+        row = next(csv.reader([line.strip("\r")], delimiter=delimiter_of(line)), [])
+    except csv.Error:
+        return []
     return [name.strip().strip("\ufeff").lower().replace(" ", "_") for name in row]
 
 
