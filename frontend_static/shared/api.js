@@ -203,7 +203,8 @@ const truthPath = (id, of, form = "truth") => upload(id, `${form}?${query({ expe
  * @property {(id: string, note: string) => Promise<Messages.Bookmark>} bookmark
  * @property {(id: string, bookmark: string) => Promise<null>} unbookmark
  * @property {(id: string) => string} frameAddress
- * @property {(files: File[], onProgress: OnProgress) => Transfer<Messages.UploadPublic>} sendUpload
+ * @property {(files: File[], onProgress: OnProgress, columns?: Record<string, number>) => Transfer<Messages.UploadPublic>} sendUpload
+ * @property {(text: string) => Promise<Messages.TablePublic>} table
  * @property {(id: string) => Promise<Messages.UploadPublic>} upload
  * @property {(id: string, question: Query) => Promise<Messages.SightingPublic>} mark
  * @property {(id: string, question: Query, signal: AbortSignal) => Promise<Messages.SuitabilityPublic>} suitability
@@ -267,7 +268,8 @@ export const api = {
   unbookmark: (id, bookmark) => request("DELETE", session(id, `bookmarks/${encodeURIComponent(bookmark)}`)),
   frameAddress: (id) => `${ROOT}${session(id, "frame.png")}`,
 
-  sendUpload: (files, onProgress) => send("uploads", files, onProgress),
+  sendUpload: (files, onProgress, columns) => send(columns ? `uploads?${query({ columns: JSON.stringify(columns) })}` : "uploads", files, onProgress),
+  table: (text) => request("POST", "uploads/table", { text }),
   upload: (id) => request("GET", upload(id)),
   mark: (id, question) => request("GET", upload(id, `mark?${query(question)}`)),
   suitability: (id, question, signal) => request("GET", upload(id, `suitability?${query(question)}`), undefined, signal),

@@ -143,6 +143,12 @@ export interface CitationPublic {
   bibtex: string;
 }
 
+/** What a column of a table of boxes may be. */
+export interface ColumnMeaning {
+  name: string;
+  title: string;
+}
+
 /** The diagnostics of a branch, a list a column. */
 export interface Columns {
   branch: string;
@@ -1773,6 +1779,23 @@ export interface SweepPublic {
   created: string;
   outcome: string;
   page: string;
+}
+
+/** The beginning of a table whose columns have names of its own. */
+export interface TableHead {
+  /** Its first lines */
+  text: string;
+}
+
+/** What a person has to see of a table to say what its columns are. */
+export interface TablePublic {
+  /** Names of its columns */
+  header: string[];
+  /** Its first lines */
+  rows: string[][];
+  /** Place of the column of each meaning, as far as its name tells */
+  guess: Record<string, number>;
+  meanings: ColumnMeaning[];
 }
 
 /** A word and what it means. */

@@ -9,6 +9,7 @@ import { after } from "../shared/timing.js";
 import { attempt, toast } from "../shared/toast.js";
 import { progressWords } from "../shared/progress.js";
 import { cameraButton } from "./camera/dialog.js";
+import { columnsForm } from "./columns.js";
 
 /** @import { OnProgress, Transfer } from "../shared/api.js" */
 /** @import { ImportPublic } from "../shared/messages.js" */
@@ -16,6 +17,9 @@ import { cameraButton } from "./camera/dialog.js";
 const ASK_EVERY_MS = 500;
 
 const PLACE_MS = 1000;
+
+/** Of a table, from which its columns are seen. */
+const HEAD_BYTES = 16_384;
 
 /** The address names a run that is being computed, so that a reload goes on showing it. */
 const IMPORT = /^#import\/(\w+)$/;
@@ -29,7 +33,7 @@ const IMPORT = /^#import\/(\w+)$/;
 export class DropZone {
   #on;
   #zone = h("div", { class: "drop" });
-  #picker = h("input", { type: "file", multiple: true, class: "visually-hidden", id: "file-picker", accept: "video/*,image/*,.csv,text/csv,.pft" });
+  #picker = h("input", { type: "file", multiple: true, class: "visually-hidden", id: "file-picker", accept: "video/*,image/*,.csv,.tsv,.txt,.xml,.json,text/csv,.pft" });
   /** Whether files are on their way, which others would push out of sight. */
   #isBusy = false;
   /** How many elements deep within the page something is dragged. */
@@ -142,7 +146,7 @@ export class DropZone {
       answer = await transfer.done;
     } catch (error) {
       if (statusOf(error) === -1) this.#invite();
-      else this.#refuse(name, messageOf(error));
+      else if (!(await this.#askColumns(files, messageOf(error)))) this.#refuse(name, messageOf(error));
       return;
     } finally {
       this.#isBusy = false;
@@ -150,6 +154,29 @@ export class DropZone {
     }
     this.#invite();
     received(answer);
+  }
+
+  /**
+   * Ask what the columns of a table are that was not understood; whether it is such a table.
+   *
+   * @param {File[]} files
+   * @param {string} refusal
+   */
+  async #askColumns(files, refusal) {
+    if (files.length !== 1 || !/\.(csv|tsv|txt)$/i.test(files[0].name)) return false;
+    let table;
+    try {
+      table = await api.table(await files[0].slice(0, HEAD_BYTES).text());
+    } catch {
+      return false;
+    }
+    const form = columnsForm(files[0].name, table, refusal, {
+      chosen: (columns) => this.#send(files, (some, onProgress) => api.sendUpload(some, onProgress, columns), "Checking every frame", this.#on.uploaded),
+      cancelled: () => this.#invite(),
+    });
+    fill(this.#zone, form);
+    form.querySelector("select")?.focus();
+    return true;
   }
 
   /**

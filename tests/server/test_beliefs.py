@@ -1,5 +1,6 @@
 """Uploaded recordings of beliefs: through the door of videos, to a session like any."""
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -49,3 +50,21 @@ def test_a_recording_becomes_a_session(client: httpx.Client, recording: bytes) -
 def test_a_damaged_recording_is_refused(client: httpx.Client, recording: bytes) -> None:
     """What was cut before anything was said is refused in a sentence."""
     assert "recording" in error_of(send(client, ("mine.pft", recording[:200])), 422)["message"]
+
+
+def test_a_person_says_what_the_columns_are(client: httpx.Client) -> None:
+    """A table with names of its own is refused, shown, and taken when it is said which column is which."""
+    table = b"bild;nummer;links;oben;breit;hoch\n" + b"".join(b"%d;4;%d;20;30;40\n" % (t, 10 + t) for t in range(5))
+    error_of(send(client, ("walk.csv", table)), 422)
+    seen = client.post("/api/v1/uploads/table", json={"text": table.decode()}).json()
+    assert seen["header"] == ["bild", "nummer", "links", "oben", "breit", "hoch"]
+    assert seen["rows"][0] == ["0", "4", "10", "20", "30", "40"]
+    assert [each["name"] for each in seen["meanings"]][:3] == ["frame", "target", "x"]
+    said = {"frame": 0, "target": 1, "x": 2, "y": 3, "w": 4, "h": 5}
+    files = {"file": ("walk.csv", table)}
+    taken = client.post("/api/v1/uploads", params={"columns": json.dumps(said)}, files=files)
+    assert taken.status_code == 201, taken.text
+    assert (taken.json()["kind"], taken.json()["frames"]) == ("beliefs", 5)
+    wrong = client.post("/api/v1/uploads", params={"columns": json.dumps({"frame": 0})}, files=files)
+    assert "Expected the frame" in error_of(wrong, 422)["message"]
+    error_of(client.post("/api/v1/uploads/table", json={"text": "a,b\n1,2\n"}), 422)

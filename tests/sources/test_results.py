@@ -130,10 +130,12 @@ def test_columns_that_a_person_names() -> None:
     """A table with names of its own is read when a person says what they are, by edges or by the middle as well."""
     table = b"bild;links;oben;rechts;unten\n0;10;20;40;60\n"
     assert form_of(table) is None
-    said = {"frame": "bild", "x": "links", "y": "oben", "right": "rechts", "bottom": "unten"}
+    said = {"frame": 0, "x": 1, "y": 2, "right": 3, "bottom": 4}
     assert places(rename(table, said).decode()) == [(0, 1, 10, 20, 30, 40)]
     with pytest.raises(SourceError, match="expected the frame"):
-        rename(table, {"frame": "bild", "x": "links"})
+        rename(table, {"frame": 0, "x": 1})
+    with pytest.raises(SourceError, match="no column for y"):
+        rename(table, {"frame": 0, "y": 7})
 
 
 @pytest.mark.parametrize("form", FORMS)

@@ -2,13 +2,15 @@
 
 import csv
 import io
+import itertools
 import math
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 from pftrack.sources.formats import SourceError, decode, delimiter_of
 from pftrack.sources.results.table import Box, ResultTable, around, table_of
 
-__all__ = ["COLUMNS", "NAMES", "columns_in", "header_of", "read_csv", "rename"]
+__all__ = ["COLUMNS", "NAMES", "Preview", "columns_in", "header_of", "preview", "read_csv", "rename"]
 
 NAMES: Mapping[str, tuple[str, ...]] = {
     "frame": ("frame", "frame_id", "frame_number", "frame_index", "frame_no", "image_id", "t"),
@@ -42,6 +44,23 @@ COLUMNS: Mapping[str, str] = {
 
 WAYS = (("x", "y", "w", "h"), ("x", "y", "right", "bottom"), ("centre_x", "centre_y", "w", "h"))
 MOST_NAMES = 10_000
+FEWEST_COLUMNS = 5
+"""A frame, and four numbers of a box."""
+ROWS_SHOWN = 4
+
+
+class Preview(NamedTuple):
+    """The beginning of a table.
+
+    Attributes:
+        header: Names of its columns.
+        rows: The first lines after it.
+        guess: Which column is what, as far as its name tells.
+    """
+
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    guess: Mapping[str, int]
 
 
 def header_of(text: str) -> list[str]:
@@ -135,24 +154,49 @@ def _target(text: str, names: dict[str, int]) -> int:
     return names.setdefault(text[:80], len(names) + 1)
 
 
-def rename(data: bytes, columns: Mapping[str, str]) -> bytes:
+def preview(text: str) -> Preview:
+    """Return what a person has to see of a table to say what its columns are.
+
+    Args:
+        text: Its beginning.
+
+    Raises:
+        SourceError: It is no table with columns enough.
+    """
+    header = header_of(text)
+    if len(header) < FEWEST_COLUMNS or not any(header):
+        raise SourceError(f"expected a table with {FEWEST_COLUMNS} columns or more, got {len(header)}")
+    lines = csv.reader(io.StringIO(text), delimiter=delimiter_of(text.partition("\n")[0]))
+    try:
+        rows = [tuple(row) for row in itertools.islice(lines, 1, 1 + ROWS_SHOWN)]
+    except csv.Error as error:
+        raise SourceError(f"the table cannot be read ({error})") from None
+    guess = {
+        what: next(place for place, name in enumerate(header) if name in names)
+        for what, names in NAMES.items()
+        if any(name in names for name in header)
+    }
+    return Preview(tuple(header), tuple(rows), guess)
+
+
+def rename(data: bytes, columns: Mapping[str, int]) -> bytes:
     """Return a table whose columns have the names that a person says they mean.
 
     Args:
         data: The table.
-        columns: Header's names by what they are, such as {"frame": "bild", "x": "links"}.
+        columns: Places of columns by what they are, such as {"frame": 0, "x": 3}.
 
     Raises:
         SourceError: There is no such column, or these do not make a box.
     """
     text = decode(data)
     header = header_of(text)
-    unknown = [name for name in columns.values() if name.lower().replace(" ", "_") not in header]
-    if unknown or not columns.keys() <= NAMES.keys():
-        raise SourceError(f"expected columns of the table, got {', '.join(unknown or columns)[:80]}")
+    unknown = [what for what, place in columns.items() if what not in NAMES or not 0 <= place < len(header)]
+    if unknown:
+        raise SourceError(f"the table has no column for {', '.join(unknown)[:80]}; it has {len(header)} columns")
     line, _, rest = text.partition("\n")
-    said = {name.lower().replace(" ", "_"): what for what, name in columns.items()}
-    renamed = [said.get(name, f"other_{place}") for place, name in enumerate(header)]
+    said = {place: what for what, place in columns.items()}
+    renamed = [said.get(place, f"other_{place}") for place in range(len(header))]
     if columns_in(renamed) is None:
-        raise SourceError("expected the frame, and left and upper edge or middle, and size or other edges, of a box")
+        raise SourceError("expected the frame, and of the box two edges or its middle, and its size or the other edges")
     return f"{delimiter_of(line).join(renamed)}\n{rest}".encode()

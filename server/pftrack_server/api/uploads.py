@@ -13,6 +13,8 @@ from starlette.responses import Response
 
 from pftrack.experiment import Experiment
 from pftrack.experiments import EXPERIMENTS
+from pftrack.sources.formats import SourceError
+from pftrack.sources.results.spreadsheet import COLUMNS, preview
 from pftrack.sources.truth import LARGEST_FILE_BYTES
 from pftrack_server.api.dependencies import (
     AManager,
@@ -28,11 +30,19 @@ from pftrack_server.api.dependencies import (
 )
 from pftrack_server.api.kept_pictures import kept_picture
 from pftrack_server.errors import ConflictError, DamagedError, NotFoundError, RefusedError
-from pftrack_server.schemas.uploads import SightingPublic, SuitabilityPublic, TruthPublic, UploadPublic
+from pftrack_server.schemas.uploads import (
+    ColumnMeaning,
+    SightingPublic,
+    SuitabilityPublic,
+    TableHead,
+    TablePublic,
+    TruthPublic,
+    UploadPublic,
+)
 from pftrack_server.store.files import is_name
 from pftrack_server.tasks.functions import TargetSearch, find_mark, frame_jpeg
 from pftrack_server.tasks.queue import unless_gone
-from pftrack_server.uploads.intake import check_room, index_of, limits_of, take_in
+from pftrack_server.uploads.intake import check_room, index_of, limits_of, name_columns, take_in
 from pftrack_server.uploads.multipart import receive
 from pftrack_server.uploads.truth import discard_truth, load_truth, store_truth, table_of
 
@@ -66,6 +76,25 @@ def _mark(
     mark: Annotated[str, Query(max_length=10_000, description="A mark of one of the experiment's kinds, as JSON")],
 ) -> dict[str, Any]:
     return _read("mark", mark)
+
+
+def _columns(
+    columns: Annotated[
+        str | None,
+        Query(
+            max_length=1000, description="Places of a table's columns by what they are, as JSON; see `/uploads/table`"
+        ),
+    ] = None,
+) -> dict[str, int] | None:
+    if columns is None:
+        return None
+    said = _read("columns", columns)
+    if not all(isinstance(place, int) for place in said.values()):
+        raise RefusedError("Columns must be whole numbers by what they are.", field="columns", value=columns)
+    return said
+
+
+Columns = Annotated[dict[str, int] | None, Depends(_columns)]
 
 
 def _read(field: str, text: str) -> dict[str, Any]:
@@ -102,6 +131,7 @@ async def add_upload(
     settings: SettingsNow,
     services: TheServices,
     tasks: TheTasks,
+    columns: Columns,
     ticket: Ticket = None,
 ) -> UploadPublic:
     """Take in a video, an animated GIF, pictures that make a sequence, a table of tracks, or results of a tracker."""
@@ -112,12 +142,26 @@ async def add_upload(
     received = await receive(
         request, folder, store.disk_budget, most_bytes=settings.max_upload_bytes, most_files=settings.max_upload_files
     )
-    taking = take_in(store, settings, tasks, folder, received, services.stopping.is_set, ticket)
     try:
+        if columns is not None:
+            await asyncio.to_thread(name_columns, received, columns)
+        taking = take_in(store, settings, tasks, folder, received, services.stopping.is_set, ticket)
         row = await unless_gone(taking, lambda: wait_until_gone(request))
     finally:
         await asyncio.to_thread(shutil.rmtree, folder, ignore_errors=True)
     return UploadPublic.model_validate(row)
+
+
+@router.post("/table")
+def look_at_table(head: TableHead) -> TablePublic:
+    """Tell which columns a table has, so that a person may say what they are, before it is sent with `columns`."""
+    try:
+        seen = preview(head.text)
+    except SourceError as error:
+        raise RefusedError(f"{str(error).capitalize()}.", field="text") from None
+    meanings = [ColumnMeaning(name=name, title=title) for name, title in COLUMNS.items()]
+    rows = [list(row) for row in seen.rows]
+    return TablePublic(header=list(seen.header), rows=rows, guess=dict(seen.guess), meanings=meanings)
 
 
 @router.get("")

@@ -1,12 +1,21 @@
 """Uploads: recordings, what was found in them, and what is known of them."""
 
-from typing import Any
+from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from pftrack.model.suitability import Grade
+from pftrack_server.schemas.body import RequestBody
 
-__all__ = ["SightingPublic", "SuitabilityPublic", "TruthPublic", "UploadPublic"]
+__all__ = [
+    "ColumnMeaning",
+    "SightingPublic",
+    "SuitabilityPublic",
+    "TableHead",
+    "TablePublic",
+    "TruthPublic",
+    "UploadPublic",
+]
 
 
 class UploadPublic(BaseModel):
@@ -26,6 +35,28 @@ class UploadPublic(BaseModel):
     warnings: list[str]
     size_bytes: int
     created: str
+
+
+class TableHead(RequestBody):
+    """The beginning of a table whose columns have names of its own."""
+
+    text: Annotated[str, Field(max_length=65_536, description="Its first lines")]
+
+
+class ColumnMeaning(BaseModel):
+    """What a column of a table of boxes may be."""
+
+    name: str
+    title: str
+
+
+class TablePublic(BaseModel):
+    """What a person has to see of a table to say what its columns are."""
+
+    header: list[str] = Field(description="Names of its columns")
+    rows: list[list[str]] = Field(description="Its first lines")
+    guess: dict[str, int] = Field(description="Place of the column of each meaning, as far as its name tells")
+    meanings: list[ColumnMeaning]
 
 
 class SightingPublic(BaseModel):

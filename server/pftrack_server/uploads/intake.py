@@ -17,6 +17,8 @@ import structlog
 from pftrack.model.sequence import FrameIndex
 from pftrack.process import MEBIBYTE
 from pftrack.sources.images import natural_order
+from pftrack.sources.results.reading import LARGEST_FILE_BYTES
+from pftrack.sources.results.spreadsheet import rename
 from pftrack.sources.sequence import DEFAULT_LIMITS, Limits, SourceError
 from pftrack_server.errors import ConflictError, DiskFullError
 from pftrack_server.settings import Settings
@@ -28,7 +30,7 @@ from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.uploads.multipart import Received
 from pftrack_server.uploads.probe import probe
 
-__all__ = ["check_room", "index_of", "limits_of", "take_in"]
+__all__ = ["check_room", "index_of", "limits_of", "name_columns", "take_in"]
 
 LIGHT_BYTES: Final = 16 * MEBIBYTE
 """An upload up to this size is probably looked through in a moment."""
@@ -90,6 +92,18 @@ def _read_index(store: Store, upload: str) -> str | None:
     except (OSError, ValueError):
         return None
     return text
+
+
+def name_columns(received: Received, columns: Mapping[str, int]) -> None:
+    """Give the columns of a table that has arrived the names that a person says they mean.
+
+    Raises:
+        SourceError: It is no such table, or it is too large for one.
+    """
+    path, *others = received.paths
+    if others or path.stat().st_size > LARGEST_FILE_BYTES:
+        raise SourceError(f"columns are named of one table of at most {mebibytes(LARGEST_FILE_BYTES)}")
+    path.write_bytes(rename(path.read_bytes(), columns))
 
 
 async def take_in(
