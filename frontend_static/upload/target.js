@@ -16,6 +16,9 @@ import { TruthField } from "./truth.js";
 
 const PICTURE_EVERY_MS = 80;
 
+/** @type {Record<string, string>} What recordings have frames of that are no pictures, by kind. */
+const WITHOUT_PICTURES = { tracks: " of tracks", beliefs: " of recorded beliefs" };
+
 export class TargetForm {
   #upload;
   #able;
@@ -93,6 +96,11 @@ export class TargetForm {
     }
   }
 
+  /** Whether everything has been tracked already, by whoever has made the file. */
+  get #isDone() {
+    return this.#upload.kind === "beliefs";
+  }
+
   get #chosen() {
     return this.#able.find(({ id }) => id === this.#experiment.value) ?? this.#able[0];
   }
@@ -119,15 +127,15 @@ export class TargetForm {
   /** @param {() => void} cancel */
   #form(cancel) {
     const { name, kind, frames, width, height, frame_rate_hz: rate, warnings } = this.#upload;
-    const pictures = ` of ${width} × ${height} px at ${Number(rate.toPrecision(4))} Hz`;
+    const content = WITHOUT_PICTURES[kind] ?? ` of ${width} × ${height} px at ${Number(rate.toPrecision(4))} Hz`;
     return h(
       "form",
       { class: "target", on: { submit: (/** @type {Event} */ event) => this.#submit(event) } },
       h(
         "header",
         {},
-        h("h2", {}, "What should be tracked?"),
-        h("p", { class: "hint" }, `${name}, ${count(frames, "frame")}${kind === "tracks" ? " of tracks" : kind === "beliefs" ? " of recorded beliefs" : pictures}`),
+        h("h2", {}, this.#isDone ? "What another tracker has said" : "What should be tracked?"),
+        h("p", { class: "hint" }, `${name}, ${count(frames, "frame")}${content}`),
         warnings.map((warning) => h("p", { class: "note" }, warning)),
       ),
       this.#stage,
@@ -205,7 +213,7 @@ export class TargetForm {
   /** Say whether there is all that a session needs. */
   #check() {
     this.#go.disabled = this.#isBusy || !this.#target?.footage;
-    setText(this.#go, this.#isTruthRefused ? "Track it without truth" : "Track it");
+    setText(this.#go, `${this.#isDone ? "Open it" : "Track it"}${this.#isTruthRefused ? " without truth" : ""}`);
     this.#suitability?.ask(this.#target?.footage);
     this.#wrong.hidden = true;
   }

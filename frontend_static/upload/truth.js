@@ -57,7 +57,7 @@ export class TruthField {
    * @param {string} [refused] What was wrong with the last one, a sentence or more.
    */
   #ask(refused) {
-    const picker = h("input", { type: "file", id: INPUT, accept: ".csv,text/csv", "aria-describedby": WORDS, "aria-invalid": String(Boolean(refused)) });
+    const picker = h("input", { type: "file", id: INPUT, accept: ".csv,.txt,.xml,.json,text/csv", "aria-describedby": WORDS, "aria-invalid": String(Boolean(refused)) });
     picker.addEventListener("change", () => {
       const files = [...(picker.files ?? [])];
       if (files.length > 0) this.#give(files);

@@ -16,6 +16,8 @@ import { columnsForm } from "./columns.js";
 
 const ASK_EVERY_MS = 500;
 
+const ACCEPTED = "video/*,image/*,.csv,.tsv,.txt,.xml,.json,text/csv,.pft";
+
 const PLACE_MS = 1000;
 
 /** Of a table, from which its columns are seen. */
@@ -33,7 +35,7 @@ const IMPORT = /^#import\/(\w+)$/;
 export class DropZone {
   #on;
   #zone = h("div", { class: "drop" });
-  #picker = h("input", { type: "file", multiple: true, class: "visually-hidden", id: "file-picker", accept: "video/*,image/*,.csv,.tsv,.txt,.xml,.json,text/csv,.pft" });
+  #picker = h("input", { type: "file", multiple: true, class: "visually-hidden", id: "file-picker", accept: ACCEPTED });
   /** Whether files are on their way, which others would push out of sight. */
   #isBusy = false;
   /** How many elements deep within the page something is dragged. */
@@ -96,7 +98,7 @@ export class DropZone {
       this.#picker,
       icon("film"),
       h("p", { class: "drop-words" }, h("strong", {}, "Drop a video here"), " or ", h("label", { for: "file-picker", class: "link" }, "choose a file")),
-      h("p", { class: "hint" }, "A video, an animated GIF or a set of pictures, a table of tracks (.csv), results of a tracker, a recording or a saved run (.pft)"),
+      h("p", { class: "hint" }, "A video, an animated GIF or pictures, a table of tracks (.csv), results of any tracker, a recording or a saved run (.pft)"),
       cameraButton((clip) => this.#take([clip])),
     );
   }

@@ -19,7 +19,7 @@ export function truthRow(view) {
   /** @type {HTMLInputElement} */
   const input = h(
     "input",
-    { type: "file", accept: ".csv,text/csv", class: "visually-hidden", "aria-label": "Truth", data: { file: "truth" }, on: { change: send } },
+    { type: "file", accept: ".csv,.txt,.xml,.json,text/csv", class: "visually-hidden", "aria-label": "Truth", data: { file: "truth" }, on: { change: send } },
   );
   const words = `A table, CSV, with the columns ${columns.join(", ")}; frames count from 0 in the recording`;
   const press = () => {

@@ -48,7 +48,7 @@ def boxes_of(state: BeliefState) -> list[Box]:
     beliefs = state.beliefs
     here = [beliefs.selected, *beliefs.others] if beliefs.present else beliefs.others
     return [
-        Box(0, one.target, *one.box.tolist(), one.score)
+        Box(0, one.target, *(float(side) for side in one.box[:4]), score=one.score)
         for one in sorted(here, key=lambda one: one.target)
         if one.box is not None
     ]

@@ -26,6 +26,8 @@ from pftrack.sources.sequence import Limits, check_pixels
 __all__ = ["BeliefSequence"]
 
 PAPER, PAPER_PX = 255, (640, 480)
+LEAST_PAPER_PX = 240
+"""What is smaller would be shown so large that its lines hide it."""
 LARGEST_PAPER_PX = 1920
 
 
@@ -179,7 +181,7 @@ class BeliefSequence:
                 box = self.content.belief(frame, target).box
                 if box is not None:
                     reach = np.maximum(reach, box[:2] + box[2:])
-        width, height = np.clip(np.ceil(1.02 * reach), 64, LARGEST_PAPER_PX).astype(int).tolist()
+        width, height = np.clip(np.ceil(1.02 * reach), LEAST_PAPER_PX, LARGEST_PAPER_PX).astype(int).tolist()
         return width, height
 
     def _extent(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -25,7 +25,8 @@ def read_cvat(data: bytes) -> ResultTable:
     if root.tag != "annotations" or not tracks:
         raise SourceError("expected CVAT's annotations of a video, with tracks; those for images have none")
     size = root.find(".//task/size")
-    frames = int(size.text) if size is not None and (size.text or "").isdigit() else 0
+    told_size = "" if size is None else size.text or ""
+    frames = int(told_size) if told_size.isdigit() else 0
     boxes, names, passed = [], {}, 0
     for track in tracks:
         target = _whole(track, "id")

@@ -92,8 +92,8 @@ def read_mot(data: bytes, first_frame: int | None = None, first_pixel: int | Non
         begin = 0 if any(row[0] == 0 for row in rows) else 1
         told.append(f"Its first frame was taken as {begin}{', as there is a frame 0' if begin == 0 else ''}.")
     origin = 1 if first_pixel is None else first_pixel
-    truth = rows and all(len(row) == MOT_TRUTH_COLUMNS for row in rows)
-    left_out = sum(truth and row[6] == 0 for row in rows)
+    truth = bool(rows) and all(len(row) == MOT_TRUTH_COLUMNS for row in rows)
+    left_out = sum(row[6] == 0 for row in rows) if truth else 0
     if left_out:
         told.append(f"{left_out} boxes that the truth marks as not to be counted were left out.")
     boxes = []
