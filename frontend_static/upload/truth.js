@@ -7,6 +7,7 @@ import { count } from "../shared/format.js";
 /** @import { ExperimentPublic, TruthPublic, UploadPublic } from "../shared/messages.js" */
 
 const TITLE = "Truth (CSV, optional)";
+const ACCEPTED = ".csv,.txt,.xml,.json,text/csv";
 const INPUT = "target-truth";
 const WORDS = "target-truth-words";
 
@@ -57,7 +58,7 @@ export class TruthField {
    * @param {string} [refused] What was wrong with the last one, a sentence or more.
    */
   #ask(refused) {
-    const picker = h("input", { type: "file", id: INPUT, accept: ".csv,.txt,.xml,.json,text/csv", "aria-describedby": WORDS, "aria-invalid": String(Boolean(refused)) });
+    const picker = h("input", { type: "file", id: INPUT, accept: ACCEPTED, "aria-describedby": WORDS, "aria-invalid": String(Boolean(refused)) });
     picker.addEventListener("change", () => {
       const files = [...(picker.files ?? [])];
       if (files.length > 0) this.#give(files);

@@ -115,7 +115,8 @@ def exports_of(experiment: Experiment) -> tuple[RunExport, ...]:
     """Return all that a run of an experiment can be exported as."""
     believes = experiment.boxes is not None or extent_series(experiment.all_series()) is not None
     boxes = BELIEVED if believes else ()
-    true = TRUE if believes or experiment.truth is BOXES else ()
+    known = experiment.on_video is not None and experiment.truth is BOXES
+    true = TRUE if believes or known else ()
     return (*FORMATS, *boxes, *true, *map(_of_frame, experiment.exports))
 
 

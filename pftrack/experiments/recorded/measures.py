@@ -47,11 +47,12 @@ def boxes_of(state: BeliefState) -> list[Box]:
     """Return the boxes of all targets of a frame."""
     beliefs = state.beliefs
     here = [beliefs.selected, *beliefs.others] if beliefs.present else beliefs.others
-    return [
-        Box(0, one.target, *(float(side) for side in one.box[:4]), score=one.score)
-        for one in sorted(here, key=lambda one: one.target)
-        if one.box is not None
-    ]
+    boxes: list[Box] = []
+    for one in sorted(here, key=lambda one: one.target):
+        if one.box is not None:
+            x, y, w, h = one.box.tolist()
+            boxes.append(Box(0, one.target, x, y, w, h, one.score))
+    return boxes
 
 
 PLOTS = (
