@@ -1,7 +1,8 @@
 """The tracker of recorded beliefs: it takes what others have computed of a frame, and computes nothing but moments.
 
-A step looks at its frame alone. Weights are made to sum to one, mean and covariance come from the particles where they
-were not recorded, and effective sample size and different parents are counted as of any particle filter.
+A step looks at its frame alone, but for the paths by which the particles came, which their ancestors tell. Weights are
+made to sum to one, mean and covariance come from the particles where they were not recorded, and effective sample size
+and different parents are counted as of any particle filter.
 """
 
 from collections.abc import Mapping
@@ -10,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.filters.fixed_lag import Lineage, begin_lineage, extend_lineage
 from pftrack.model.belief import Belief, Beliefs
 from pftrack.model.frame import Frame, Target
 from pftrack.model.parameters import Parameters
@@ -20,6 +22,9 @@ from pftrack.particles import ParticleSet, normalise
 from pftrack.trackers.reports import CLOUD
 
 __all__ = ["BOX", "TRACKERS", "BeliefState", "place_of"]
+
+PATH_FRAMES = 30
+"""So far back the ancestors of particles are followed."""
 
 BOX = Series("box", "believed box", "px", "vector", role="extent", components=("width", "height"))
 SCORE = Series("score", "score of the box")
@@ -37,12 +42,14 @@ class BeliefState:
         particles: Of the selected one, with weights that sum to one; None without.
         estimate: (tracked,) the chosen components of its mean, or the middle of its box.
         covariance: (tracked, tracked) of these; None where it is not known.
+        paths: Where the particles' ancestors were in the frames before; None without ancestors.
     """
 
     beliefs: Beliefs
     particles: ParticleSet | None
     estimate: NDArray[np.float64]
     covariance: NDArray[np.float64] | None
+    paths: Lineage | None = None
 
     @property
     def sigma(self) -> NDArray[np.float64]:
@@ -60,7 +67,8 @@ class BeliefState:
     def nbytes(self) -> int:
         """About how much memory it takes, bytes."""
         held = [self.beliefs.selected, *self.beliefs.others]
-        return 4096 + sum(3 * one.particles.nbytes for one in held if one.particles is not None)
+        paths = 0 if self.paths is None else self.paths.paths.nbytes
+        return 4096 + paths + sum(3 * one.particles.nbytes for one in held if one.particles is not None)
 
     def arrays(self) -> Mapping[str, NDArray[np.float64]]:
         """Return states and log weights of the particles; empty without."""
@@ -92,7 +100,7 @@ def _set_of(belief: Belief) -> ParticleSet:
 
 def step(state: BeliefState | None, frame: Frame, parameters: Parameters, rng: Generator) -> BeliefState:
     """Take over what was recorded of the frame."""
-    del state, parameters, rng
+    del parameters, rng
     beliefs = frame.beliefs
     if beliefs is None:
         raise ValueError("a recorded tracker needs a recording of beliefs, got pictures or measurements")
@@ -105,7 +113,21 @@ def step(state: BeliefState | None, frame: Frame, parameters: Parameters, rng: G
     covariance = None if particles is None else particles.covariance[chosen]
     if selected.covariance is not None:
         covariance = selected.covariance[chosen]
-    return BeliefState(beliefs, particles, estimate, covariance)
+    return BeliefState(beliefs, particles, estimate, covariance, _paths(state, beliefs, particles))
+
+
+def _paths(before: BeliefState | None, beliefs: Beliefs, particles: ParticleSet | None) -> Lineage | None:
+    """Return the pasts of the particles, as far as every frame since has said their ancestors."""
+    if not beliefs.present:
+        return None if before is None else before.paths
+    if particles is None or beliefs.selected.ancestors is None:
+        return None
+    tracked = len(beliefs.components)
+    places = ParticleSet(particles.states[:, list(beliefs.components)], particles.log_weights, particles.ancestors)
+    known = None if before is None else before.paths
+    if known is None or particles.ancestors.max() >= known.paths.shape[1]:
+        return begin_lineage(places, tracked)
+    return extend_lineage(known, places, PATH_FRAMES)
 
 
 def start(target: Target, frame: Frame, parameters: Parameters, rng: Generator) -> BeliefState:

@@ -43,6 +43,17 @@ def test_a_loop_opens_as_a_run(tmp_path: Path) -> None:
         assert row.sigma == pytest.approx(np.sqrt(share @ np.square(states[:, :2] - share @ states[:, :2])))
 
 
+def test_the_paths_of_particles_are_those_of_their_ancestors(tmp_path: Path) -> None:
+    """Each particle's path leads through the parents that the loop has named, back to the first frame."""
+    run = pftrack.load(record(tmp_path / "mine.pft", precision="double"))
+    paths = run.finish().state.paths.paths
+    places = np.arange(COUNT)
+    for t in reversed(range(FRAMES)):
+        states, _, ancestors = particles_of(t)
+        assert paths[FRAMES - 1 - t] == pytest.approx(states[places, :2])
+        places = ancestors[places]
+
+
 def test_single_precision_is_enough_for_what_is_seen(tmp_path: Path) -> None:
     """Half the bytes are written if not asked otherwise, and the estimate differs in the seventh digit at most."""
     single, double = record(tmp_path / "one.pft"), record(tmp_path / "two.pft", precision="double")

@@ -17,7 +17,7 @@ from pftrack.experiments.sketch import (
 )
 from pftrack.model.belief import Belief, Plane
 from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.drawing import COLOURS, Colour, Drawing, Picture, Polyline, Primitive, Text
+from pftrack.model.drawing import COLOURS, Colour, Drawing, Links, Picture, Polyline, Primitive, Text
 from pftrack.model.layer import Key, Layer
 from pftrack.model.palette import OKABE_ITO
 from pftrack.trackers.beliefs import BeliefState, place_of
@@ -29,6 +29,8 @@ FRAME_HEIGHT_PX = 3.0
 """How far one frame of the past is lifted in the space-time view."""
 MOST_OTHERS = 200
 """Other targets that are drawn."""
+MOST_PATHS = 200
+"""Particles whose paths are drawn."""
 MOST_NAMED = 40
 """Up to so many have their number beside them."""
 
@@ -42,6 +44,7 @@ LAYERS = (
     Layer("others", "Other targets"),
     Layer("truth", legend=(Key("truth", "truth"),)),
     Layer("uncertainty"),
+    Layer("particle paths", "Paths of the particles", shown=False),
     Layer("trail", role="flat only"),
     Layer("path through time", shown=False, role="through time"),
     Layer("components", "Names of components"),
@@ -66,6 +69,8 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
         states = state.particles.states[:, list(beliefs.components)]
         shown = _finite(_on(plane, states))
         primitives |= particle_clouds(shown, state.particles, 0, dot)
+    if state.paths is not None and len(state.paths.paths) > 1:
+        primitives["paths"] = _paths(plane, state.paths.paths)
     if state.covariance is not None and np.isfinite(state.covariance).all() and len(state.estimate) > 1:
         scale = np.array(plane.scale)
         spread = state.covariance * scale[:, None] * scale
@@ -83,6 +88,15 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     heights = FRAME_HEIGHT_PX * (row.frame - np.array([each.frame for each in path]))
     primitives["space-time"] = Polyline(at_height(places, 1.0 + heights), COLOURS["estimate"], 3.0, "path through time")
     return Drawing(width, height, primitives, _caption(step))
+
+
+def _paths(plane: Plane, paths: NDArray[np.float64]) -> Links:
+    """Draw where the ancestors of some of the particles were, (ages, N, tracked)."""
+    ages, count, tracked = paths.shape
+    chosen = paths[:, np.linspace(0, count - 1, min(count, MOST_PATHS)).astype(np.int64)]
+    places = at_height(_finite(_on(plane, chosen.reshape(-1, tracked))), 0.8).reshape(ages, -1, 3)
+    segments = np.stack([places[:-1], places[1:]], axis=2).reshape(-1, 2, 3)
+    return Links(segments, COLOURS["prediction"], 1.0, "particle paths")
 
 
 def _caption(step: Step) -> str:
