@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from pftrack.numerics.elementary import logarithm
 from pftrack.sources.beliefs.recorder import Recorder
 
 __all__ = ["ParticlesCollector", "record_filterpy", "record_pfilter", "record_stone_soup"]
@@ -46,8 +47,7 @@ def record_filterpy(recorder: Recorder, t: int, kalman: Any, *, target: int = 0)
 
 def record_pfilter(recorder: Recorder, t: int, tracker: Any, *, target: int = 0) -> None:  # noqa: ANN401
     """Say the particles of a `pfilter.ParticleFilter` as they were before it resampled them."""
-    with np.errstate(divide="ignore"):
-        weights = np.log(tracker.original_weights)
+    weights = logarithm(np.asarray(tracker.original_weights, float))
     recorder(t, particles=tracker.original_particles, log_weights=weights, target=target)
 
 
