@@ -9,6 +9,7 @@ import pytest
 
 import pftrack
 from pftrack.rendering.film import FilmWriter
+from pftrack.sources.beliefs import content
 from pftrack.sources.sequence import SourceError, open_sequence
 
 FRAMES, COUNT = 6, 50
@@ -146,6 +147,17 @@ def test_what_was_said_before_a_loop_broke_off_is_there(tmp_path: Path) -> None:
     data = path.read_bytes()
     path.write_bytes(data[: data.rindex(b"chunks/000002/rows.npy", 0, data.index(b"PK\x01\x02")) + 40])
     assert open_sequence(path).frame_count == 2
+
+
+def test_a_recording_has_bounds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What would take too much memory is refused with the bound."""
+    path = record(tmp_path / "mine.pft")
+    monkeypatch.setattr(content, "MOST_PARTICLES", COUNT - 1)
+    with pytest.raises(SourceError, match=f"more than the {COUNT - 1} particles"):
+        open_sequence(path)
+    monkeypatch.setattr(content, "MOST_ROWS", 3)
+    with pytest.raises(SourceError, match="more than the 3 times"):
+        open_sequence(path)
 
 
 @pytest.mark.parametrize(

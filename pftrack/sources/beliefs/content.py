@@ -16,9 +16,12 @@ from pftrack.sources.formats import RECORDING_ENTRY, SourceError
 __all__ = ["About", "Content"]
 
 LARGEST_ABOUT_BYTES = 1024 * 1024
-LARGEST_ARRAY_BYTES = 512 * 1024**2
 LARGEST_FRAME = 10_000_000
 MOST_COMPONENTS = 400
+MOST_ROWS = 500_000
+"""Times that something is said of a target in a frame."""
+MOST_PARTICLES = 1_000_000
+"""Of a target in a frame."""
 NAMES = tuple(ARRAYS)
 FIRST_COUNT = len(COLUMNS) - len(NAMES)
 INNER = {"particles": 1, "log_weights": 0, "ancestors": 0, "mean": 1, "covariance": 2, "box": 1}
@@ -72,7 +75,7 @@ class Content:
         self._beliefs: dict[int, dict[int, _Row]] = {}
         self._truths: dict[int, dict[int, _Row]] = {}
         self.targets: dict[int, list[int]] = {}
-        self.dimension = 0
+        self.dimension = self._rows = 0
         for number in range(len(self.entries)):
             if f"chunks/{number:06d}/rows.npy" not in self.entries:
                 break
@@ -87,11 +90,16 @@ class Content:
         rows = self._whole(f"{chunk}rows.npy")
         if rows.ndim != 2 or rows.shape[1] != len(COLUMNS) or (rows[:, FIRST_COUNT:] < 0).any():
             raise SourceError("the recording is damaged: its rows are none")
+        self._rows += len(rows)
+        if self._rows > MOST_ROWS:
+            raise SourceError(f"the recording speaks of targets more than the {MOST_ROWS:,} times that are allowed")
         reached = dict.fromkeys(NAMES, 0)
         for row in rows.tolist():
             frame, target, is_truth, *counts = row
             if not 0 <= frame <= LARGEST_FRAME:
                 raise SourceError(f"the recording has a frame {frame}")
+            if max(counts) > MOST_PARTICLES:
+                raise SourceError(f"frame {frame} has more than the {MOST_PARTICLES:,} particles that are allowed")
             places: list[tuple[Stored, int, int] | None] = []
             for name, count in zip(NAMES, counts, strict=True):
                 places.append((stored[name], reached[name], count) if count and name in stored else None)

@@ -21,7 +21,7 @@ FORMS: dict[Form, str] = {
 }
 """Names of the forms, and what people call them."""
 
-MOST_BOXES = 1_000_000
+MOST_BOXES = 250_000
 LARGEST_FRAME = 10_000_000
 LARGEST_NUMBER = 1_000_000
 FURTHEST_PX = 1e6
