@@ -25,7 +25,9 @@ def test_the_example_is_an_exercise(tmp_path: Path) -> None:
 OPTIONS = [option for each in PROPERTIES.values() for option in each.options]
 
 
-@pytest.mark.parametrize("name", [*ExerciseHead.model_fields, *CheckHead.model_fields, *PROPERTIES, *sorted(set(OPTIONS))])
+@pytest.mark.parametrize(
+    "name", [*ExerciseHead.model_fields, *CheckHead.model_fields, *PROPERTIES, *sorted(set(OPTIONS))]
+)
 def test_the_page_tells_every_key_property_and_option(name: str) -> None:
     """Whatever may be written in a file stands on the page."""
     assert f"`{name}`" in PAGE
