@@ -9,6 +9,7 @@ from pftrack.model.frame import Frame
 from pftrack.model.series import SeriesValue
 from pftrack.numerics.compiled import read_only
 from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.matrices import product
 from pftrack.numerics.random import Generator
 from pftrack.trackers import reports
 from pftrack.trackers.filter_interface import Component, FilterInterface, Update
@@ -47,7 +48,7 @@ def _propagate(
     del state, frame
     moves = motion(parameters)
     noise = rng.standard_normal((len(states), moves.noise.shape[1]))
-    moved: NDArray[np.float64] = states @ moves.transition.T + moves.offset + noise @ moves.noise.T
+    moved: NDArray[np.float64] = product(states, moves.transition.T) + moves.offset + product(noise, moves.noise.T)
     return moved
 
 

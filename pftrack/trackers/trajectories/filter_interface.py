@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from pftrack.filters.trajectories.gaussian import Gaussians
 from pftrack.model.frame import Frame, Measurements, Target
 from pftrack.model.series import SeriesValue
+from pftrack.numerics.elementary import logarithm
+from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.random import Generator, Purpose, Stream
 from pftrack.particles import ParticleSet
 from pftrack.trackers import reports
@@ -48,10 +50,9 @@ def _drawn(
     shape = parameters.sample_count, 2
     if isinstance(belief, Gaussians) and age < len(belief.means) and np.isfinite(belief.means[age, track]).all():
         mean, (own, both, before) = belief.means[age, track], belief.covariances[age, track]
-        factor = np.linalg.cholesky(np.array([[own, both], [both, before]]) + 1e-9 * np.eye(2))
-        noise = np.stack([rng.standard_normal(shape), rng.standard_normal(shape)], axis=2) @ factor.T
-        positions = mean + noise
-        return np.concatenate([positions[:, :, 0], positions[:, :, 1]], axis=1)
+        covariance = np.array([[own, both], [both, before]]) + 1e-9 * np.eye(2)
+        x, y = (Gaussian(axis, covariance).sample(rng, parameters.sample_count) for axis in mean)
+        return np.stack([x[:, 0], y[:, 0], x[:, 1], y[:, 1]], axis=1)
     place = state.raw[0, track] if np.isfinite(state.raw[0, track]).all() else np.array(state.paper) / 2.0
     positions = place + parameters.start_spread_px * rng.standard_normal(shape)
     return np.concatenate([positions, positions], axis=1)
@@ -80,8 +81,8 @@ def _log_likelihood(
     if not np.isfinite(measured).all():
         return np.zeros(len(states))
     off = np.square(states[:, :2] - measured) / parameters.noise_variance_px2
-    constant = 2.0 * np.log(np.pi * np.sqrt(parameters.noise_variance_px2))
-    return np.asarray(-np.log1p(off).sum(axis=1) - constant)
+    constant = 2.0 * float(logarithm(np.pi * np.sqrt(parameters.noise_variance_px2)))
+    return np.asarray(-(logarithm(1.0 + off[:, 0]) + logarithm(1.0 + off[:, 1])) - constant)
 
 
 def _believe(
