@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from pftrack.experiments import find
+from pftrack.filter_files import trust
 from pftrack.model.parameters import ParameterError
 from pftrack.model.recipe import Footage, Recipe
 from pftrack.model.sequence import FrameSequence
@@ -17,6 +18,8 @@ from pftrack_server.schemas.sessions import SessionCreate
 from pftrack_server.schemas.snapshot import RunSnapshot
 from pftrack_server.schemas.spec import BranchSpec, SessionSpec
 from tests.experiments.heads import Pictures, pictures
+
+TEXT = "def should_resample(log_weights):\n    return True\n"
 
 FULL = Recipe(
     experiment="ball",
@@ -31,8 +34,10 @@ FULL = Recipe(
         start=1,
         mark={"kind": "box", "x": 60.0, "y": 30.0, "width": 40.0, "height": 50.0},
         truth={1: (60.0, 30.0, 40.0, 50.0)},
+        labelled=True,
         square=True,
     ),
+    filters={"mine": (TEXT,)},
     defaults={"forgetting": 0.99},
 )
 
@@ -53,9 +58,11 @@ def test_no_field_has_its_default_value() -> None:
 
 def test_it_is_whole_wherever_a_run_is_kept(tmp_path: Path) -> None:
     """A run, its file, a request and a stored session give back every field."""
+    trust(TEXT)
     run = make(FULL, open_sequence=opened)
     # The default is today's, so that a run need not say it. A file says all of them.
-    short = FULL.model_copy(update={"defaults": {}})
+    # Whether a recording brings its truth is for the recording to say.
+    short = FULL.model_copy(update={"defaults": {}}).with_footage(labelled=False)
     assert run.recipe.with_footage(path="clips/face.mp4") == short
     save(run, tmp_path / "a.pft", footage_path="clips/face.mp4")
     kept = read(tmp_path / "a.pft").recipe

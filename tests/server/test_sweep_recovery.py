@@ -243,7 +243,7 @@ def test_the_database_is_upgraded(start_server: Any, tmp_path: Path) -> None:
         client.post("/api/v1/sessions", json=session_request({"experiment": "ball", "seed": 4}))
     database = sqlite3.connect(tmp_path / "data" / "pftrack.sqlite")
     database.execute("DROP TABLE sweeps")
-    database.execute("DROP TABLE comparisons")
+    database.executescript("DROP TABLE comparisons; DROP TABLE lectures; DROP TABLE polls")
     database.execute("ALTER TABLE runs RENAME COLUMN computed TO head")
     database.execute("UPDATE alembic_version SET version_num = '0001'")
     database.commit()

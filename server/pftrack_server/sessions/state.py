@@ -128,7 +128,10 @@ class SessionState:
 
     def describe(self, description: SessionDescription) -> None:
         """Take over what is fixed from now on, and greet all listeners again."""
-        self.spec.description = self._with_first_preset(description)
+        kept = self._with_first_preset(description)
+        # A filter that was saved has sliders of its own, which come first.
+        about = list(dict.fromkeys((*description.about, *kept.about)))
+        self.spec.description = kept.model_copy(update={"about": about})
         self.dirty = True
         self._on_values()
         self.listeners.greet()
@@ -139,8 +142,7 @@ class SessionState:
         What was changed since may be another preset's or nobody's, but the controls stay where a person has them.
         """
         first = self.spec.description or description
-        about = list(dict.fromkeys((*description.about, *first.about)))
-        return description.model_copy(update={"about": about, "watch": first.watch, "subject": first.subject})
+        return description.model_copy(update={"about": first.about, "watch": first.watch, "subject": first.subject})
 
     def advance(self, changes: Mapping[str, Any], rows: Sequence[dict[str, Any]] = ()) -> None:
         """Take down what has changed of the run and the diagnostics of frames just computed, and tell both.
