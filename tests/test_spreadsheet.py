@@ -12,6 +12,8 @@ WRITERS = {
     "pftrack/spreadsheet.py": "the one place",
     "pftrack/exports/table_files.py": "numbers alone, under names of letters",
     "pftrack/sweep/result.py": "Arrow's, with its texts as `literal`",
+    "pftrack/sources/results/writing.py": "numbers alone",
+    "pftrack/sweep/source_code.py": "options of a command, no table",
 }
 
 

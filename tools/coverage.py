@@ -47,7 +47,7 @@ class _Trial(NamedTuple):
 
 def measured_settings() -> Iterator[Setting]:
     """Yield all that is measured."""
-    for name in EXPERIMENTS.own:
+    for name in _promising():
         experiment = EXPERIMENTS[name]
         for tracker in experiment.trackers:
             for preset in ("", *experiment.calibration.presets):
@@ -66,7 +66,12 @@ def coverages(stored: Mapping[str, Any]) -> dict[Setting, list[Coverage]]:
 def table(stored: Mapping[str, Any]) -> str:
     """Return the tables of all experiments as Markdown."""
     found = coverages(stored)
-    return "\n\n".join(_table(EXPERIMENTS[name], found, stored["frames"][name]) for name in EXPERIMENTS.own)
+    return "\n\n".join(_table(EXPERIMENTS[name], found, stored["frames"][name]) for name in _promising())
+
+
+def _promising() -> Iterator[str]:
+    """Yield the experiments that promise something of their bands."""
+    return (name for name in EXPERIMENTS.own if EXPERIMENTS[name].calibration.bands)
 
 
 def page(text: str, stored: Mapping[str, Any]) -> str:

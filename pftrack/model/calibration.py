@@ -82,7 +82,8 @@ class Calibration:
     """What is said of the bands of an experiment's trackers.
 
     Attributes:
-        bands: What its trackers say of their own error, and how it is compared with the truth.
+        bands: What its trackers say of their own error, and how it is compared with the truth; empty if nothing is
+            promised of them.
         faults: Settings in which that is not so.
         presets: Names of those in which bands are measured, beside the default scene.
         scene: Name of the parameter that numbers scenes of one kind, such as people; measured are as many of them as

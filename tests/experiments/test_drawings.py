@@ -12,7 +12,7 @@ ALL = pytest.mark.parametrize("experiment", EXPERIMENTS.values(), ids=EXPERIMENT
 @ALL
 def test_a_second_run_is_drawn_in_its_colour(experiment: Experiment) -> None:
     """Where there is another run to compare with, its belief is drawn on a layer of its own; else there is none."""
-    first, *_, last = experiment.trackers
+    first, last = (*experiment.trackers, *experiment.trackers)[:: len(experiment.trackers) * 2 - 1]
     one, two = (
         Run(experiment, experiment.simulate(), tracker=tracker, seed=1, frames=4).finish() for tracker in (first, last)
     )

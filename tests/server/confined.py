@@ -23,8 +23,14 @@ def ask(task: Callable[..., Any], *arguments: object) -> Any:
 
 def children() -> list[psutil.Process]:
     """The processes that were forked from this process's fork server, or started by one of those."""
-    family = psutil.Process().children(recursive=True)
-    return [each for each in family if each.ppid() != os.getpid() and each.status() != psutil.STATUS_ZOMBIE]
+    return [each for each in psutil.Process().children(recursive=True) if _is_forked(each)]
+
+
+def _is_forked(process: psutil.Process) -> bool:
+    try:
+        return process.ppid() != os.getpid() and process.status() != psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:  # it has ended since it was listed
+        return False
 
 
 def descriptors() -> int:

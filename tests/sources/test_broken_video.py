@@ -24,8 +24,10 @@ def test_a_file_cut_short_gives_the_frames_that_decode(
     path.write_bytes(whole[: len(whole) * 2 // 3])
     sequence = opened(path)
     assert 10 < sequence.frame_count < 60
-    assert sequence.index.warnings == (
-        f"the file announces 60 frames and {sequence.frame_count} decode; it is cut short or damaged",
+    # Frames near the cut may be missing in the middle, by how the encoder has spread them; then the rate varies, too.
+    assert (
+        f"the file announces 60 frames and {sequence.frame_count} decode; it is cut short or damaged"
+        in sequence.index.warnings
     )
     for number in np.random.default_rng(0).permutation(sequence.frame_count).tolist():
         assert read_number(sequence.picture(number)) == number

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pftrack.experiment import Experiment, Preset, Setup
 from pftrack.experiments.recorded.measures import PLOTS, READINGS, SERIES, boxes_of, measure
 from pftrack.experiments.recorded.sketch import LAYERS, draw
+from pftrack.model.calibration import Calibration
 from pftrack.model.glossary import Term
 from pftrack.model.marks import Mark
 from pftrack.model.measures import MEAN_IOU, PICTURE_MEASURES
@@ -129,6 +130,8 @@ EXPERIMENT = Experiment(
     advice="Nothing needs to be marked: the recording says where its targets are.",
     boxes=boxes_of,
     draw=draw,
+    # Nothing is promised of bands that somebody else has computed.
+    calibration=Calibration(bands=()),
     error=_distance,
     lost=_is_lost,
     series=SERIES,
