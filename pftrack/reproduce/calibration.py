@@ -42,6 +42,8 @@ HEADS = (
     ("pinhole, relief", "mean", ("within_50", "within_95")),
     ("pinhole, relief", "personal", ("within_50", "within_95")),
 )
+WIDE_ENOUGH = {("pinhole, relief", "personal"): ("within_50",)}
+"""Of Bando's band, those that hold what they say: where face, camera and templates are right, only its tails are thin."""
 
 
 @dataclass(frozen=True)
@@ -68,19 +70,22 @@ def coverage(pool: Pool, full: bool) -> list[Finding]:
             # What Bando did has a face of its own.
             chosen: dict[str, Value] = {**VIEWS[view], "speed": HEAD_SPEED, "face_model": model}
             trials = [Trial("head", 0, HEAD_FRAMES, {**chosen, "person": person}) for person in PEOPLE]
-            findings += _judge(pool, f"calibration: head, {model} face, {view}", trials, held=asserted)
+            wide = WIDE_ENOUGH.get((view, model), ())
+            findings += _judge(pool, f"calibration: head, {model} face, {view}", trials, held=asserted, wide=wide)
     return findings
 
 
-def _judge(pool: Pool, name: str, trials: Sequence[Trial], held: tuple[str, ...]) -> list[Finding]:
-    """Compare both bands with what they say; those of `held` are to be as the calibrated one says."""
+def _judge(
+    pool: Pool, name: str, trials: Sequence[Trial], held: tuple[str, ...], wide: tuple[str, ...] = ()
+) -> list[Finding]:
+    """Compare both bands with what they say: of `held` the calibrated one is to be right, of `wide` Bando's."""
     findings, errors = [], []
     for band in ("document", "calibrated"):
         chosen = [Trial(one.experiment, one.seed, one.frames, {**one.values, "pose_band": band}) for one in trials]
         *shares, error = np.mean(pool.map(_measure, chosen), axis=0)
         errors.append(float(error))
         for (series, wanted), ours in zip(SHARES.items(), shares, strict=True):
-            confirmed = band == "calibrated" and series in held
+            confirmed = series in (held if band == "calibrated" else wide)
             result = f"{name}, {band} band of {100 * wanted:.0f} %, share that holds the truth"
             known = "" if confirmed else SHORT
             findings.append(compare(result, float(ours), wanted, TOLERANCE, SOURCE, known=known, ground=OWN))
