@@ -43,7 +43,7 @@ HEADS = (
     ("pinhole, relief", "personal", ("within_50", "within_95")),
 )
 WIDE_ENOUGH = {("pinhole, relief", "personal"): ("within_50",)}
-"""Of Bando's band, those that hold what they say: where face, camera and templates are right, only its tails are thin."""
+"""Of Bando's band, those that hold what they say: its tails alone are thin where face and camera are right."""
 
 
 @dataclass(frozen=True)
