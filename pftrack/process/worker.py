@@ -1,8 +1,10 @@
 """Workers: children that answer calls, as their parent sees them; and tasks, each a call to a child of its own."""
 
 import asyncio
+import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Self
 
 from pftrack.process.answers import pack, unpack
@@ -172,5 +174,17 @@ def run_task_blocking(
     refusals: tuple[type[Exception], ...] = (),
     on_step: Callable[[Any], object] = lambda _: None,
 ) -> Outcome:
-    """Do what `run_task` does, for a program without an event loop."""
-    return asyncio.run(run_task(fork_server, function, *arguments, budget=budget, refusals=refusals, on_step=on_step))
+    """Do what `run_task` does, and wait for it, in a thread whose event loop may run, as that of a notebook does.
+
+    `on_step` is called in another thread. What interrupts the waiting ends the child.
+    """
+    waits = threading.Event()
+    task = run_task(
+        fork_server, function, *arguments, budget=budget, refusals=refusals, on_step=on_step, stopped=waits.is_set
+    )
+    with ThreadPoolExecutor(1, thread_name_prefix="task") as threads:
+        try:
+            return threads.submit(asyncio.run, task).result()
+        except BaseException:
+            waits.set()
+            raise

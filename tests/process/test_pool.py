@@ -26,6 +26,7 @@ from pftrack.process import (
     WorkerLostError,
     report,
     run_task,
+    run_task_blocking,
 )
 from pftrack.process.calls import TELL_S
 from tests.apart import run
@@ -152,6 +153,15 @@ def test_tasks_tell_what_came_of_them(server: ForkServer) -> None:
     fault = come(object)
     assert isinstance(fault, Fault)
     assert "may hold what JSON can say" in fault.name
+
+
+def test_who_has_a_loop_may_wait_for_a_task(server: ForkServer) -> None:
+    """In a notebook a loop runs in the very thread that waits."""
+
+    async def wait() -> object:
+        return run_task_blocking(server, len, "four", budget=UNLIMITED)
+
+    assert run(wait()) == Reply(4)
 
 
 def test_a_program_without_a_loop_has_futures() -> None:
