@@ -46,7 +46,7 @@ def moments_on_grid(submission: Submission, seed: int, *, noise: str) -> tuple[f
         moves = np.exp(-0.5 * ((values[:, None, None] - means[None]) / sd) ** 2)
         moved = np.einsum("xyz,yz->xy", moves, joint)
         states = np.stack([values, values], axis=1)
-        logs = interface.log_likelihood(state, states, source.frame(index, history), parameters)
+        logs = interface.likelihood.log_likelihood(state, states, source.frame(index, history), parameters)
         joint = moved * np.exp(logs - logs.max())[:, None]
         joint /= joint.sum()
         newest, before = values, newest

@@ -137,8 +137,7 @@ class Submission:
         source, history = self.setup.open_source(seed, parameters), History(((0, parameters),))
         first, later = (source.frame(index, history) for index in (0, LATER))
         begun = self.interface.start(source.start, first, parameters, Stream(seed, 0, Purpose.START))
-        if self.interface.prepare is not None:
-            begun = self.interface.prepare(begun, later, parameters)
+        begun = self.interface.likelihood.prepare(begun, later, parameters)
         return begun, later, parameters
 
 

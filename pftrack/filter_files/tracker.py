@@ -147,7 +147,7 @@ class _Call:
         if "log_likelihood" in self.code.functions:
             found = self._call("log_likelihood", None, states=states)
             return self._logs("log_likelihood", found, len(states), "", states)
-        return self.interface.log_likelihood(self.state, states, self.frame, self.values)
+        return self.interface.likelihood.log_likelihood(self.state, states, self.frame, self.values)
 
     def _normalise(self, log_weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
         if "normalise" not in self.code.functions:
@@ -169,7 +169,7 @@ class _Call:
     # ------------------------------------------------------------ what came back
 
     def _states(self, function: str, found: object, count: int | None) -> NDArray[np.float64]:
-        components = self.interface.components(self.values)
+        components = self.interface.likelihood.components(self.values)
         names = ", ".join(each.name for each in components)
         states = self._array(function, found)
         if states.ndim != 2 or states.shape[1] != len(components) or count not in {None, len(states)}:
@@ -229,7 +229,7 @@ class _Call:
             raise self.code.refuse(function, f"returned {type(found).__name__}, which is no array of numbers") from None
 
     def _told(self, state: NDArray[np.float64]) -> str:
-        components = self.interface.components(self.values)
+        components = self.interface.likelihood.components(self.values)
         return ", ".join(
             f"{each.name} = {value:.4g}{' ' + each.unit if each.unit else ''}"
             for each, value in zip(components, state, strict=False)
@@ -273,8 +273,7 @@ def _step(
     rng: Stream,
 ) -> TrackState:
     code = _in_force(files, parameters)
-    if interface.prepare is not None:
-        state = interface.prepare(state, frame, parameters)
+    state = interface.likelihood.prepare(state, frame, parameters)
     particles = interface.particles(state, parameters, rng)
     call = _Call(code, interface, state, particles, frame, parameters, (rng.seed, rng.frame, int(Purpose.TRACK)))
     with code.limited():

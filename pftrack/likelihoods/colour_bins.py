@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from pftrack.numerics.compiled import read_only
 
-__all__ = ["BINS", "SPACES", "STEPS", "Space", "bin_table"]
+__all__ = ["BINS", "SPACES", "STEPS", "Space", "bin_colours", "bin_table"]
 
 Space: TypeAlias = Literal["hsv", "lab", "chromaticity"]
 
@@ -39,6 +39,17 @@ def bin_table(space: Space) -> NDArray[np.uint8]:
         plane[:, :, 0] = red
         table[red] = SPACES[space](plane)
     return read_only(table.ravel())
+
+
+@lru_cache(maxsize=3)
+def bin_colours(space: Space) -> NDArray[np.uint8]:
+    """Return a colour for each bin, (110, 3) RGB: the mean of those that belong to it, of every eighth level."""
+    levels = np.arange(0, 256, 8, dtype=np.uint8)
+    colours = np.stack(np.meshgrid(levels, levels, levels, indexing="ij"), axis=-1).reshape(-1, 1, 3)
+    bins = SPACES[space](colours).ravel()
+    counts = np.maximum(np.bincount(bins, minlength=BINS), 1)
+    sums = [np.bincount(bins, colours[:, 0, channel], minlength=BINS) for channel in range(3)]
+    return np.asarray(np.rint(np.column_stack(sums) / counts[:, None]), np.uint8)
 
 
 def _hsv(colours_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:

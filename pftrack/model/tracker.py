@@ -8,8 +8,10 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.model.cloud import Cloud
 from pftrack.model.frame import Frame, Target
 from pftrack.model.glossary import Term
+from pftrack.model.likelihood import ObservationLikelihood
 from pftrack.model.parameters import Declaration
 from pftrack.model.series import Series, SeriesValue
 from pftrack.numerics.random import Stream
@@ -87,6 +89,8 @@ class Tracker:
             that always follows, rightly or wrongly, as for a state of one that does so by its parameters.
         reads: Names of other trackers whose parameters it reads, beside the parameters that name it. None, of one that
             no parameter names, for all parameters: it joined an experiment that was declared without it.
+        likelihood: What it weighs states by, to be asked at any state; None where that is nothing that can be asked.
+        cloud: (state) -> its particles, laid open; None of a state without, and for a tracker that never has any.
     """
 
     id: str
@@ -99,6 +103,8 @@ class Tracker:
     measure: Callable[[Any], Mapping[str, SeriesValue]] = nothing
     searching: Callable[[Any], bool | None] | None = None
     reads: tuple[str, ...] | None = None
+    likelihood: ObservationLikelihood | None = None
+    cloud: Callable[[Any], Cloud | None] | None = None
 
     @property
     def term(self) -> Term:

@@ -195,6 +195,27 @@ class Run:
         while self.position < frame:
             yield self.advance()
 
+    def replay(self, first: int, last: int) -> Iterator[Step]:
+        """Yield steps that were computed before, again from what is kept of the past; the run stands where it is.
+
+        Args:
+            first: The first frame, 0..last.
+            last: The last, at most the furthest frame computed.
+
+        Raises:
+            ParameterError: These have not been computed.
+        """
+        if not 0 <= first <= last <= self.computed:
+            raise ParameterError("frame", first, f"a whole number between 0 and {self.computed}, and the last after it")
+        index, state = self._keyframes.latest(first)
+        step = self.current if index < self.position <= first else self._make_step(index, state)
+        while True:
+            if step.frame.index >= first:
+                yield step
+            if step.frame.index == last:
+                return
+            step = self._compute(step.frame.index + 1, step.state)
+
     def change(self, values: Mapping[str, object]) -> Change:
         """Change parameters from the next frame on; what is only drawn, in the past as well and in the last frame.
 

@@ -13,6 +13,7 @@ experiment that keeps them works everywhere. Its tests need a few lines for that
 - `numbers`: what a tracker says is finite, and as it declares it;
 - `coverage`: bands hold the truth as often as they say, or it is declared that they do not;
 - `repeatability`: seek, branch, file, process, batch and change of tracker come to the same numbers;
+- `likelihoods`: asked at any state, they say what the filter weighs its particles by;
 - `marks`: the kinds of mark that it takes describe themselves, and refuse what is none;
 - `recordings`: a film of its own scene is tracked from a mark, as an upload is;
 - `failures`: each that it declares still fails in its own way, and its cure cures;
@@ -20,7 +21,17 @@ experiment that keeps them works everywhere. Its tests need a few lines for that
 """
 
 from pftrack.experiment import Experiment
-from pftrack.testing import coverage, declarations, drawings, failures, marks, numbers, recordings, repeatability
+from pftrack.testing import (
+    coverage,
+    declarations,
+    drawings,
+    failures,
+    likelihoods,
+    marks,
+    numbers,
+    recordings,
+    repeatability,
+)
 from pftrack.testing.check import Check, CheckError
 
 __all__ = ["Check", "CheckError", "check_experiment", "experiment_checks"]
@@ -34,7 +45,7 @@ def experiment_checks(experiment: Experiment, *, thorough: bool = False) -> tupl
         thorough: Whether bands are measured over forty seeds of the default scene and of the presets that the
             calibration names as well, which takes minutes.
     """
-    families = declarations, numbers, repeatability, marks, recordings, failures, drawings
+    families = declarations, numbers, repeatability, likelihoods, marks, recordings, failures, drawings
     others = (check for family in families for check in family.checks(experiment))
     return (*others, *coverage.checks(experiment, thorough=thorough))
 

@@ -8,24 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.model.frame import Frame, Target
+from pftrack.model.likelihood import ObservationLikelihood
 from pftrack.model.series import Series, SeriesValue
 from pftrack.numerics.random import Generator, Stream
 from pftrack.particles import ParticleSet
 
-__all__ = ["Component", "FilterInterface", "Update"]
-
-
-@dataclass(frozen=True, slots=True)
-class Component:
-    """One coordinate of a state.
-
-    Attributes:
-        name: As an array's column is called.
-        unit: "px", "rad"; empty for a pure number.
-    """
-
-    name: str
-    unit: str = ""
+__all__ = ["FilterInterface", "Update"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,15 +53,14 @@ class FilterInterface:
     """The states of an experiment as arrays, for filters that come from a file.
 
     Attributes:
-        components: (parameters) -> the coordinates of a state, in order; d of them.
+        likelihood: What stands in for a file's own likelihood; it names the coordinates of a state, and brings a state
+            up to the frame before particles take it.
         observed: What the functions find in a frame, as a sentence.
         example: Address of the module whose text is a file to begin with; nothing imports it.
         reads: Name of the tracker whose parameters those functions read that stand in for what a file leaves out.
         start: Begin; the state has particles (N, d).
-        prepare: (state, frame, parameters) -> the state as far as it can be brought up to the frame without particles.
         particles: (state, parameters, rng) -> its particles, drawn from its belief if it has none.
         propagate: (state, states (N, d), frame, parameters, rng) -> states (N, d), drawn from p(x_t | x_{t-1}).
-        log_likelihood: (state, states (N, d), frame, parameters) -> log p(z_t | x_t) (N,).
         believe: (state before, update, frame, parameters) -> the state of the frame.
         series: What it reports of its states beside particles.
         measure: (state) -> the values of these series, particles' included.
@@ -83,18 +70,16 @@ class FilterInterface:
         project: (state, states (N, d)) -> where each sees the F points of a solid, (F, N, 2) px; None without such.
     """
 
-    components: Callable[[Any], tuple[Component, ...]]
+    likelihood: ObservationLikelihood
     observed: str
     example: str
     reads: str
     start: Begin
     particles: Callable[[Any, Any, Any], ParticleSet]
     propagate: Callable[[Any, NDArray[np.float64], Frame, Any, Generator], NDArray[np.float64]]
-    log_likelihood: Callable[[Any, NDArray[np.float64], Frame, Any], NDArray[np.float64]]
     believe: Callable[[Any, Update, Frame, Any], Any]
     series: tuple[Series, ...]
     measure: Callable[[Any], Mapping[str, SeriesValue]]
-    prepare: Callable[[Any, Frame, Any], Any] | None = None
     count: Callable[[Any], int] = _sample_count
     resample_below: Callable[[Any], float] = _resample_below
     see: Callable[[Any, Frame], Frame] | None = None

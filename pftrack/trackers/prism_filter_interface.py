@@ -4,11 +4,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.model.frame import Frame, Target
+from pftrack.model.likelihood import Anchor, Component, ObservationLikelihood
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.random import Generator, Stream
 from pftrack.particles import ParticleSet
 from pftrack.sources.prism import NAMES
-from pftrack.trackers.filter_interface import Component, FilterInterface, Update
+from pftrack.trackers.filter_interface import FilterInterface, Update
 from pftrack.trackers.pose.pose_particles import PoseParticles, project_all
 from pftrack.trackers.pose.reports import measurement, report
 from pftrack.trackers.pose.state import PoseState
@@ -78,6 +79,24 @@ def _log_likelihood(
     return np.asarray(-0.5 * np.square(np.where(np.isfinite(off), off, 0.0)).sum(axis=(0, 2)))
 
 
+def _centre(state: PoseState) -> NDArray[np.float64]:
+    """Return angles, rad, and place in the camera's frame, mm, (6,)."""
+    return np.concatenate([state.pose.mean, state.translation_mm])
+
+
+def _place(state: PoseState, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return where a pinhole sees the origin of the solid's frame, (N, 2) px."""
+    solid = state.solid
+    return np.asarray(solid.focal_px * states[:, 3:5] / np.maximum(states[:, 5:], 1.0) + solid.principal_px)
+
+
+def _put(state: PoseState, one: NDArray[np.float64], places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return poses as far away as the one, whose origins are seen at places, (M, 6)."""
+    states = np.tile(one, (len(places), 1))
+    states[:, 3:5] = (places - state.solid.principal_px) * one[5] / state.solid.focal_px
+    return states
+
+
 def _believe(state: PoseState, update: Update, frame: Frame, parameters: TrackedPrismParameters) -> PoseState:
     del parameters
     belief = PoseParticles.of(update.particles, state.solid, update.log_evidence)
@@ -102,8 +121,16 @@ def _count(parameters: TrackedPrismParameters) -> int:
     return int(parameters.joint_sample_count)
 
 
-FILTER_INTERFACE = FilterInterface(
+LIKELIHOOD = ObservationLikelihood(
+    "measured vertices",
     components=lambda _: COMPONENTS,
+    log_likelihood=_log_likelihood,
+    centre=_centre,
+    anchor=Anchor(_place, _put),
+)
+
+FILTER_INTERFACE = FilterInterface(
+    likelihood=LIKELIHOOD,
     observed=(
         "frame.measurements.points_px (8, 2) are the measured vertices, with noise of frame.measurements.sd_px (8,), "
         "which is large while a vertex is hidden"
@@ -113,7 +140,6 @@ FILTER_INTERFACE = FilterInterface(
     start=_start,
     particles=_particles,
     propagate=_propagate,
-    log_likelihood=_log_likelihood,
     believe=_believe,
     series=SERIES,
     measure=measurement(SERIES),

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pftrack.dynamics import LinearDynamics, autoregression
 from pftrack.filters import bootstrap, kalman
 from pftrack.model.frame import Frame, Target
+from pftrack.model.likelihood import Component, ObservationLikelihood
 from pftrack.model.parameters import Parameters, parameter
 from pftrack.model.series import Series, SeriesValue
 from pftrack.model.tracker import Tracker
@@ -24,7 +25,7 @@ from pftrack.particles import ParticleSet
 from pftrack.resampling import systematic
 from pftrack.sources.signal import SignalParameters
 from pftrack.trackers import reports
-from pftrack.trackers.filter_interface import Component, FilterInterface, Update
+from pftrack.trackers.filter_interface import FilterInterface, Update
 from pftrack.trackers.parameters import particle_count, resampling_threshold
 from pftrack.trackers.point_state import PointState
 
@@ -203,15 +204,22 @@ def _believe(state: PointState, update: Update, frame: Frame, parameters: Signal
     )
 
 
+def _centre(state: PointState) -> NDArray[np.float64]:
+    return state.posterior.mean
+
+
+LIKELIHOOD = ObservationLikelihood(
+    "measured value", components=_components, log_likelihood=_weigh, centre=_centre, anchor=None
+)
+
 FILTER_INTERFACE = FilterInterface(
-    components=_components,
+    likelihood=LIKELIHOOD,
     observed="frame.signal is what was measured, (d,); a value that is not finite is missing",
     example="pftrack.experiments.sine.example_filter",
     reads="condensation",
     start=start_particles,
     particles=_particles,
     propagate=_propagate,
-    log_likelihood=_weigh,
     believe=_believe,
     series=(*reports.CLOUD, EXACT),
     measure=measure_particles,

@@ -151,7 +151,7 @@ class FilterFiles:
             text=text,
             editable=self._editable,
             hints=[HintPublic.model_validate(hint) for hint in HINTS],
-            components=[ComponentPublic.model_validate(one) for one in interface.components(parameters)],
+            components=[ComponentPublic.model_validate(one) for one in interface.likelihood.components(parameters)],
             observed=interface.observed,
         )
 

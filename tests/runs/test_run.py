@@ -266,3 +266,20 @@ def test_signals_run_beside_their_exact_answer() -> None:
     exact.finish()
     assert [row.vector("exact") for row in run.diagnostics[1:]] == [row.estimate for row in exact.diagnostics[1:]]
     assert summary["mean_error"] < 3 * exact.summary().verdict.mean_error
+
+
+def test_steps_are_replayed_while_the_run_stands_where_it_is() -> None:
+    """Steps of the past come again, to the bit, and neither the place of the run nor its numbers have changed."""
+    run, steps = ball(timeline=CHANGES), {}
+    for step in run:
+        steps[step.frame.index] = step.state.estimate.copy()
+    run.seek(20)
+    before = run.estimates_sha256
+    for first, last in ((0, 2), (9, 13), (20, 24), (19, 19), (44, 44)):
+        replayed = list(run.replay(first, last))
+        assert [step.frame.index for step in replayed] == list(range(first, last + 1))
+        assert all((step.state.estimate == steps[step.frame.index]).all() for step in replayed)
+    assert (run.position, run.computed, run.estimates_sha256) == (20, 44, before)
+    for first, last in ((-1, 3), (4, 3), (0, 45)):
+        with pytest.raises(ParameterError):
+            list(run.replay(first, last))

@@ -1,5 +1,8 @@
 """Trackers that measure the colour centroid of the whole picture (Bando 2007, ch. 3 section 4)."""
 
+from dataclasses import replace
+from functools import partial
+
 import numpy as np
 
 from pftrack.filters import kalman, unscented_particle
@@ -12,11 +15,11 @@ from pftrack.resampling import RESAMPLERS
 from pftrack.trackers import reports
 from pftrack.trackers.ball import motion
 from pftrack.trackers.ball.common import lineage_of, start
-from pftrack.trackers.ball.likelihood import colour_model
+from pftrack.trackers.ball.likelihood import LIKELIHOOD, colour_model
 from pftrack.trackers.ball.motion import TRACKED, learn_motion, with_learner
 from pftrack.trackers.ball.parameters import BallTrackerParameters
 from pftrack.trackers.point_state import PointState
-from pftrack.trackers.sampling.common import particles_of, picture_of, size_of
+from pftrack.trackers.sampling.common import cloud_of, particles_of, picture_of, size_of
 from pftrack.trackers.sampling.samplers import measure_particles
 
 __all__ = ["KALMAN", "UNSCENTED"]
@@ -77,6 +80,8 @@ UNSCENTED = Tracker(
     step_unscented,
     series=reports.CLOUD,
     measure=measure_particles,
+    likelihood=replace(LIKELIHOOD, weighs=False),
+    cloud=partial(cloud_of, ()),
 )
 
 KALMAN = Tracker(

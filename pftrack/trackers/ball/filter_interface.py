@@ -9,17 +9,15 @@ from pftrack.numerics.random import Generator
 from pftrack.trackers import reports
 from pftrack.trackers.ball import motion
 from pftrack.trackers.ball.common import lineage_of, start
-from pftrack.trackers.ball.likelihood import CHROMATICITY
+from pftrack.trackers.ball.likelihood import LIKELIHOOD
 from pftrack.trackers.ball.motion import TRACKED
 from pftrack.trackers.ball.parameters import BallTrackerParameters
-from pftrack.trackers.filter_interface import Component, FilterInterface, Update
+from pftrack.trackers.filter_interface import FilterInterface, Update
 from pftrack.trackers.point_state import PointState
 from pftrack.trackers.sampling.common import particles_of, picture_of, size_of
 from pftrack.trackers.sampling.samplers import measure_particles
 
 __all__ = ["FILTER_INTERFACE"]
-
-COMPONENTS = (Component("u", "px"), Component("v", "px"), Component("u before", "px"), Component("v before", "px"))
 
 
 def _propagate(
@@ -28,16 +26,6 @@ def _propagate(
     dynamics = motion.dynamics(state, parameters, size_of(picture_of(frame)))
     means = dynamics.predict(states)
     return dynamics.diffuse(rng, means, np.arange(len(states)))
-
-
-def _log_likelihood(
-    state: PointState, states: NDArray[np.float64], frame: Frame, parameters: BallTrackerParameters
-) -> NDArray[np.float64]:
-    del state
-    weighed: NDArray[np.float64] = CHROMATICITY.log_likelihood(
-        picture_of(frame), np.ascontiguousarray(states.T).T, CHROMATICITY.packed(parameters)
-    )
-    return weighed
 
 
 def _believe(state: PointState, update: Update, frame: Frame, parameters: BallTrackerParameters) -> PointState:
@@ -56,14 +44,13 @@ def _believe(state: PointState, update: Update, frame: Frame, parameters: BallTr
 
 
 FILTER_INTERFACE = FilterInterface(
-    components=lambda _: COMPONENTS,
+    likelihood=LIKELIHOOD,
     observed="frame.image_rgb is the picture, (height, width, 3), 0 to 255; u counts its columns, v its rows",
     example="pftrack.experiments.ball.example_filter",
     reads="condensation",
     start=start,
     particles=particles_of,
     propagate=_propagate,
-    log_likelihood=_log_likelihood,
     believe=_believe,
     series=reports.CLOUD,
     measure=measure_particles,

@@ -6,6 +6,7 @@ Mitsugami et al. learn of a fish's shape is missing here, and what is left is th
 """
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -20,11 +21,11 @@ from pftrack.resampling import RESAMPLERS
 from pftrack.trackers import reports
 from pftrack.trackers.ball.common import lineage_of, start
 from pftrack.trackers.ball.learned import GUIDANCE
-from pftrack.trackers.ball.likelihood import colour_model
+from pftrack.trackers.ball.likelihood import LIKELIHOOD, colour_model
 from pftrack.trackers.ball.motion import TRACKED
 from pftrack.trackers.ball.parameters import BallTrackerParameters
 from pftrack.trackers.point_state import PointState
-from pftrack.trackers.sampling.common import particles_of, picture_of
+from pftrack.trackers.sampling.common import cloud_of, particles_of, picture_of
 from pftrack.trackers.sampling.samplers import measure_particles
 
 __all__ = ["GUIDED"]
@@ -68,4 +69,6 @@ GUIDED = Tracker(
     step_guided,
     series=reports.CLOUD,
     measure=measure_particles,
+    likelihood=LIKELIHOOD,
+    cloud=partial(cloud_of, ()),
 )

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.model.frame import Frame
+from pftrack.model.likelihood import ObservationLikelihood
 from pftrack.model.tracker import Fold, Tracker
 from pftrack.numerics.compiled import read_only
 from pftrack.numerics.random import Stream
@@ -19,7 +20,7 @@ from pftrack.trackers.ball import motion
 from pftrack.trackers.ball.centroid import KALMAN, UNSCENTED
 from pftrack.trackers.ball.common import lineage_of, start
 from pftrack.trackers.ball.guided import GUIDED
-from pftrack.trackers.ball.likelihood import CHROMATICITY
+from pftrack.trackers.ball.likelihood import CHROMATICITY, LIKELIHOOD
 from pftrack.trackers.ball.motion import learn_motion, noise, with_learner
 from pftrack.trackers.ball.parameters import LoopParameters
 from pftrack.trackers.point_state import PointState
@@ -98,17 +99,25 @@ def _motion(state: PointState, parameters: LoopParameters, size: tuple[int, int]
     return Motion(dynamics.transition, dynamics.offset, dynamics.noise, noise(parameters.large_process_noise_px))
 
 
-def loop_trackers(likelihood: Likelihood) -> tuple[Tracker, ...]:
-    """Return the trackers that share the loop, weighing by a likelihood; their parameters are `LoopParameters`."""
+def loop_trackers(likelihood: Likelihood, asked: ObservationLikelihood | None = None) -> tuple[Tracker, ...]:
+    """Return the trackers that share the loop, weighing by a likelihood; their parameters are `LoopParameters`.
+
+    Args:
+        likelihood: Compiled into the loop.
+        asked: The same, to be asked at any state.
+    """
     return tuple(
         sampler.tracker(
-            start, partial(step_loop, likelihood, sampler.rule), partial(fold_loop, likelihood, sampler.rule)
+            start,
+            partial(step_loop, likelihood, sampler.rule),
+            partial(fold_loop, likelihood, sampler.rule),
+            likelihood=asked,
         )
         for sampler in SAMPLERS
     )
 
 
-_BY_NAME = {tracker.id: tracker for tracker in (*loop_trackers(CHROMATICITY), UNSCENTED, KALMAN, GUIDED)}
+_BY_NAME = {tracker.id: tracker for tracker in (*loop_trackers(CHROMATICITY, LIKELIHOOD), UNSCENTED, KALMAN, GUIDED)}
 
 TRACKERS: dict[str, Tracker] = {
     name: _BY_NAME[name] for name in ("h-spf", "s-spf", "condensation", "apf", "upf", "pc-pf", "kalman", "guided")

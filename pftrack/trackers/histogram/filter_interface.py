@@ -7,15 +7,13 @@ from numpy.typing import NDArray
 
 from pftrack.model.frame import Frame
 from pftrack.model.series import SeriesValue
-from pftrack.numerics.compiled import read_only
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.matrices import product
 from pftrack.numerics.random import Generator
 from pftrack.trackers import reports
-from pftrack.trackers.filter_interface import Component, FilterInterface, Update
-from pftrack.trackers.histogram.camera import follow_camera
-from pftrack.trackers.histogram.likelihood import HISTOGRAM, pack
-from pftrack.trackers.histogram.model import judge, with_model
+from pftrack.trackers.filter_interface import FilterInterface, Update
+from pftrack.trackers.histogram.inspection import LIKELIHOOD
+from pftrack.trackers.histogram.model import judge
 from pftrack.trackers.histogram.parameters import HistogramTrackerParameters
 from pftrack.trackers.histogram.reports import SERIES, measure
 from pftrack.trackers.histogram.state import HistogramState
@@ -24,18 +22,6 @@ from pftrack.trackers.sampling.common import particles_of, picture_of
 from pftrack.trackers.sampling.samplers import measure_particles
 
 __all__ = ["FILTER_INTERFACE"]
-
-COMPONENTS = (
-    Component("u", "px"),
-    Component("v", "px"),
-    Component("velocity u", "px/frame"),
-    Component("velocity v", "px/frame"),
-    Component("log size"),
-)
-
-
-def _prepare(state: HistogramState, frame: Frame, parameters: HistogramTrackerParameters) -> HistogramState:
-    return follow_camera(with_model(state, parameters), picture_of(frame), parameters)
 
 
 def _propagate(
@@ -50,15 +36,6 @@ def _propagate(
     noise = rng.standard_normal((len(states), moves.noise.shape[1]))
     moved: NDArray[np.float64] = product(states, moves.transition.T) + moves.offset + product(noise, moves.noise.T)
     return moved
-
-
-def _log_likelihood(
-    state: HistogramState, states: NDArray[np.float64], frame: Frame, parameters: HistogramTrackerParameters
-) -> NDArray[np.float64]:
-    weighed: NDArray[np.float64] = HISTOGRAM.log_likelihood(
-        read_only(picture_of(frame)), np.ascontiguousarray(states.T).T, pack(state, parameters.sharpness)
-    )
-    return weighed
 
 
 def _believe(
@@ -80,15 +57,13 @@ def _measure(state: HistogramState) -> dict[str, SeriesValue]:
 
 
 FILTER_INTERFACE = FilterInterface(
-    components=lambda _: COMPONENTS,
+    likelihood=LIKELIHOOD,
     observed="frame.image_rgb is the picture, (height, width, 3), 0 to 255; u counts its columns, v its rows",
     example="pftrack.experiments.histogram.example_filter",
     reads="condensation",
     start=start,
-    prepare=_prepare,
     particles=particles_of,
     propagate=_propagate,
-    log_likelihood=_log_likelihood,
     believe=_believe,
     series=(*reports.CLOUD, *SERIES),
     measure=_measure,

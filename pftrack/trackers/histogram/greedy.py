@@ -16,6 +16,7 @@ from pftrack.numerics.compiled import read_only
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.random import Stream
 from pftrack.trackers.histogram.camera import first_view, follow_camera
+from pftrack.trackers.histogram.inspection import LIKELIHOOD
 from pftrack.trackers.histogram.model import counted, first_look, judge, with_model
 from pftrack.trackers.histogram.parameters import HistogramTrackerParameters
 from pftrack.trackers.histogram.reports import SERIES, measure
@@ -93,4 +94,5 @@ GREEDY = Tracker(
     step,
     series=SERIES,
     measure=measure,
+    likelihood=LIKELIHOOD,
 )

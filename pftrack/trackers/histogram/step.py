@@ -20,6 +20,7 @@ from pftrack.numerics.random import Stream
 from pftrack.particles import ParticleSet, normalise
 from pftrack.trackers.histogram.camera import first_view, follow_camera
 from pftrack.trackers.histogram.greedy import GREEDY
+from pftrack.trackers.histogram.inspection import LIKELIHOOD
 from pftrack.trackers.histogram.likelihood import HISTOGRAM, pack
 from pftrack.trackers.histogram.model import counted, first_look, judge, with_model
 from pftrack.trackers.histogram.parameters import HistogramTrackerParameters
@@ -146,6 +147,7 @@ _BY_NAME = {
         PARTICLE_SERIES,
         measure_particles,
         _searching,
+        LIKELIHOOD,
     )
     for sampler in SAMPLERS
 }

@@ -3,13 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.model.cloud import Cloud
 from pftrack.model.frame import Frame
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.particles import ParticleSet
 from pftrack.trackers.point_state import PointState
 from pftrack.trackers.sampling.parameters import SamplingParameters
 
-__all__ = ["particles_of", "picture_of", "size_of"]
+__all__ = ["centre_of", "cloud_of", "crop", "particles_of", "picture_of", "size_of"]
 
 
 def particles_of(state: PointState, parameters: SamplingParameters, rng: Stream) -> ParticleSet:
@@ -35,3 +36,41 @@ def size_of(image_rgb: NDArray[np.uint8]) -> tuple[int, int]:
     """Return width and height of a picture, px."""
     height, width, _ = image_rgb.shape
     return width, height
+
+
+def centre_of(state: PointState) -> NDArray[np.float64]:
+    """Return the posterior mean (d,) of all that a state is."""
+    return state.posterior.mean
+
+
+def cloud_of(samplers: tuple[str, ...], state: PointState) -> Cloud | None:
+    """Return the particles of a state, laid open; None without.
+
+    Args:
+        samplers: Names of what draws by prediction and what by observation; empty where there is no choice.
+        state: Any whose particles by prediction come first.
+    """
+    particles = state.particles
+    if particles is None:
+        return None
+    predicted = len(particles) - state.observation_count
+    counts = (predicted, state.observation_count) if samplers else ()
+    return Cloud(particles.states, particles.log_weights, particles.ancestors, counts, samplers, state.resampled)
+
+
+def crop(image_rgb: NDArray[np.uint8], middle: NDArray[np.float64], reach: tuple[int, int]) -> NDArray[np.uint8]:
+    """Return the part of a picture within a reach of a place, clipped to it; empty if that is outside.
+
+    Args:
+        image_rgb: (height, width, 3).
+        middle: (2,) px; it is rounded to a pixel.
+        reach: Columns and rows to either side.
+    """
+    height, width, _ = image_rgb.shape
+    if not np.isfinite(middle).all() or np.abs(middle).max() > 2 * (height + width):
+        return image_rgb[:0, :0]
+    column, row = (int(np.floor(value + 0.5)) for value in middle)
+    (across, down) = reach
+    left, right = max(column - across, 0), max(column + across + 1, 0)
+    top, bottom = max(row - down, 0), max(row + down + 1, 0)
+    return image_rgb[top:bottom, left:right].copy()

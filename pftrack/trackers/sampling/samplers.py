@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from pftrack.model.likelihood import ObservationLikelihood
 from pftrack.model.series import Series, SeriesValue
 from pftrack.model.tracker import Fold, Tracker, nothing
 from pftrack.numerics.gaussian import Gaussian
@@ -14,6 +15,7 @@ from pftrack.particles import ParticleSet
 from pftrack.resampling import RESAMPLERS
 from pftrack.trackers import reports
 from pftrack.trackers.point_state import PointState
+from pftrack.trackers.sampling.common import cloud_of
 from pftrack.trackers.sampling.loop import Loop, Rule, Scheme
 
 __all__ = ["SAMPLERS", "Sampler", "advance", "fold", "measure_particles", "scheme"]
@@ -45,8 +47,9 @@ class Sampler:
         series: tuple[Series, ...] = (),
         measure: Callable[[Any], Mapping[str, SeriesValue]] = nothing,
         searching: Callable[[Any], bool | None] | None = None,
+        likelihood: ObservationLikelihood | None = None,
     ) -> Tracker:
-        """Return the tracker, given how it begins and goes on, and what it reports beside its particles."""
+        """Return the tracker, given how it begins and goes on, what it weighs by, and what it reports beside."""
         switches = self.rule in {Rule.HARD, Rule.SOFT, Rule.NOISE}
         own = _measure_switching if switches else _measure_loop
         alert = (reports.ALERT,) if switches else ()
@@ -60,6 +63,8 @@ class Sampler:
             series=(*reports.CLOUD, reports.SAMPLERS, *alert, *series),
             measure=partial(_measure_both, own, measure),
             searching=searching,
+            likelihood=likelihood,
+            cloud=partial(cloud_of, reports.SAMPLERS.components),
         )
 
 

@@ -8,13 +8,14 @@ from numpy.typing import NDArray
 
 from pftrack.filters.trajectories.gaussian import Gaussians
 from pftrack.model.frame import Frame, Measurements, Target
+from pftrack.model.likelihood import Component, ObservationLikelihood
 from pftrack.model.series import SeriesValue
 from pftrack.numerics.elementary import logarithm
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.random import Generator, Purpose, Stream
 from pftrack.particles import ParticleSet
 from pftrack.trackers import reports
-from pftrack.trackers.filter_interface import Component, FilterInterface, Update
+from pftrack.trackers.filter_interface import FilterInterface, Update
 from pftrack.trackers.trajectories.parameters import TrajectoriesTrackerParameters
 from pftrack.trackers.trajectories.state import TrajectoriesState
 from pftrack.trackers.trajectories.step import COMMON, gaussian_method, measure, start, step
@@ -109,18 +110,30 @@ def _measure(state: TrajectoriesState) -> Mapping[str, SeriesValue]:
     return {**measure(state), **own}
 
 
-FILTER_INTERFACE = FilterInterface(
+def _centre(state: TrajectoriesState) -> NDArray[np.float64]:
+    """Return the filtered place of the selected track, in this frame and the one before, (4,)."""
+    now = state.filtered[0, state.selected]
+    return np.concatenate([now, state.filtered[min(1, len(state.filtered) - 1), state.selected]])
+
+
+LIKELIHOOD = ObservationLikelihood(
+    "measurement of the selected track",
     components=lambda _: COMPONENTS,
+    prepare=_prepare,
+    log_likelihood=_log_likelihood,
+    centre=_centre,
+)
+
+FILTER_INTERFACE = FilterInterface(
+    likelihood=LIKELIHOOD,
     observed=(
         "frame.measurements.points_px (1, 2) is the measurement of the selected track, not finite where it is missing"
     ),
     example="pftrack.experiments.trajectories.example_filter",
     reads="lng",
     start=_start,
-    prepare=_prepare,
     particles=_particles,
     propagate=_propagate,
-    log_likelihood=_log_likelihood,
     believe=_believe,
     series=(*COMMON, *reports.CLOUD),
     measure=_measure,

@@ -1,0 +1,50 @@
+"""Clouds: the particles of a state, laid open for whoever wants to look at one of them.
+
+A state keeps its particles in a form of its own; its tracker says how to see them (`Tracker.cloud`). What general code
+asks of them is little: how probable each is, which particle of the frame before it descends from, and which sampler has
+drawn it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Cloud"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cloud:
+    """N particles of one frame.
+
+    Attributes:
+        states: (N, d) in the units of the model.
+        log_weights: (N,) logarithms of weights that sum to one.
+        ancestors: (N,) place of each particle's parent in the cloud of the frame before; None where it is not known.
+        counts: How many of them each sampler has drawn, those of the first sampler first; empty where there is but one.
+        samplers: Names of these samplers, as many.
+        resampled: Whether parents were drawn in this frame; else weights are those of the frame before, times what the
+            frame says.
+    """
+
+    states: NDArray[np.float64]
+    log_weights: NDArray[np.float64]
+    ancestors: NDArray[np.int64] | None = None
+    counts: tuple[int, ...] = ()
+    samplers: tuple[str, ...] = ()
+    resampled: bool = True
+
+    def __len__(self) -> int:
+        """Return the number of particles N."""
+        return len(self.log_weights)
+
+    def rank(self, particle: int) -> int:
+        """Return the place of a particle among all, the heaviest first, from 1; equal ones share the first place."""
+        return 1 + int(np.count_nonzero(self.log_weights > self.log_weights[particle]))
+
+    def sampler(self, particle: int) -> str:
+        """Return the name of the sampler that has drawn a particle; empty where there is but one."""
+        for name, end in zip(self.samplers, np.cumsum(self.counts), strict=True):
+            if particle < end:
+                return name
+        return ""

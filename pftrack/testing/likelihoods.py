@@ -1,0 +1,115 @@
+"""Checks that a likelihood, asked at any state, is the one that the filter itself weighs its particles by."""
+
+import itertools
+import time
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.experiment import Experiment, Step
+from pftrack.model.cloud import Cloud
+from pftrack.model.likelihood import ObservationLikelihood
+from pftrack.model.part import Contributions, Histograms
+from pftrack.particles import normalise
+from pftrack.testing.check import Check, copy_arrays, demand, each_tracker, straight
+
+__all__ = ["checks"]
+
+LONGEST_S = 0.1
+"""That a likelihood all over a picture may take, of one processor."""
+SMALL = 1e-9
+
+
+def checks(experiment: Experiment) -> Iterator[Check]:
+    """Yield the checks of this module."""
+    yield from each_tracker(
+        experiment,
+        [
+            ("particles can be laid open", _clouds_are_whole),
+            ("a likelihood can be asked at any state, and says what the filter weighs by", _likelihoods_agree),
+            ("a likelihood covers the picture within a tenth of a second", _maps_are_quick),
+        ],
+    )
+
+
+def _clouds_are_whole(experiment: Experiment, tracker: str) -> None:
+    steps = straight(experiment, tracker).steps
+    for before, step in itertools.pairwise(steps):
+        cloud, parents = _cloud(experiment, before), _cloud(experiment, step)
+        if parents is None:
+            continue
+        where = f"in frame {step.frame.index}"
+        demand(abs(np.exp(parents.log_weights).sum() - 1.0) < 1e-6, f"weights of particles must sum to 1 {where}")
+        demand(len(parents.states) == len(parents), f"there must be a weight for each particle {where}")
+        demand(sum(parents.counts) in {0, len(parents)}, f"samplers must have drawn all particles {where}")
+        if parents.ancestors is not None and cloud is not None:
+            within = parents.ancestors.min() >= 0 and parents.ancestors.max() < len(cloud)
+            demand(within, f"ancestors must be particles of the frame before {where}")
+
+
+def _likelihoods_agree(experiment: Experiment, tracker: str) -> None:
+    likelihood = experiment.trackers[tracker].likelihood
+    if likelihood is None:
+        return
+    steps = straight(experiment, tracker).steps
+    for before, step in itertools.pairwise(steps):
+        held = copy_arrays(before), copy_arrays(step)
+        cloud, centre = _cloud(experiment, step), likelihood.centre(step.state)
+        names = likelihood.components(step.parameters)
+        demand(centre.shape == (len(names),), f"a state has {len(names)} coordinates, and its centre {centre.shape}")
+        states = centre[None] if cloud is None else cloud.states
+        found = likelihood.ask(before.state, states, step.frame, step.parameters)
+        where = f"in frame {step.frame.index}"
+        demand(found.shape == (len(states),) and (found < np.inf).all(), f"a likelihood must be a number {where}")
+        if cloud is not None and likelihood.weighs and sum(cloud.counts[1:]) == 0:
+            passed_on = 0.0 if cloud.resampled else _weights_before(experiment, before, cloud)
+            off = np.abs(np.exp(normalise(found + passed_on)[0]) - np.exp(cloud.log_weights)).max()
+            demand(off < SMALL, f"the likelihood differs from the weights that the filter gave {where} by {off:.2g}")
+        _demand_whole_parts(likelihood, before, step)
+        for kept, each in zip(held, (before, step), strict=True):
+            same = all(np.array_equal(kept[name], array, equal_nan=True) for name, array in copy_arrays(each).items())
+            demand(same, f"asking a likelihood must leave states as they are, and does not {where}")
+
+
+def _weights_before(experiment: Experiment, before: Step, cloud: Cloud) -> NDArray[np.float64]:
+    """Return the log weights (N,) of the particles' parents, which they keep where none were drawn."""
+    parents = _cloud(experiment, before)
+    if parents is None or cloud.ancestors is None:
+        return np.zeros(len(cloud))
+    return parents.log_weights[cloud.ancestors]
+
+
+def _demand_whole_parts(likelihood: ObservationLikelihood, before: Step, step: Step) -> None:
+    known = likelihood.prepare(before.state, step.frame, step.parameters)
+    for part in likelihood.parts(known, likelihood.centre(step.state), step.frame, step.parameters):
+        demand(part.title, "each part of a likelihood must have a title")
+        if isinstance(part, Histograms):
+            demand(len(part.expected) == len(part.found), f"{part.title}: both histograms must have the same bins")
+            demand(len(part.colours) in {0, len(part.found)}, f"{part.title}: each bin must have a colour, or none")
+        if isinstance(part, Contributions):
+            demand(len(part.names) == len(part.rows), f"{part.title}: each row must have a name")
+
+
+def _maps_are_quick(experiment: Experiment, tracker: str) -> None:
+    likelihood = experiment.trackers[tracker].likelihood
+    if likelihood is None or likelihood.anchor is None:
+        return
+    made = straight(experiment, tracker)
+    before, step = made.steps[-2:]
+    size = made.drawings[-1].width, made.drawings[-1].height
+    taken = []
+    for _ in range(3):
+        begun = time.process_time()
+        found = likelihood.map(before.state, step.state, step.frame, step.parameters, size)
+        taken.append(time.process_time() - begun)
+        low, high = found.range
+        demand(np.isfinite([low, high]).all(), "a likelihood must be possible somewhere in the picture")
+        if taken[-1] <= LONGEST_S:
+            return
+    demand(False, f"a likelihood over the picture takes {min(taken):.2g} s; expected {LONGEST_S} s at the most")
+
+
+def _cloud(experiment: Experiment, step: Step) -> Cloud | None:
+    opened = experiment.trackers[step.tracker].cloud
+    return None if opened is None else opened(step.state)
