@@ -4,6 +4,7 @@ To ask the system for fresh memory costs several times what copying into it cost
 fills one while others are written.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from pftrack.sources.beliefs.archive import ARRAYS
 
 __all__ = ["Chunk"]
 
+NOTHING = dict.fromkeys(ARRAYS, 0)
 LEAST = 8 * 1024
 """Numbers for which a column has room at first."""
 
@@ -22,40 +24,33 @@ class Column:
 
     Attributes:
         rows: How many there are.
-        used: How many numbers they have.
     """
 
     def __init__(self, dtype: "np.dtype[Any]") -> None:
-        self.dtype = dtype
-        self.inner: tuple[int, ...] = ()
-        self.rows = self.used = 0
+        self.rows = 0
         self._numbers: NDArray[Any] = np.empty(0, dtype)
 
     def append(self, array: NDArray[Any]) -> None:
-        """Copy an array of one row or more, in this column's precision."""
-        end = self.used + array.size
+        """Copy an array of one row or more, in this column's precision; all have rows of one shape."""
+        begin = self.rows
+        end = begin + len(array)
         if end > len(self._numbers):
-            larger = np.empty(max(2 * len(self._numbers), end, LEAST), self.dtype)
-            larger[: self.used] = self._numbers[: self.used]
+            least = -(-LEAST * len(array) // max(array.size, 1))
+            larger = np.empty((max(2 * len(self._numbers), end, least), *array.shape[1:]), self._numbers.dtype)
+            if begin:
+                larger[:begin] = self._numbers[:begin]
             self._numbers = larger
-        self._numbers[self.used : end].reshape(array.shape)[...] = array
-        self.inner = array.shape[1:]
-        self.rows += len(array)
-        self.used = end
+        self._numbers[begin:end] = array
+        self.rows = end
 
     @property
-    def shape(self) -> tuple[int, ...]:
-        """Of all rows together."""
-        return (self.rows, *self.inner)
-
-    @property
-    def data(self) -> memoryview:
-        """Their bytes, until it is cleared."""
-        return self._numbers[: self.used].data
+    def array(self) -> NDArray[Any]:
+        """All rows, a view until the column is cleared."""
+        return self._numbers[: self.rows]
 
     def clear(self) -> None:
         """Begin anew, in the same memory."""
-        self.rows = self.used = 0
+        self.rows = 0
 
 
 class Chunk:
@@ -81,6 +76,16 @@ class Chunk:
             name: Column(precision if name in {"particles", "log_weights"} else others.get(name, np.dtype("<f8")))
             for name in ARRAYS
         }
+
+    def append(self, frame: int, target: int, said: Mapping[str, NDArray[Any]], *, is_truth: bool) -> None:
+        """Copy what is said of a target in a frame: arrays by name, each of one row or more."""
+        counts = dict(NOTHING)
+        columns = self.columns
+        for name, array in said.items():
+            columns[name].append(array)
+            counts[name] = len(array)
+            self.used += array.size
+        self.rows.append((frame, target, int(is_truth), *counts.values()))
 
     def clear(self) -> None:
         """Begin anew, in the same memory."""

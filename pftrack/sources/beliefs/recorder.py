@@ -29,7 +29,7 @@ from pftrack.version import __version__
 
 __all__ = ["Recorder", "Sources"]
 
-CHUNK_NUMBERS = 512 * 1024
+CHUNK_NUMBERS = 128 * 1024
 COPIED_BYTES = 1024 * 1024
 CHUNK_S = 0.5
 """So much, or so long, is gathered before it is written."""
@@ -113,7 +113,7 @@ class Recorder:
                 shutil.copyfileobj(file, entry, COPIED_BYTES)
         self._flush()
         self._chunks = 0
-        self._free: queue.Queue[Chunk] = queue.Queue()
+        self._free: queue.LifoQueue[Chunk] = queue.LifoQueue()  # the newest is in the processor's cache
         for _ in range(CHUNKS - 1):
             self._free.put(Chunk(self._float))
         self._chunk, self._since = Chunk(self._float), monotonic()
@@ -231,12 +231,13 @@ class Recorder:
         self.close()
 
     def _check(self, t: int) -> None:
+        if self._is_open and self._failure is None and 0 <= t <= LARGEST_FRAME:
+            return
         if not self._is_open:
             raise ValueError("the recording is closed")
         if self._failure is not None:
             raise self._failure
-        if not 0 <= int(t) <= LARGEST_FRAME:
-            raise ValueError(f"frames count from 0 to {LARGEST_FRAME:,}, got {t}")
+        raise ValueError(f"frames count from 0 to {LARGEST_FRAME:,}, got {t}")
 
     def _count(self, states: NDArray[Any]) -> int:
         """Return how many particles there are; most are like those before, which is seen in no time."""
@@ -260,12 +261,7 @@ class Recorder:
 
     def _add(self, t: int, target: int, said: dict[str, NDArray[Any]], *, is_truth: bool) -> None:
         chunk = self._chunk
-        counts = dict.fromkeys(chunk.columns, 0)
-        for name, array in said.items():
-            chunk.columns[name].append(array)
-            chunk.used += array.size
-            counts[name] = len(array)
-        chunk.rows.append((int(t), int(target), int(is_truth), *counts.values()))
+        chunk.append(int(t), int(target), said, is_truth=is_truth)
         if self._pictures is not None and int(t) not in self._shown:
             self._shown.add(int(t))
             self._queue.put((int(t), np.array(self._pictures[int(t)])))
@@ -303,18 +299,17 @@ class Recorder:
         name = f"chunks/{item.number:06d}"
         for array, column in item.columns.items():
             if column.rows:
-                self._write_array(f"{name}/{array}.npy", column.dtype, column.shape, column.data)
+                self._write_array(f"{name}/{array}.npy", column.array)
         # The rows come last: a chunk is there when they are.
-        rows = np.array(item.rows, "<i8")
-        self._write_array(f"{name}/rows.npy", rows.dtype, rows.shape, rows.data)
+        self._write_array(f"{name}/rows.npy", np.array(item.rows, "<i8"))
 
-    def _write_array(self, name: str, dtype: "np.dtype[Any]", shape: tuple[int, ...], data: memoryview) -> None:
-        header = header_of(dtype, shape)
+    def _write_array(self, name: str, array: NDArray[Any]) -> None:
+        header = header_of(array.dtype, array.shape)
         info = zipfile.ZipInfo(name)
-        info.file_size = len(header) + data.nbytes
+        info.file_size = len(header) + array.nbytes
         with self._archive.open(info, "w") as entry:
             entry.write(header)
-            entry.write(data)
+            entry.write(array.data)
 
     def _flush(self) -> None:
         if self._archive.fp is not None:
@@ -329,9 +324,11 @@ def _check_numbers(what: str, array: NDArray[Any]) -> None:
 
 
 def _of_shape(what: str, array: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
-    _check_numbers(what, array)
-    if array.shape != shape:
-        raise ValueError(f"{what} must be {shape}, as many as there are particles, got {array.shape}")
+    """Refuse an array of another shape, or of other things than numbers; most are right, which is seen in no time."""
+    if array.shape != shape or array.dtype.kind != "f":
+        _check_numbers(what, array)
+        if array.shape != shape:
+            raise ValueError(f"{what} must be {shape}, as many as there are particles, got {array.shape}")
     return array
 
 
