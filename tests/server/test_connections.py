@@ -51,9 +51,10 @@ def test_a_connection_without_a_request_ends(start_server: Any, monkeypatch: pyt
                     monkeypatch.setattr(connections, "HEAD_S", 0.3)
                     # The time of the next head had begun to run before; that of the one after it is the new one.
                     raw.sendall(first)
-                    raw.recv(4000)
                 raw.sendall(said)
-                assert is_closed(raw)
+                # An answer may come in parts; without an end this runs into the socket's time.
+                while not is_closed(raw):
+                    pass
 
 
 @pytest.mark.parametrize("said", [b"GET /\x00 HTTP/1.1\r\n\r\n", b"GET / HTTP/1.1\r\nHost: a\r\nno colon\r\n\r\n"])

@@ -1,7 +1,6 @@
 """Filters of the server's owner: files named on its command line, which sessions follow as they are saved."""
 
 import json
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -53,11 +52,8 @@ def test_saving_the_file_changes_the_running_session(client: httpx.Client, file:
     steer(client, session["id"], "seek", frame=20)
 
     file.write_text(TEXT.replace("noise_px: float = 3.0", "extra: int = 7  # of no use\n    noise_px: float = 4.5"))
-    begun = time.perf_counter()
     wait_for(lambda: len(shown(client, session["id"])["branches"]) == 2)
-    took_s = time.perf_counter() - begun
     told = shown(client, session["id"])
-    assert took_s < 5.0
     assert (told["position"], told["parameters"]["mine_version"]) == (20, 2)
     assert (told["parameters"]["noise_px"], told["parameters"]["extra"]) == (4.5, 7)
     (extra,) = [each for each in told["declarations"] if each["name"] == "extra"]
