@@ -16,9 +16,9 @@ export function readout(root, view) {
   const { store, signal } = view;
   const verdict = h("p", { class: "verdict" });
   const look = h("p", { class: "look", hidden: true });
-  const doubts = h("div", {});
+  const doubts = h("div", { class: "doubts" });
   const list = h("dl", {});
-  fill(root, h("h2", { class: "visually-hidden" }, "This frame"), verdict, look, doubts, list);
+  fill(root, h("h2", { class: "visually-hidden" }, "This frame"), verdict, look, list, doubts);
   measures(root, view);
   /** @type {Reading[]} */
   let readings = [];

@@ -20,8 +20,8 @@ Direction: TypeAlias = Literal["overconfident", "underconfident"]
 DIRECTIONS: tuple[Direction, ...] = get_args(Direction)
 
 TITLES: Mapping[Direction, str] = {
-    "overconfident": "Bands are not to be believed",
-    "underconfident": "Bands are wider than they say",
+    "overconfident": "Error bands too narrow",
+    "underconfident": "Error bands too wide",
 }
 """What a screen says of them, before the reason."""
 

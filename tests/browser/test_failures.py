@@ -80,6 +80,7 @@ def test_a_failure_and_its_cure_are_watched_in_step(failure: FailurePage, server
     )
     failure.until(lambda: "the estimate 4.4 px" in failure.measured("failing"), "what is measured is told")
     failure.until(lambda: "the estimate 27.3 px" in failure.measured("cured"), "of the cured run as well")
+    heights = reading_heights(page)
     assert "Tracker Guided diffusion" in page.inner_text("[data-side=failing] h2")
     assert "Tracker Condensation" in page.inner_text("[data-side=cured] h2")
 
@@ -87,6 +88,8 @@ def test_a_failure_and_its_cure_are_watched_in_step(failure: FailurePage, server
     failure.stand_at(7)
     failure.until(lambda: failure.verdict("failing") == "lost since 7 (by truth)", "the failing run has lost the ball")
     failure.until(lambda: failure.verdict("cured") == "on target (by truth)", "the cured one has not")
+    heights |= reading_heights(page)
+    assert len(heights) == 1, "the pictures have their size whatever is said below them"
     page.locator(".failure-deck .scrubber").focus()
     page.keyboard.press("Home")
     failure.stand_at(0)
@@ -108,6 +111,11 @@ def test_a_failure_and_its_cure_are_watched_in_step(failure: FailurePage, server
     assert len(server.get("sessions")) == 2
     page.goto("failures")
     failure.until(lambda: server.get("sessions") == [], "both sessions have ended with the page")
+
+
+def reading_heights(page: Any) -> set[float]:
+    """Return how high what is said of the frames stands below the two pictures."""
+    return {each.bounding_box()["height"] for each in page.locator(".failure-view .readout").all()}
 
 
 def shape(failure: FailurePage, width: int) -> str:

@@ -65,21 +65,26 @@ def fits_presented(page: Any, what: str) -> None:
     fits(page, f"{what}, presented")
     page.keyboard.press("Escape")
     page.get_by_role("button", name="Present in large type").wait_for()
-    View(page).until(lambda: places(page) == before, f"{what} is as it was before it was presented", 20.0)
+    holds(page, lambda: places(page), before, f"{what} is as it was before it was presented", 20.0)
 
 
 def fits(page: Any, what: str) -> None:
-    found = ["not looked at"]
+    holds(page, lambda: faults(page), [], what, 10.0)
 
-    def is_free() -> bool:
+
+def holds(page: Any, look: Callable[[], list[str]], expected: list[str], what: str, seconds: float) -> None:
+    """Wait until a look finds what is expected; if it is in vain, say what was found instead."""
+    found: list[str] = []
+
+    def is_found() -> bool:
         nonlocal found
-        found = faults(page)
-        return not found
+        found = look()
+        return found == expected
 
     try:
-        View(page).until(is_free, what, 10.0)
+        View(page).until(is_found, what, seconds)
     except AssertionError:
-        assert found == [], what
+        assert found == expected, what
 
 
 @pytest.mark.parametrize("numbers", [range(1, 5), range(5, 9), range(9, 13)], ids=str)
@@ -89,6 +94,7 @@ def test_lessons_fit_a_low_screen(low: Any, numbers: range) -> None:
         low.goto(f"learn/{number}")
         low.locator(".figure-view[data-shown], .flat-canvas[data-frame]").first.wait_for()
         low.get_by_role("button", name="Skip").wait_for()
+        View(low).until(lambda: low.locator(".flat-canvas:not([data-frame])").count() == 0, "all pictures are painted")
         fits_presented(low, f"lesson {number}")
         low.get_by_role("button", name="Skip").click()
         low.locator("[data-part=question]:not([data-stage=asked])").wait_for()
@@ -114,9 +120,10 @@ def judged(page: Any, runs: int) -> None:
 def test_failures_comparisons_and_sweeps_fit_a_low_screen(low: Any, server: Server) -> None:
     """So do a failure of each experiment that has any, comparisons of two runs and of four, and the maps of a sweep."""
     sweep = server.post("sweeps", SMALL)["id"]
-    for failure in {entry["experiment"]: entry["id"] for entry in server.get("failures")}.values():
+    for entry in {entry["experiment"]: entry for entry in server.get("failures")}.values():
+        failure = entry["id"]
         low.goto(f"failures/{failure}")
-        low.locator(".failure-column:last-of-type .flat-canvas[data-frame]").wait_for()
+        low.locator(f".flat-canvas[data-frame='{entry['frame']}']").nth(1).wait_for()
         low.locator(".scrubber-rows li").first.wait_for()
         View(low).until(lambda: low.locator(".measured:not(:has(.bone))").count() == 2, "what came of both is measured")
         judged(low, 2)

@@ -60,9 +60,9 @@ class TestWorkbench:
         """It is that of the tracker and the parameters of the next frame, and changes with them."""
         tree = RunTree(config())
         (reason,) = tree.run.experiment.miscalibration((tree.run.tracker, tree.run.parameters_at(1))).values()
-        assert tree.snapshot().doubts == {"Bands are wider than they say": reason}
+        assert tree.snapshot().doubts == {"Error bands too wide": reason}
         tree.run.change({"tracker": "kalman"})
-        assert list(tree.snapshot().doubts) == ["Bands are not to be believed"]
+        assert list(tree.snapshot().doubts) == ["Error bands too narrow"]
 
     def test_what_is_only_drawn_changes_in_the_frame_that_is_shown(self) -> None:
         """A ghost that is dragged along a learned mode moves while the run stands; the estimate does not."""
