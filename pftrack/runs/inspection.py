@@ -1,0 +1,293 @@
+"""Looking into a run: what a likelihood says at a place of the frame that is shown, and what became of a particle.
+
+A run keeps states now and then only (`pftrack.runs.keyframes`). To follow particles back, the steps of the last frames
+are taken again once, and kept while one looks. The run stands where it is.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.experiment import Step
+from pftrack.model.cloud import Cloud
+from pftrack.model.genealogy import Genealogy, count_descendants, trace
+from pftrack.model.likelihood import Component, LikelihoodMap, ObservationLikelihood
+from pftrack.model.parameters import ParameterError
+from pftrack.model.part import Part
+from pftrack.model.tracker import Tracker
+from pftrack.runs.run import Run
+
+__all__ = ["GENERATIONS", "Finding", "Inspection", "ParticleFinding"]
+
+GENERATIONS = 30
+"""So many frames back particles are followed, and as many on."""
+KEPT_BYTES = 32 * 1024 * 1024
+"""That the steps may take which are kept while one looks."""
+
+
+@dataclass(frozen=True, slots=True)
+class ParticleFinding:
+    """What there is to say of one particle.
+
+    Attributes:
+        particle: Its place in the cloud.
+        count: How many there are.
+        weight: Of all, 0..1.
+        rank: The heaviest is 1.
+        sampler: What has drawn it; empty where nothing is to choose from.
+        ancestors: Its parent in the frame before, the parent of that, and so on, as far as they are known.
+        path: (A + 1, 2) where it is, and where its ancestors were, px; empty where states have no place.
+        descendants: How many it has in each of the frames after, as far as they were computed.
+    """
+
+    particle: int
+    count: int
+    weight: float
+    rank: int
+    sampler: str
+    ancestors: tuple[int, ...]
+    path: NDArray[np.float64]
+    descendants: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What is found at one state of the frame that is shown.
+
+    Attributes:
+        frame: The frame.
+        place: (2,) where it is in the picture, px; None if it has no place.
+        title: What the likelihood compares.
+        log_likelihood: What it says, with the values that are in force; None for a tracker that cannot be asked.
+        parts: What that is made of.
+        state: The coordinates of the state, and their values.
+        particle: What there is to say of the particle, if it is one.
+    """
+
+    frame: int
+    place: NDArray[np.float64] | None
+    title: str
+    log_likelihood: float | None
+    parts: tuple[Part, ...]
+    state: tuple[tuple[Component, float], ...]
+    particle: ParticleFinding | None = None
+
+
+class Inspection:
+    """A run that is looked into, at the frame at which it stands."""
+
+    def __init__(self, run: Run) -> None:
+        """Begin to look."""
+        self.run = run
+        self._steps: dict[int, Step] = {}
+
+    @property
+    def tracker(self) -> Tracker:
+        """The tracker of the frame."""
+        return self.run.experiment.trackers[self.run.current.tracker]
+
+    @property
+    def parameters(self) -> Any:  # noqa: ANN401 - the experiment's own model
+        """The values in force: those that the next frame has, so that one sees what a change would make of this one."""
+        return self.run.parameters_at(self.run.position + 1)
+
+    @property
+    def cloud(self) -> Cloud | None:
+        """The particles of the frame."""
+        return _cloud(self.run, self.run.current)
+
+    @property
+    def before(self) -> Any:  # noqa: ANN401 - the state of any family
+        """The state of the frame before; of frame 0 that of frame 0 itself."""
+        return self._past(2)[0].state
+
+    def at_place(self, place: NDArray[np.float64]) -> Finding:
+        """Return what the likelihood says of the state that is like the estimate in all but the place (2,), px.
+
+        Raises:
+            ParameterError: The tracker cannot be asked at places.
+        """
+        likelihood = self.tracker.likelihood
+        if likelihood is None or likelihood.anchor is None:
+            raise ParameterError("place", place.tolist(), "left out: the tracker has no likelihood of places")
+        known = self._known(likelihood)
+        (state,) = likelihood.anchor.put(known, likelihood.centre(self.run.current.state), place[None])
+        return self._ask(likelihood, known, state, place)
+
+    def at_estimate(self) -> Finding:
+        """Return what the likelihood says of the estimate."""
+        likelihood = self.tracker.likelihood
+        if likelihood is None:
+            return Finding(self.run.position, None, "", None, (), ())
+        known = self._known(likelihood)
+        state = likelihood.centre(self.run.current.state)
+        return self._ask(likelihood, known, state, self._place(likelihood, known, state))
+
+    def at_particle(self, particle: int) -> Finding:
+        """Return what there is to say of a particle of the frame.
+
+        Raises:
+            ParameterError: There is no such particle.
+        """
+        cloud, likelihood = self.cloud, self.tracker.likelihood
+        if cloud is None or not 0 <= particle < len(cloud):
+            count = 0 if cloud is None else len(cloud)
+            raise ParameterError("particle", particle, f"a particle of the frame, of which there are {count}")
+        own = self._particle(cloud, particle, likelihood)
+        if likelihood is None:
+            return Finding(self.run.position, None, "", None, (), (), own)
+        known, state = self._known(likelihood), cloud.states[particle]
+        return self._ask(likelihood, known, state, self._place(likelihood, known, state), own)
+
+    def nearest(self, place: NDArray[np.float64]) -> int | None:
+        """Return the particle that is nearest to a place (2,), px; of those as near, the heaviest."""
+        cloud, likelihood = self.cloud, self.tracker.likelihood
+        if cloud is None or likelihood is None or likelihood.anchor is None:
+            return None
+        off = np.square(likelihood.anchor.place(self._known(likelihood), cloud.states) - place).sum(axis=1)
+        near = np.flatnonzero(off <= np.nanmin(off))
+        return int(near[cloud.log_weights[near].argmax()]) if len(near) else None
+
+    def map(self, size: tuple[int, int]) -> LikelihoodMap | None:
+        """Return the likelihood all over a picture of a width and height, px; None of a tracker that has none."""
+        likelihood = self.tracker.likelihood
+        if likelihood is None or likelihood.anchor is None:
+            return None
+        step = self.run.current
+        return likelihood.map(self.before, step.state, step.frame, self.parameters, size)
+
+    def genealogy(self) -> Genealogy | None:
+        """Return the ancestors of the frame's particles as far back as they are known; None without."""
+        cloud = self.cloud
+        if cloud is None or cloud.ancestors is None:
+            return None
+        return trace(self.run.position, self._ancestors(self._past(GENERATIONS)), len(cloud))
+
+    def follow(self, particle: int, frame: int) -> int | None:
+        """Return what a particle of another frame is in the frame that is shown: its ancestor, or its heaviest child.
+
+        Further frames on, the heaviest child of that one, and so on. None if it has no children, or if the frames are
+        too far apart.
+        """
+        position = self.run.position
+        if abs(position - frame) >= GENERATIONS:
+            return None
+        steps = self._window(min(frame, position), max(frame, position))
+        if position <= frame:
+            for step in steps[:0:-1]:
+                parents = _ancestors(self.run, step)
+                if parents is None or particle >= len(parents):
+                    return None
+                particle = int(parents[particle])
+            return particle
+        for step in steps[1:]:
+            cloud = _cloud(self.run, step)
+            if cloud is None or cloud.ancestors is None:
+                return None
+            children = np.flatnonzero(cloud.ancestors == particle)
+            if not len(children):
+                return None
+            particle = int(children[cloud.log_weights[children].argmax()])
+        return particle
+
+    def _particle(self, cloud: Cloud, particle: int, likelihood: ObservationLikelihood | None) -> ParticleFinding:
+        past = self._past(GENERATIONS)
+        lineage = trace(self.run.position, self._ancestors(past), len(cloud)).places[::-1, particle]
+        path = np.empty((0, 2))
+        if likelihood is not None and likelihood.anchor is not None:
+            known, clouds = self._known(likelihood), [_cloud(self.run, step) for step in reversed(past)]
+            states = [each.states[place] for each, place in zip(clouds, lineage, strict=False) if each is not None]
+            path = likelihood.anchor.place(known, np.stack(states))
+        last = min(self.run.computed, self.run.position + GENERATIONS - 1)
+        following = self._window(self.run.position, last)[1:]
+        return ParticleFinding(
+            particle,
+            len(cloud),
+            float(np.exp(cloud.log_weights[particle])),
+            cloud.rank(particle),
+            cloud.sampler(particle),
+            tuple(lineage[1:].tolist()),
+            path,
+            tuple(count_descendants(particle, self._forward(following))),
+        )
+
+    def _ask(
+        self,
+        likelihood: ObservationLikelihood,
+        known: Any,  # noqa: ANN401 - the state of any family
+        state: NDArray[np.float64],
+        place: NDArray[np.float64] | None,
+        particle: ParticleFinding | None = None,
+    ) -> Finding:
+        frame, parameters = self.run.current.frame, self.parameters
+        (number,) = likelihood.log_likelihood(known, state[None], frame, parameters)
+        return Finding(
+            frame.index,
+            place,
+            likelihood.title,
+            -np.inf if np.isnan(number) else float(number),
+            likelihood.parts(known, state, frame, parameters),
+            tuple(zip(likelihood.components(parameters), state.tolist(), strict=True)),
+            particle,
+        )
+
+    def _known(self, likelihood: ObservationLikelihood) -> Any:  # noqa: ANN401 - the state of any family
+        return likelihood.prepare(self.before, self.run.current.frame, self.parameters)
+
+    def _place(
+        self,
+        likelihood: ObservationLikelihood,
+        known: Any,  # noqa: ANN401 - the state of any family
+        state: NDArray[np.float64],
+    ) -> NDArray[np.float64] | None:
+        return None if likelihood.anchor is None else likelihood.anchor.place(known, state[None])[0]
+
+    def _ancestors(self, steps: Sequence[Step]) -> list[NDArray[np.int64]]:
+        """Return the parents of the particles of steps that end with the last one, as far back as all are known.
+
+        Those of the first step are left out: their parents are not among the steps.
+        """
+        found: list[NDArray[np.int64]] = []
+        for before, step in zip(steps[-2::-1], steps[:0:-1], strict=True):
+            parents, cloud = _ancestors(self.run, step), _cloud(self.run, before)
+            if parents is None or cloud is None or parents.max(initial=0) >= len(cloud):
+                break
+            found.append(parents)
+        return found[::-1]
+
+    def _forward(self, steps: Sequence[Step]) -> list[NDArray[np.int64]]:
+        found: list[NDArray[np.int64]] = []
+        for step in steps:
+            parents = _ancestors(self.run, step)
+            if parents is None:
+                break
+            found.append(parents)
+        return found
+
+    def _past(self, count: int) -> list[Step]:
+        """Return the last steps up to the one that is shown, at most so many."""
+        kept = min(count, max(2, KEPT_BYTES // max(self.run.current.state.nbytes, 1)))
+        return self._window(max(self.run.position - kept + 1, 0), self.run.position)
+
+    def _window(self, first: int, last: int) -> list[Step]:
+        position = self.run.position
+        self._steps = {index: step for index, step in self._steps.items() if abs(index - position) < GENERATIONS}
+        self._steps[position] = self.run.current
+        missing = [index for index in range(first, last + 1) if index not in self._steps]
+        if missing:
+            for step in self.run.replay(missing[0], missing[-1]):
+                self._steps.setdefault(step.frame.index, step)
+        return [self._steps[index] for index in range(first, last + 1)]
+
+
+def _cloud(run: Run, step: Step) -> Cloud | None:
+    opened = run.experiment.trackers[step.tracker].cloud
+    return None if opened is None else opened(step.state)
+
+
+def _ancestors(run: Run, step: Step) -> NDArray[np.int64] | None:
+    cloud = _cloud(run, step)
+    return None if cloud is None else cloud.ancestors
