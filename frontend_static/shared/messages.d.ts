@@ -1440,7 +1440,7 @@ export interface Series {
   title: string;
   unit: string;
   shape: "number" | "vector" | "interval" | "hypotheses";
-  role: "" | "particles" | "ess" | "share" | "flag" | "event" | "extent";
+  role: "" | "particles" | "ess" | "resampled" | "distinct" | "share" | "flag" | "event" | "extent" | "likeness" | "model_likeness" | "mirrored";
   components: string[];
   colours: string[];
   reductions: Reduction[];

@@ -1,10 +1,11 @@
 """The command line, `pftrack`.
 
 `list` and `show` say what there is; `new` writes a file to begin with; `run`, `replay`, `compare`, `failures`, `learn`
-and `sweep` compute; `open` looks at what others have computed; `export` takes a run to other programs; `lessons`
-teaches; `exercise` checks what students write; `reproduce`, `evaluate`, `bench` and `doctor` check; commands from other
-packages, such as the server's `serve`, join through the entry point group `pftrack.commands`, so that the library need
-not know them. Exit status: 0 done, 1 failed, with one clear line, 2 wrong use.
+and `sweep` compute; `open` looks at what others have computed; `explain` says why a target was
+lost; `export` takes a run to other programs; `lessons` teaches; `exercise` checks what students write; `reproduce`,
+`evaluate`, `bench` and `doctor` check; commands from other packages, such as the server's `serve`, join through the
+entry point group `pftrack.commands`, so that the library need not know them. Exit status: 0 done, 1
+failed, with one clear line, 2 wrong use.
 """
 
 import os
@@ -31,6 +32,9 @@ from pftrack.cli import (
     results,
     run,
     sweep,
+)
+from pftrack.cli import (
+    explain as explanations,
 )
 from pftrack.cli.output import FAILED, CommandError, emit, explain, wrong_use
 from pftrack.entry_points import find
@@ -100,6 +104,7 @@ listing.register(app)
 run.register(app)
 results.register(app)
 exports.register(app)
+explanations.register(app)
 compare.register(app)
 failures.register(app)
 filters.register(app)

@@ -133,6 +133,8 @@ GLOSSARY = (
             Term("series", "what a tracker or an experiment measures in every frame"),
             Term("reading", "a line of numbers for one frame, beside the picture"),
             Term("failure", "a named way to fail, with a symptom that can be measured"),
+            Term("diagnosis", "what went wrong with a run, since when, and the numbers that this is said from"),
+            Term("sign", "that a cause of a loss is at work, by numbers of the run", ("signs",)),
             Term("cure", "the change that removes the symptom"),
         ),
     ),

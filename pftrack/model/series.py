@@ -47,15 +47,33 @@ __all__ = [
 
 SeriesShape: TypeAlias = Literal["number", "vector", "interval", "hypotheses"]
 
-SeriesRole: TypeAlias = Literal["", "particles", "ess", "share", "flag", "event", "extent"]
+SeriesRole: TypeAlias = Literal[
+    "",
+    "particles",
+    "ess",
+    "resampled",
+    "distinct",
+    "share",
+    "flag",
+    "event",
+    "extent",
+    "likeness",
+    "model_likeness",
+    "mirrored",
+]
 """What general code may do with a series without knowing its name.
 
 - "particles": a number, how many particles there are.
 - "ess": a number, the effective sample size of these particles.
+- "resampled": a number, 1 where parents were drawn and 0 where weights were only multiplied.
+- "distinct": a number, how many of the particles differ in what no noise renews.
 - "share": a vector, how many particles came from each sampler; the components are stacked.
 - "flag": a number, or a vector of such, that is 1 where something holds and 0 where not.
 - "event": a number, how often something happened in the frame; such frames are marked in the memory of a run.
 - "extent": a vector, width and height in px of the box around the estimate that the target is believed to fill.
+- "likeness": a number from 0 to 1, how like the tracker's model of the target that is which is at the estimate.
+- "model_likeness": a number from 0 to 1, how like the first look of the target that model is.
+- "mirrored": a number, 1 where the estimate is nearer to a mirror image of the truth than to the truth, else 0.
 """
 
 

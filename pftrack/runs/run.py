@@ -433,6 +433,17 @@ class Run:
         """
         return cast(Exported, load(PRESENTERS, "export")(self, Path(path), plot=plot))
 
+    def explain(self, frame: int | None = None) -> Any:  # noqa: ANN401 - what explains runs lies above
+        """Return why the target was lost, as far as the run has been computed: a `pftrack.explanation.Explanation`.
+
+        Args:
+            frame: The frame to ask about; the first lasting loss if not given.
+
+        Raises:
+            ValueError: The frame has not been computed.
+        """
+        return load(PRESENTERS, "explain")(self, frame)
+
     def _evaluated(self) -> EvaluatedRun:
         return evaluated_run(self.diagnostics, self.experiment.all_series(), judged=self.experiment.judges_loss)
 

@@ -10,7 +10,7 @@ __all__ = ["ALERT", "CLOUD", "SAMPLERS", "cloud"]
 CLOUD = (
     Series("ess", "ESS", role="ess"),
     Series("particles", "particles", role="particles"),
-    Series("resampled", "resampled", role="flag"),
+    Series("resampled", "resampled", role="resampled"),
     Series("unique_ancestors", "different parents"),
 )
 """Of every particle filter: effective sample size, number of particles, whether parents were drawn in this frame, and

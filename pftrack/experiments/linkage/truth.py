@@ -11,6 +11,7 @@ from pftrack.filters.beam import Beam
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.frame import Frame, Target
 from pftrack.model.series import Series, SeriesValue
+from pftrack.numerics.angles import wrap
 from pftrack.sources.linkage.truth import LinkageTarget, in_radians
 from pftrack.trackers.linkage.regions import Region, contains
 from pftrack.trackers.linkage.state import LinkageState
@@ -20,9 +21,12 @@ __all__ = ["SERIES", "direction_error", "is_missed", "measure", "report"]
 LINKS = 3
 IN_SPACE = 11
 """Numbers of an estimate in space: omega, t, theta and r."""
+CLEARLY_RAD = np.deg2rad(20)
+"""So far from the truth a direction must be for its mirror image to be another one."""
 
 SERIES = (
     Series("contained", "truth contained", role="flag"),
+    Series("mirrored", "a link mirrored in depth", role="mirrored"),
     *(Series(f"true_length_{link}", f"true length of link {link}", "px") for link in range(1, LINKS + 1)),
     *(Series(f"true_direction_{link}", f"true direction of link {link}", "°") for link in range(1, LINKS + 1)),
 )
@@ -67,6 +71,8 @@ def measure(frame: Frame, state: LinkageState) -> Mapping[str, SeriesValue]:
     for link in range(LINKS):
         values[f"true_length_{link + 1}"] = float(target.r[link])
         values[f"true_direction_{link + 1}"] = float(np.rad2deg(near[link]))
+    if len(target.position) != IN_SPACE:
+        values["mirrored"] = float(_is_mirrored(state.directions, absolute))
     excluded = is_missed(state, target)
     if excluded is not None:
         values["contained"] = float(not excluded)
@@ -81,6 +87,17 @@ def is_missed(state: LinkageState, target: Target) -> bool | None:
     if isinstance(state.belief, Beam) and all(isinstance(member, Region) for member in state.belief.members):
         return not contains(state, in_radians(target.position))
     return None
+
+
+def _is_mirrored(believed: NDArray[np.float64], true: NDArray[np.float64]) -> bool:
+    """Return whether a link is believed to point where its mirror image does, which the camera cannot tell from it.
+
+    Args:
+        believed: (3,) directions from the line of sight's plane, rad.
+        true: (3,) the true ones.
+    """
+    off, off_mirror = np.abs(wrap(believed - true)), np.abs(wrap(believed + true))
+    return bool(((off_mirror < off) & (off > CLEARLY_RAD)).any())
 
 
 def report(rows: Sequence[Diagnostics]) -> Mapping[str, Any]:

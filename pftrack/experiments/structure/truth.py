@@ -28,7 +28,7 @@ FLAT = 1e-7
 
 SERIES = (
     Series("metric_error", "error up to a similarity", "%"),
-    Series("mirrored", "mirror image", role="flag"),
+    Series("mirrored", "mirror image", role="mirrored"),
     Series("turn_error_deg", "error of the pose", "°"),
     *(
         Series(f"within_{share}", f"points within their ellipsoids of {share} %", shape="vector", role="flag")

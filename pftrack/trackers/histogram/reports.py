@@ -12,9 +12,13 @@ __all__ = ["BOX", "PARTICLE_SERIES", "SERIES", "measure", "measure_particles"]
 
 BOX = Series("box", "believed box", "px", "vector", role="extent", components=("width", "height"))
 
-SERIES = (Series("likeness", "likeness rho"), Series("first_likeness", "model's likeness to the first look"), BOX)
+SERIES = (
+    Series("likeness", "likeness rho", role="likeness"),
+    Series("first_likeness", "model's likeness to the first look", role="model_likeness"),
+    BOX,
+)
 
-PARTICLE_SERIES = (Series("velocities", "different velocities"), *SERIES)
+PARTICLE_SERIES = (Series("velocities", "different velocities", role="distinct"), *SERIES)
 """Of those with particles as well: where nothing is added to a velocity, resampling can only lose some of them."""
 
 

@@ -52,7 +52,7 @@ LAWS = (
 )
 SIZES = (
     Series("particles", "particles", role="particles"),
-    Series("distinct", "different particles"),
+    Series("distinct", "different particles", role="distinct"),
     Series("roots", "different particles at the lag"),
 )
 

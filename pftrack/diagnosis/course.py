@@ -1,0 +1,204 @@
+"""The course of a run: what its rows say over time, by what series are declared to be.
+
+Rules of diagnosis read these columns and nothing else, so that they hold for whatever tracker, plug-in or recording: a
+column is there if the run has it, and NaN where a frame does not. Nothing here knows the name of a series.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.series import Series, SeriesRole
+
+__all__ = ["COLUMNS", "Column", "Course", "Witness", "course_of"]
+
+Numbers: TypeAlias = NDArray[np.float64]
+Flags: TypeAlias = NDArray[np.bool_]
+Witness: TypeAlias = Literal["truth", "tracker", ""]
+"""Who says that a target is lost: the truth, the tracker's own account, or nobody."""
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """What a column of a course is.
+
+    Attributes:
+        name: Attribute of `Course`.
+        title: What it is, a few words.
+        unit: Of its numbers; "run" for the run's own unit, empty for pure numbers.
+    """
+
+    name: str
+    title: str
+    unit: str = ""
+
+
+COLUMNS = {
+    column.name: column
+    for column in (
+        Column("error", "distance from the truth", "run"),
+        Column("deviation", "stated deviation", "run"),
+        Column("fit", "how well the picture fits the estimate"),
+        Column("ess_share", "ESS over the particles"),
+        Column("distinct", "different particles"),
+        Column("kept", "model's likeness to the first look"),
+        Column("hidden", "out of sight"),
+        Column("searching", "searching"),
+        Column("mirrored", "mirror image"),
+        Column("outside", "beyond the picture"),
+        Column("step", "way of the estimate a frame", "run"),
+        Column("true_step", "way of the target a frame", "run"),
+    )
+}
+"""What evidence is shown from, by name."""
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """A run of L frames in columns; NaN where a frame does not have the number.
+
+    Attributes:
+        unit: Of estimates.
+        estimates: (L, d).
+        truths: (L, d).
+        error: (L,) distance of the estimate from the truth.
+        deviation: (L,) root mean square of the posterior standard deviations that are in the run's unit.
+        lost: (L,) whether the target is lost, as the witness says.
+        witness: Who says so.
+        hidden: (L,) 1 where the target is known to be out of sight, else 0.
+        searching: (L,) 1 where the tracker looks for the target by its own account, else 0.
+        evidence: (L,) log evidence of each frame.
+        likeness: (L,) how like the model that is which is at the estimate, 0..1.
+        kept: (L,) how like the first look the model is, 0..1.
+        particles: (L,) number of them.
+        ess: (L,) effective sample size.
+        distinct: (L,) how many of the particles differ in what no noise renews.
+        resampled: (L,) 1 where parents were drawn, else 0.
+        mirrored: (L,) 1 where the estimate is nearer to a mirror image of the truth than to the truth, else 0.
+        outside: (L,) 1 where the target, or where no truth is known the estimate, is beyond the picture, else 0.
+    """
+
+    unit: str
+    estimates: Numbers
+    truths: Numbers
+    error: Numbers
+    deviation: Numbers
+    lost: Flags
+    witness: Witness
+    hidden: Numbers
+    searching: Numbers
+    evidence: Numbers
+    likeness: Numbers
+    kept: Numbers
+    particles: Numbers
+    ess: Numbers
+    distinct: Numbers
+    resampled: Numbers
+    mirrored: Numbers
+    outside: Numbers
+
+    def __len__(self) -> int:
+        """Return the number of frames L."""
+        return len(self.error)
+
+    @cached_property
+    def ess_share(self) -> Numbers:
+        """(L,) effective sample size over the number of particles."""
+        return self.ess / self.particles
+
+    @cached_property
+    def fit(self) -> Numbers:
+        """(L,) how well the picture fits what is believed: the likeness where one is reported, else the evidence."""
+        return self.likeness if np.isfinite(self.likeness).any() else self.evidence
+
+    @cached_property
+    def step(self) -> Numbers:
+        """(L,) how far the estimate went since the frame before."""
+        return _steps(self.estimates)
+
+    @cached_property
+    def true_step(self) -> Numbers:
+        """(L,) how far the target went since the frame before."""
+        return _steps(self.truths)
+
+
+def course_of(
+    rows: Sequence[Diagnostics], declared: Sequence[Series], *, unit: str, size: tuple[int, int] | None = None
+) -> Course:
+    """Return the course of a run.
+
+    Args:
+        rows: Of its frames, from 0 on, at least one.
+        declared: Series that they may have.
+        unit: Of its estimates.
+        size: Width and height of the picture, px, where estimates are places in it.
+    """
+    unknown = (np.nan,) * len(rows[0].estimate)
+    truths = np.array([row.truth or unknown for row in rows], dtype=np.float64)
+    estimates = np.array([row.estimate for row in rows], dtype=np.float64)
+    lost, witness = _losses(rows)
+    seen = np.where(np.isfinite(truths), truths, estimates) if truths.shape == estimates.shape else estimates
+
+    def numbers(role: SeriesRole) -> Numbers:
+        names = [series.name for series in declared if series.role == role and series.shape == "number"]
+        found = np.array([[row.number(name) for row in rows] for name in names]).reshape(len(names), len(rows))
+        known = np.isfinite(found)
+        least = np.where(known, found, np.inf).min(axis=0, initial=np.inf)
+        return np.where(known.any(axis=0), least, np.nan)
+
+    return Course(
+        unit=unit,
+        estimates=estimates,
+        truths=truths,
+        error=_optional([row.error for row in rows]),
+        deviation=_deviations(rows),
+        lost=lost,
+        witness=witness,
+        hidden=_optional([row.hidden for row in rows]),
+        searching=_optional([row.searching for row in rows]),
+        evidence=np.array([row.log_evidence for row in rows]),
+        likeness=numbers("likeness"),
+        kept=numbers("model_likeness"),
+        particles=numbers("particles"),
+        ess=numbers("ess"),
+        distinct=numbers("distinct"),
+        resampled=numbers("resampled"),
+        mirrored=numbers("mirrored"),
+        outside=_outside(seen, size),
+    )
+
+
+def _losses(rows: Sequence[Diagnostics]) -> tuple[Flags, Witness]:
+    if any(row.lost is not None for row in rows):
+        return np.array([row.is_lost for row in rows]), "truth"
+    if any(row.searching is not None for row in rows):
+        return np.array([row.searching is True for row in rows]), "tracker"
+    return np.zeros(len(rows), dtype=np.bool_), ""
+
+
+def _deviations(rows: Sequence[Diagnostics]) -> Numbers:
+    # NaN stands for a number in another unit than the run's.
+    squares = [[one * one for one in row.sigma if np.isfinite(one)] for row in rows]
+    return np.array([np.sqrt(np.mean(some)) if some else np.nan for some in squares])
+
+
+def _optional(values: Sequence[float | bool | None]) -> Numbers:
+    return np.array([np.nan if value is None else float(value) for value in values])
+
+
+def _steps(places: Numbers) -> Numbers:
+    """Return the lengths (L,) of the ways between places (L, d); NaN of the first."""
+    ways = np.sqrt(np.square(np.diff(places, axis=0)).sum(axis=1))
+    return np.concatenate([[np.nan], ways])
+
+
+def _outside(places: Numbers, size: tuple[int, int] | None) -> Numbers:
+    if size is None or places.shape[1] != len(size):
+        return np.full(len(places), np.nan)
+    beyond = ((places < 0) | (places > np.array(size))).any(axis=1)
+    return np.where(np.isfinite(places).all(axis=1), beyond.astype(np.float64), np.nan)

@@ -1,0 +1,204 @@
+"""A diagnosis: what went wrong with a run, since when, and the numbers that this is said from."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from pftrack.diagnosis.course import COLUMNS, Course, Witness, course_of
+from pftrack.diagnosis.moment import Moment, first_loss
+from pftrack.diagnosis.rules import RULES, Rule, Sign
+from pftrack.experiment import Experiment, Step
+from pftrack.model.cause import CAUSES, CauseId
+from pftrack.model.diagnostics import Diagnostics
+
+__all__ = ["Diagnosis", "Evidence", "Followed", "diagnose", "diagnose_course"]
+
+LEAD_IN, LEAD_OUT = 12, 12
+"""So many frames before the first sign and after the moment belong to the evidence."""
+
+BY_WITNESS: dict[Witness, str] = {
+    "truth": "Lost in frame {frame}",
+    "tracker": "Lost in frame {frame} by its own account",
+    "": "Frame {frame}",
+}
+
+
+class Followed(Protocol):
+    """What a diagnosis asks of a run."""
+
+    @property
+    def experiment(self) -> Experiment:
+        """Its wiring."""
+
+    @property
+    def diagnostics(self) -> list[Diagnostics]:
+        """The rows of the frames computed so far."""
+
+    @property
+    def current(self) -> Step:
+        """The frame at which it stands."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """A column of numbers in the frames around what it shows.
+
+    Attributes:
+        name: Of the column.
+        title: What it is, a few words.
+        unit: Of its numbers; empty for pure ones.
+        first: Frame of the first number.
+        values: A number a frame, None where there is none.
+        since: Frame since when the sign holds that it shows.
+    """
+
+    name: str
+    title: str
+    unit: str
+    first: int
+    values: tuple[float | None, ...]
+    since: int
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What is wrong at a moment of a run.
+
+    Attributes:
+        frame: The first frame of the loss, or the one that was asked about; None where nothing was lost or asked.
+        lost: Whether the target is lost there.
+        witness: Who says so.
+        signs: What is at work, ordered by when it began.
+        evidence: The numbers of each sign, in the same order.
+    """
+
+    frame: int | None
+    lost: bool
+    witness: Witness
+    signs: tuple[Sign, ...] = ()
+    evidence: tuple[tuple[Evidence, ...], ...] = ()
+
+    @property
+    def cause(self) -> CauseId:
+        """What began first; "unclear" where nothing is found."""
+        return self.signs[0].cause if self.signs else "unclear"
+
+    @property
+    def sentence(self) -> str:
+        """What went wrong, in a sentence."""
+        if self.frame is None:
+            return "The target is not lost in any frame computed so far." if self.witness else NOBODY_SAYS
+        when = BY_WITNESS[self.witness if self.lost else ""].format(frame=self.frame)
+        if not self.signs and not self.lost:
+            return f"{when}: the numbers show nothing wrong."
+        if not self.signs:
+            return f"{when}: unclear; none of the causes that are known shows in the numbers."
+        told = [f"{CAUSES[sign.cause]}, since frame {sign.since}" for sign in self.signs]
+        return f"{when}: {'; then '.join(told)}."
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return all of it as JSON values."""
+        return {
+            "frame": self.frame,
+            "lost": self.lost,
+            "witness": self.witness,
+            "cause": self.cause,
+            "sentence": self.sentence,
+            "signs": [
+                {
+                    "cause": sign.cause,
+                    "title": CAUSES[sign.cause],
+                    "since": sign.since,
+                    "strength": round(sign.strength, 3),
+                    "words": sign.words,
+                    "numbers": {name: _finite(number) for name, number in sign.numbers.items()},
+                    "evidence": [
+                        {
+                            "name": one.name,
+                            "title": one.title,
+                            "unit": one.unit,
+                            "first": one.first,
+                            "values": list(one.values),
+                        }
+                        for one in shown
+                    ],
+                }
+                for sign, shown in zip(self.signs, self.evidence, strict=True)
+            ],
+        }
+
+
+NOBODY_SAYS = "Nobody says whether the target is lost: there is no truth, and the tracker gives no account of its own."
+
+
+def diagnose(run: Followed, frame: int | None = None) -> Diagnosis:
+    """Say what went wrong with a run, as far as it has been computed.
+
+    Args:
+        run: The run; it may be a recording, a plug-in's or one that somebody else's tracker has made.
+        frame: The frame to ask about; the first lasting loss if not given.
+
+    Raises:
+        ValueError: The frame has not been computed.
+    """
+    experiment, image = run.experiment, run.current.frame.image_rgb
+    size = (image.shape[1], image.shape[0]) if image is not None and experiment.unit == "px" else None
+    course = course_of(run.diagnostics, experiment.all_series(), unit=experiment.unit, size=size)
+    return diagnose_course(course, frame)
+
+
+def diagnose_course(course: Course, frame: int | None = None, rules: Sequence[Rule] = RULES) -> Diagnosis:
+    """Say what went wrong in a course.
+
+    Args:
+        course: The run.
+        frame: The frame to ask about; the first lasting loss if not given. Of a frame in a loss the loss is meant.
+        rules: What to look for.
+
+    Raises:
+        ValueError: The course has no such frame.
+    """
+    if frame is not None and not 0 <= frame < len(course):
+        raise ValueError(f"frame must be a whole number between 0 and {len(course) - 1}, got {frame}")
+    at = first_loss(course) if frame is None else _begin(course, frame)
+    if at is None:
+        return Diagnosis(None, lost=False, witness=course.witness)
+    moment = Moment(course, at)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = [sign for sign in (rule(moment) for rule in rules) if sign is not None]
+    if not course.lost[at]:
+        found = [sign for sign in found if sign.since <= at]
+    signs = tuple(sorted(found, key=lambda sign: sign.since))
+    return Diagnosis(
+        at, bool(course.lost[at]), course.witness, signs, tuple(_evidence(course, sign, at) for sign in signs)
+    )
+
+
+def _begin(course: Course, frame: int) -> int:
+    """Return the first frame of the loss in which a frame lies, or the frame itself."""
+    while frame > 0 and course.lost[frame] and course.lost[frame - 1]:
+        frame -= 1
+    return frame
+
+
+def _evidence(course: Course, sign: Sign, at: int) -> tuple[Evidence, ...]:
+    first = max(min(sign.since, at) - LEAD_IN, 0)
+    behind = min(max(sign.since, at) + LEAD_OUT, len(course) - 1) + 1
+    shown = []
+    for name in sign.evidence:
+        values = getattr(course, name)[first:behind]
+        if np.isfinite(values).any():
+            column = COLUMNS[name]
+            unit = course.unit if column.unit == "run" else column.unit
+            shown.append(
+                Evidence(
+                    name, column.title, unit, first, tuple(_finite(value) for value in values.tolist()), sign.since
+                )
+            )
+    return tuple(shown)
+
+
+def _finite(number: float) -> float | None:
+    return float(number) if np.isfinite(number) else None

@@ -1,0 +1,136 @@
+"""The moment of which a diagnosis speaks, and what the run was like before it."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pftrack.diagnosis.course import Course, Flags, Numbers
+
+__all__ = ["Moment", "first_loss", "losses", "middle"]
+
+LASTING = 5
+"""A loss is one to ask about if it lasts so many frames, or to the end."""
+
+SCATTERS = 3.0
+"""A fit is low if it is below its usual value by so many times its usual scatter,"""
+LEAST_FALL = {True: 0.12, False: 0.6}
+"""and by at least so much: of a likeness, 0..1, and of a log evidence."""
+ENOUGH = 8
+"""So many usual frames make a scatter."""
+
+FAR = 4.0
+"""Times the usual error that an error is great."""
+
+EQUAL = 0.985
+"""Of particles whose weights are all the same, to the ESS over their number: nothing that is seen tells them apart."""
+LEADING, FOLLOWING = 8, 8
+"""So many frames before a moment may hold what led to it, and so many after it show what came of it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """A frame of a course, with what is usual in the frames before it.
+
+    Attributes:
+        course: The run.
+        frame: The first frame of the loss, or the one that is asked about.
+    """
+
+    course: Course
+    frame: int
+
+    @cached_property
+    def usual(self) -> Flags:
+        """(L,) the frames before it in which the target was followed in sight; those just before only if need be."""
+        course, frames = self.course, np.arange(len(self.course))
+        good = (frames >= 1) & (frames < self.frame) & ~course.lost & (course.hidden != 1.0) & (course.outside != 1.0)
+        calm = good & (frames < self.frame - 2)
+        return np.asarray(calm if np.count_nonzero(calm) >= LASTING else good)
+
+    @cached_property
+    def usual_fit(self) -> float:
+        """Median of the fit in the usual frames; NaN where there are none."""
+        return middle(self.course.fit[self.usual])
+
+    @cached_property
+    def low_fit(self) -> float:
+        """Fit below which the picture does not show the target where it is believed to be."""
+        fits = self.course.fit[self.usual & np.isfinite(self.course.fit)]
+        scatter = 1.4826 * middle(np.abs(fits - self.usual_fit)) if len(fits) >= ENOUGH else 0.0
+        return self.usual_fit - max(SCATTERS * scatter, LEAST_FALL[self.course.fit is self.course.likeness])
+
+    @cached_property
+    def unseen(self) -> Flags:
+        """(L,) whether the picture does not show the target where it is believed to be.
+
+        Either the fit is low, or nothing tells the particles apart while the fit is at the lowest of the run.
+        """
+        fit = self.course.fit
+        known = fit[np.isfinite(fit)]
+        floor = known.min() + 0.05 * float(np.ptp(known)) if len(known) else np.nan
+        nothing = (self.course.ess_share >= EQUAL) & (fit <= floor)
+        return np.asarray((fit < self.low_fit) | nothing)
+
+    @property
+    def is_off(self) -> bool:
+        """Whether the estimate is known to be far off: lost by the truth, or by several times the usual error."""
+        course = self.course
+        far = middle(course.error[self.after]) > FAR * middle(course.error[self.usual])
+        return bool(np.isfinite(course.error[self.frame]) and (course.lost[self.frame] or far))
+
+    @property
+    def before(self) -> slice:
+        """The frames just before it, without frame 0 where there are others."""
+        return slice(min(max(self.frame - LEADING, 1), max(self.frame - 1, 0)), max(self.frame, 1))
+
+    @property
+    def after(self) -> slice:
+        """This frame and those just after it."""
+        return slice(self.frame, self.frame + FOLLOWING)
+
+    @property
+    def near(self) -> slice:
+        """The frames just before and just after it: what hides a target covers it little by little."""
+        return slice(max(self.frame - LEADING, 0), self.frame + FOLLOWING)
+
+    @property
+    def around(self) -> slice:
+        """The frames just before it, this one and the two after it."""
+        return slice(max(self.frame - LEADING, 0), self.frame + 3)
+
+    def since(self, holds: Flags, *, gap: int = 1) -> int:
+        """Return the first frame of the stretch of frames in which something holds that reaches this one.
+
+        Args:
+            holds: (L,) where it holds.
+            gap: So many frames in which it does not hold do not end a stretch.
+
+        Returns:
+            The frame; this one if it holds in none before, or the first one after if it holds from there on.
+        """
+        places = np.flatnonzero(holds[: self.frame + 1])
+        if not len(places) or places[-1] < self.frame - LEADING:
+            later = np.flatnonzero(holds[self.frame :])
+            return self.frame + (int(later[0]) if len(later) else 0)
+        breaks = np.flatnonzero(np.diff(places) > gap + 1)
+        return int(places[breaks[-1] + 1] if len(breaks) else places[0])
+
+
+def losses(course: Course) -> list[tuple[int, int]]:
+    """Return the first and the last frame of each loss, by time."""
+    changes = np.flatnonzero(np.diff(np.concatenate([[False], course.lost, [False]]).astype(np.int8)))
+    return [(int(first), int(behind) - 1) for first, behind in changes.reshape(-1, 2)]
+
+
+def first_loss(course: Course) -> int | None:
+    """Return the frame in which the first lasting loss begins, or the first loss; None if there is none."""
+    found, last = losses(course), len(course) - 1
+    lasting = [begin for begin, end in found if end - begin + 1 >= LASTING or end == last]
+    return next(iter(lasting), found[0][0] if found else None)
+
+
+def middle(values: Numbers) -> float:
+    """Return the median of the finite values; NaN if there are none."""
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if len(known) else np.nan

@@ -1,0 +1,355 @@
+"""Rules of diagnosis: one for each cause of a loss, from the columns of a course.
+
+A rule measures one mechanism around a moment and returns a `Sign` if it is at work: since when, how strongly, and the
+numbers that this is said from. Several may be: whoever asks orders them by when they began. What follows from another
+sign begins later, so no rule needs to know the others.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from pftrack.diagnosis.course import Flags
+from pftrack.diagnosis.moment import Moment, middle
+from pftrack.model.cause import CauseId
+
+__all__ = ["RULES", "Rule", "Sign"]
+
+
+@dataclass(frozen=True)
+class Sign:
+    """That a cause is at work.
+
+    Attributes:
+        cause: Which.
+        since: Frame since when.
+        strength: How clearly, from 0 to 1.
+        text: A sentence with a place `{name}`, with a format if need be, for each number.
+        numbers: What was measured, by name.
+        evidence: Names of the columns of the course that show it.
+    """
+
+    cause: CauseId
+    since: int
+    strength: float
+    text: str
+    numbers: dict[str, float]
+    evidence: tuple[str, ...]
+
+    @property
+    def words(self) -> str:
+        """The sentence with its numbers."""
+        return self.text.format(**self.numbers)
+
+
+Rule: TypeAlias = Callable[[Moment], Sign | None]
+
+FEW = 50
+"""Particles, at most, that are few in themselves,"""
+FEW_EFFECTIVE = 25.0
+"""and how many of them carry the weight at the most."""
+FEW_DIFFERENT = 5.0
+"""Different particles, at most, in what no noise renews."""
+DEGENERATE = 0.1
+"""ESS over the particles below which a few carry all the weight."""
+UNDECIDED = 0.6
+"""ESS over the particles above which the picture hardly tells them apart."""
+OPINIONATED = 0.92
+"""ESS over the particles below which weights prefer some of them, where nothing of the target is seen."""
+TOO_SURE = 3.0
+"""Times the stated deviation that an error exceeds where a belief is too sure."""
+GROWN = 3.0
+"""Times its usual value that a deviation is greater where a cloud is no longer held together."""
+CHANGED, STILL_ALIKE = 0.8, 0.95
+"""Likeness of the model to the first look below which it is another one, and above which it is the same."""
+
+
+def beyond_the_picture(moment: Moment) -> Sign | None:
+    """Ask whether the target was beyond the edge of the picture shortly before."""
+    outside = moment.course.outside == 1.0
+    if not outside[moment.around].any():
+        return None
+    since = moment.since(outside)
+    frames = int(np.count_nonzero(outside[since:]))
+    return Sign(
+        "target-not-in-the-picture",
+        since,
+        1.0,
+        "From frame {since:.0f} on the target is beyond the edge of the picture, for {frames:.0f} frames in all.",
+        {"since": since, "frames": frames},
+        ("outside", "fit", "deviation"),
+    )
+
+
+def few_weights(moment: Moment) -> Sign | None:
+    """Ask whether weights were multiplied without a resampling until a few particles carry all of them."""
+    course = moment.course
+    few = (course.ess_share < DEGENERATE) & (course.resampled == 0.0)
+    drawn = course.resampled[max(moment.frame - 10, 1) : moment.frame + 1]
+    if not few[moment.frame - 1 : moment.frame + 2].any() or not np.isfinite(drawn).any() or drawn.mean() > 0.1:
+        return None
+    since = moment.since(few)
+    ess = float(np.nanmin(course.ess[since : moment.frame + 2]))
+    return Sign(
+        "degenerate-resampling",
+        since,
+        1.0,
+        "Parents were not drawn, and since frame {since:.0f} fewer than a tenth of the {count:.0f} particles carry the "
+        "weight; the effective sample size goes down to {ess:.1f}.",
+        {"since": since, "count": middle(course.particles), "ess": ess},
+        ("ess_share", "deviation"),
+    )
+
+
+def alike_particles(moment: Moment) -> Sign | None:
+    """Ask whether the particles differ too little, or are too few, to be where the target may go."""
+    course, frame = moment.course, moment.frame
+    count = middle(course.particles)
+    alike = course.distinct <= np.minimum(FEW_DIFFERENT, 0.1 * course.particles)
+    if alike[: frame + 1].any() and alike[max(frame - 3, 0) : frame + 1].any():
+        since = moment.since(alike)
+        left = float(np.nanmin(course.distinct[max(frame - 3, 0) : frame + 1]))
+        return Sign(
+            "sample-impoverishment",
+            since,
+            1.0,
+            "Since frame {since:.0f} {few:.0f} or fewer of {count:.0f} particles differ in what no noise renews; in "
+            "frame {frame:.0f} it is {left:.0f}.",
+            {"since": since, "few": FEW_DIFFERENT, "count": count, "left": left, "frame": frame},
+            ("distinct", "error", "fit"),
+        )
+    effective = middle(course.ess[moment.usual])
+    if not (count <= FEW and not effective > FEW_EFFECTIVE):
+        return None
+    return Sign(
+        "sample-impoverishment",
+        0,
+        1.0 - count / (2 * FEW),
+        "There are {count:.0f} particles, of which {ess:.1f} carry the weight while the target is seen: too few to be "
+        "near it wherever it may go.",
+        {"count": count, "ess": effective},
+        ("ess_share", "fit", "error"),
+    )
+
+
+def sure_of_nothing(moment: Moment) -> Sign | None:
+    """Ask whether weights prefer some particles where nothing of the target is seen."""
+    course = moment.course
+    blind = moment.unseen & ~(course.outside == 1.0)
+    share = middle(course.ess_share[moment.around][blind[moment.around]])
+    if not (share < OPINIONATED and np.count_nonzero(blind[moment.around]) >= 3):
+        return None
+    grown = middle(course.deviation[moment.after]) / middle(course.deviation[moment.usual])
+    hides = course.hidden[moment.near]
+    # Where it is in sight, the particles are elsewhere, and which of them is the least wrong says nothing of weights.
+    if not (hides == 1.0).any() if np.isfinite(hides).any() else not grown < GROWN:
+        return None
+    since = moment.since(blind)
+    return Sign(
+        "overconfident-weights",
+        since,
+        min(1.0, 2 * (1.0 - share)),
+        "Since frame {since:.0f} the picture does not show the target where it is believed to be, and yet the weights "
+        "prefer some places: the ESS is {share:.0%} of the particles, where all should count alike.",
+        {"since": since, "share": share},
+        ("ess_share", "fit", "deviation"),
+    )
+
+
+def mirror_image(moment: Moment) -> Sign | None:
+    """Ask whether the estimate is the mirror image of the truth."""
+    mirrored = moment.course.mirrored == 1.0
+    if not mirrored[moment.around].any():
+        return None
+    since = moment.since(mirrored)
+    return Sign(
+        "mirror-pose",
+        since,
+        1.0,
+        "Since frame {since:.0f} the estimate is nearer to the mirror image of the target than to the target, and the "
+        "camera cannot tell one from the other.",
+        {"since": since},
+        ("mirrored", "error", "fit"),
+    )
+
+
+def changed_model(moment: Moment) -> Sign | None:
+    """Ask whether what is looked for has become something else, which fits."""
+    course = moment.course
+    later = moment.after
+    kept, fit = middle(course.kept[later]), middle(course.fit[later])
+    if not (kept < CHANGED and fit >= moment.low_fit):
+        return None
+    since = moment.since(course.kept < STILL_ALIKE)
+    return Sign(
+        "template-drift",
+        since,
+        1.0 - kept,
+        "Since frame {since:.0f} the model is no longer what it was: it is like the first look by {kept:.2f}, and what "
+        "is followed is like the model by {fit:.2f}.",
+        {"since": since, "kept": kept, "fit": fit},
+        ("kept", "fit", "error"),
+    )
+
+
+def wrong_find(moment: Moment) -> Sign | None:
+    """Ask whether a search ended at a place that is not the target's."""
+    course = moment.course
+    searching = course.searching == 1.0
+    ends = np.flatnonzero(searching[:-1] & ~searching[1:]) + 1
+    wrong = [end for end in ends if end <= moment.frame + 30 and course.lost[end]]
+    if not wrong or not np.isfinite(course.error[wrong[0]]):
+        return None
+    found = int(wrong[0])
+    begun = found - 1
+    while begun > 0 and (searching[begun - 1] or moment.unseen[begun - 1]):
+        begun -= 1
+    return Sign(
+        "detector-seized-by-background",
+        begun,
+        1.0,
+        "Since frame {since:.0f} the target is not seen; the search for it ends in frame {found:.0f} at a "
+        "place that fits by {fit:.2f} and is {error:.1f} away from the target.",
+        {"since": begun, "found": found, "fit": course.fit[found], "error": course.error[found]},
+        ("searching", "fit", "error"),
+    )
+
+
+def everything_fits(moment: Moment) -> Sign | None:
+    """Ask whether the picture fits wherever one looks, so that nothing holds the particles together."""
+    course = moment.course
+    shares = middle(course.ess_share[moment.before]), middle(course.ess_share[moment.after])
+    fit = middle(course.fit[moment.after])
+    grown = middle(course.deviation[moment.after]) / middle(course.deviation[moment.before])
+    if not (min(shares) >= UNDECIDED and fit >= moment.low_fit and grown >= GROWN):
+        return None
+    since = moment.since(course.ess_share >= UNDECIDED)
+    return Sign(
+        "detector-seized-by-background",
+        since,
+        min(1.0, grown / 10),
+        "Since frame {since:.0f} the picture fits nearly as well wherever one looks: the ESS is {share:.0%} of the "
+        "particles, and their deviation grows to {grown:.1f} times of what it was.",
+        {"since": since, "share": shares[1], "grown": grown},
+        ("ess_share", "deviation", "fit"),
+    )
+
+
+def too_sure(moment: Moment) -> Sign | None:
+    """Ask whether a belief without particles states a deviation that its error belies."""
+    course = moment.course
+    if np.isfinite(course.particles).any() or np.isfinite(course.likeness).any():
+        return None
+    ratio = course.error / course.deviation
+    over = ratio > TOO_SURE
+    if not over[moment.around].any():
+        return None
+    since = moment.since(over)
+    worst = float(np.nanmax(ratio[moment.around]))
+    return Sign(
+        "shrinking-covariance",
+        since,
+        min(1.0, worst / 20),
+        "Since frame {since:.0f} the error is more than {limit:.0f} times the deviation that the filter states, up to "
+        "{worst:.1f} times: it is too sure of itself to learn from what it sees.",
+        {"since": since, "limit": TOO_SURE, "worst": worst},
+        ("error", "deviation", "fit"),
+    )
+
+
+def out_of_sight(moment: Moment) -> Sign | None:
+    """Ask whether the target was hidden when, or just before, it was lost, and nothing of it was seen."""
+    course = moment.course
+    hidden = course.hidden == 1.0
+    if not (hidden[moment.around] & moment.unseen[moment.around]).any():
+        return None
+    since = moment.since(hidden)
+    length = _stretch(hidden, since)
+    return Sign(
+        "occlusion-longer-than-memory",
+        since,
+        min(1.0, length / 4),
+        "From frame {since:.0f} on the target is out of sight, for {frames:.0f} frames; in frame {frame:.0f} the "
+        "deviation has grown from {usual:.1f} to {deviation:.1f}, and the error is {error:.1f}.",
+        {
+            "since": since,
+            "frames": length,
+            "frame": moment.frame,
+            "usual": middle(course.deviation[moment.usual]),
+            "deviation": float(course.deviation[moment.frame]),
+            "error": float(course.error[moment.frame]),
+        },
+        ("hidden", "fit", "deviation", "error"),
+    )
+
+
+def another_that_fits(moment: Moment) -> Sign | None:
+    """Ask whether what is followed while the target is lost fits as well as the target did."""
+    course = moment.course
+    fit = middle(course.fit[moment.after])
+    off = middle(course.error[moment.after])
+    blind = moment.unseen[moment.after]
+    if not (fit >= moment.low_fit and moment.is_off and np.count_nonzero(blind) <= len(blind) / 2):
+        return None
+    return Sign(
+        "look-alike-capture",
+        moment.frame,
+        0.9,
+        "From frame {since:.0f} on something else is followed that fits as well as the target did, {fit:.2f} against "
+        "{usual:.2f}, and is {off:.1f} away from it.",
+        {"since": moment.frame, "fit": fit, "usual": moment.usual_fit, "off": off},
+        ("error", "fit", "deviation"),
+    )
+
+
+def left_behind(moment: Moment) -> Sign | None:
+    """Ask whether the target, in full sight, went where the law of motion does not expect it."""
+    course = moment.course
+    near = moment.near
+    blind = moment.unseen[moment.after]
+    sight = ~((course.hidden[near] == 1.0) | (course.outside[near] == 1.0)).any()
+    if not (sight and np.count_nonzero(blind) > len(blind) / 2 and moment.is_off):
+        return None
+    far = course.error > 0.5 * course.error[moment.frame]
+    since = min(moment.since(far, gap=0), moment.since(moment.unseen, gap=0))
+    true, believed = (middle(steps[since : moment.frame + 1]) for steps in (course.true_step, course.step))
+    return Sign(
+        "wrong-dynamics",
+        since,
+        0.8,
+        "Since frame {since:.0f} the target, in full sight, goes {true:.1f} a frame and the estimate {believed:.1f}; "
+        "in frame {frame:.0f} they are {error:.1f} apart, and no particle is left where the target is seen.",
+        {
+            "since": since,
+            "true": true,
+            "believed": believed,
+            "frame": moment.frame,
+            "error": float(course.error[moment.frame]),
+        },
+        ("error", "fit", "true_step", "step"),
+    )
+
+
+RULES: tuple[Rule, ...] = (
+    beyond_the_picture,
+    few_weights,
+    alike_particles,
+    mirror_image,
+    changed_model,
+    wrong_find,
+    everything_fits,
+    too_sure,
+    sure_of_nothing,
+    out_of_sight,
+    another_that_fits,
+    left_behind,
+)
+"""All of them; of two signs since the same frame the one whose rule comes first is told first."""
+
+
+def _stretch(holds: Flags, first: int) -> int:
+    """Return for how many frames in a row something holds from a frame on."""
+    ends = np.flatnonzero(~holds[first:])
+    return int(ends[0]) if len(ends) else len(holds) - first

@@ -1,0 +1,100 @@
+"""Why a target was lost, said from a run's own numbers."""
+
+from dataclasses import replace
+
+import pytest
+
+import pftrack
+from pftrack.diagnosis import Course, course_of, diagnose, diagnose_course
+from pftrack.experiments import find
+from pftrack.model.cause import CAUSES, CauseId
+from pftrack.model.parameters import Value
+from pftrack.runs.run import Run
+
+CALM: dict[str, Value] = {"occlusion_width_px": 0, "distracter_radius_px": 0, "process_noise_px": 6}
+
+
+def ball(tracker: str, seed: int = 0, **values: Value) -> Run:
+    """Return sixty frames of the ball, with nothing in its way but what is said."""
+    return pftrack.run("ball", tracker=tracker, seed=seed, frames=60, **{**CALM, **values})
+
+
+@pytest.mark.parametrize(
+    ("cause", "tracker", "values"),
+    [
+        ("sample-impoverishment", "condensation", {"sample_count": 12}),
+        ("look-alike-capture", "h-spf", {"distracter_radius_px": 20}),
+        ("wrong-dynamics", "apf", {"velocity_retention": 0.1, "process_noise_px": 2}),
+        ("occlusion-longer-than-memory", "h-spf", {"occlusion_width_px": 110}),
+        ("degenerate-resampling", "pc-pf", {"resampling_threshold": 0, "process_noise_px": 3}),
+        ("shrinking-covariance", "kalman", {"process_noise_px": 0.1, "period_s": 2}),
+        ("detector-seized-by-background", "pc-pf", {"background_colour": "#a03c3c"}),
+    ],
+)
+def test_a_cause_that_was_put_there_is_found(cause: CauseId, tracker: str, values: dict[str, Value]) -> None:
+    """One thing is wrong with a scene or a filter, and that is what the diagnosis says first."""
+    found = diagnose(ball(tracker, **values))
+    assert found.cause == cause
+    assert found.lost
+    assert found.witness == "truth"
+    assert f": {CAUSES[cause]}, since frame " in found.sentence
+
+
+def test_several_causes_are_told_in_the_order_in_which_they_began() -> None:
+    """Behind a wide pillar the target is lost first, and then a look-alike found; the numbers are the run's own."""
+    run = pftrack.run("ball", preset="too-wide", frames=60)
+    found = diagnose(run)
+    assert [(sign.cause, sign.since) for sign in found.signs] == [
+        ("occlusion-longer-than-memory", 6),
+        ("look-alike-capture", 15),
+    ]
+    assert found.sentence == (
+        "Lost in frame 15: occlusion longer than memory, since frame 6; then look-alike capture, since frame 15."
+    )
+    hidden = sum(row.hidden is True for row in run.diagnostics[6:15])
+    assert found.signs[0].numbers["frames"] == hidden == 4
+    error = next(one for one in found.evidence[0] if one.name == "error")
+    assert (error.unit, error.since) == ("px", 6)
+    assert error.values == tuple(row.error for row in run.diagnostics[error.first : error.first + len(error.values)])
+
+
+def test_a_run_that_holds_has_nothing_to_explain() -> None:
+    """Without a loss this is said; a frame in which all is well has no sign; one that is not there is refused."""
+    run = ball("h-spf")
+    assert diagnose(run).sentence == "The target is not lost in any frame computed so far."
+    calm = diagnose(run, 40)
+    assert (calm.lost, calm.cause, calm.sentence) == (False, "unclear", "Frame 40: the numbers show nothing wrong.")
+    with pytest.raises(ValueError, match="between 0 and 59, got 60"):
+        diagnose(run, 60)
+
+
+def test_any_frame_of_a_loss_leads_to_its_beginning() -> None:
+    """Whoever asks in the middle of a loss is told of the loss."""
+    run = ball("apf", velocity_retention=0.1, process_noise_px=2)
+    first = next(row.frame for row in run.diagnostics if row.is_lost)
+    assert diagnose(run, first + 3) == diagnose(run, first) == diagnose(run)
+
+
+def without_truth(run: Run) -> Course:
+    """Return the course of a run as it would be on a recording of which nothing is known."""
+    unknown = {"truth": None, "error": None, "lost": None, "hidden": None, "extent": None}
+    rows = [replace(row, **unknown) for row in run.diagnostics]  # type: ignore[arg-type] - of mixed types
+    return course_of(rows, run.experiment.all_series(), unit=run.experiment.unit)
+
+
+def test_without_truth_lost_is_the_trackers_own_word() -> None:
+    """A tracker that says that it searches is believed; of one that says nothing nothing is said unless it is asked."""
+    run = pftrack.run("histogram", preset="searches", frames=105)
+    found = diagnose_course(without_truth(run))
+    begun = next(row.frame for row in run.diagnostics if row.searching)
+    assert (found.witness, found.frame) == ("tracker", begun)
+    assert found.sentence.startswith(f"Lost in frame {begun} by its own account: ")
+    silent = diagnose_course(without_truth(ball("h-spf")))
+    assert (silent.frame, silent.witness) == (None, "")
+    assert silent.sentence.startswith("Nobody says whether the target is lost")
+
+
+def test_every_failure_that_has_a_name_is_a_cause() -> None:
+    """What experiments declare as failures and what a diagnosis can say have the same names."""
+    named = {failure.id for name in ("ball", "histogram", "linkage") for failure in find(name).failures}
+    assert named <= set(CAUSES)
