@@ -1,12 +1,12 @@
 """`reproduce`, `bench` and `doctor`: are the figures right, is it fast, does this machine have what it takes?"""
 
 import json as json_format
-import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from pftrack.cli.jobs import Jobs, read_jobs
 from pftrack.cli.listing import Json
 from pftrack.cli.output import FAILED, CommandError, emit, note, progress, suffix_of, table, whole, wrong_use
 from pftrack.version import __version__
@@ -26,9 +26,7 @@ def reproduce(
         list[str] | None, typer.Argument(metavar="[RESULT]...", help="Which results; all if none.")
     ] = None,
     full: Annotated[bool, typer.Option("--full/--quick", help="All published trials, or few.")] = False,
-    jobs: Annotated[
-        str | None, typer.Option(metavar="N", help="Processes that compute; one a core if not given.")
-    ] = None,
+    jobs: Jobs = None,
     figures: Annotated[
         Path | None, typer.Option(help="Keep the sweeps of the maps, and draw the published figures, in this folder.")
     ] = None,
@@ -43,7 +41,7 @@ def reproduce(
     json: Json = False,
 ) -> None:
     """Compute published results again and compare them within their tolerances; `--quick` takes about a minute."""
-    processes = whole("--jobs", jobs or str(os.cpu_count() or 1), 1, 256)
+    processes = read_jobs(jobs)
     from pftrack.reproduce import RESULTS, Record, describe_verdicts
     from pftrack.reproduce import reproduce as compute
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pftrack.cli.compiling import compiling
+from pftrack.cli.jobs import Jobs, read_jobs
 from pftrack.cli.listing import Json
 from pftrack.cli.output import FAILED, CommandError, emit, note, progress, suffix_of, table, whole, wrong_use
 
@@ -131,6 +132,7 @@ def grade(
     out: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Write the table there as well.")] = None,
     seconds: Annotated[str, typer.Option(metavar="SECONDS", help="Processor time that each may take.")] = "120",
     memory: Annotated[str, typer.Option(metavar="MIB", help="Memory that each may take, MiB.")] = "1024",
+    jobs: Jobs = None,
     seed: Seed = "0",
     folder: Folder = None,
     json: Json = False,
@@ -148,6 +150,7 @@ def grade(
 
     first = whole("--seed", seed, 0, LARGEST_SEED - 10_000)
     allowed = float(whole("--seconds", seconds, 1, 86_400))
+    processes = read_jobs(jobs)
     most = whole("--memory", memory, 64, 1_048_576) * MEBIBYTE
     budget = replace(BUDGET, cpu_seconds=allowed, silence_s=allowed, memory_bytes=most)
     exercises = _exercises(folder)
@@ -163,9 +166,10 @@ def grade(
     graded: dict[str, dict[str, Any]] = {}
     with compiling(), progress("submissions") as tick:
         tick(0, len(files))
-        for name, found in grade_files(files, exercises, exercise=exercise, seed=first, budget=budget):
+        for name, found in grade_files(files, exercises, exercise=exercise, seed=first, budget=budget, jobs=processes):
             graded[name] = found
             tick(len(graded), len(files))
+    graded = {name: graded[name] for name in files}  # in their order, not in that in which they came
     columns, rows = table_of(graded)
     if out is not None:
         write_whole(out, csv_text((columns, *rows)).encode())

@@ -29,6 +29,7 @@ from pftrack.cli.footage import (
     Video,
     swept_recording,
 )
+from pftrack.cli.jobs import Jobs, read_jobs
 from pftrack.cli.listing import Json, PresetName, find_experiment, find_preset
 from pftrack.cli.output import CommandError, emit, note, table, whole, wrong_use
 from pftrack.cli.values import assign, value_of
@@ -87,9 +88,7 @@ def run(
         typer.Option("--set", metavar="NAME=VALUE", help="A parameter's value in all runs; may be repeated."),
     ] = None,
     seed: Annotated[str, typer.Option(metavar="SEED", help="Of all seeds.")] = "0",
-    jobs: Annotated[
-        str | None, typer.Option(metavar="N", help="Processes that compute; one a core if not given.")
-    ] = None,
+    jobs: Jobs = None,
     cluster: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Of a Dask scheduler, whose workers compute instead.")
     ] = None,
@@ -105,7 +104,7 @@ def run(
     """
     from pftrack.sweep import SweepError
 
-    processes = whole("--jobs", jobs or str(_cores()), 1, 256)
+    processes = read_jobs(jobs)
     if cluster is not None and jobs is not None:
         raise wrong_use("--cluster computes on its own workers and takes no --jobs")
     said = FootageOptions.of(video, tracks, mark, box, points, start, truth)
@@ -377,10 +376,6 @@ def _level(text: str) -> float:
     if not 0 < level < 1:
         raise wrong_use(f"--level must be a number between 0 and 1, got {text!r}")
     return level
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _duration(seconds: float) -> str:

@@ -6,7 +6,9 @@ programs that run wild, not for a person who wants to cheat.
 """
 
 from collections.abc import Generator, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import asdict
+from itertools import islice
 from pathlib import Path
 from time import monotonic
 from typing import Any, Final
@@ -17,7 +19,18 @@ from pftrack.exercises.library import exercise_named_in
 from pftrack.exercises.reports import results
 from pftrack.exercises.verdict import Verdict
 from pftrack.filter_files import FilterFileError, name_of
-from pftrack.process import MEBIBYTE, Budget, Ending, Fault, ForkServer, Outcome, Refusal, Reply, run_task_blocking
+from pftrack.process import (
+    MEBIBYTE,
+    BackgroundLoop,
+    Budget,
+    Ending,
+    Fault,
+    ForkServer,
+    Outcome,
+    Refusal,
+    Reply,
+    run_task,
+)
 
 __all__ = ["BUDGET", "grade", "submissions_in"]
 
@@ -49,6 +62,7 @@ def grade(
     exercise: str | None = None,
     seed: int = 0,
     budget: Budget = BUDGET,
+    jobs: int = 1,
 ) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield each submission's name and results, as `reports.results` has them, as they come.
 
@@ -58,16 +72,24 @@ def grade(
         exercise: The one that all answer; what each says of itself if not given.
         seed: As of `checking.check`.
         budget: What each may take.
+        jobs: How many are checked at the same time.
     """
     fork_server = ForkServer(PRELOAD)
+    left, checked = iter(files.items()), dict[Future[dict[str, Any]], str]()
     try:
-        for name, path in files.items():
-            yield name, _grade(fork_server, path, exercises, exercise, seed, budget)
+        with BackgroundLoop("grading") as loop:
+            while True:
+                for name, path in islice(left, jobs - len(checked)):
+                    checked[loop.submit(_grade(fork_server, path, exercises, exercise, seed, budget))] = name
+                if not checked:
+                    return
+                for each in wait(checked, return_when=FIRST_COMPLETED).done:
+                    yield checked.pop(each), each.result()
     finally:
         fork_server.close()
 
 
-def _grade(
+async def _grade(
     fork_server: ForkServer,
     path: Path,
     exercises: Mapping[str, Exercise],
@@ -76,15 +98,10 @@ def _grade(
     budget: Budget,
 ) -> dict[str, Any]:
     try:
-        text, tracker = path.read_text(encoding="utf-8"), name_of(path)
+        wanted, tracker, text = _read(path, exercises, exercise)
     except (OSError, ValueError) as error:
         return _nothing(str(error), None)
-    named = exercise or exercise_named_in(text)
-    if named is None or named not in exercises:
-        said = f"it names the exercise {named}, which there is not" if named else "it has no line EXERCISE = ..."
-        return _nothing(f"Which exercise it answers is not known: {said}.", None)
-    wanted = exercises[named]
-    outcome = run_task_blocking(
+    outcome = await run_task(
         fork_server, check_confined, wanted, tracker, text, seed, budget=budget, refusals=(FilterFileError,)
     )
     if not isinstance(outcome, Reply):
@@ -96,6 +113,21 @@ def _grade(
     found = results(report)
     found["extra_data"]["network"] = network
     return found
+
+
+def _read(path: Path, exercises: Mapping[str, Exercise], exercise: str | None) -> tuple[Exercise, str, str]:
+    """Return which exercise a file answers, its name as a tracker, and its text.
+
+    Raises:
+        OSError: It cannot be read.
+        ValueError: It is no text, has no such name, or which exercise it answers is not known.
+    """
+    text, tracker = path.read_text(encoding="utf-8"), name_of(path)
+    named = exercise or exercise_named_in(text)
+    if named is None or named not in exercises:
+        said = f"it names the exercise {named}, which there is not" if named else "it has no line EXERCISE = ..."
+        raise ValueError(f"Which exercise it answers is not known: {said}.")
+    return exercises[named], tracker, text
 
 
 def check_confined(

@@ -7,6 +7,7 @@ that they give up what they do not need (`limits`): memory, processor time, file
 brought along.
 """
 
+from pftrack.process.background import BackgroundLoop
 from pftrack.process.calls import Fault, Outcome, Refusal, Reply, Step, answer_calls, report
 from pftrack.process.child import ONE_THREAD, Child, Ending, command, describe, ending, environment, run
 from pftrack.process.fork_server import ForkServer
@@ -22,13 +23,14 @@ from pftrack.process.limits import (
 from pftrack.process.pipe import AsyncEnd, BlockingEnd, pair
 from pftrack.process.pool import BlockingPool, CallError, Pool, WorkerLostError
 from pftrack.process.secret import take_secret
-from pftrack.process.worker import Worker, run_task, run_task_blocking
+from pftrack.process.worker import Worker, run_task
 
 __all__ = [
     "MEBIBYTE",
     "ONE_THREAD",
     "UNLIMITED",
     "AsyncEnd",
+    "BackgroundLoop",
     "BlockingEnd",
     "BlockingPool",
     "Budget",
@@ -56,7 +58,6 @@ __all__ = [
     "report",
     "run",
     "run_task",
-    "run_task_blocking",
     "stand_alone",
     "take_secret",
 ]

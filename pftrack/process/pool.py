@@ -1,11 +1,11 @@
 """Pools: workers that are kept for the next call, and one more for each that finds none free."""
 
 import asyncio
-import threading
 from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Any
 
+from pftrack.process.background import BackgroundLoop
 from pftrack.process.calls import Fault, Outcome, Refusal, Reply
 from pftrack.process.child import Ending
 from pftrack.process.fork_server import ForkServer
@@ -134,10 +134,7 @@ class BlockingPool:
         """Begin; the arguments are as for `Pool`."""
         self.processes = processes
         self._fork_server = fork_server
-        self._closing = threading.Lock()
-        self._loop = asyncio.new_event_loop()
-        self._thread = threading.Thread(target=self._loop.run_forever, name="pool", daemon=True)
-        self._thread.start()
+        self._loop = BackgroundLoop("pool")
         self._pool = Pool(fork_server, most=processes, kept=processes, budget=budget, prepare=prepare)
 
     def submit(
@@ -150,22 +147,9 @@ class BlockingPool:
             arguments: For it.
             on_step: Is called, by the pool's thread, with all that it tells of how far it is.
         """
-        return asyncio.run_coroutine_threadsafe(self._pool.call(function, *arguments, on_step=on_step), self._loop)
+        return self._loop.submit(self._pool.call(function, *arguments, on_step=on_step))
 
     def close(self) -> None:
         """End all workers, whatever they are doing, and the fork server; not by the pool's own thread."""
-        with self._closing:
-            if self._loop.is_closed():
-                return
-            asyncio.run_coroutine_threadsafe(self._end(), self._loop).result()
-            self._loop.call_soon_threadsafe(self._loop.stop)
-            self._thread.join()
-            self._loop.close()
-            self._fork_server.close()
-
-    async def _end(self) -> None:
-        calls = asyncio.all_tasks() - {asyncio.current_task()}
-        for each in calls:
-            each.cancel()
-        await asyncio.gather(*calls, return_exceptions=True)
-        await self._pool.close()
+        self._loop.close(last=self._pool.close)
+        self._fork_server.close()

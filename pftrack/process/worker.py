@@ -1,10 +1,8 @@
 """Workers: children that answer calls, as their parent sees them; and tasks, each a call to a child of its own."""
 
 import asyncio
-import threading
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Self
 
 from pftrack.process.answers import pack, unpack
@@ -14,7 +12,7 @@ from pftrack.process.fork_server import ForkServer
 from pftrack.process.limits import Budget
 from pftrack.process.pipe import LARGEST_MESSAGE, AsyncEnd
 
-__all__ = ["Worker", "run_task", "run_task_blocking"]
+__all__ = ["Worker", "run_task"]
 
 LOOK_S = 0.1
 LAST_WORDS_S = 5.0
@@ -164,27 +162,3 @@ async def run_task(
         return await worker.call(function, *arguments, on_step=on_step, stopped=stopped)
     finally:
         await worker.close()
-
-
-def run_task_blocking(
-    fork_server: ForkServer,
-    function: Callable[..., Any],
-    *arguments: object,
-    budget: Budget,
-    refusals: tuple[type[Exception], ...] = (),
-    on_step: Callable[[Any], object] = lambda _: None,
-) -> Outcome:
-    """Do what `run_task` does, and wait for it, in a thread whose event loop may run, as that of a notebook does.
-
-    `on_step` is called in another thread. What interrupts the waiting ends the child.
-    """
-    waits = threading.Event()
-    task = run_task(
-        fork_server, function, *arguments, budget=budget, refusals=refusals, on_step=on_step, stopped=waits.is_set
-    )
-    with ThreadPoolExecutor(1, thread_name_prefix="task") as threads:
-        try:
-            return threads.submit(asyncio.run, task).result()
-        except BaseException:
-            waits.set()
-            raise

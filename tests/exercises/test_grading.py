@@ -47,7 +47,7 @@ def graded(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]
         (folder / name).mkdir()
         (folder / name / "mine.py").write_text(text)
     budget = replace(BUDGET, cpu_seconds=3.0, silence_s=30.0, memory_bytes=512 * MEBIBYTE)
-    return dict(grade(submissions_in(folder), read_exercises().exercises, budget=budget))
+    return dict(grade(submissions_in(folder), read_exercises().exercises, budget=budget, jobs=2))
 
 
 def test_points_are_those_of_the_checks(graded: dict[str, dict[str, Any]]) -> None:

@@ -14,6 +14,7 @@ import pytest
 
 from pftrack.process import (
     UNLIMITED,
+    BackgroundLoop,
     BlockingPool,
     Budget,
     CallError,
@@ -26,7 +27,6 @@ from pftrack.process import (
     WorkerLostError,
     report,
     run_task,
-    run_task_blocking,
 )
 from pftrack.process.calls import TELL_S
 from tests.apart import run
@@ -155,11 +155,16 @@ def test_tasks_tell_what_came_of_them(server: ForkServer) -> None:
     assert "may hold what JSON can say" in fault.name
 
 
-def test_who_has_a_loop_may_wait_for_a_task(server: ForkServer) -> None:
-    """In a notebook a loop runs in the very thread that waits."""
+def test_who_has_a_loop_may_wait_for_tasks(server: ForkServer) -> None:
+    """In a notebook a loop runs in the very thread that waits; tasks run side by side, and closing ends them."""
 
     async def wait() -> object:
-        return run_task_blocking(server, len, "four", budget=UNLIMITED)
+        with BackgroundLoop("tasks") as loop:
+            endless = loop.submit(run_task(server, time.sleep, 600, budget=UNLIMITED))
+            answer = loop.submit(run_task(server, len, "four", budget=UNLIMITED)).result(60)
+        with pytest.raises(CancelledError):
+            endless.result(0)
+        return answer
 
     assert run(wait()) == Reply(4)
 
