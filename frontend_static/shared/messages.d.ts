@@ -1,5 +1,14 @@
 // Generated from the server's models by `python -m tools.message_types`; changes here are lost.
 
+/** A number, and the limit that it should stay within. */
+export interface AmountPublic {
+  kind: "amount";
+  title: string;
+  value: number | null;
+  unit: string;
+  limit: number | null;
+}
+
 /** What a person predicts: a number, or the name of a choice. */
 export interface AnswerRequest {
   answer: number | string;
@@ -258,6 +267,15 @@ export interface ComponentPublic {
 export interface ComputingPublic {
   done: number;
   total: number;
+}
+
+/** What several things had their share in, a row each. */
+export interface ContributionsPublic {
+  kind: "contributions";
+  title: string;
+  columns: string[];
+  names: string[];
+  rows: ((number | null)[])[];
 }
 
 /** The control of a parameter, in addition to its declaration. */
@@ -715,6 +733,18 @@ export interface Frames {
   rows: Record<string, unknown>[];
 }
 
+/** The ancestors of the particles of the frame. */
+export interface GenealogyPublic {
+  /** The oldest frame */
+  first: number;
+  /** How many different ancestors there are in each frame from there on */
+  counts: number[];
+  /** The newest frame in which one particle is the ancestor of all */
+  coalesced: number | null;
+  /** The heights of lines, 0 to 1, in each frame; lines meet, never cross */
+  lines: number[][];
+}
+
 /** A point of a mark that a person can drag. */
 export interface Handle {
   name: string;
@@ -731,6 +761,15 @@ export interface HintPublic {
   about: string;
 }
 
+/** Shares found beside shares expected, and the colours of what is counted, as #rrggbb. */
+export interface HistogramsPublic {
+  kind: "histograms";
+  title: string;
+  expected: number[];
+  found: number[];
+  colours: string[];
+}
+
 /** A run that was sent and is being computed, or what came of it. */
 export interface ImportPublic {
   id: string;
@@ -745,6 +784,45 @@ export interface ImportPublic {
   run: string | null;
   /** Why it failed, if it did */
   message: string | null;
+}
+
+/** What is found in the frame that is shown. */
+export interface InspectionPublic {
+  frame: number;
+  /** What was looked at; gone is a particle that has no descendants here */
+  subject: "estimate" | "place" | "particle" | "gone";
+  place: [number, number] | null;
+  /** What the likelihood compares; empty for a tracker that cannot be asked */
+  title: string;
+  /** Whether the likelihood can lie over the picture */
+  has_map: boolean;
+  /** The log likelihoods of the darkest and the lightest colour */
+  scale: [number, number] | null;
+  /** Null where it cannot be asked, or is impossible */
+  log_likelihood: number | null;
+  impossible: boolean;
+  parts: (AmountPublic | ResidualPublic | HistogramsPublic | PatchesPublic | ContributionsPublic)[];
+  state: StateValue[];
+  particle: ParticlePublic | null;
+  /** What the tracker's step of this frame was made of */
+  update: (AmountPublic | ResidualPublic | HistogramsPublic | PatchesPublic | ContributionsPublic)[];
+  genealogy: GenealogyPublic | null;
+}
+
+/** What to look at: a place, a particle, or without either the estimate. It takes the place of what was before. */
+export interface InspectionUpdate {
+  /** Whether the likelihood lies over the picture */
+  likelihood?: boolean;
+  /** Of the picture, px */
+  place?: [number, number] | null;
+  /** Whether the particle nearest to the place is looked at, and followed */
+  picks?: boolean;
+  /** A particle to follow, by its place in its frame */
+  particle?: number | null;
+  /** The frame of the particle; the one that is shown if left out */
+  frame?: number | null;
+  /** Whether the ancestors of all particles are wanted */
+  genealogy?: boolean;
 }
 
 /** An entry of the legend. */
@@ -1037,6 +1115,19 @@ export interface PairedPublic {
   high: number | null;
 }
 
+/** A particle, where it comes from and what became of it. */
+export interface ParticlePublic {
+  particle: number;
+  count: number;
+  weight: number;
+  rank: number;
+  sampler: string;
+  /** Its parent in the frame before, the parent of that, and so on */
+  ancestors: number[];
+  /** How many in each of the frames after, as far as they were computed */
+  descendants: number[];
+}
+
 /** Where two runs part. */
 export interface PartingPublic {
   /** Place of a run in the comparison */
@@ -1045,6 +1136,14 @@ export interface PartingPublic {
   second: number;
   /** The first with other estimates, if only in the last bit */
   frame: number | null;
+}
+
+/** A piece of the picture beside the one expected, as addresses of PNG data; null where it is outside. */
+export interface PatchesPublic {
+  kind: "patches";
+  title: string;
+  expected: string | null;
+  found: string | null;
 }
 
 /** The only thing that a page says on the stream. */
@@ -1249,6 +1348,16 @@ export interface Refused {
   field: string | null;
   bound: string | null;
   value: unknown;
+}
+
+/** A number found beside the one expected, and the standard deviation of their difference. */
+export interface ResidualPublic {
+  kind: "residual";
+  title: string;
+  found: number | null;
+  expected: number | null;
+  sd: number | null;
+  unit: string;
 }
 
 /** One run of a sweep. */
@@ -1693,6 +1802,13 @@ export interface SourceCodeRequest {
   runs: ComparedRun[];
   /** How many frames of each; all if left out */
   frames?: number | null;
+}
+
+/** One coordinate of the state that is looked at. */
+export interface StateValue {
+  name: string;
+  unit: string;
+  value: number | null;
 }
 
 /** Whether a target can be followed, looked at before it is tracked. */

@@ -73,6 +73,7 @@ COLOURS: dict[str, Colour] = {
     "hidden": (128, 128, 128),
     "camera": (72, 72, 72),
     "paper": (255, 255, 255),
+    "inspected": OKABE_ITO["reddish purple"],
     "sure": VIRIDIS[0],
     "unsure": VIRIDIS[-1],
 }

@@ -16,6 +16,7 @@ from pftrack_server.base_path import address_of
 from pftrack_server.errors import ConflictError, NotFoundError
 from pftrack_server.experiments import find_experiment
 from pftrack_server.runs.exports import Subject, file_name
+from pftrack_server.schemas.inspection import InspectionPublic, InspectionUpdate
 from pftrack_server.schemas.messages import SessionPublic
 from pftrack_server.schemas.sessions import (
     BookmarkCreate,
@@ -138,6 +139,12 @@ async def give_truth(
     told = await store_truth(store, tasks, upload, experiment, folder, received)
     await manager.measure_by(session, await asyncio.to_thread(rows_of, store, upload.id, experiment))
     return told
+
+
+@router.put("/{session}/inspection")
+async def inspect(session: ASession, body: InspectionUpdate) -> InspectionPublic:
+    """Look at a place or a particle of the frame that is shown, have it drawn from now on, and tell what is found."""
+    return await session.inspect(body)
 
 
 @router.get("/{session}/frame.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})

@@ -40,6 +40,7 @@ STEERING: Final = (
     "DELETE /api/v1/sessions/{steered}",
     "PATCH /api/v1/sessions/{steered}/parameters",
     "POST /api/v1/sessions/{steered}/transport",
+    "PUT /api/v1/sessions/{steered}/inspection",
     "POST /api/v1/sessions/{steered}/branch",
     "POST /api/v1/sessions/{steered}/branch/{branch}/activate",
     "POST /api/v1/sessions/{steered}/resume",

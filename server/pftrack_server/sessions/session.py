@@ -17,6 +17,7 @@ from pftrack_server.errors import ConflictError, NotFoundError
 from pftrack_server.flat.feed import DrawingFeed
 from pftrack_server.schemas import messages
 from pftrack_server.schemas.description import ExportPublic, SessionDescription
+from pftrack_server.schemas.inspection import InspectionPublic, InspectionUpdate
 from pftrack_server.schemas.panel import PanelValues
 from pftrack_server.schemas.sessions import Changed
 from pftrack_server.schemas.snapshot import Bookmark, Phase
@@ -271,6 +272,15 @@ class Session:
         """Return the current frame as PNG."""
         png: bytes = await self._request(protocol.Picture(), _plain)
         return png
+
+    async def inspect(self, wanted: InspectionUpdate) -> InspectionPublic:
+        """Look at something in the frame that is shown, and have it drawn from now on; return what is found.
+
+        Raises:
+            ParameterError: There is no such thing to look at.
+        """
+        found: InspectionPublic = await self._request(protocol.Inspect(wanted), _plain)
+        return found
 
     async def thumbnail(self) -> bytes | None:
         """Return a picture of about where it is as PNG, or None if there has been none while this server runs."""

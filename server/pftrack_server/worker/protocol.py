@@ -12,6 +12,7 @@ from typing import Any, Literal, TypeAlias
 from pftrack_server.flat.codec import EncodedDrawing
 from pftrack_server.pictures import SceneDrawing
 from pftrack_server.schemas.description import SessionDescription
+from pftrack_server.schemas.inspection import InspectionUpdate
 from pftrack_server.schemas.snapshot import RunSnapshot
 
 __all__ = [
@@ -26,6 +27,7 @@ __all__ = [
     "Failed",
     "Form",
     "Heartbeat",
+    "Inspect",
     "Picture",
     "Progress",
     "Ready",
@@ -166,13 +168,22 @@ class Export:
 
 
 @dataclass(frozen=True, slots=True)
+class Inspect:
+    """Look at something in the frame that is shown, and draw it from now on; answered with what is found."""
+
+    wanted: InspectionUpdate
+
+
+@dataclass(frozen=True, slots=True)
 class Credit:
     """One drawing may be sent in this form; no answer."""
 
     form: Form
 
 
-Command: TypeAlias = Transport | Speed | Restart | Change | Branch | ReviseFilter | Activate | Save | Picture | Export
+Command: TypeAlias = (
+    Transport | Speed | Restart | Change | Branch | ReviseFilter | Activate | Save | Picture | Export | Inspect
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -39,8 +39,10 @@ from pftrack.runs import checkpoint, record
 from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import DEFAULT_LIMITS, open_sequence
 from pftrack_server.schemas.description import SessionDescription
+from pftrack_server.schemas.inspection import InspectionPublic, InspectionUpdate
 from pftrack_server.schemas.snapshot import Goal, Problem, RunSnapshot
 from pftrack_server.worker.description import describe
+from pftrack_server.worker.looking import Looking
 from pftrack_server.worker.protocol import WorkerConfig
 from pftrack_server.worker.timeline_view import threshold_views, timeline_view
 
@@ -87,6 +89,7 @@ class RunTree:
         self._runs: dict[str, Run] = {}  # the one that was active last comes last
         self._left: dict[str, str] = {}
         self.restarts = 0
+        self._looking = Looking()
         self._course: tuple[Timeline | None, dict[str, Any]] = None, {}
         self._legend: tuple[str, dict[tuple[str, Key], None]] = "", {}
         self._measured: tuple[tuple[str, int, int], dict[str, float | int]] = ("", 0, -1), {}
@@ -222,6 +225,8 @@ class RunTree:
         step = self._step_to_draw()
         past = self.run.diagnostics[: step.frame.index + 1]
         drawing = without_faults(self.experiment.draw(step, past, self.other))
+        if self._looking.is_drawn:
+            drawing = self._looking.draw(self.run, drawing)
         drawn = dict.fromkeys(drawn_keys(drawing, self.experiment.layers))
         if self._legend[0] != step.tracker:
             self._legend = step.tracker, {}
@@ -231,6 +236,19 @@ class RunTree:
             self._legend[1].update(drawn)
         legend = sorted({**self._legend[1], **drawn}, key=lambda entry: list(COLOURS).index(entry[1].colour))
         return dataclasses.replace(drawing, legend=tuple(legend))
+
+    def inspect(self, wanted: InspectionUpdate) -> InspectionPublic:
+        """Look at something in the frame that is shown, and draw it from now on.
+
+        Raises:
+            ParameterError: There is no such thing to look at; what was looked at before still is.
+        """
+        image = self.run.current.frame.image_rgb
+        if image is None:
+            step = self._step_to_draw()
+            drawing = self.experiment.draw(step, self.run.diagnostics[: step.frame.index + 1])
+            return self._looking.look(self.run, wanted, (drawing.width, drawing.height))
+        return self._looking.look(self.run, wanted, (image.shape[1], image.shape[0]))
 
     def redraws(self, values: Mapping[str, object]) -> bool:
         """Return whether a change of these shows in the frame that is shown, and not from the next one on."""

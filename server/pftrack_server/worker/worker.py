@@ -37,6 +37,7 @@ from pftrack_server.worker.protocol import (
     Export,
     Form,
     Heartbeat,
+    Inspect,
     Picture,
     Progress,
     Ready,
@@ -293,7 +294,7 @@ class Worker:
 
     def _answer(self, request: Request) -> None:
         # What changes neither the run nor its frame interrupts nothing; any other command ends the way to a goal.
-        looks = isinstance(request.command, Picture | Export | Save | Speed)
+        looks = isinstance(request.command, Picture | Export | Save | Speed | Inspect)
         left = None if looks else self._way
         if left is not None:
             self._way = None
@@ -345,6 +346,10 @@ class Worker:
             case Export(name=name, path=path, plot=plot):
                 self._tree.export(name, Path(path), plot)
                 return None
+            case Inspect(wanted=wanted):
+                found = self._tree.inspect(wanted)
+                self._mark_changed()
+                return found
         self._mark_changed()
         return None
 

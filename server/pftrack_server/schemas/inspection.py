@@ -1,0 +1,136 @@
+"""Looking into the frame that a session shows: what is looked at, and what is found there."""
+
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import BaseModel, Field
+
+from pftrack_server.schemas.body import FrameNumber, RequestBody
+
+__all__ = [
+    "AmountPublic",
+    "ContributionsPublic",
+    "GenealogyPublic",
+    "HistogramsPublic",
+    "InspectionPublic",
+    "InspectionUpdate",
+    "PartPublic",
+    "ParticlePublic",
+    "PatchesPublic",
+    "ResidualPublic",
+    "StateValue",
+]
+
+Pixels = Annotated[float, Field(ge=-100_000, le=100_000, allow_inf_nan=False)]
+
+
+class InspectionUpdate(RequestBody):
+    """What to look at: a place, a particle, or without either the estimate. It takes the place of what was before."""
+
+    likelihood: bool = Field(False, description="Whether the likelihood lies over the picture")
+    place: tuple[Pixels, Pixels] | None = Field(None, description="Of the picture, px")
+    picks: bool = Field(False, description="Whether the particle nearest to the place is looked at, and followed")
+    particle: int | None = Field(None, ge=0, description="A particle to follow, by its place in its frame")
+    frame: FrameNumber | None = Field(None, description="The frame of the particle; the one that is shown if left out")
+    genealogy: bool = Field(False, description="Whether the ancestors of all particles are wanted")
+
+
+class AmountPublic(BaseModel):
+    """A number, and the limit that it should stay within."""
+
+    kind: Literal["amount"] = "amount"
+    title: str
+    value: float | None
+    unit: str
+    limit: float | None
+
+
+class ResidualPublic(BaseModel):
+    """A number found beside the one expected, and the standard deviation of their difference."""
+
+    kind: Literal["residual"] = "residual"
+    title: str
+    found: float | None
+    expected: float | None
+    sd: float | None
+    unit: str
+
+
+class HistogramsPublic(BaseModel):
+    """Shares found beside shares expected, and the colours of what is counted, as #rrggbb."""
+
+    kind: Literal["histograms"] = "histograms"
+    title: str
+    expected: list[float]
+    found: list[float]
+    colours: list[str]
+
+
+class PatchesPublic(BaseModel):
+    """A piece of the picture beside the one expected, as addresses of PNG data; null where it is outside."""
+
+    kind: Literal["patches"] = "patches"
+    title: str
+    expected: str | None
+    found: str | None
+
+
+class ContributionsPublic(BaseModel):
+    """What several things had their share in, a row each."""
+
+    kind: Literal["contributions"] = "contributions"
+    title: str
+    columns: list[str]
+    names: list[str]
+    rows: list[list[float | None]]
+
+
+PartPublic: TypeAlias = AmountPublic | ResidualPublic | HistogramsPublic | PatchesPublic | ContributionsPublic
+
+
+class StateValue(BaseModel):
+    """One coordinate of the state that is looked at."""
+
+    name: str
+    unit: str
+    value: float | None
+
+
+class ParticlePublic(BaseModel):
+    """A particle, where it comes from and what became of it."""
+
+    particle: int
+    count: int
+    weight: float
+    rank: int
+    sampler: str
+    ancestors: list[int] = Field(description="Its parent in the frame before, the parent of that, and so on")
+    descendants: list[int] = Field(description="How many in each of the frames after, as far as they were computed")
+
+
+class GenealogyPublic(BaseModel):
+    """The ancestors of the particles of the frame."""
+
+    first: int = Field(description="The oldest frame")
+    counts: list[int] = Field(description="How many different ancestors there are in each frame from there on")
+    coalesced: int | None = Field(description="The newest frame in which one particle is the ancestor of all")
+    lines: list[list[float]] = Field(description="The heights of lines, 0 to 1, in each frame; lines meet, never cross")
+
+
+class InspectionPublic(BaseModel):
+    """What is found in the frame that is shown."""
+
+    frame: int
+    subject: Literal["estimate", "place", "particle", "gone"] = Field(
+        description="What was looked at; gone is a particle that has no descendants here"
+    )
+    place: tuple[float, float] | None
+    title: str = Field(description="What the likelihood compares; empty for a tracker that cannot be asked")
+    has_map: bool = Field(description="Whether the likelihood can lie over the picture")
+    scale: tuple[float, float] | None = Field(description="The log likelihoods of the darkest and the lightest colour")
+    log_likelihood: float | None = Field(description="Null where it cannot be asked, or is impossible")
+    impossible: bool
+    parts: list[PartPublic]
+    state: list[StateValue]
+    particle: ParticlePublic | None
+    update: list[PartPublic] = Field(description="What the tracker's step of this frame was made of")
+    genealogy: GenealogyPublic | None
