@@ -50,7 +50,11 @@ HOMONYMS = {
 """Names of parameters that are names of something general as well."""
 
 PLACES = {
+    ("pftrack/counterfactuals/alternatives.py", "resampling"): "a role of parameters",
+    ("pftrack/counterfactuals/alternatives.py", "sharpness"): "a role of parameters",
     ("pftrack/model/glossary.py", "resampling"): "a word of the field",
+    ("pftrack/model/parameters.py", "resampling"): "a role of parameters",
+    ("pftrack/model/parameters.py", "sharpness"): "a role of parameters",
     ("pftrack/model/marks/body.py", "head"): "the front end of a body",
     ("pftrack/likelihoods/__init__.py", "histogram"): "a likelihood, by the field's name for it",
     ("pftrack/lessons/figure.py", "histogram"): "a kind of trace, by the field's name for it",

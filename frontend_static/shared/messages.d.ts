@@ -302,7 +302,7 @@ export interface Declaration {
   live: boolean;
   group: string;
   trackers: string[];
-  role: "" | "particles" | "threshold" | "loss_share" | "drawing";
+  role: "" | "particles" | "threshold" | "noise" | "memory" | "sharpness" | "resampling" | "world" | "loss_share" | "drawing";
   threshold_of: string;
   sets: number;
   accept: string;

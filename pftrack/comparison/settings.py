@@ -52,7 +52,7 @@ def settings(runs: Sequence[Run], alignment: Alignment) -> tuple[Setting, ...]:
         Setting("experiment", "Experiment", tuple(run.experiment.title for run in runs)),
         *_of_recordings(runs),
         Setting("tracker", "Tracker", tuple(map(_trackers, runs, spans))),
-        Setting("seed", "Seed", tuple(str(run.seed) for run in runs)),
+        Setting("seed", "Seed", tuple(map(_seeds, runs, spans))),
         *_of_parameters(runs, spans),
     )
     return tuple(row for row in rows if len(set(row.values)) > 1)
@@ -71,6 +71,11 @@ def _of_recordings(runs: Sequence[Run]) -> Iterator[Setting]:
 def _trackers(run: Run, span: tuple[int, int]) -> str:
     titles = {name: tracker.title for name, tracker in run.experiment.trackers.items()}
     return _over_time(_course(((it.start, titles[it.tracker]) for it in run.timeline.segments), span), str)
+
+
+def _seeds(run: Run, span: tuple[int, int]) -> str:
+    seeds = ((it.start, run.seed if it.seed is None else it.seed) for it in run.timeline.segments)
+    return _over_time(_course(seeds, span), str)
 
 
 def _of_parameters(runs: Sequence[Run], spans: Sequence[tuple[int, int]]) -> Iterator[Setting]:

@@ -146,6 +146,12 @@ GLOSSARY = (
             Term("axis", "a parameter that a sweep varies"),
             Term("condition", "one combination of the values of all axes"),
             Term("trial", "one of several seeds of a condition"),
+            Term("ensemble", "runs of the same settings that differ in nothing but their seeds", ("other seeds",)),
+            Term(
+                "counterfactual",
+                "what would have become of a run with one thing otherwise, found by repeating it with that change",
+                ("counterfactuals", "what if"),
+            ),
             Term("map", "a number for every condition, drawn over two axes"),
             Term("reproduction", "a published result, computed again"),
             Term("finding", "one line of a reproduction: their number, our number, and whether they agree"),

@@ -32,11 +32,18 @@ __all__ = [
 
 Value: TypeAlias = bool | int | float | str
 
-Role: TypeAlias = Literal["", "particles", "threshold", "loss_share", "drawing"]
+Role: TypeAlias = Literal[
+    "", "particles", "threshold", "noise", "memory", "sharpness", "resampling", "world", "loss_share", "drawing"
+]
 """What general code may know of a parameter without knowing its name.
 
 - "particles": a number of particles; limits on particles hold for it, and a cost may be plotted over it.
 - "threshold": a limit of the series that the parameter is a threshold of; it is drawn beside that series.
+- "noise": how far a tracker takes the target, or a measurement, to stray: a deviation, a variance or a bound.
+- "memory": how long a tracker holds on to what was: a share kept from frame to frame, or a number of frames.
+- "sharpness": how much more likely a good match is than a poor one.
+- "resampling": how or when particles are drawn anew.
+- "world": of the scene and not of the tracker: how hard it is, such as the width of an occluder or the light.
 - "loss_share": the share of a run's frames that may be lost in a success.
 - "drawing": what is drawn and nothing else; a change of it shows at once, also of a frame that is computed already.
 """

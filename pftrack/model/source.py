@@ -29,15 +29,24 @@ class History(Generic[P_co]):
                 return parameters
         raise IndexError(f"a history begins at frame 0, got {frame}")
 
-    def spans(self, frame: int) -> list[tuple[int, P_co]]:
-        """Return how many of the steps 1..frame each of the parameters governed."""
+    def spans(self, frame: int, *names: str) -> list[tuple[int, P_co]]:
+        """Return how many of the steps 1..frame each of the parameters governed.
+
+        Args:
+            frame: The last step.
+            names: Of the parameters that matter; spans that follow each other and have these alike are one. So what
+                adds up over them is the same, to the bit, where only others were changed, as those of the tracker.
+        """
         starts = [max(start, 1) for start, _ in self.segments if start <= frame]
         ends = [*starts[1:], frame + 1]
-        return [
-            (end - start, parameters)
-            for start, end, (_, parameters) in zip(starts, ends, self.segments, strict=False)
-            if end > start
-        ]
+        joined: list[tuple[int, P_co]] = []
+        for start, end, (_, parameters) in zip(starts, ends, self.segments, strict=False):
+            before = joined[-1] if joined else None
+            if before and names and all(getattr(before[1], name) == getattr(parameters, name) for name in names):
+                joined[-1] = before[0] + end - start, before[1]
+            elif end > start:
+                joined.append((end - start, parameters))
+        return joined
 
 
 class Source(Protocol[P_contra]):

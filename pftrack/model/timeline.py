@@ -1,4 +1,4 @@
-"""Timelines: which parameters and which tracker are in force in which frame of a run.
+"""Timelines: which parameters, tracker and random numbers are in force in which frame of a run.
 
 A timeline is a value: a change makes another timeline, or is refused whole, and what two branches share is shared.
 """
@@ -11,10 +11,14 @@ from pydantic import Field
 
 from pftrack.model.parameters import ParameterError, Parameters, declarations, flat, revise
 from pftrack.model.source import History
+from pftrack.numerics.random import LARGEST_SEED
 
-__all__ = ["LONGEST_RUN", "Change", "Timeline", "check_tracker"]
+__all__ = ["LONGEST_RUN", "NO_PARAMETERS", "Change", "Timeline", "check_tracker", "parameter_values"]
 
 LONGEST_RUN = 1_000_000
+
+NO_PARAMETERS = frozenset({"tracker", "seed"})
+"""What a change may name beside parameters."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +27,8 @@ class Change:
 
     Attributes:
         frame: The first frame computed with them.
-        values: By parameter name; `tracker` names the tracker.
+        values: By parameter name; `tracker` names the tracker, and `seed` is that of the tracker's random numbers from
+            this frame on. The scene keeps the seed of the run: what the tracker looks at is the same.
     """
 
     frame: Annotated[int, Field(ge=0, le=10 * LONGEST_RUN)]
@@ -32,11 +37,12 @@ class Change:
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """Parameters and tracker in force from a frame on."""
+    """What is in force from a frame on; the seed is None for that of the run."""
 
     start: int
     parameters: Any
     tracker: str
+    seed: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +84,10 @@ class Timeline:
         """Return the name of the tracker that computes a frame."""
         return self._segment(frame).tracker
 
+    def seed_at(self, frame: int) -> int | None:
+        """Return the seed of the tracker's random numbers in a frame; None for that of the run."""
+        return self._segment(frame).seed
+
     def insert(self, change: Change) -> "Timeline":
         """Return the timeline with a further change at its place; what is to change later stays.
 
@@ -114,6 +124,19 @@ def check_tracker(trackers: Collection[str], name: object) -> str:
     return name
 
 
+def parameter_values(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return those values of a change that are of parameters."""
+    return {name: value for name, value in values.items() if name not in NO_PARAMETERS}
+
+
+def _check_seed(frame: int, seed: object) -> int:
+    if frame == 0:
+        raise ParameterError("seed", seed, "that of the run in frame 0, and can change in a later frame only")
+    if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed <= LARGEST_SEED:
+        raise ParameterError("seed", seed, f"a whole number between 0 and {LARGEST_SEED}")
+    return seed
+
+
 def _timeline(changes: tuple[Change, ...], segments: tuple[Segment, ...], trackers: tuple[str, ...]) -> Timeline:
     history = History(tuple((segment.start, segment.parameters) for segment in segments))
     return Timeline(changes, segments, trackers, history)
@@ -126,19 +149,22 @@ def _append(timeline: Timeline, change: Change) -> Timeline:
     newest = timeline.segments[-1]
     given = dict(change.values)
     tracker = check_tracker(timeline.trackers, given.pop("tracker", newest.tracker))
+    seed = _check_seed(change.frame, given.pop("seed")) if "seed" in given else newest.seed
     revised = revise(newest.parameters, given)
     if change.frame > 0:
         _check_live(newest.parameters, given)
     values = {name: value for name, value in flat(revised).items() if name in given}
     if "tracker" in change.values:
         values["tracker"] = tracker
+    if seed is not None and "seed" in change.values:
+        values["seed"] = seed
     segments, changes = timeline.segments, timeline.changes
     if newest.start == change.frame:
         segments = segments[:-1]
     if changes and changes[-1].frame == change.frame:
         values = {**changes[-1].values, **values}
         changes = changes[:-1]
-    added = Segment(change.frame, revised, tracker)
+    added = Segment(change.frame, revised, tracker, seed)
     return _timeline((*changes, Change(change.frame, values)), (*segments, added), timeline.trackers)
 
 

@@ -18,6 +18,7 @@ __all__ = [
     "dependent_mean_interval",
     "fisher_exact",
     "holm",
+    "mcnemar",
     "paired_mean_interval",
     "paired_rate_interval",
     "rank_sum",
@@ -232,6 +233,27 @@ def fisher_exact(
                 known[key] = float(scipy.stats.fisher_exact(table).pvalue)
             p_values[place] = known[key]
     return p_values
+
+
+def mcnemar(only_first: ArrayLike, only_second: ArrayLike) -> NDArray[np.float64]:
+    """Return two-sided p-values of McNemar's exact test: did one method succeed more often in the same trials?
+
+    Trials in which both succeeded, or neither, say nothing about which is better. Of the others, each is a toss of a
+    fair coin if the methods are equal, so that the number which one of them won is binomial (McNemar 1947; the exact
+    form: Mosteller 1952). Conditions of use: independent pairs; exact for any counts. Without any such pair p is 1.
+
+    Args:
+        only_first: Pairs in which the first method alone succeeded, any shape.
+        only_second: Pairs in which the second alone did, same shape.
+
+    Raises:
+        ValueError: A count is negative.
+    """
+    first, second = np.broadcast_arrays(np.asarray(only_first, np.int64), np.asarray(only_second, np.int64))
+    if (first < 0).any() or (second < 0).any():
+        raise ValueError("counts of pairs must not be negative")
+    tail = scipy.stats.binom.cdf(np.minimum(first, second), first + second, 0.5)
+    return np.asarray(np.minimum(2.0 * tail, 1.0), np.float64)
 
 
 def rank_sum(first: ArrayLike, second: ArrayLike) -> RankSum:

@@ -9,7 +9,6 @@ and repeats the few steps from there, to the same numbers. A change of a paramet
 past is the past, and a change to it makes a `branch`.
 """
 
-import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from os import PathLike
 from pathlib import Path
@@ -26,7 +25,7 @@ from pftrack.model.diagnostics import Diagnostics, diagnose
 from pftrack.model.export import Exported
 from pftrack.model.frame import Frame
 from pftrack.model.measures import EvaluatedRun, evaluate
-from pftrack.model.parameters import ParameterError, Parameters, flat, with_role
+from pftrack.model.parameters import ParameterError, flat, with_role
 from pftrack.model.recipe import Recipe
 from pftrack.model.timeline import LONGEST_RUN, Change, Timeline
 from pftrack.model.tracker import TrackState
@@ -34,7 +33,7 @@ from pftrack.numerics.random import LARGEST_KEY, LARGEST_SEED, Purpose, Stream
 from pftrack.runs.checkpoint import Checkpoint
 from pftrack.runs.keyframes import Keyframes
 from pftrack.runs.measurements import measurements
-from pftrack.runs.scoring import allowed_loss, estimates_hash, evaluated_run, judge
+from pftrack.runs.scoring import allowed_loss, estimates_hash, evaluated_run, judge, judge_state
 from pftrack.runs.summary import Summary
 
 if TYPE_CHECKING:
@@ -149,6 +148,11 @@ class Run:
         """Return the name of the tracker that computes a frame."""
         return self.timeline.tracker_at(frame)
 
+    def seed_at(self, frame: int) -> int:
+        """Return the seed of the tracker's random numbers in a frame: the run's, unless a change has set another."""
+        changed = self.timeline.seed_at(frame)
+        return self.seed if changed is None else changed
+
     def advance(self) -> Step:
         """Compute the next frame and return it.
 
@@ -220,7 +224,8 @@ class Run:
         """Change parameters from the next frame on; what is only drawn, in the past as well and in the last frame.
 
         Args:
-            values: By name; `tracker` names a tracker, which takes over from the present state.
+            values: By name; `tracker` names a tracker, which takes over from the present state, and `seed` is that of
+                its random numbers.
 
         Returns:
             The change as it stands on the timeline.
@@ -327,7 +332,7 @@ class Run:
     def _agrees(self, checkpoint: Checkpoint, index: int) -> bool:
         following = index + 1
         tracker = self.experiment.trackers[self.tracker_at(following)]
-        rng = Stream(self.seed, following, Purpose.TRACK)
+        rng = Stream(self.seed_at(following), following, Purpose.TRACK)
         try:
             state = tracker.step(checkpoint.states[index], self._frame(following), self.parameters_at(following), rng)
         except Exception:  # noqa: BLE001 - it was made for another version, and may fail in any way
@@ -459,7 +464,7 @@ class Run:
             rng = Stream(self.seed, index, Purpose.START)
             state = tracker.start(self.source.start, frame, parameters, rng)
         else:
-            rng = Stream(self.seed, index, Purpose.TRACK)
+            rng = Stream(self.seed_at(index), index, Purpose.TRACK)
             state = tracker.step(previous, frame, parameters, rng)
         step_ms = 1e3 * (perf_counter() - begun)
         if index < len(self.diagnostics):
@@ -467,7 +472,7 @@ class Run:
         row = diagnose(
             frame,
             state,
-            self._judge(frame, state, parameters),
+            judge_state(self.experiment, state, frame.target, parameters),
             step_ms,
             scale=self.experiment.scale,
             searching=tracker.searching(state) if tracker.searching else None,
@@ -480,19 +485,6 @@ class Run:
     def _beside(self, frame: Frame, state: TrackState) -> Callable[[], float] | None:
         beside, parameters = self.setup.beside, self.parameters_at(frame.index)
         return None if beside is None else lambda: beside(frame, state, parameters)
-
-    def _judge(self, frame: Frame, state: TrackState, parameters: Parameters) -> tuple[float | None, bool | None]:
-        """Return error and verdict of a frame, None where the truth is unknown or there is no notion of lost."""
-        if frame.target is None:
-            return None, None
-        error = float(self.experiment.error(state.estimate, frame.target.position))
-        if math.isnan(error):  # of an estimate that is not finite: NaN would count as an unknown truth
-            error = math.inf
-        missed = self.experiment.missed(state, frame.target) if self.experiment.missed else None
-        if missed is not None:
-            return error, bool(missed)
-        judged = self.experiment.lost
-        return error, bool(judged(error, frame.target.size, parameters)) if judged else None
 
     def _make_step(self, index: int, state: TrackState, frame: Frame | None = None) -> Step:
         row, name = self.diagnostics[index], self.tracker_at(index)

@@ -1,18 +1,33 @@
 """Verdicts: what a whole run comes to, judged by the frames whose truth is known."""
 
 import hashlib
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.experiment import Experiment
 from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.frame import Frame, Target
 from pftrack.model.measures import EvaluatedRun, Measure, is_success
 from pftrack.model.parameters import Parameters, with_role
 from pftrack.model.series import Series, columns, reduce
+from pftrack.model.tracker import TrackState
 
-__all__ = ["Verdict", "allowed_loss", "estimates_hash", "evaluated_run", "extent_series", "judge", "reductions"]
+__all__ = [
+    "Verdict",
+    "allowed_loss",
+    "estimates_hash",
+    "evaluated_run",
+    "extent_series",
+    "judge",
+    "judge_estimates",
+    "judge_state",
+    "reductions",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +49,55 @@ class Verdict:
     success_measure: str | None
     lost_frames: int | None
     first_lost_frame: int | None
+
+
+def judge_state(
+    experiment: Experiment,
+    state: TrackState,
+    target: Target | None,
+    parameters: Any,  # noqa: ANN401 - the experiment's own model
+) -> tuple[float | None, bool | None]:
+    """Return error and verdict of a frame, None where the truth is unknown or there is no notion of lost."""
+    if target is None:
+        return None, None
+    error = float(experiment.error(state.estimate, target.position))
+    if math.isnan(error):  # of an estimate that is not finite: NaN would count as an unknown truth
+        error = math.inf
+    missed = experiment.missed(state, target) if experiment.missed else None
+    if missed is not None:
+        return error, bool(missed)
+    judged = experiment.lost
+    return error, bool(judged(error, target.size, parameters)) if judged else None
+
+
+def judge_estimates(
+    experiment: Experiment,
+    estimates: NDArray[np.float64],
+    frames: Sequence[Frame],
+    parameters: Any,  # noqa: ANN401 - the experiment's own model
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return what `judge_state` says of each of many estimates, where `lost` alone decides.
+
+    Args:
+        experiment: One without `missed`.
+        estimates: (L, d).
+        frames: The L frames.
+        parameters: In force in all of them.
+
+    Returns:
+        Errors (L,), and 1 where the target is lost, else 0 (L,); NaN where the truth is unknown.
+    """
+    positions, sizes = np.full((len(frames), estimates.shape[1]), np.nan), np.zeros(len(frames))
+    for place, frame in enumerate(frames):
+        if frame.target is not None:
+            positions[place], sizes[place] = frame.target.position, frame.target.size
+    known = np.isfinite(positions).all(axis=1)
+    errors = np.asarray(experiment.error(estimates, positions), np.float64)
+    errors = np.where(known & np.isnan(errors), np.inf, errors)
+    lost = np.full(len(frames), np.nan)
+    if experiment.lost is not None:
+        lost[known] = np.asarray(experiment.lost(errors, sizes, parameters))[known]
+    return errors, lost
 
 
 def judge(course: EvaluatedRun, decisive: Measure, allowed_share: float) -> Verdict:

@@ -67,7 +67,7 @@ class BallSceneParameters(OverlayParameters):
         group=GROUP,
     )
     period_s: float = parameter(
-        1, "Period", "Time to the other side and back.", unit="s", ge=0.1, le=60, step=0.1, group=GROUP
+        1, "Period", "Time to the other side and back.", unit="s", ge=0.1, le=60, step=0.1, group=GROUP, role="world"
     )
     frame_rate_hz: float = parameter(
         30,
@@ -88,6 +88,7 @@ class BallSceneParameters(OverlayParameters):
         le=100,
         step=1,
         group=GROUP,
+        role="world",
     )
     clutter_count: int = parameter(
         0,
@@ -97,6 +98,7 @@ class BallSceneParameters(OverlayParameters):
         le=MOST_CLUTTER,
         step=1,
         group=GROUP,
+        role="world",
     )
     ball_colour: str = parameter(
         "#c83232", "Ball colour", "Colour of the ball and of its look-alikes.", colour=True, group=GROUP
@@ -145,7 +147,7 @@ class BallSource:
     def frame(self, index: int, history: History[BallSceneParameters]) -> Frame:
         """Return the scene at an instant; the same arguments give the same frame, to the bit."""
         parameters = history.at(index)
-        spans = history.spans(index)
+        spans = history.spans(index, "frame_rate_hz", "period_s")
         turns = sum(steps / (past.frame_rate_hz * past.period_s) for steps, past in spans)
         time_s = sum(steps / past.frame_rate_hz for steps, past in spans)
         image = _picture(parameters, turns, (*self._look_alikes, *_clutter(parameters, self._chances)))

@@ -64,6 +64,7 @@ class LawnSceneParameters(Parameters):
         le=1,
         step=0.01,
         group=GROUP,
+        role="world",
     )
     occlusion_width_px: float = occlusion_width(46)
     occlusion_offset_px: float = parameter(
@@ -90,6 +91,7 @@ class LawnSceneParameters(Parameters):
         le=0.9,
         step=0.01,
         group=GROUP,
+        role="world",
     )
     image_noise_sd: float = parameter(
         4,
@@ -100,6 +102,7 @@ class LawnSceneParameters(Parameters):
         le=100,
         step=1,
         group=GROUP,
+        role="world",
     )
 
 

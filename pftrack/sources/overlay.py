@@ -44,6 +44,7 @@ def occlusion_width(default: float) -> Any:  # noqa: ANN401 - a field declaratio
         le=640,
         step=1,
         group=GROUP,
+        role="world",
     )
 
 
@@ -58,6 +59,7 @@ def distracter_radius(default: float) -> Any:  # noqa: ANN401 - a field declarat
         le=100,
         step=1,
         group=GROUP,
+        role="world",
     )
 
 

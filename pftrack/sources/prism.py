@@ -100,6 +100,7 @@ class PrismParameters(Parameters):
         le=10,
         step=0.1,
         group=MOTION,
+        role="world",
     )
     pitch_amplitude_deg: float = parameter(
         20, "Nod", "How far it turns about the horizontal axis.", unit="°", ge=0, le=60, step=1, group=MOTION
@@ -142,6 +143,7 @@ class PrismParameters(Parameters):
         le=50,
         step=0.1,
         group=CAMERA,
+        role="world",
     )
     hidden_noise_px: float = parameter(
         100,
@@ -152,6 +154,7 @@ class PrismParameters(Parameters):
         le=500,
         step=1,
         group=CAMERA,
+        role="world",
     )
 
 
@@ -218,7 +221,7 @@ class PrismSource:
 
     def sight(self, index: int, history: History[PrismParameters]) -> Sight:
         """Return a frame; the phase of the motion adds up over the history, so that a change makes no jump."""
-        phase = sum(steps * past.speed for steps, past in history.spans(index)) / FRAMES
+        phase = sum(steps * past.speed for steps, past in history.spans(index, "speed")) / FRAMES
         return sight(self._seed, index, history.at(index), phase)
 
 

@@ -41,6 +41,7 @@ class SignalParameters(Parameters):
         le=10,
         step=0.01,
         group=GROUP,
+        role="world",
     )
 
 

@@ -16,12 +16,14 @@ experiment that keeps them works everywhere. Its tests need a few lines for that
 - `likelihoods`: asked at any state, they say what the filter weighs its particles by;
 - `marks`: the kinds of mark that it takes describe themselves, and refuse what is none;
 - `recordings`: a film of its own scene is tracked from a mark, as an upload is;
+- `counterfactuals`: other seeds from a frame on are branches with these, and all changes can be computed;
 - `failures`: each that it declares still fails in its own way, and its cure cures;
 - `drawings`: they are finite, within reach of the picture, on declared layers and stable from frame to frame.
 """
 
 from pftrack.experiment import Experiment
 from pftrack.testing import (
+    counterfactuals,
     coverage,
     declarations,
     drawings,
@@ -45,7 +47,17 @@ def experiment_checks(experiment: Experiment, *, thorough: bool = False) -> tupl
         thorough: Whether bands are measured over forty seeds of the default scene and of the presets that the
             calibration names as well, which takes minutes.
     """
-    families = declarations, numbers, repeatability, likelihoods, marks, recordings, failures, drawings
+    families = (
+        declarations,
+        numbers,
+        repeatability,
+        likelihoods,
+        counterfactuals,
+        marks,
+        recordings,
+        failures,
+        drawings,
+    )
     others = (check for family in families for check in family.checks(experiment))
     return (*others, *coverage.checks(experiment, thorough=thorough))
 

@@ -43,6 +43,7 @@ def resampling_threshold(*, group: str, trackers: tuple[str, ...]) -> Any:  # no
         step=0.05,
         group=group,
         trackers=trackers,
+        role="resampling",
     )
 
 
@@ -99,6 +100,7 @@ def diffusion_scale(*, trackers: tuple[str, ...]) -> Any:  # noqa: ANN401
         step=0.05,
         group=LEARNED_MOTION,
         trackers=trackers,
+        role="noise",
     )
 
 

@@ -49,6 +49,7 @@ class SignalTrackerParameters(Parameters):
         le=1,
         step=0.0005,
         group=GROUP,
+        role="noise",
     )
     assumed_noise_sd: float = parameter(
         0.1,
@@ -58,6 +59,7 @@ class SignalTrackerParameters(Parameters):
         le=10,
         step=0.01,
         group=GROUP,
+        role="noise",
     )
     initial_sd: float = parameter(
         0,

@@ -4,6 +4,7 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack.failures import Entry, entry, gallery
 from pftrack.model.failure import KINDS
 from pftrack.model.parameters import Value, declarations, flat, revise
+from pftrack.model.timeline import parameter_values
 from pftrack_server.errors import NotFoundError
 from pftrack_server.schemas.failures import DifferencePublic, FailureNeighbour, FailurePublic
 
@@ -63,7 +64,7 @@ def _differences(shown: Entry) -> list[DifferencePublic]:
     failure, experiment = shown.failure, shown.experiment
     parameters = experiment.simulate().parameters
     before, after = (
-        flat(revise(parameters, {name: value for name, value in values.items() if name != "tracker"}))
+        flat(revise(parameters, parameter_values(values)))
         for values in (failure.parameters, {**failure.parameters, **failure.cure.values})
     )
     found = [

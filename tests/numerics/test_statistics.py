@@ -11,6 +11,7 @@ from pftrack.numerics.statistics import (
     dependent_mean_interval,
     fisher_exact,
     holm,
+    mcnemar,
     paired_mean_interval,
     paired_rate_interval,
     rank_sum,
@@ -121,6 +122,26 @@ def test_rank_sum_of_nothing_is_not_applicable() -> None:
     for first, second in (([], [1.0]), ([np.nan], [1.0]), ([1.0], [])):
         found = rank_sum(first, second)
         assert np.isnan([found.p_value, found.superiority, found.rank_biserial]).all()
+
+
+def test_mcnemar_gives_the_known_values() -> None:
+    """Of n pairs in which one method alone won, k or fewer for either: twice the sum of the binomials over 2^n."""
+    p = mcnemar([0, 1, 0, 5, 2, 9], [0, 0, 6, 5, 10, 0])
+    assert p == pytest.approx([1.0, 1.0, 2 / 2**6, 1.0, 2 * (1 + 12 + 66) / 2**12, 2 / 2**9], rel=1e-12)
+
+
+@given(st.integers(0, 60), st.integers(0, 60))
+def test_mcnemar_is_the_binomial_test_of_a_fair_coin(won: int, lost: int) -> None:
+    """It agrees with SciPy's, and neither method is favoured."""
+    expected = stats.binomtest(won, won + lost, 0.5).pvalue if won + lost else 1.0
+    assert float(mcnemar(won, lost)) == pytest.approx(expected, rel=1e-9)
+    assert float(mcnemar(lost, won)) == float(mcnemar(won, lost))
+
+
+def test_mcnemar_refuses_negative_counts() -> None:
+    """They are a mistake of the caller."""
+    with pytest.raises(ValueError, match="must not be negative"):
+        mcnemar(-1, 2)
 
 
 def test_holm_gives_the_known_values() -> None:

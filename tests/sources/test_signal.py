@@ -38,5 +38,17 @@ def test_history_gives_what_was_in_force() -> None:
     assert history.spans(3) == [(3, old)]
     assert history.spans(7) == [(4, old), (3, new)]
     assert history.spans(0) == []
+
+
+def test_spans_in_which_what_matters_is_alike_are_one() -> None:
+    """What adds up over them is then the same whether another parameter was changed in between or not."""
+    slow, still, other = (
+        revise(SineParameters(), {"observation_noise_sd": sd, "sample_count": count})
+        for sd, count in ((0.1, 50), (0.1, 60), (0.2, 60))
+    )
+    history = History(((0, slow), (4, still), (6, other)))
+    assert history.spans(7, "observation_noise_sd") == [(5, slow), (2, other)]
+    assert history.spans(7, "waveform", "dimension") == [(7, slow)]
+    assert history.spans(7) == [(3, slow), (2, still), (2, other)]
     with pytest.raises(IndexError):
         history.at(-1)

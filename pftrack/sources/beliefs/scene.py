@@ -40,7 +40,7 @@ class ExampleParameters(SelectionParameters):
         ge=1, le=10_000, step=1, live=False, group=GROUP, role="particles", sets=2)
     example_error_px: float = parameter(
         4, "Error", "Standard deviation of the estimate's error, and of the particles.",
-        unit="px", ge=0.1, le=50, step=0.1, group=GROUP)
+        unit="px", ge=0.1, le=50, step=0.1, group=GROUP, role="world")
     confuse_numbers: bool = parameter(
         False, "Confuse numbers", "Whether the two targets have each other's number after they met.",
         group=GROUP)

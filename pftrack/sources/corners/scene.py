@@ -39,15 +39,15 @@ class CornerSceneParameters(DetectorParameters, SelectionParameters):
         ge=0, le=12, step=1, live=False, group=WALL_GROUP)
     image_noise_sd: float = parameter(
         5, "Picture noise", "Standard deviation of the noise of each pixel, in grey levels.",
-        ge=0, le=40, step=0.5, group=LIGHT)
+        ge=0, le=40, step=0.5, group=LIGHT, role="world")
     gain_jump: float = parameter(
         0.11, "Jump of the light", "By how much of itself the light is now and then stronger or weaker for a frame.",
-        ge=0, le=0.5, step=0.01, group=LIGHT)
+        ge=0, le=0.5, step=0.01, group=LIGHT, role="world")
     gain_jump_share: float = parameter(
         0.12, "Share of frames with a jump", "How often the light jumps.", ge=0, le=1, step=0.01, group=LIGHT)
     scene_speed: float = parameter(
         1, "Speed", "How fast wall, book and box move, relative to the sequence of the study.",
-        ge=0, le=4, step=0.1, group=MOTION)
+        ge=0, le=4, step=0.1, group=MOTION, role="world")
     # fmt: on
 
 

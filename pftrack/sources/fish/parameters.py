@@ -58,4 +58,5 @@ class FishSceneParameters(OverlayParameters):
         le=60,
         step=1,
         group=TANK,
+        role="world",
     )

@@ -21,7 +21,7 @@ class HandSceneParameters(OverlayParameters):
         live=False, group=HAND)
     speed: float = parameter(
         1.0, "Speed", "How fast it does that; at 1 a motion takes 24 to 30 frames.",
-        ge=0.25, le=4, step=0.25, live=False, group=HAND)
+        ge=0.25, le=4, step=0.25, live=False, group=HAND, role="world")
     passes: int = parameter(
         1, "Passes", "How often the motion is gone through, forwards and backwards in turn.",
         ge=1, le=40, step=1, live=False, group=HAND)
@@ -40,10 +40,10 @@ class HandSceneParameters(OverlayParameters):
         ge=0, le=0.2, step=0.01, live=False, group=HAND)
     edge_noise_px: float = parameter(
         0.6, "Edge noise", "Standard deviation of where the edge of the silhouette is seen.",
-        unit="px", ge=0, le=4, step=0.1, group=CAMERA)
+        unit="px", ge=0, le=4, step=0.1, group=CAMERA, role="world")
     image_noise_sd: float = parameter(
         0, "Pixel noise", "Standard deviation of the noise on every pixel.",
-        unit="grey levels", ge=0, le=60, step=1, group=CAMERA)
+        unit="grey levels", ge=0, le=60, step=1, group=CAMERA, role="world")
     flash_every: int = parameter(
         0, "Flashes", "Every how many frames one is all white, as by a flash of light; 0 for none.",
         unit="frames", ge=0, le=100, step=1, group=CAMERA)

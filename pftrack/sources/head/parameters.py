@@ -37,6 +37,7 @@ class HeadSceneParameters(Parameters):
         le=4,
         step=0.1,
         group=MOTION,
+        role="world",
     )
     amplitude: float = parameter(
         1.0,
@@ -55,6 +56,7 @@ class HeadSceneParameters(Parameters):
         le=1,
         step=0.05,
         group=LOOK,
+        role="world",
     )
     lamp_strength: float = parameter(
         0.72,
@@ -64,6 +66,7 @@ class HeadSceneParameters(Parameters):
         le=1.2,
         step=0.02,
         group=LOOK,
+        role="world",
     )
     image_noise_sd: float = parameter(
         3,
@@ -74,6 +77,7 @@ class HeadSceneParameters(Parameters):
         le=40,
         step=0.5,
         group=LOOK,
+        role="world",
     )
     blur_px: float = parameter(
         0,
@@ -84,6 +88,7 @@ class HeadSceneParameters(Parameters):
         le=8,
         step=0.25,
         group=LOOK,
+        role="world",
     )
     image_width_px: int = parameter(
         640,
@@ -106,6 +111,7 @@ class HeadSceneParameters(Parameters):
         le=640,
         step=1,
         group=COVER,
+        role="world",
     )
     pillar_offset_px: float = parameter(
         0,
@@ -125,6 +131,7 @@ class HeadSceneParameters(Parameters):
         le=1,
         step=0.01,
         group=COVER,
+        role="world",
     )
     sunglasses: bool = parameter(
         False,

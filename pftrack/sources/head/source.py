@@ -77,7 +77,7 @@ class HeadSource:
     def frame(self, index: int, history: History[HeadSceneParameters]) -> Frame:
         """Return the scene at an instant; the same arguments give the same frame, to the bit."""
         parameters = history.at(index)
-        spans = history.spans(index)
+        spans = history.spans(index, "speed", "amplitude")
         time = script_time(spans)
         theta = angles_rad(time, eased_amplitude(spans, history.at(0).amplitude))
         grey, target = self._render(theta, time, parameters)

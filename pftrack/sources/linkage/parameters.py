@@ -53,7 +53,7 @@ class LinkageSceneParameters(OccluderParameters):
         unit="frames", ge=2, le=300, step=1, live=False, group=PATH)
     measurement_noise_px: float = parameter(
         1, "Noise", "Standard deviation of a measured coordinate.",
-        unit="px", ge=0, le=10, step=0.1, group=MEASUREMENTS)
+        unit="px", ge=0, le=10, step=0.1, group=MEASUREMENTS, role="world")
     bounded_noise: bool = parameter(
         True, "Bounded noise", "Whether noise beyond three standard deviations is drawn again, as bounds of it assume.",
         group=MEASUREMENTS)
@@ -64,7 +64,7 @@ class LinkageSceneParameters(OccluderParameters):
         live=False, group=MEASUREMENTS)
     outlier_share: float = parameter(
         0, "Outliers", "Share of the measured points that are far off.",
-        ge=0, le=0.5, step=0.01, group=MEASUREMENTS)
+        ge=0, le=0.5, step=0.01, group=MEASUREMENTS, role="world")
     outlier_px: float = parameter(
         40, "Size of outliers", "How far off such a point is at most; it is uniform.",
         unit="px", ge=0, le=200, step=5, group=MEASUREMENTS)

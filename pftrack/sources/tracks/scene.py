@@ -72,7 +72,7 @@ class TracksSceneParameters(Parameters):
         ge=4, le=1000, step=1, live=False, group=CAMERA)
     seen_noise_px: float = parameter(
         2, "Noise", "Standard deviation of the measurement of a point that is seen well.",
-        unit="px", ge=0.001, le=20, step=0.1, group=SEEN)
+        unit="px", ge=0.001, le=20, step=0.1, group=SEEN, role="world")
     unseen_noise_px: float = parameter(
         100, "Noise while hidden", "Standard deviation of the measurement of a point that is hidden.",
         unit="px", ge=0.001, le=500, step=1, group=SEEN)
@@ -80,13 +80,13 @@ class TracksSceneParameters(Parameters):
         False, "Hidden points missing", "Whether a hidden point is not measured at all.", group=SEEN)
     missing_share: float = parameter(
         0, "Missing at random", "Share of the points that are not measured in a frame.",
-        ge=0, le=0.9, step=0.05, group=SEEN)
+        ge=0, le=0.9, step=0.05, group=SEEN, role="world")
     burst_frames: int = parameter(
         0, "Burst", "For how many frames of every 120 the left half of the body is covered.",
         unit="frames", ge=0, le=120, step=5, group=SEEN)
     slip_share: float = parameter(
         0, "Silently wrong", "Share of the measurements that are some 40 px off without their variance saying so.",
-        ge=0, le=0.5, step=0.01, group=SEEN)
+        ge=0, le=0.5, step=0.01, group=SEEN, role="world")
     # fmt: on
 
 
@@ -176,8 +176,8 @@ class TracksSource:
 
 def _theta(index: int, history: History[TracksSceneParameters]) -> NDArray[np.float64]:
     """Return how the body is turned (3,), rad; what it has turned adds up over the history."""
-    upwards = sum(steps * past.upwards_deg for steps, past in history.spans(index))
-    sideways = sum(steps * past.sideways_deg for steps, past in history.spans(index))
+    upwards = sum(steps * past.upwards_deg for steps, past in history.spans(index, "upwards_deg"))
+    sideways = sum(steps * past.sideways_deg for steps, past in history.spans(index, "sideways_deg"))
     way, swing = np.deg2rad([upwards, sideways, 0.0]), history.at(index).swing_deg
     if swing >= ROUND_DEG:
         return np.asarray(way)

@@ -44,10 +44,10 @@ class TracksSceneParameters(SelectionParameters):
         live=False, group=MEASUREMENTS)
     horizontal_variance_px2: float = parameter(
         2, "Horizontal noise", "Variance of the measurements across.",
-        unit="px²", ge=0, le=50, step=0.5, group=MEASUREMENTS)
+        unit="px²", ge=0, le=50, step=0.5, group=MEASUREMENTS, role="world")
     vertical_variance_px2: float = parameter(
         0.5, "Vertical noise", "Variance of the measurements downwards.",
-        unit="px²", ge=0, le=50, step=0.5, group=MEASUREMENTS)
+        unit="px²", ge=0, le=50, step=0.5, group=MEASUREMENTS, role="world")
     outlier_every: int = parameter(
         15, "Outlier every", "Every so many frames the horizontal noise is Cauchy; beyond 99 it never is.",
         unit="frames", ge=1, le=100, step=1, group=MEASUREMENTS)
@@ -56,7 +56,7 @@ class TracksSceneParameters(SelectionParameters):
         unit="frames", ge=1, le=50, step=1, group=MEASUREMENTS)
     outlier_scale_px2: float = parameter(
         50, "Size of outliers", "Square of the scale of the Cauchy noise.",
-        unit="px²", ge=0, le=2500, step=10, group=MEASUREMENTS)
+        unit="px²", ge=0, le=2500, step=10, group=MEASUREMENTS, role="world")
     # fmt: on
 
 

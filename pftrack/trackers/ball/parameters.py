@@ -70,6 +70,7 @@ class MotionParameters(Parameters):
         step=0.1,
         group=MODEL,
         trackers=MODELLED,
+        role="noise",
     )
     large_process_noise_px: float = large_process_noise(MODEL)
     velocity_retention: float = velocity_retention(MODEL, MODELLED)
@@ -117,6 +118,7 @@ class LearningParameters(Parameters):
         step=0.005,
         group="Learning",
         trackers=MODELLED,
+        role="memory",
     )
     warm_up_frames: int = parameter(
         15,
@@ -175,6 +177,7 @@ class ColourParameters(Parameters):
         step=1,
         group=MODEL,
         trackers=MEASURING,
+        role="noise",
     )
     recursive_covariance: bool = parameter(
         False,
@@ -192,6 +195,7 @@ class ColourParameters(Parameters):
         le=1,
         step=0.01,
         group=COLOUR,
+        role="sharpness",
     )
     colour_model: Literal["redness", "chromaticity"] = parameter(
         "redness",
@@ -206,10 +210,24 @@ class ColourParameters(Parameters):
         1 / 6, "Share of green", "Mean of G / (R + G + B) on the target.", ge=0, le=1, step=0.005, group=COLOUR
     )
     red_spread: float = parameter(
-        0.05, "Spread of red", "Standard deviation of the share of red.", ge=0.001, le=1, step=0.005, group=COLOUR
+        0.05,
+        "Spread of red",
+        "Standard deviation of the share of red.",
+        ge=0.001,
+        le=1,
+        step=0.005,
+        group=COLOUR,
+        role="sharpness",
     )
     green_spread: float = parameter(
-        0.05, "Spread of green", "Standard deviation of the share of green.", ge=0.001, le=1, step=0.005, group=COLOUR
+        0.05,
+        "Spread of green",
+        "Standard deviation of the share of green.",
+        ge=0.001,
+        le=1,
+        step=0.005,
+        group=COLOUR,
+        role="sharpness",
     )
 
 

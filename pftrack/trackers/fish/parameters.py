@@ -44,6 +44,7 @@ class FishTrackerParameters(Parameters):
         step=1,
         group=SAMPLING,
         trackers=("ordinary",),
+        role="noise",
     )
     wide_deg: float = parameter(
         45,
@@ -55,6 +56,7 @@ class FishTrackerParameters(Parameters):
         step=1,
         group=SAMPLING,
         trackers=("ordinary",),
+        role="noise",
     )
     motion_reading: Literal["document", "increments", "world"] = parameter(
         "document",
@@ -105,6 +107,7 @@ class FishTrackerParameters(Parameters):
         le=400,
         step=1,
         group=LIKELIHOOD,
+        role="sharpness",
     )
     bend_limited: bool = parameter(
         True,

@@ -68,6 +68,7 @@ class _Motion(Parameters):
         le=1,
         step=0.005,
         group=MOTION,
+        role="noise",
     )
     palm_tilt_sd_rad: float = parameter(
         0.10,
@@ -78,6 +79,7 @@ class _Motion(Parameters):
         le=1,
         step=0.005,
         group=MOTION,
+        role="noise",
     )
     flexion_sd_rad: float = parameter(
         0.35,
@@ -88,6 +90,7 @@ class _Motion(Parameters):
         le=2,
         step=0.01,
         group=MOTION,
+        role="noise",
     )
     spread_sd_rad: float = parameter(
         0.08,
@@ -98,6 +101,7 @@ class _Motion(Parameters):
         le=1,
         step=0.005,
         group=MOTION,
+        role="noise",
     )
     growth_sd: float = parameter(
         0,
@@ -135,6 +139,7 @@ class _Motion(Parameters):
         le=2,
         step=0.01,
         group=MOTION,
+        role="noise",
     )
 
 
@@ -149,6 +154,7 @@ class _Fit(Parameters):
         le=20,
         step=0.1,
         group=FIT,
+        role="sharpness",
     )
     hidden_fit_sd: float = parameter(
         2.5,
@@ -158,6 +164,7 @@ class _Fit(Parameters):
         le=20,
         step=0.1,
         group=FIT,
+        role="sharpness",
     )
     tip_sd_px: float = parameter(
         3.5,
@@ -168,6 +175,7 @@ class _Fit(Parameters):
         le=50,
         step=0.1,
         group=FIT,
+        role="sharpness",
     )
     axis_sd_px: float = parameter(
         2.5,
@@ -178,6 +186,7 @@ class _Fit(Parameters):
         le=50,
         step=0.1,
         group=FIT,
+        role="sharpness",
     )
     hidden_cost: float = parameter(
         2,
@@ -220,6 +229,7 @@ class _Loss(Parameters):
         le=100,
         step=1,
         group=LOSS,
+        role="memory",
     )
     patience_frames: int = parameter(
         5,
@@ -230,6 +240,7 @@ class _Loss(Parameters):
         le=100,
         step=1,
         group=LOSS,
+        role="memory",
     )
 
 
@@ -266,6 +277,7 @@ class HandTrackerParameters(_Search, _Motion, _Fit, _Loss, SilhouetteParameters)
         le=1,
         step=0.005,
         group=RANKING,
+        role="sharpness",
     )
     lost_share: float = loss_share(0.3, group=RANKING)
     shown_hypothesis: int = parameter(

@@ -60,6 +60,7 @@ class HeadTrackerParameters(PoseTrackerParameters):
         le=2,
         step=0.01,
         group=LOOK,
+        role="sharpness",
     )
     hidden_weight: float = parameter(
         0.5,
@@ -139,6 +140,7 @@ class HeadTrackerParameters(PoseTrackerParameters):
         step=0.05,
         group=RELIEF,
         trackers=LAYERED,
+        role="noise",
     )
     recognised_correlation: float = parameter(
         0.5,
@@ -177,6 +179,7 @@ class HeadTrackerParameters(PoseTrackerParameters):
         le=300,
         step=1,
         group=LOSS,
+        role="memory",
     )
     find_again: bool = parameter(
         False,
@@ -198,6 +201,7 @@ class HeadTrackerParameters(PoseTrackerParameters):
         le=1,
         step=0.001,
         group=GROWTH,
+        role="memory",
     )
     model_restarts: int = parameter(
         0,

@@ -24,6 +24,7 @@ class MotionParameters(Parameters):
         step=0.1,
         group=MODEL,
         trackers=PARTICLE,
+        role="noise",
     )
     velocity_noise_px: float = parameter(
         0.3,
@@ -35,6 +36,7 @@ class MotionParameters(Parameters):
         step=0.05,
         group=MODEL,
         trackers=PARTICLE,
+        role="noise",
     )
     velocity_retention: float = velocity_retention(MODEL, PARTICLE)
     large_process_noise_px: float = large_process_noise(MODEL)
@@ -58,6 +60,7 @@ class MotionParameters(Parameters):
         step=0.5,
         group=MODEL,
         trackers=PARTICLE,
+        role="noise",
     )
     follow_camera: bool = parameter(
         False,
@@ -94,6 +97,7 @@ class MotionParameters(Parameters):
         step=0.005,
         group=MODEL,
         trackers=PARTICLE,
+        role="noise",
     )
     search_reach_px: int = parameter(
         8,

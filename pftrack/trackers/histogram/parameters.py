@@ -46,6 +46,7 @@ class _Colour(Parameters):
         step=1,
         group=COLOUR,
         trackers=PARTICLE,
+        role="sharpness",
     )
     colour_space: Space = parameter(
         "hsv",
@@ -139,6 +140,7 @@ class _Loss(Parameters):
         le=1000,
         step=1,
         group=LOSS,
+        role="memory",
     )
     found_likeness: float = parameter(
         0.85,

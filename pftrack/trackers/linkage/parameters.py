@@ -81,13 +81,13 @@ class LinkageTrackerParameters(Parameters):
         unit="px", ge=0, le=2000, step=1, group=LENGTHS)
     acceleration_rad: float = parameter(
         0.03, "Acceleration", "Standard deviation of the angular acceleration, with the velocity constant otherwise.",
-        unit="rad/frame²", ge=0.0001, le=1, step=0.005, group=NOISE, trackers=SAMPLED)
+        unit="rad/frame²", ge=0.0001, le=1, step=0.005, group=NOISE, trackers=SAMPLED, role="noise")
     root_acceleration_px: float = parameter(
         0.1, "Acceleration of the root", "Standard deviation of the root's acceleration in space, along each axis.",
-        unit="px/frame²", ge=0.0001, le=50, step=0.05, group=NOISE, trackers=SAMPLED)
+        unit="px/frame²", ge=0.0001, le=50, step=0.05, group=NOISE, trackers=SAMPLED, role="noise")
     observation_variance_px2: float = parameter(
         5, "Observation variance", "Variance of each observed coordinate, as the trackers assume it.",
-        unit="px²", ge=0.0001, le=1000, step=0.5, group=NOISE, trackers=SAMPLED)
+        unit="px²", ge=0.0001, le=1000, step=0.5, group=NOISE, trackers=SAMPLED, role="noise")
     outlier_limit_sd: float = parameter(
         20, "Outlier limit", "A frame whose observation lies farther than this from every prediction is left out.",
         unit="sd", ge=2, le=1000, step=1, group=NOISE, trackers=SAMPLED)
@@ -118,7 +118,7 @@ class LinkageTrackerParameters(Parameters):
         ge=0, le=1, step=0.05, group=MIRRORS, trackers=("ekf-mirrors",))
     score_memory: float = parameter(
         0.7, "Memory of scores", "What a hypothesis keeps of its score from frame to frame.",
-        ge=0, le=1, step=0.05, group=MIRRORS, trackers=("ekf-mirrors",))
+        ge=0, le=1, step=0.05, group=MIRRORS, trackers=("ekf-mirrors",), role="memory")
     rejection_sd: float = parameter(
         3, "Far outside", "A hypothesis that lies so far beyond a bound is refuted.",
         unit="sd", ge=0.1, le=100, step=0.5, group=MIRRORS, trackers=("ekf-mirrors",))
@@ -131,14 +131,14 @@ class LinkageTrackerParameters(Parameters):
         0.06, "Motion bound",
         "Most that the directions of all links, and in space the attitude, move in a frame, as one vector; the regions "
         "hold the truth only if that is so. 0 for a chain that is known to stand still.",
-        unit="rad/frame", ge=0, le=1, step=0.01, group=SETS, trackers=SETTED)
+        unit="rad/frame", ge=0, le=1, step=0.01, group=SETS, trackers=SETTED, role="noise")
     root_motion_bound_px: float = parameter(
         1, "Motion bound of the root",
         "Most that the root moves in a frame along each axis of the picture, in space, while no point is seen.",
-        unit="px/frame", ge=0, le=200, step=0.5, group=SETS, trackers=SETTED)
+        unit="px/frame", ge=0, le=200, step=0.5, group=SETS, trackers=SETTED, role="noise")
     error_bound_px: float = parameter(
         3, "Error bound", "Greatest error of an observed coordinate; the regions hold the truth only if that is so.",
-        unit="px", ge=0, le=200, step=0.5, group=SETS, trackers=SETTED)
+        unit="px", ge=0, le=200, step=0.5, group=SETS, trackers=SETTED, role="noise")
     start_angle_bound_rad: float = parameter(
         0.1, "Angles within", "How far each angle may be off in the first frame, to either side.",
         unit="rad", ge=0, le=3, step=0.01, live=False, group=SETS, trackers=SETTED)

@@ -82,6 +82,7 @@ class PoseTrackerParameters(Parameters):
         step=0.1,
         group=FEATURES,
         trackers=LAYERED,
+        role="noise",
     )
     sd_floor_px: float = parameter(
         0.5,
@@ -115,6 +116,7 @@ class PoseTrackerParameters(Parameters):
         step=0.01,
         group=MIXTURE,
         trackers=("pf-asd",),
+        role="memory",
     )
     alpha_clip: float = parameter(
         0.1,
@@ -168,6 +170,7 @@ class PoseTrackerParameters(Parameters):
         le=30,
         step=0.05,
         group=UPPER,
+        role="noise",
     )
     learned: str = parameter(
         "",
@@ -185,6 +188,7 @@ class PoseTrackerParameters(Parameters):
         le=20,
         step=0.05,
         group=UPPER,
+        role="noise",
     )
     pose_band: Literal["calibrated", "document"] = parameter(
         "calibrated",

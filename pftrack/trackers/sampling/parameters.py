@@ -33,7 +33,9 @@ Resampling: TypeAlias = Literal["systematic", "stratified", "residual", "multino
 
 def resampling(trackers: tuple[str, ...]) -> Any:  # noqa: ANN401 - a field declaration
     """Declare how parents are drawn."""
-    return parameter("systematic", "Resampling", "How parents are drawn.", group=SAMPLING, trackers=trackers)
+    return parameter(
+        "systematic", "Resampling", "How parents are drawn.", group=SAMPLING, trackers=trackers, role="resampling"
+    )
 
 
 def velocity_retention(group: str, trackers: tuple[str, ...]) -> Any:  # noqa: ANN401 - a field declaration
@@ -47,6 +49,7 @@ def velocity_retention(group: str, trackers: tuple[str, ...]) -> Any:  # noqa: A
         step=0.05,
         group=group,
         trackers=trackers,
+        role="memory",
     )
 
 
@@ -62,6 +65,7 @@ def large_process_noise(group: str) -> Any:  # noqa: ANN401 - a field declaratio
         step=0.1,
         group=group,
         trackers=("pc-pf",),
+        role="noise",
     )
 
 

@@ -14,7 +14,7 @@ class StructureTrackerParameters(Parameters):
     # fmt: off
     window_frames: int = parameter(
         90, "Window", "How many frames the online methods look at together; until there are as many, all of them.",
-        unit="frames", ge=5, le=180, step=5, group=METHOD, trackers=WINDOWED)
+        unit="frames", ge=5, le=180, step=5, group=METHOD, trackers=WINDOWED, role="memory")
     kept_share: float = parameter(
         0.5, "Memory", "What the average of the online methods keeps of itself with each frame; 1 forgets nothing.",
         ge=0, le=1, step=0.05, group=METHOD, trackers=WINDOWED)

@@ -20,13 +20,13 @@ class TrajectoriesTrackerParameters(SelectionParameters):
     # fmt: off
     noise_variance_px2: float = parameter(
         3, "Measurement noise σ²", "Square of the scale of a measurement's noise; NLNG begins there and finds its own.",
-        unit="px²", ge=0.01, le=100, step=0.5, group=MODEL)
+        unit="px²", ge=0.01, le=100, step=0.5, group=MODEL, role="noise")
     drive_variance_px2: float = parameter(
         1, "Freedom of motion τ²", "Variance of the change of velocity in a frame; small is smooth. NLNG begins there.",
-        unit="px²", ge=0.0001, le=100, step=0.1, group=MODEL)
+        unit="px²", ge=0.0001, le=100, step=0.1, group=MODEL, role="noise")
     lag_frames: int = parameter(
         25, "Smoothing lag", "How many later frames a smoothed position takes into account.",
-        unit="frames", ge=0, le=LONGEST_LAG, step=1, group=MODEL)
+        unit="frames", ge=0, le=LONGEST_LAG, step=1, group=MODEL, role="memory")
     start_spread_px: float = parameter(
         1, "Initial spread", "Standard deviation of the two positions with which a track begins.",
         unit="px", ge=0.1, le=50, step=0.5, live=False, group=MODEL)

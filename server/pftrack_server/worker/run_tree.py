@@ -34,7 +34,7 @@ from pftrack.model.parameters import ParameterError, Parameters, declarations, f
 from pftrack.model.recipe import Footage, Recipe
 from pftrack.model.sequence import FrameIndex, FrameSequence
 from pftrack.model.suitability import BESIDE, describe_course
-from pftrack.model.timeline import Timeline, check_timeline
+from pftrack.model.timeline import Timeline, check_timeline, parameter_values
 from pftrack.runs import checkpoint, record
 from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import DEFAULT_LIMITS, open_sequence
@@ -162,7 +162,7 @@ class RunTree:
     def _told_course(self) -> dict[str, Any]:
         """Return what is told of the recipe of the active branch, without the truth, and of its timeline."""
         run = self.run
-        changes, first = run.timeline.changes, {**flat(run.parameters_at(0)), "tracker": run.tracker}
+        changes, first = run.timeline.changes, {**flat(run.parameters_at(0)), "tracker": run.tracker, "seed": run.seed}
         return {
             "recipe": with_digests(run.recipe.with_footage(truth=None)),
             "timeline": timeline_view(changes, first),
@@ -416,7 +416,7 @@ class RunTree:
         inforce: dict[str, Any] = {
             key: value for key, value in flat(run.parameters_at(following)).items() if value != defaults[key]
         }
-        inforce.update({key: value for key, value in values.items() if key != "tracker"})
+        inforce.update(parameter_values(values))
         timeline = (Change(0, inforce),) if inforce else ()
         self._runs[self.active] = self._begin(
             self._recipe.model_copy(update={"tracker": tracker, "timeline": timeline})
@@ -460,7 +460,7 @@ class RunTree:
     ) -> tuple[Parameters, str]:
         """Return parameters and tracker after a change; refuse those with more particles than are allowed."""
         tracker = str(values.get("tracker", tracker))
-        changed = revise(parameters, {name: value for name, value in values.items() if name != "tracker"})
+        changed = revise(parameters, parameter_values(values))
         limit_particles(self.experiment.declarations(type(changed)), flat(changed), tracker, self._max_particles)
         return changed, tracker
 

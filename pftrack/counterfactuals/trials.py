@@ -1,0 +1,138 @@
+"""Trials: runs that go on from shortly before a loss, with a change and with other seeds."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pftrack.counterfactuals.alternatives import Allow, Alternative, allow_all, alternatives
+from pftrack.counterfactuals.report import Finding, Report
+from pftrack.model.timeline import Change, Timeline
+from pftrack.runs.continuation import Continuation, Stretch, read_stretches
+from pftrack.runs.ensemble import other_seeds
+from pftrack.runs.loss import before_loss
+from pftrack.runs.run import Run
+
+__all__ = ["HORIZON_FRAMES", "JUDGED_FRAMES", "ROUNDS", "LossError", "find_loss", "what_if"]
+
+HORIZON_FRAMES = 30
+"""So many frames after the loss runs are followed, where the run is that long."""
+
+JUDGED_FRAMES = 10
+"""In so many last of them a run must not have lost its target, to hold."""
+
+ROUNDS = 4, 10, 20, 40
+"""Seeds that each change has been tried with after each round: all are tried a little before one is tried much."""
+
+
+class LossError(ValueError):
+    """There is no loss to be explained."""
+
+
+def find_loss(run: Run, frame: int | None = None) -> int:
+    """Return the frame in which a loss began.
+
+    Args:
+        run: As far as it has been computed.
+        frame: The last loss that began at or before this frame is meant, failing that the first after it; the first
+            of all if not given.
+
+    Raises:
+        LossError: The run has not lost its target so far.
+    """
+    lost = [_is_lost(row.lost, row.searching) for row in run.diagnostics]
+    starts = [index for index, it in enumerate(lost) if it and (index == 0 or not lost[index - 1])]
+    if not starts:
+        raise LossError("the run has not lost its target so far")
+    return starts[0] if frame is None else max((start for start in starts if start <= frame), default=starts[0])
+
+
+def what_if(
+    run: Run, frame: int | None = None, *, rounds: Sequence[int] = ROUNDS, allow: Allow = allow_all
+) -> Iterator[Report]:
+    """Try what would have saved a run, and yield the report again and again as it grows.
+
+    Whoever has seen enough stops asking: each report holds for what has been tried.
+
+    Args:
+        run: As far as it has been computed; it is left as it is.
+        frame: In or after the loss that is meant; see `find_loss`.
+        rounds: Ascending numbers of seeds: all changes are tried with the first so many, then with more. What all are
+            compared with, no change, is a round ahead.
+        allow: What may be computed.
+
+    Raises:
+        LossError: The run has not lost its target so far, or begins with that.
+    """
+    loss = find_loss(run, frame)
+    if loss == 0:
+        raise LossError("the run begins with its target lost: there is nothing before that could be changed")
+    begin, last = _begin(run, loss), min(loss + HORIZON_FRAMES, run.frames - 1)
+    trials = _Trials(run, begin, last)
+    tried = alternatives(run, begin + 1, allow=allow)
+    seeds = other_seeds(run.seed, rounds[-1])
+    findings: list[Finding] = []
+    report = Report(loss, begin, last, trials.judged, len(tried) - 1, rounds[-1], ())
+    for count, following in zip(rounds, (*rounds[1:], rounds[-1]), strict=True):
+        for place, each in enumerate(tried):
+            if place == len(findings):
+                findings.append(Finding(each, {}))
+            for seed in seeds[: following if place == 0 else count]:
+                if seed not in findings[place].held:
+                    findings[place] = trials.extend(findings[place], seed)
+                    report = replace(report, findings=tuple(findings))
+                    yield report
+    yield replace(report, is_complete=True)
+
+
+class _Trials:
+    """What all trials begin with."""
+
+    def __init__(self, run: Run, begin: int, last: int) -> None:
+        self.judged = min(JUDGED_FRAMES, last - begin)
+        self._run, self._begin, self._last = run, begin, last
+        self._state = run.branch(begin).current.state
+        self._stretches: dict[Alternative | None, list[Stretch]] = {}
+
+    def extend(self, finding: Finding, seed: int) -> Finding:
+        """Return a finding with one more seed tried; the same if nobody knows what came of it."""
+        timeline = self._timeline(finding.alternative)
+        one = Continuation(self._run.experiment, timeline, seed, self._state)
+        for stretch in self._frames(finding.alternative, timeline):
+            one.take(stretch)
+        known = one.lost[-self.judged :]
+        held = {} if np.isnan(known).all() else {seed: not np.any(known == 1.0)}
+        return replace(
+            finding,
+            held={**finding.held, **held},
+            steps=finding.steps + one.steps,
+            seconds=finding.seconds + one.seconds,
+        )
+
+    def _timeline(self, alternative: Alternative) -> Timeline:
+        run, frame = self._run, self._begin + 1
+        defaults, names = run.setup.parameters, tuple(run.experiment.trackers)
+        timeline = Timeline.begin(defaults, run.tracker, names, run.timeline.changes_until(frame))
+        return timeline.insert(Change(frame, alternative.values)) if alternative.values else timeline
+
+    def _frames(self, alternative: Alternative, timeline: Timeline) -> list[Stretch]:
+        """Return the frames to come, which are the same for all changes but those of the world."""
+        key = alternative if alternative.kind == "world" else None
+        if key not in self._stretches:
+            read = list(read_stretches(self._run.source, timeline, self._begin + 1, self._last))
+            kept = self._stretches.get(None)
+            self._stretches = {**({} if kept is None else {None: kept}), key: read}
+        return self._stretches[key]
+
+
+def _begin(run: Run, loss: int) -> int:
+    """Return the frame from which on things are changed: some before the loss, or before what led to it."""
+    lost = [_is_lost(row.lost, row.searching) for row in run.diagnostics]
+    hidden = [row.hidden is True for row in run.diagnostics]
+    found = before_loss(lost, hidden, loss)
+    return max(0, min(loss - 1, loss if found is None else found))
+
+
+def _is_lost(lost: bool | None, searching: bool | None) -> bool:
+    """Return whether a target is lost: by the truth, else by the tracker's own account."""
+    return bool(searching) if lost is None else lost

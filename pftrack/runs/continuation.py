@@ -1,0 +1,171 @@
+"""Continuations: what becomes of many runs from a frame on, that differ in nothing but their seeds.
+
+A run that is watched is one of many that might have been. Here they are computed together: those that see the same
+pictures read them once, and a tracker that can takes many frames at a time. The numbers are those of live runs, to the
+bit: any of them can be opened as a branch (`Run.branch` with `seed` among the changes) or as a run of that seed.
+"""
+
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.experiment import Experiment
+from pftrack.model.frame import Frame
+from pftrack.model.source import Source
+from pftrack.model.timeline import Timeline
+from pftrack.model.tracker import Tracker, TrackState
+from pftrack.numerics.random import Purpose, Stream
+from pftrack.runs.scoring import judge_estimates, judge_state
+
+__all__ = ["Continuation", "Stretch", "read_stretches"]
+
+STRETCH_BYTES = 64 * 1024 * 1024
+"""Pictures that are held at a time."""
+
+LONGEST_STRETCH = 64
+"""Frames that are held at a time: after so many, whoever waits is told how far it is."""
+
+
+class Stretch:
+    """Consecutive frames of a source, read once for all runs that see them.
+
+    Attributes:
+        frames: The frames, by ascending index.
+    """
+
+    def __init__(self, frames: Sequence[Frame]) -> None:
+        self.frames = tuple(frames)
+
+    @property
+    def first(self) -> int:
+        """Index of the first frame."""
+        return self.frames[0].index
+
+    @property
+    def end(self) -> int:
+        """Index after the last frame."""
+        return self.frames[-1].index + 1
+
+    @cached_property
+    def pictures_rgb(self) -> NDArray[np.uint8] | None:
+        """The pictures (L, height, width, 3); None of a signal."""
+        pictures = [frame.image_rgb for frame in self.frames if frame.image_rgb is not None]
+        return np.stack(pictures) if len(pictures) == len(self.frames) else None
+
+
+def read_stretches(source: Source[Any], timeline: Timeline, first: int, last: int) -> Iterator[Stretch]:
+    """Read the frames first..last of a source, as many at a time as may be held."""
+    start = first
+    while start <= last:
+        frame = source.frame(start, timeline.history)
+        held = LONGEST_STRETCH
+        if frame.image_rgb is not None:
+            held = min(max(STRETCH_BYTES // frame.image_rgb.nbytes, 1), held)
+        end = min(start + held - 1, last)
+        frames = [frame, *(source.frame(index, timeline.history) for index in range(start + 1, end + 1))]
+        yield Stretch(frames)
+        start = end + 1
+
+
+class Continuation:
+    """A run that goes on with random numbers of its own, and what is kept of its frames.
+
+    Attributes:
+        seed: Of the tracker's random numbers.
+        steps: How many steps were taken.
+        seconds: That they took.
+    """
+
+    def __init__(self, experiment: Experiment, timeline: Timeline, seed: int, state: TrackState) -> None:
+        """Begin.
+
+        Args:
+            experiment: The wiring.
+            timeline: Parameters and trackers in force; of its seeds none counts.
+            seed: Of the random numbers from here on.
+            state: Of the frame before the first to come.
+        """
+        self._experiment, self._timeline, self._state = experiment, timeline, state
+        self.seed = seed
+        self.steps, self.seconds = 0, 0.0
+        self._errors: list[NDArray[np.float64]] = []
+        self._lost: list[NDArray[np.float64]] = []
+
+    @classmethod
+    def start(
+        cls, experiment: Experiment, source: Source[Any], timeline: Timeline, seed: int, stretch: Stretch
+    ) -> "Continuation":
+        """Begin with frame 0, the first of a stretch, which is then the first that is kept."""
+        tracker = experiment.trackers[timeline.tracker_at(0)]
+        frame, parameters = stretch.frames[0], timeline.parameters_at(0)
+        state = tracker.start(source.start, frame, parameters, Stream(seed, 0, Purpose.START))
+        made = cls(experiment, timeline, seed, state)
+        made._keep_state(tracker, frame, parameters)
+        return made
+
+    @property
+    def errors(self) -> NDArray[np.float64]:
+        """(L,) distances from the truth, in the experiment's unit; NaN where it is unknown."""
+        return np.concatenate([np.zeros(0), *self._errors])
+
+    @property
+    def lost(self) -> NDArray[np.float64]:
+        """(L,) 1 where the target is lost, by the truth, else by the tracker's own account; NaN where nobody knows."""
+        return np.concatenate([np.zeros(0), *self._lost])
+
+    def take(self, stretch: Stretch, first: int | None = None) -> None:
+        """Track through the frames of a stretch, or through those from the frame `first` on."""
+        begin = stretch.first if first is None else first
+        changed = {segment.start for segment in self._timeline.segments}
+        starts = sorted({begin} | {start for start in changed if begin < start < stretch.end})
+        for start, end in zip(starts, [*starts[1:], stretch.end], strict=True):
+            # Of the first step of all nobody knows which tracker, with which number of particles, left its state.
+            alone = start in changed or not self.steps
+            if alone:
+                self._step(stretch, start, start + 1)
+            if start + alone < end and not self._fold(stretch, start + alone, end):
+                self._step(stretch, start + alone, end)
+
+    def _fold(self, stretch: Stretch, start: int, end: int) -> bool:
+        """Take the frames start..end-1 at once, where that can be done; return whether it was."""
+        tracker, parameters, experiment = self._tracker(start), self._timeline.parameters_at(start), self._experiment
+        if tracker.fold is None or experiment.missed is not None or stretch.pictures_rgb is None:
+            return False
+        places = slice(start - stretch.first, end - stretch.first)
+        if tracker.searching is not None and any(frame.target is None for frame in stretch.frames[places]):
+            return False  # its own account takes the states of all frames
+        begun = perf_counter()
+        fold = tracker.fold(self._state, stretch.pictures_rgb[places], parameters, self.seed, start)
+        if fold is None:
+            return False
+        self.seconds += perf_counter() - begun
+        self.steps += end - start
+        self._state = fold.state
+        errors, lost = judge_estimates(experiment, fold.estimates, stretch.frames[places], parameters)
+        self._errors.append(errors)
+        self._lost.append(lost)
+        return True
+
+    def _step(self, stretch: Stretch, start: int, end: int) -> None:
+        for index in range(start, end):
+            tracker, parameters = self._tracker(index), self._timeline.parameters_at(index)
+            frame = stretch.frames[index - stretch.first]
+            begun = perf_counter()
+            self._state = tracker.step(self._state, frame, parameters, Stream(self.seed, index, Purpose.TRACK))
+            self.seconds += perf_counter() - begun
+            self.steps += 1
+            self._keep_state(tracker, frame, parameters)
+
+    def _tracker(self, index: int) -> Tracker:
+        return self._experiment.trackers[self._timeline.tracker_at(index)]
+
+    def _keep_state(self, tracker: Tracker, frame: Frame, parameters: Any) -> None:  # noqa: ANN401 - the experiment's own model
+        error, lost = judge_state(self._experiment, self._state, frame.target, parameters)
+        if lost is None and frame.target is None and tracker.searching is not None:
+            lost = tracker.searching(self._state)
+        self._errors.append(np.array([np.nan if error is None else error]))
+        self._lost.append(np.array([np.nan if lost is None else float(lost)]))

@@ -1,0 +1,54 @@
+"""Checks of what else a run might have been: other seeds, and changes one at a time, from one of its frames on."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from pftrack.counterfactuals import alternatives
+from pftrack.experiment import Experiment
+from pftrack.model.timeline import Change
+from pftrack.runs.continuation import Continuation, read_stretches
+from pftrack.testing.check import FRAMES, SEED, Check, demand, each_tracker, straight
+
+__all__ = ["checks"]
+
+BEGIN = FRAMES - 4
+OTHER_SEED = SEED + 1
+
+
+def checks(experiment: Experiment) -> Iterator[Check]:
+    """Yield checks of each tracker."""
+    yield from each_tracker(
+        experiment,
+        [
+            ("other seeds from a frame on are a branch with these seeds", _other_seeds_are_branches),
+            ("every change that is tried of a run can be computed", _changes_can_be_computed),
+        ],
+    )
+
+
+def _other_seeds_are_branches(experiment: Experiment, tracker: str) -> None:
+    branch = straight(experiment, tracker).run.branch(BEGIN, {"seed": OTHER_SEED})
+    one = Continuation(experiment, branch.timeline, OTHER_SEED, branch.current.state)
+    for stretch in read_stretches(branch.source, branch.timeline, BEGIN + 1, FRAMES - 1):
+        one.take(stretch)
+    branch.finish()
+    errors = np.array([np.nan if row.error is None else row.error for row in branch.diagnostics[BEGIN + 1 :]])
+    demand(
+        np.array_equal(one.errors, errors, equal_nan=True),
+        f"runs that go on from frame {BEGIN} with the seed {OTHER_SEED} come to other errors than a branch: "
+        f"{one.errors.tolist()} for {errors.tolist()}",
+    )
+
+
+def _changes_can_be_computed(experiment: Experiment, tracker: str) -> None:
+    run = straight(experiment, tracker).run
+    state = run.branch(BEGIN).current.state
+    for each in alternatives(run, BEGIN + 1):
+        if each.kind == "tracker":  # each follows each other one in a check of its own
+            continue
+        timeline = run.timeline.insert(Change(BEGIN + 1, each.values)) if each.values else run.timeline
+        one = Continuation(experiment, timeline, OTHER_SEED, state)
+        for stretch in read_stretches(run.source, timeline, BEGIN + 1, BEGIN + 1):
+            one.take(stretch)
+        demand(one.steps == 1, f"{each.title} must take one step for one frame, took {one.steps}")

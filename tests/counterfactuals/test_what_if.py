@@ -1,0 +1,84 @@
+from itertools import islice
+
+import pytest
+
+import pftrack
+from pftrack.counterfactuals import LossError, alternatives, find_loss, what_if
+from pftrack.counterfactuals.alternatives import KINDS
+from pftrack.model.parameters import flat
+from pftrack.runs.run import Run
+
+
+@pytest.fixture(scope="module")
+def lost() -> Run:
+    """A run that a pillar has hidden the ball from for too long."""
+    return pftrack.run("ball", preset="too-wide", frames=45)
+
+
+def test_a_cure_opens_as_a_branch_that_holds(lost: Run) -> None:
+    """All seeds of half a pillar hold and hardly one of the whole; a seed's verdict is that of the branch with it."""
+    *_, report = what_if(lost, rounds=(2, 6))
+    assert (report.loss, report.end, report.judged, report.is_complete) == (7, 37, 10, True)
+    assert report.begin < report.loss
+    best = report.best_first[1]
+    assert best.alternative.values == {"occlusion_width_px": 50}
+    assert (best.holding, best.runs, report.baseline.holding) == (6, 6, 0)
+    for finding in report.best_first[:6]:
+        for seed, held in islice(finding.held.items(), 2):
+            branch = lost.branch(report.begin, {**finding.alternative.values, "seed": seed})
+            branch.seek(report.end)
+            settled = branch.diagnostics[report.end - report.judged + 1 : report.end + 1]
+            assert held == (not any(row.lost for row in settled)), finding.alternative.title
+
+
+def test_the_unchanged_settings_come_first_and_everything_a_little_before_anything_much(lost: Run) -> None:
+    """The first report has one seed of no change; after a round all changes have as many seeds, no change more."""
+    reports = list(what_if(lost, rounds=(1, 2)))
+    assert [(it.alternative.kind, it.runs) for it in reports[0].findings] == [("seeds", 1)]
+    tried = reports[0].planned
+    round_done = reports[2 + tried - 1].findings
+    assert [it.runs for it in round_done] == [2, *(1 for _ in range(tried))]
+    assert [it.runs for it in reports[-1].findings] == [2] * (tried + 1)
+    assert [it.is_complete for it in reports[-2:]] == [False, True]
+
+
+def test_alternatives_follow_from_roles(lost: Run) -> None:
+    """Particles times 4 and by 4, other numbers times and by 2, choices each; nothing that the tracker ignores."""
+    found = {it.title: it for it in alternatives(lost, 1)}
+    assert next(iter(found)) == "Same settings, other seeds"
+    assert found["Particles 800 to 3,200"].values == {"sample_count": 3200}
+    assert found["Particles 800 to 200"].values == {"sample_count": 200}
+    assert found["Process noise 3 px to 6 px"].values == {"process_noise_px": 6.0}
+    assert found["Occluder width 100 px to 50 px"].kind == "world"
+    assert found["Resampling systematic to multinomial"].values == {"resampling": "multinomial"}
+    assert {it.values.get("tracker") for it in found.values() if it.kind == "tracker"} == {
+        name for name in lost.experiment.trackers if name != lost.tracker
+    }
+    # A memory of 100 frames is doubled and halved, and one that never ends is halved.
+    assert found["Forgetting 0.99 to 0.995"].values == {"forgetting": 0.995}
+    assert found["Velocity retention 1 to 0.5"].values == {"velocity_retention": 0.5}
+    assert not any(it.parameter == "measurement_noise_px" for it in found.values())  # h-spf reads none
+    kinds = [KINDS.index(it.kind) for it in found.values()]
+    assert kinds == sorted(kinds)
+
+
+def test_what_may_not_be_computed_is_not_tried(lost: Run) -> None:
+    """A limit on particles leaves out what exceeds it, and nothing else."""
+    every = {it.title for it in alternatives(lost, 1)}
+    few = {it.title for it in alternatives(lost, 1, allow=lambda _, values: flat(values)["sample_count"] <= 800)}
+    assert every - few == {"Particles 800 to 3,200"}
+
+
+def test_a_run_that_holds_has_nothing_to_explain() -> None:
+    """There is no loss, and the sentence says so."""
+    run = pftrack.run("ball", preset="works", frames=5)
+    with pytest.raises(LossError, match="has not lost its target"):
+        next(what_if(run))
+
+
+def test_the_loss_that_is_meant(lost: Run) -> None:
+    """It is the last that began at or before the frame, the first of all without one."""
+    starts = [t for t in range(1, 45) if lost.diagnostics[t].lost and not lost.diagnostics[t - 1].lost]
+    assert find_loss(lost) == starts[0]
+    assert find_loss(lost, starts[-1] + 1) == starts[-1]
+    assert find_loss(lost, 0) == starts[0]

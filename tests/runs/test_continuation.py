@@ -1,0 +1,104 @@
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pftrack.experiments import find
+from pftrack.runs.continuation import Continuation, read_stretches
+from pftrack.runs.ensemble import Ensemble, ensemble, other_seeds
+from pftrack.runs.run import Change, Run
+
+FRAMES = 24
+
+
+def begin(experiment: str, tracker: str | None, seed: int = 3, **values: Any) -> Run:
+    found = find(experiment)
+    timeline = (Change(0, values),) if values else ()
+    return Run(found, found.simulate(), tracker=tracker, seed=seed, frames=FRAMES, timeline=timeline)
+
+
+def errors_of(run: Run) -> list[float]:
+    run.finish()
+    return [np.nan if row.error is None else row.error for row in run.diagnostics]
+
+
+def lost_of(run: Run) -> list[float]:
+    return [np.nan if row.lost is None else float(row.lost) for row in run.diagnostics]
+
+
+def same_picture(one: Run, other: Run, frame: int) -> bool:
+    pictures = [each.seek(frame).frame.image_rgb for each in (one, other)]
+    return pictures[0] is not None and np.array_equal(pictures[0], pictures[1])  # type: ignore[arg-type] # both are there
+
+
+def test_a_change_of_the_seed_is_other_random_numbers_on_the_same_scene() -> None:
+    """Up to the change the runs are one; then the tracker draws others, and the scene, noise and all, is the same."""
+    run = begin("ball", "h-spf", sample_count=50, image_noise_sd=5)
+    run.finish()
+    branch = run.branch(8, {"seed": 77})
+    branch.finish()
+    assert branch.diagnostics[:9] == run.diagnostics[:9]
+    assert branch.diagnostics[9].estimate != run.diagnostics[9].estimate
+    assert all(same_picture(run, branch, frame) for frame in (9, 20))
+    again = Run.from_recipe(branch.recipe, branch.experiment, branch.setup)
+    again.finish()
+    assert again.estimates_sha256 == branch.estimates_sha256
+    own = run.branch(8, {"seed": run.seed})
+    own.finish()
+    assert own.estimates_sha256 == run.estimates_sha256
+
+
+@pytest.mark.parametrize(("frame", "seed"), [(0, 4), (5, -1), (5, 2**53), (5, True), (5, "7")])
+def test_seeds_that_are_none_are_refused(frame: int, seed: Any) -> None:
+    """A seed in the middle of a run is one that a run may have; in frame 0 the run's own is in force."""
+    with pytest.raises(ValueError, match="seed must be"):
+        begin("ball", "h-spf").timeline.insert(Change(frame, {"seed": seed}))
+
+
+@pytest.mark.parametrize(
+    ("experiment", "tracker", "changed"),
+    [
+        ("ball", "h-spf", {"sample_count": 60}),  # takes frames at once, but for the first after a change
+        ("ball", "kalman", {"process_noise_px": 6}),  # takes them one by one
+        ("histogram", "condensation", {"tracker": "apf"}),  # gives an account of its own
+        ("linkage", "particles", {"sample_count": 30}),  # judges states and not estimates
+    ],
+)
+def test_runs_of_an_ensemble_are_runs_of_their_seeds(experiment: str, tracker: str, changed: dict[str, Any]) -> None:
+    """Errors and verdicts of every frame are those of a run with that seed and the same changes, to the bit."""
+    run = begin(experiment, tracker)
+    run.seek(9)
+    run.change(changed)
+    found = ensemble(run, runs=3)
+    assert found.seeds == other_seeds(run.seed, 3) == (4, 5, 6)
+    for seed, errors, lost in zip(found.seeds, found.errors, found.lost, strict=True):
+        live = begin(experiment, tracker, seed=seed)
+        live.timeline = run.timeline
+        np.testing.assert_array_equal(errors, errors_of(live))
+        np.testing.assert_array_equal(lost, lost_of(live))
+
+
+def test_a_continuation_is_a_branch_with_its_seed() -> None:
+    """Goes on from a state with a change, in stretches of any length, to the numbers of the branch."""
+    run = begin("ball", "h-spf", sample_count=50)
+    run.finish()
+    branch = run.branch(6, {"sample_count": 200, "seed": 9})
+    one = Continuation(branch.experiment, branch.timeline, 9, branch.current.state)
+    for first, last in ((7, 7), (8, 15), (16, 23)):
+        for stretch in read_stretches(branch.source, branch.timeline, first, last):
+            one.take(stretch)
+    assert one.errors.tolist() == errors_of(branch)[7:]
+    assert one.lost.tolist() == lost_of(branch)[7:]
+    assert one.steps == 17
+
+
+def test_quantiles_and_share_by_hand() -> None:
+    """Of ten runs the first, fifth and ninth error by size; three of ten have lost; what is unknown stays unknown."""
+    order = np.random.default_rng(2).permutation(10)
+    errors = np.array([[float(k + 1), np.nan, np.inf if k > 7 else 0.0] for k in order])
+    lost = np.array([[float(k < 3), np.nan, 0.0] for k in range(10)])
+    found = Ensemble(tuple(range(10)), errors, lost, "px")
+    np.testing.assert_array_equal(found.quantiles, [[1, np.nan, 0], [5, np.nan, 0], [9, np.nan, np.inf]])
+    np.testing.assert_allclose(found.holding, [0.7, np.nan, 1.0])
+    told = found.as_dict()
+    assert (told["runs"], told["frames"], told["high"], told["holding"][1]) == (10, 3, (9.0, None, None), None)
