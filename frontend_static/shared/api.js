@@ -202,6 +202,7 @@ const truthPath = (id, of, form = "truth") => upload(id, `${form}?${query({ expe
  * @property {(id: string, branch: string) => Promise<Messages.Columns>} diagnostics
  * @property {(id: string, note: string) => Promise<Messages.Bookmark>} bookmark
  * @property {(id: string, bookmark: string) => Promise<null>} unbookmark
+ * @property {(id: string, frame?: number) => Promise<Messages.ExplanationPublic>} explanation Of the first lasting loss, or at a frame.
  * @property {(id: string) => string} frameAddress
  * @property {(files: File[], onProgress: OnProgress, columns?: Record<string, number>) => Transfer<Messages.UploadPublic>} sendUpload
  * @property {(text: string) => Promise<Messages.TablePublic>} table
@@ -266,6 +267,7 @@ export const api = {
   diagnostics: (id, branch) => request("GET", session(id, `diagnostics?branch=${encodeURIComponent(branch)}`)),
   bookmark: (id, note) => request("POST", session(id, "bookmarks"), note ? { note } : {}),
   unbookmark: (id, bookmark) => request("DELETE", session(id, `bookmarks/${encodeURIComponent(bookmark)}`)),
+  explanation: (id, frame) => request("GET", session(id, frame === undefined ? "explanation" : `explanation?frame=${frame}`)),
   frameAddress: (id) => `${ROOT}${session(id, "frame.png")}`,
 
   sendUpload: (files, onProgress, columns) => send(columns ? `uploads?${query({ columns: JSON.stringify(columns) })}` : "uploads", files, onProgress),

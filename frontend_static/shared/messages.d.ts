@@ -308,6 +308,20 @@ export interface Declaration {
   accept: string;
 }
 
+/** What went wrong at a moment of a run. */
+export interface DiagnosisPublic {
+  /** First frame of the loss, or the one that was asked about; null if none is */
+  frame: number | null;
+  lost: boolean;
+  /** Who says that it is lost; empty if nobody does */
+  witness: "truth" | "tracker" | "";
+  /** What began first */
+  cause: "sample-impoverishment" | "overconfident-weights" | "look-alike-capture" | "wrong-dynamics" | "occlusion-longer-than-memory" | "degenerate-resampling" | "mirror-pose" | "shrinking-covariance" | "template-drift" | "detector-seized-by-background" | "target-not-in-the-picture" | "unclear";
+  sentence: string;
+  /** By when they began */
+  signs: SignPublic[];
+}
+
 /** What the cure changes. */
 export interface DifferencePublic {
   title: string;
@@ -362,6 +376,17 @@ export interface EstimateRequest {
   upload?: string | null;
   /** Whether to measure the time on a few runs, which takes some seconds. */
   measure?: boolean;
+}
+
+/** A column of numbers in the frames around what it shows. */
+export interface EvidencePublic {
+  name: string;
+  title: string;
+  unit: string;
+  /** Frame of the first number */
+  first: number;
+  /** A number a frame; null where there is none */
+  values: (number | null)[];
 }
 
 /** An experiment with everything that can be turned. */
@@ -442,6 +467,11 @@ export interface ExperimentPublic {
   trackers: Record<string, string>[];
   presets: PresetPublic[];
   thumbnail: string;
+}
+
+/** What can be said of a loss. */
+export interface ExplanationPublic {
+  diagnosis: DiagnosisPublic;
 }
 
 /** A file that is being written, or what came of it. */
@@ -1789,6 +1819,20 @@ export interface SightingPublic {
   looked: number;
   /** How many frames there are to look into */
   of: number;
+}
+
+/** That a cause is at work. */
+export interface SignPublic {
+  cause: "sample-impoverishment" | "overconfident-weights" | "look-alike-capture" | "wrong-dynamics" | "occlusion-longer-than-memory" | "degenerate-resampling" | "mirror-pose" | "shrinking-covariance" | "template-drift" | "detector-seized-by-background" | "target-not-in-the-picture" | "unclear";
+  title: string;
+  /** Frame since when */
+  since: number;
+  /** How clearly, 0 to 1 */
+  strength: number;
+  /** What was measured, a sentence with its numbers */
+  words: string;
+  numbers: Record<string, number | null>;
+  evidence: EvidencePublic[];
 }
 
 /** The same computation in two forms. */

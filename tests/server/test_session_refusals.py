@@ -71,6 +71,7 @@ def test_unknown_session(server: Server, client: httpx.Client) -> None:
         ("POST", "/resume"),
         ("GET", "/diagnostics"),
         ("GET", "/frame.png"),
+        ("GET", "/explanation"),
         ("POST", "/bookmarks"),
     ]:
         error_of(client.request(method, f"/api/v1/sessions/0123456789abcdef{path}"), 404)

@@ -16,6 +16,7 @@ from pftrack_server.base_path import address_of
 from pftrack_server.errors import ConflictError, NotFoundError
 from pftrack_server.experiments import find_experiment
 from pftrack_server.runs.exports import Subject, file_name
+from pftrack_server.schemas.explanations import ExplanationPublic
 from pftrack_server.schemas.inspection import InspectionPublic, InspectionUpdate
 from pftrack_server.schemas.messages import SessionPublic
 from pftrack_server.schemas.sessions import (
@@ -145,6 +146,12 @@ async def give_truth(
 async def inspect(session: ASession, body: InspectionUpdate) -> InspectionPublic:
     """Look at a place or a particle of the frame that is shown, have it drawn from now on, and tell what is found."""
     return await session.inspect(body)
+
+
+@router.get("/{session}/explanation")
+async def explain(session: ASession, frame: Annotated[int | None, Query(ge=0)] = None) -> ExplanationPublic:
+    """Tell why the target was lost in the active branch, in its first lasting loss or at a frame."""
+    return ExplanationPublic.model_validate(await session.explain(frame))
 
 
 @router.get("/{session}/frame.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})

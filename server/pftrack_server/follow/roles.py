@@ -37,6 +37,7 @@ STEERING: Final = (
     "GET /session/{steered}",
     # Each is drawn anew, by the worker that computes the run.
     "GET /api/v1/sessions/{steered}/frame.png",
+    "GET /api/v1/sessions/{steered}/explanation",
     "DELETE /api/v1/sessions/{steered}",
     "PATCH /api/v1/sessions/{steered}/parameters",
     "POST /api/v1/sessions/{steered}/transport",

@@ -282,6 +282,11 @@ class Session:
         found: InspectionPublic = await self._request(protocol.Inspect(wanted), _plain)
         return found
 
+    async def explain(self, frame: int | None) -> dict[str, Any]:
+        """Return why the target was lost in the active branch, or what is wrong in a frame, as JSON values."""
+        explanation: dict[str, Any] = await self._request(protocol.Explain(frame), _plain)
+        return explanation
+
     async def thumbnail(self) -> bytes | None:
         """Return a picture of about where it is as PNG, or None if there has been none while this server runs."""
         if self.worker is not None and self.is_free:

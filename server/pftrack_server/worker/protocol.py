@@ -23,6 +23,7 @@ __all__ = [
     "Command",
     "Credit",
     "Event",
+    "Explain",
     "Export",
     "Failed",
     "Form",
@@ -153,6 +154,17 @@ class Picture:
 
 
 @dataclass(frozen=True, slots=True)
+class Explain:
+    """Say why the target was lost; answered with an explanation as JSON values.
+
+    Attributes:
+        frame: The frame to ask about; None for the first lasting loss.
+    """
+
+    frame: int | None
+
+
+@dataclass(frozen=True, slots=True)
 class Export:
     """Write a file of the run or of the current frame; answered when it is there.
 
@@ -182,7 +194,18 @@ class Credit:
 
 
 Command: TypeAlias = (
-    Transport | Speed | Restart | Change | Branch | ReviseFilter | Activate | Save | Picture | Export | Inspect
+    Transport
+    | Speed
+    | Restart
+    | Change
+    | Branch
+    | ReviseFilter
+    | Activate
+    | Save
+    | Picture
+    | Explain
+    | Export
+    | Inspect
 )
 
 

@@ -11,6 +11,7 @@ from typing import Any
 
 from pftrack.experiment import Experiment, Setup, Step
 from pftrack.experiments import find
+from pftrack.explanation import explain
 from pftrack.exports.formats import exporting, exports_of
 from pftrack.files import free_bytes
 from pftrack.filter_files import (
@@ -137,6 +138,19 @@ class RunTree:
         rows = self.run.diagnostics[: self.run.position + 1]
         said = describe_course([row.number(BESIDE.name) for row in rows])
         return said and f"{said}."
+
+    def explain(self, frame: int | None) -> dict[str, Any]:
+        """Return why the target was lost in the active branch, as JSON values.
+
+        Args:
+            frame: The frame to ask about; the first lasting loss if None.
+
+        Raises:
+            ParameterError: The frame has not been computed.
+        """
+        if frame is not None and not 0 <= frame <= self.run.computed:
+            raise ParameterError("frame", frame, f"a frame that has been computed, 0 to {self.run.computed}")
+        return explain(self.run, frame).as_dict()
 
     def snapshot(self) -> RunSnapshot:
         """Return what moves of the active branch, as far as it is known here."""

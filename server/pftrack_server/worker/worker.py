@@ -34,6 +34,7 @@ from pftrack_server.worker.protocol import (
     Command,
     Credit,
     Described,
+    Explain,
     Export,
     Form,
     Heartbeat,
@@ -294,7 +295,7 @@ class Worker:
 
     def _answer(self, request: Request) -> None:
         # What changes neither the run nor its frame interrupts nothing; any other command ends the way to a goal.
-        looks = isinstance(request.command, Picture | Export | Save | Speed | Inspect)
+        looks = isinstance(request.command, Picture | Explain | Export | Save | Speed | Inspect)
         left = None if looks else self._way
         if left is not None:
             self._way = None
@@ -311,7 +312,7 @@ class Worker:
         if self._way is None or looks:
             self._reply(request.number, result)
 
-    def _execute(self, command: Command, number: int, left: Seek | None) -> object:  # noqa: C901, PLR0912 - one case a command
+    def _execute(self, command: Command, number: int, left: Seek | None) -> object:  # noqa: C901, PLR0911, PLR0912 - one case a command
         match command:
             case Transport(action="play"):
                 self._play()
@@ -343,6 +344,8 @@ class Worker:
                 return {"summary": self._tree.save(Path(path)), "thumbnail": self._picture()}
             case Picture():
                 return self._picture()
+            case Explain(frame=frame):
+                return self._tree.explain(frame)
             case Export(name=name, path=path, plot=plot):
                 self._tree.export(name, Path(path), plot)
                 return None

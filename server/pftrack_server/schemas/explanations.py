@@ -1,0 +1,48 @@
+"""Explanations of losses, as a session's page shows them."""
+
+from typing import Literal
+
+from pydantic import BaseModel, Field
+
+from pftrack.model.cause import CauseId
+
+__all__ = ["DiagnosisPublic", "EvidencePublic", "ExplanationPublic", "SignPublic"]
+
+
+class EvidencePublic(BaseModel):
+    """A column of numbers in the frames around what it shows."""
+
+    name: str
+    title: str
+    unit: str
+    first: int = Field(description="Frame of the first number")
+    values: list[float | None] = Field(description="A number a frame; null where there is none")
+
+
+class SignPublic(BaseModel):
+    """That a cause is at work."""
+
+    cause: CauseId
+    title: str
+    since: int = Field(description="Frame since when")
+    strength: float = Field(description="How clearly, 0 to 1")
+    words: str = Field(description="What was measured, a sentence with its numbers")
+    numbers: dict[str, float | None]
+    evidence: list[EvidencePublic]
+
+
+class DiagnosisPublic(BaseModel):
+    """What went wrong at a moment of a run."""
+
+    frame: int | None = Field(description="First frame of the loss, or the one that was asked about; null if none is")
+    lost: bool
+    witness: Literal["truth", "tracker", ""] = Field(description="Who says that it is lost; empty if nobody does")
+    cause: CauseId = Field(description="What began first")
+    sentence: str
+    signs: list[SignPublic] = Field(description="By when they began")
+
+
+class ExplanationPublic(BaseModel):
+    """What can be said of a loss."""
+
+    diagnosis: DiagnosisPublic

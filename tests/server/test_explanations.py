@@ -1,0 +1,31 @@
+"""Why a session's target was lost, over REST."""
+
+from typing import Any
+
+import httpx
+
+import pftrack
+from pftrack_server.schemas.explanations import ExplanationPublic
+from tests.server.host import begin, error_of, steer
+
+
+def test_a_session_says_why_its_target_was_lost(client: httpx.Client) -> None:
+    """The explanation of a session is that of the same run in Python; asked about a held frame it finds nothing."""
+    values = {"occlusion_width_px": 100}
+    session = begin(client, frames=60, seed=0, parameters=values)
+    place = f"/api/v1/sessions/{session['id']}"
+    before = client.get(f"{place}/explanation").json()["diagnosis"]
+    assert (before["frame"], before["signs"]) == (None, [])
+    steer(client, session["id"], "seek", frame=59)
+    told = client.get(f"{place}/explanation").json()
+    run = pftrack.run("ball", frames=60, **values)
+    assert told == ExplanationPublic.model_validate(run.explain().as_dict()).model_dump(mode="json")
+    assert told["diagnosis"]["cause"] == "occlusion-longer-than-memory"
+    calm = client.get(f"{place}/explanation", params={"frame": 4}).json()["diagnosis"]
+    assert (calm["frame"], calm["lost"], calm["signs"]) == (4, False, [])
+
+
+def test_a_frame_that_is_not_there_is_refused(client: httpx.Client, session: dict[str, Any]) -> None:
+    """What has not been computed cannot be explained; the refusal says how far the run is."""
+    answer = client.get(f"/api/v1/sessions/{session['id']}/explanation", params={"frame": 9})
+    assert "a frame that has been computed, 0 to 0" in error_of(answer, 422)["message"]
