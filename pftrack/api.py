@@ -27,7 +27,8 @@ from pftrack.runs.record import OpenSequence
 from pftrack.runs.run import Change, Run
 from pftrack.sources.beliefs.recorder import Recorder, Sources
 from pftrack.sources.formats import is_beliefs
-from pftrack.sources.sequence import open_sequence
+from pftrack.sources.results.parts import Part, open_parts
+from pftrack.sources.sequence import DEFAULT_LIMITS, open_sequence
 
 __all__ = ["compare", "load", "record", "run"]
 
@@ -95,6 +96,7 @@ def record(
     components: Sequence[str] = (),
     frame_rate_hz: float = 30.0,
     precision: Literal["single", "double"] = "single",
+    embed: bool = True,
     watch: bool = False,
 ) -> Recorder:
     """Begin a file with what a loop of your own believes; `load` opens it as a run.
@@ -106,11 +108,12 @@ def record(
 
     Args:
         path: Where to, usually .pft; a file that is there is replaced at once.
-        source: What the loop looks at: the file of a clip, whose content goes along; pictures (height, width, 3) or
-            (height, width), RGB, by number of the frame; the times of the frames (T,), s; or nothing.
+        source: What the loop looks at: the file of a clip; pictures (height, width, 3) or (height, width), RGB, by
+            number of the frame; the times of the frames (T,), s; or nothing.
         components: Names of the states' components.
         frame_rate_hz: Of frames that have no clip and no times.
         precision: Of the particles and their weights in the file.
+        embed: Whether the content of a clip goes into the file; else its name does, and the digest of its content.
         watch: Whether to open the scene in a browser and have it follow the loop.
 
     Raises:
@@ -129,11 +132,13 @@ def record(
         components=components,
         frame_rate_hz=frame_rate_hz,
         precision=precision,
+        embed=embed,
         on_written=tell,
         on_closed=lambda: tell(end=True),
     )
     if watch:
-        told.append(Watcher(find_for("beliefs"), Path(path)))
+        clip = Path(source) if isinstance(source, str | PathLike) and not embed else None
+        told.append(Watcher(find_for("beliefs"), Path(path), clip=clip))
     return made
 
 
@@ -142,7 +147,8 @@ def load(path: PathOrName, *, recording: PathOrName | None = None, trust: bool =
 
     Args:
         path: A .pft file, a saved run or a recording of beliefs; or a recipe, .json, which is computed to its end.
-        recording: Where the recording lies that it was made on, if it lies elsewhere than the file says.
+        recording: Where the recording lies that it was made on, if it lies elsewhere than the file says; of a
+            recording of beliefs its clip, if that is neither in it nor beside it.
         trust: Whether to execute the filters that the file brings, which may do all that you may.
 
     Raises:
@@ -152,7 +158,7 @@ def load(path: PathOrName, *, recording: PathOrName | None = None, trust: bool =
     """
     file = Path(path)
     if is_beliefs(file):
-        return run(find_for("beliefs").id, recording=file)
+        return _run_of_beliefs(file, recording)
     if file.suffix.lower() == ".json":
         recipe = _read_recipe(file)
         last = None
@@ -163,6 +169,19 @@ def load(path: PathOrName, *, recording: PathOrName | None = None, trust: bool =
         trust_filters(recipe)
     made = records.make(recipe, open_sequence=_opener(recording, file.parent))
     made.seek(made.frames - 1 if last is None else last)
+    return made
+
+
+def _run_of_beliefs(file: Path, clip: PathOrName | None) -> Run:
+    """Return the run of what a file says of a clip; the clip is in the file, or looked for beside it, if not given."""
+    if clip is None:
+        return run(find_for("beliefs").id, recording=file)
+    wiring = find_for("beliefs")
+    footage = Footage(name=file.name)
+    together: dict[Part, Path] = {"clip": Path(clip), "results": file}
+    setup = records.wire(wiring, footage, lambda _: open_parts(together, DEFAULT_LIMITS))
+    made = Run.from_recipe(Recipe(experiment=wiring.id, footage=footage), wiring, setup)
+    made.finish()
     return made
 
 

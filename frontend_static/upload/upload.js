@@ -18,6 +18,10 @@ const ASK_EVERY_MS = 500;
 
 const ACCEPTED = "video/*,image/*,.csv,.tsv,.txt,.xml,.json,text/csv,.pft";
 
+const OFFERED =
+  "A video, an animated GIF or pictures, a table of tracks (.csv), results of any tracker, alone or with their clip and truth, " +
+  "a recording or a saved run (.pft)";
+
 const PLACE_MS = 1000;
 
 /** Of a table, from which its columns are seen. */
@@ -98,7 +102,7 @@ export class DropZone {
       this.#picker,
       icon("film"),
       h("p", { class: "drop-words" }, h("strong", {}, "Drop a video here"), " or ", h("label", { for: "file-picker", class: "link" }, "choose a file")),
-      h("p", { class: "hint" }, "A video, an animated GIF or pictures, a table of tracks (.csv), results of any tracker, a recording or a saved run (.pft)"),
+      h("p", { class: "hint" }, OFFERED),
       cameraButton((clip) => this.#take([clip])),
     );
   }

@@ -1,7 +1,7 @@
 """`open`: a recording of beliefs, or the results of any tracker with their clip and truth, looked at like a run."""
 
 import tempfile
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,6 +15,7 @@ from pftrack.cli.run import compute_run, print_summary
 from pftrack.cli.values import values_of
 
 if TYPE_CHECKING:
+    from pftrack.model.sequence import FrameSequence
     from pftrack.sources.results.table import Form, ResultTable
 
 __all__ = ["register"]
@@ -33,7 +34,7 @@ def open_results(
             "COCO's video JSON, or a table of boxes (CSV)."
         ),
     ],
-    video: Annotated[Path | None, typer.Option(help="The video that the results are of.")] = None,
+    video: Annotated[Path | None, typer.Option(help="The video that the results or the recording are of.")] = None,
     truth: Annotated[Path | None, typer.Option(help="True boxes of the same frames, in any of these forms.")] = None,
     form: Annotated[
         str | None, typer.Option(help="What the results are: mot, otb, vot, cvat, coco or csv; told by itself.")
@@ -62,13 +63,16 @@ def open_results(
     experiment = find_for("beliefs")
     exports = wanted_exports(experiment, export or [])
     with ExitStack() as stack:
-        place = file
         said = form or first_frame or first_pixel
-        if video is not None or truth is not None or out is not None or said:
+        if out is not None or said:
             place = out or Path(stack.enter_context(tempfile.TemporaryDirectory()), f"{file.stem}.pft")
             options = (_bit("--first-frame", first_frame), _bit("--first-pixel", first_pixel))
             _record(file, place, video, truth, form, *options)
-        sequence = open_footage(stack, place)
+            sequence = open_footage(stack, place)
+        elif video is not None or truth is not None:
+            sequence = _open_together(stack, file, video, truth)
+        else:
+            sequence = open_footage(stack, file)
         if sequence.index.kind != "beliefs" or experiment.on_video is None:
             raise CommandError(f"{file.name} holds no results; `pftrack run` tracks a recording")
         for warning in sequence.index.warnings:
@@ -82,6 +86,18 @@ def open_results(
             shown = show_run(run)
             note(f"pftrack: the scene is at {shown.address}; Ctrl-C ends")
             shown.wait()
+
+
+def _open_together(stack: ExitStack, file: Path, video: Path | None, truth: Path | None) -> "FrameSequence":
+    from pftrack.sources.results.parts import Part, open_parts
+    from pftrack.sources.sequence import DEFAULT_LIMITS, SourceError
+
+    named: dict[Part, Path | None] = {"clip": video, "results": file, "truth": truth}
+    try:
+        together = open_parts({part: path for part, path in named.items() if path is not None}, DEFAULT_LIMITS)
+    except SourceError as error:
+        raise CommandError(str(error)) from None
+    return stack.enter_context(closing(together))
 
 
 def _record(

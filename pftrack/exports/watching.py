@@ -32,15 +32,18 @@ class Watcher:
         failure: Why it is not shown; None as long as it is.
     """
 
-    def __init__(self, experiment: Experiment, path: Path, *, browser: bool | None = None) -> None:
+    def __init__(
+        self, experiment: Experiment, path: Path, *, clip: Path | None = None, browser: bool | None = None
+    ) -> None:
         """Begin to watch, in a thread of its own.
 
         Args:
             experiment: What shows recordings of beliefs.
             path: The file.
+            clip: The clip that it is of, where that is not in it.
             browser: Whether to open a browser; as `show` does if not given.
         """
-        self._experiment, self._path, self._browser = experiment, path, browser
+        self._experiment, self._path, self._clip, self._browser = experiment, path, clip, browser
         self.shown: Shown | None = None
         self.failure: Exception | None = None
         self._index: FrameIndex | None = None
@@ -79,7 +82,12 @@ class Watcher:
     def _newest(self) -> Run:
         """Return the newest frames as a run that stands at the last."""
         sequence = BeliefSequence(
-            self._path.open("rb"), name=self._path.name, sha256=GROWING, limits=DEFAULT_LIMITS, index=self._index
+            self._path.open("rb"),
+            name=self._path.name,
+            sha256=GROWING,
+            limits=DEFAULT_LIMITS,
+            index=self._index,
+            clip=self._clip,
         )
         self._index = sequence.index
         if self._experiment.on_video is None:

@@ -52,6 +52,8 @@ def open_sequence(
 ) -> FrameSequence:
     """Open a video, an animated GIF, a folder of pictures, a table of tracks or a recording of beliefs.
 
+    A folder may also hold the results of a tracker with their clip and their truth (`pftrack.sources.results.parts`).
+
     A file from a stranger is hostile until shown otherwise: it may crash a decoder, keep it busy for ever, or unfold to
     more memory than there is. Whoever serves strangers opens it in a child process first that confines itself
     (`pftrack.process`), and believes the index that comes from there.
@@ -70,7 +72,10 @@ def open_sequence(
     try:
         if path.is_dir():
             from pftrack.sources.images import ImageSequence  # noqa: PLC0415
+            from pftrack.sources.results.parts import open_parts, parts_in  # noqa: PLC0415
 
+            if (parts := parts_in(path)) is not None:
+                return open_parts(parts, limits, index=index)
             return ImageSequence(path, limits, index)
         if not path.is_file():
             raise SourceError(f"there is no such file or folder; expected {ALLOWED}")
@@ -90,7 +95,9 @@ def open_sequence(
             from pftrack.sources.beliefs.sequence import BeliefSequence  # noqa: PLC0415
 
             recording = _recorded(file) if found.decoder == "results" else file
-            return BeliefSequence(recording, name=path.name, sha256=sha256, limits=limits, index=index)
+            return BeliefSequence(
+                recording, name=path.name, sha256=sha256, limits=limits, index=index, beside=path.parent
+            )
         from pftrack.sources.video import VideoSequence  # noqa: PLC0415
 
         return VideoSequence(file, found, name=path.name, sha256=sha256, limits=limits, index=index, square=square)

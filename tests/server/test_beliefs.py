@@ -68,3 +68,24 @@ def test_a_person_says_what_the_columns_are(client: httpx.Client) -> None:
     wrong = client.post("/api/v1/uploads", params={"columns": json.dumps({"frame": 0})}, files=files)
     assert "Expected the frame" in error_of(wrong, 422)["message"]
     error_of(client.post("/api/v1/uploads/table", json={"text": "a,b\n1,2\n"}), 422)
+
+
+def test_results_clip_and_truth_come_together(client: httpx.Client) -> None:
+    """They are one upload, whose pictures are the clip's and whose errors are against the truth."""
+    rows = [f"{t + 1},4,{11 + t},21,30,40,1,-1,-1,-1" for t in range(FRAMES)]
+    files = [("walk.mp4", video(FRAMES)), ("det.txt", "\n".join(rows).encode())]
+    truth = ("gt.txt", "\n".join(row.replace(",21,", ",22,") for row in rows).encode())
+    answer = send(client, *files, truth)
+    assert answer.status_code == 201, answer.text
+    upload = answer.json()
+    assert (upload["kind"], upload["frames"]) == ("beliefs", FRAMES)
+    assert upload["name"] == "det.txt + walk.mp4 + gt.txt"
+    assert client.get(f"/api/v1/uploads/{upload['id']}/frames/3.jpg").content.startswith(b"\xff\xd8")
+    wish = {"recipe": {"experiment": "recorded", "footage": {}}, "upload": upload["id"]}
+    session = client.post("/api/v1/sessions", json=session_request(wish)).json()
+    steer(client, session["id"], "seek", frame=FRAMES - 1)
+    columns = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
+    assert columns["error"][-1] == pytest.approx(1.0)
+    client.delete(f"/api/v1/sessions/{session['id']}")
+    refusal = error_of(send(client, *files, ("other.txt", truth[1])), 422)["message"]
+    assert "call the truth gt.txt" in refusal

@@ -109,10 +109,7 @@ def test_a_target_that_is_gone_is_where_it_was_seen_last(tmp_path: Path) -> None
 
 def test_a_clip_goes_along(tmp_path: Path) -> None:
     """The pictures of a recording are those of its clip, to the bit, and the clip is needed no more."""
-    clip = tmp_path / "clip.mp4"
-    with FilmWriter(clip, 25.0) as film:
-        for t in range(FRAMES):
-            film.write(np.full((48, 64, 3), 40 * t, dtype=np.uint8))
+    clip = write_clip(tmp_path / "clip.mp4")
     pictures = [open_sequence(clip).picture(t) for t in range(FRAMES)]
     path = record(tmp_path / "mine.pft", source=clip)
     clip.unlink()
@@ -187,3 +184,30 @@ def test_damage_is_refused_in_a_sentence(tmp_path: Path) -> None:
         with suppress(SourceError):
             sequence = open_sequence(path)
             sequence.content.belief(sequence.content.first, 0)
+
+
+def test_a_clip_may_be_a_file_of_its_own(tmp_path: Path) -> None:
+    """It is known by its content: beside the recording or where one says; that it is absent or another one is told."""
+    clip = write_clip(tmp_path / "clip.mp4")
+    path = record(tmp_path / "mine.pft", source=clip, embed=False)
+    assert path.stat().st_size < 20_000
+    sequence = open_sequence(path)
+    assert (sequence.size, sequence.index.warnings) == ((64, 48), ())
+    assert np.array_equal(sequence.picture(3), open_sequence(clip).picture(3))
+    elsewhere = clip.rename(tmp_path / "other.mp4")
+    alone = open_sequence(path)
+    (said,) = alone.index.warnings
+    assert said.startswith("Its clip, clip.mp4, is not here")
+    assert alone.frame_count == FRAMES
+    assert pftrack.load(path, recording=elsewhere).source.size == (64, 48)
+    write_clip(clip, shade=39)
+    assert "is another clip than its own" in open_sequence(path).index.warnings[0]
+    with pytest.raises(SourceError, match=r"another one than clip\.mp4"):
+        pftrack.load(path, recording=clip)
+
+
+def write_clip(path: Path, shade: int = 40) -> Path:
+    with FilmWriter(path, 25.0) as film:
+        for t in range(FRAMES):
+            film.write(np.full((48, 64, 3), shade * t, dtype=np.uint8))
+    return path

@@ -2,7 +2,7 @@
 
 | entry | what it holds |
 |---|---|
-| `recording.json` | version, names of the components, rate, the clip's name; always the first |
+| `recording.json` | version, components, rate, the clip's name, its digest where it is elsewhere; the first |
 | `times.npy` | (T,) time of each frame, s, where they were given |
 | `clip` | the file of the clip as it is, where the beliefs are of one |
 | `pictures/000012.jpg` | the picture of a frame, where they were given one by one |

@@ -35,12 +35,14 @@ class About:
         components: Names of the states' components.
         frame_rate_hz: Of frames that have no times.
         clip: Name of the clip's file; empty without one.
+        clip_sha256: Digest of its content where the clip is a file of its own; empty otherwise.
         remarks: What a person should know, a sentence each.
     """
 
     components: tuple[str, ...]
     frame_rate_hz: float
     clip: str
+    clip_sha256: str
     remarks: tuple[str, ...]
 
 
@@ -207,6 +209,7 @@ def _about(file: BinaryIO, entry: Entry) -> About:
         rate = float(raw["frame_rate_hz"])
         names = tuple(str(name)[:40] for name in raw["components"][:MOST_COMPONENTS])
         clip = str(raw["clip"] or "")[:200]
+        digest = str(raw.get("clip_sha256") or "")[:64]
         remarks = tuple(str(one)[:400] for one in raw["remarks"][:20])
     except (ValueError, TypeError, KeyError, RecursionError):
         raise SourceError("the recording is damaged: its description cannot be read") from None
@@ -215,4 +218,4 @@ def _about(file: BinaryIO, entry: Entry) -> About:
         raise SourceError(f"the recording is of version {version}, this pftrack reads version {VERSION}; {remedy}")
     if not 0.001 <= rate <= 100_000.0:
         raise SourceError(f"the recording has a rate of {rate:g} Hz; expected 0.001 to 100,000 Hz")
-    return About(names, rate, clip, remarks)
+    return About(names, rate, clip, digest, remarks)

@@ -5,6 +5,7 @@ since packing and writing hold no lock. What a call has not copied is never look
 arrays in place.
 """
 
+import hashlib
 import json
 import queue
 import shutil
@@ -63,6 +64,7 @@ class Recorder:
         frame_rate_hz: float = 30.0,
         precision: Literal["single", "double"] = "single",
         remarks: Sequence[str] = (),
+        embed: bool = True,
         on_written: Callable[[], None] = lambda: None,
         on_closed: Callable[[], None] = lambda: None,
     ) -> None:
@@ -70,12 +72,13 @@ class Recorder:
 
         Args:
             path: Where to, usually .pft; a file that is there is replaced at once. Or a file that is open.
-            source: What the loop looks at: the file of a clip, whose content goes along; pictures (height, width, 3) or
-                (height, width), RGB, by number of the frame; the times of the frames (T,), s; or nothing.
+            source: What the loop looks at: the file of a clip; pictures (height, width, 3) or (height, width), RGB, by
+                number of the frame; the times of the frames (T,), s; or nothing.
             components: Names of the states' components.
             frame_rate_hz: Of frames that have no clip and no times.
             precision: Of the particles and their weights in the file.
             remarks: What whoever opens it should know, a sentence each.
+            embed: Whether a clip goes along; else it is named, and known again by its content.
             on_written: Called whenever something has been written, by the thread that writes.
             on_closed: Called when all has.
 
@@ -103,12 +106,13 @@ class Recorder:
             "components": self._names,
             "frame_rate_hz": float(frame_rate_hz),
             "clip": clip.name if clip else None,
+            "clip_sha256": None if clip is None or embed else _digest(clip),
             "remarks": list(remarks),
         }
         self._archive.writestr(RECORDING_ENTRY, json.dumps(about))
         if times is not None:
             self._archive.writestr("times.npy", header_of(times.dtype, times.shape) + times.tobytes())
-        if clip is not None:
+        if clip is not None and embed:
             with clip.open("rb") as file, self._archive.open("clip", "w", force_zip64=True) as entry:
                 shutil.copyfileobj(file, entry, COPIED_BYTES)
         self._flush()
@@ -344,6 +348,11 @@ def _pictures_of(source: Sources) -> Any:  # noqa: ANN401 - whatever has a pictu
     if source is None or isinstance(source, str | PathLike) or not hasattr(source, "__getitem__") or not len(source):
         return None
     return source if np.ndim(source[0]) in {2, 3} else None
+
+
+def _digest(clip: Path) -> str:
+    with clip.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _times_of(source: Sources) -> NDArray[np.float64] | None:

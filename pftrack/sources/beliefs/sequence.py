@@ -1,10 +1,9 @@
 """A recording of beliefs as a sequence: its pictures are those of the clip that goes along, or else paper.
 
 So a recording goes the ways of a video: it is surveyed once, kept with its index, and named by the hash of its content.
-The clip is in the file itself. A path in a file is never followed: who opens a stranger's recording opens nothing else.
+The clip is in the file itself, or a file of its own; see `clip`.
 """
 
-import io
 import threading
 import weakref
 import zlib
@@ -18,9 +17,9 @@ from numpy.typing import NDArray
 
 from pftrack.model.belief import Plane
 from pftrack.model.sequence import FrameIndex, FrameSequence
-from pftrack.sources.beliefs.archive import Entry
+from pftrack.sources.beliefs.clip import find_clip, open_clip
 from pftrack.sources.beliefs.content import Content
-from pftrack.sources.formats import HEAD_BYTES, SourceError, sniff
+from pftrack.sources.formats import SourceError
 from pftrack.sources.sequence import Limits, check_pixels
 
 __all__ = ["BeliefSequence"]
@@ -43,7 +42,15 @@ class BeliefSequence:
     """
 
     def __init__(
-        self, file: BinaryIO, *, name: str, sha256: str, limits: Limits, index: FrameIndex | None = None
+        self,
+        file: BinaryIO,
+        *,
+        name: str,
+        sha256: str,
+        limits: Limits,
+        index: FrameIndex | None = None,
+        clip: Path | None = None,
+        beside: Path | None = None,
     ) -> None:
         """Read a file, which is closed with the sequence.
 
@@ -53,6 +60,8 @@ class BeliefSequence:
             sha256: Digest of its content.
             limits: How large it may be.
             index: From an earlier survey of the same content.
+            clip: The clip, where it is a file of its own.
+            beside: Where a clip is looked for that the recording names only.
 
         Raises:
             SourceError: It is no recording of beliefs, its clip cannot be read, or it exceeds the limits.
@@ -60,7 +69,11 @@ class BeliefSequence:
         self.name, self.sha256 = name, sha256
         self._file, self._lock = file, threading.Lock()
         self.content = Content(file)
-        self._clip = self._open_clip(limits, index) if "clip" in self.content.entries else None
+        found, self._missing = find_clip(file, self.content, clip, beside, limits)
+        self._clip: FrameSequence | None = None
+        if found is not None:
+            known = None if index is None else replace(index, kind="video", warnings=())
+            self._clip = open_clip(found, self.content.about.clip or name, sha256, limits, known)
         self._pictures = sorted(
             int(entry[9:-4])
             for entry in self.content.entries
@@ -120,20 +133,8 @@ class BeliefSequence:
             self._clip.close()
         self._close_file()
 
-    def _open_clip(self, limits: Limits, index: FrameIndex | None) -> FrameSequence:
-        from pftrack.sources.video import VideoSequence  # noqa: PLC0415 - it loads decoders
-
-        part = io.BufferedReader(_Part(self._file, self.content.entries["clip"]))
-        found = sniff(part.read(HEAD_BYTES))
-        if found.kind not in {"video", "gif"}:
-            raise SourceError("the clip of the recording is no video and no GIF")
-        part.seek(0)
-        known = None if index is None else replace(index, kind=found.kind, warnings=())
-        # A file of its own, so that a decoder's place in it is nobody else's.
-        return VideoSequence(part, found, name=self.content.about.clip, sha256=self.sha256, limits=limits, index=known)
-
     def _survey(self, limits: Limits) -> FrameIndex:
-        content, warnings = self.content, [*self.content.about.remarks]
+        content, warnings = self.content, [*self.content.about.remarks, *filter(None, [self._missing])]
         if self._clip is not None:
             known = self._clip.index
             warnings += [*known.warnings, *_outside(content.last + 1, known.frame_count)]
@@ -210,36 +211,3 @@ def _decode(data: bytes) -> NDArray[np.uint8] | None:
         return None
     image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR_RGB)
     return None if image is None else np.asarray(image, np.uint8)
-
-
-class _Part(io.RawIOBase):
-    """A part of a file as a file of its own, read by another descriptor so that it has a place of its own."""
-
-    def __init__(self, file: BinaryIO, entry: Entry) -> None:
-        self._file = Path(file.name).open("rb")  # noqa: SIM115 - closed with this
-        self._entry, self._place = entry, 0
-
-    def readable(self) -> bool:
-        return True
-
-    def seekable(self) -> bool:
-        return True
-
-    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
-        base = {io.SEEK_SET: 0, io.SEEK_CUR: self._place, io.SEEK_END: self._entry.size}[whence]
-        self._place = max(base + offset, 0)
-        return self._place
-
-    def tell(self) -> int:
-        return self._place
-
-    def readinto(self, buffer: "memoryview[int]") -> int:  # type: ignore[override]  # any writable buffer
-        room = min(len(buffer), max(self._entry.size - self._place, 0))
-        self._file.seek(self._entry.start + self._place)
-        count = self._file.readinto(memoryview(buffer)[:room])
-        self._place += count
-        return count
-
-    def close(self) -> None:
-        self._file.close()
-        super().close()

@@ -16,7 +16,9 @@ import structlog
 
 from pftrack.model.sequence import FrameIndex
 from pftrack.process import MEBIBYTE
+from pftrack.sources.formats import HEAD_BYTES
 from pftrack.sources.images import natural_order
+from pftrack.sources.results.parts import part_names
 from pftrack.sources.results.reading import LARGEST_FILE_BYTES
 from pftrack.sources.results.spreadsheet import rename
 from pftrack.sources.sequence import DEFAULT_LIMITS, Limits, SourceError
@@ -132,7 +134,7 @@ async def take_in(
         DiskFullError: There is no room for this one.
     """
     await asyncio.to_thread(check_room, store, settings, received.size_bytes)
-    content, names = await _to_the_end(_arrange, folder, received)
+    content, names, title = await _to_the_end(_arrange, folder, received)
 
     def look() -> Coroutine[Any, Any, FrameIndex]:
         return probe(tasks, content, limits_of(settings), stopped=stopped)
@@ -150,7 +152,7 @@ async def take_in(
     def keep() -> UploadRow:
         with _keeping:
             check_room(store, settings, received.size_bytes)
-            return _keep(store, _row(found, received), found, content)
+            return _keep(store, _row(found, received, title), found, content)
 
     return await _to_the_end(keep)
 
@@ -182,20 +184,35 @@ def _keep(store: Store, row: UploadRow, index: FrameIndex, content: Path) -> Upl
     return row
 
 
-def _arrange(folder: Path, received: Received) -> tuple[Path, dict[str, str]]:
-    """Return one file as it is, several as a folder in which they stand in the natural order of their names.
+def _arrange(folder: Path, received: Received) -> tuple[Path, dict[str, str], str]:
+    """Return one file as it is, several as a folder: results with their clip by what they are, else pictures in order.
 
-    Beside the folder come the names that they have there, each with the one that people know. A single file is never
-    spoken of by its name, and what looks like that in a sentence is from the file itself.
+    Pictures stand in the natural order of their names. Beside the folder come the names that they have there, each with
+    the one that people know; and what people call all of it. A single file is never spoken of by its name, and what
+    looks like that in a sentence is from the file itself.
+
+    Raises:
+        SourceError: They do not go together.
     """
+    files = dict(zip(received.names, received.paths, strict=True))
     if len(received.paths) == 1:
-        return received.paths[0], {}
-    pictures = folder / "pictures"
-    pictures.mkdir()
+        return received.paths[0], {}, received.names[0]
+    inside = folder / "files"
+    inside.mkdir()
+    if (parts := part_names({name: _head(path) for name, path in files.items()})) is not None:
+        for part, name in parts.items():
+            files[name].rename(inside / part)
+        return inside, {}, " + ".join(parts[part] for part in ("results", "clip", "truth") if part in parts)
     named = sorted(zip(received.names, received.paths, strict=True), key=lambda pair: natural_order(pair[0]))
     for number, (_, path) in enumerate(named):
-        path.rename(pictures / f"{number:06d}")
-    return pictures, {f"{number:06d}": name for number, (name, _) in enumerate(named)}
+        path.rename(inside / f"{number:06d}")
+    title = f"{received.names[0]} and {len(received.names) - 1} more"
+    return inside, {f"{number:06d}": name for number, (name, _) in enumerate(named)}, title
+
+
+def _head(path: Path) -> bytes:
+    with path.open("rb") as file:
+        return file.read(HEAD_BYTES)
 
 
 def _by_their_names(text: str, names: Mapping[str, str]) -> str:
@@ -203,11 +220,10 @@ def _by_their_names(text: str, names: Mapping[str, str]) -> str:
     return re.sub(r"\b\d{6}\b", lambda found: names.get(found[0], found[0]), text)
 
 
-def _row(found: FrameIndex, received: Received) -> UploadRow:
-    first, count = received.names[0], len(received.names)
+def _row(found: FrameIndex, received: Received, title: str) -> UploadRow:
     return UploadRow(
         id=new_name(),
-        name=first if count == 1 else f"{first} and {count - 1} more",
+        name=title,
         kind=found.kind,
         frames=found.frame_count,
         width=found.width,

@@ -1,0 +1,134 @@
+"""Results, their clip and their truth, each a file of its own, taken together as one recording of beliefs.
+
+What a file is, its content tells; which of two files of boxes is the truth, its name.
+"""
+
+import hashlib
+import io
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import BinaryIO, Literal, TypeAlias
+
+from pftrack.model.sequence import FrameIndex
+from pftrack.sources.beliefs.sequence import BeliefSequence
+from pftrack.sources.formats import HEAD_BYTES, Format, SourceError, sniff
+from pftrack.sources.results.reading import read_results_file
+from pftrack.sources.results.recording import record_results
+from pftrack.sources.sequence import Limits, check_bytes
+
+__all__ = ["Part", "open_parts", "part_names", "parts_in"]
+
+Part: TypeAlias = Literal["clip", "results", "truth"]
+
+MOST_FILES = 8
+"""More files than so many are pictures, or nothing that goes together."""
+
+TRUE = re.compile(r"(^|[^a-z])(gt|(ground[ _-]?)?truth)([^a-z]|$)", re.IGNORECASE)
+
+
+def part_names(heads: Mapping[str, bytes]) -> dict[Part, str] | None:
+    """Return which of several files is what; None if they are something else, such as pictures.
+
+    Args:
+        heads: Of each file by its name, `HEAD_BYTES` or fewer.
+
+    Raises:
+        SourceError: There are results among them, but they do not go together.
+    """
+    if not 2 <= len(heads) <= MOST_FILES:
+        return None
+    found = {name: _sniffed(head) for name, head in heads.items()}
+    kinds = {name: None if each is None else each.kind for name, each in found.items()}
+    if "beliefs" not in kinds.values() or "picture" in kinds.values():
+        return None
+    if others := [name for name, kind in kinds.items() if kind not in {"video", "gif", "beliefs"}]:
+        raise SourceError(f"{others[0]} does not go with results; expected their clip, and boxes that are true")
+    clips = [name for name, kind in kinds.items() if kind != "beliefs"]
+    if len(clips) > 1:
+        raise SourceError(f"results are of one clip, got {' and '.join(clips)}")
+    said = [name for name, kind in kinds.items() if kind == "beliefs"]
+    true = [name for name in said if TRUE.search(name) and len(said) > 1]
+    results = [name for name in said if name not in true]
+    if len(results) != 1 or len(true) > 1:
+        raise SourceError(
+            f"of {' and '.join(said)} one should be the results and one the truth; call the truth gt.txt, "
+            "or open the results of each tracker for themselves"
+        )
+    if true and getattr(found[true[0]], "decoder", "") != "results":
+        raise SourceError(f"{true[0]} is a recording; expected a truth of boxes")
+    named: dict[Part, list[str]] = {"clip": clips, "results": results, "truth": true}
+    return {part: names[0] for part, names in named.items() if names}
+
+
+def parts_in(folder: Path) -> dict[Part, Path] | None:
+    """Return the files of a folder that go together; None if it holds something else, such as pictures."""
+    files = {path.name: path for path in folder.iterdir() if path.is_file() and not path.name.startswith(".")}
+    if len(files) > MOST_FILES:
+        return None
+    named = part_names({name: _head(path) for name, path in files.items()})
+    return None if named is None else {part: files[name] for part, name in named.items()}
+
+
+def open_parts(parts: Mapping[Part, Path], limits: Limits, *, index: FrameIndex | None = None) -> BeliefSequence:
+    """Open results with what goes with them.
+
+    Args:
+        parts: Files by what they are; at least the results, which may be a recording of beliefs.
+        limits: How large they may be, together.
+        index: From an earlier survey of the same content.
+
+    Raises:
+        SourceError: One of them is not what it should be, is broken, or they exceed the limits.
+    """
+    results, clip, truth = parts["results"], parts.get("clip"), parts.get("truth")
+    try:
+        check_bytes(sum(path.stat().st_size for path in parts.values()), limits, "the files have")
+        digests = []
+        for path in parts.values():
+            with path.open("rb") as file:
+                digests.append(hashlib.file_digest(file, "sha256").digest())
+        sha256 = hashlib.sha256(b"".join(digests)).hexdigest()
+        known = index if index is not None and index.sha256 == sha256 else None
+        recording = _recording(results, truth)
+        try:
+            return BeliefSequence(
+                recording,
+                name=results.name,
+                sha256=sha256,
+                limits=limits,
+                index=known,
+                clip=clip,
+                beside=results.parent,
+            )
+        except BaseException:
+            recording.close()
+            raise
+    except OSError as error:
+        raise SourceError(f"a file cannot be read ({(error.strerror or 'input or output error').lower()})") from None
+
+
+def _recording(results: Path, truth: Path | None) -> BinaryIO:
+    """Return what somebody has said as a recording of beliefs, and with it what is true."""
+    said = _sniffed(_head(results))
+    if said is None or said.kind != "beliefs":
+        raise SourceError(f"{results.name} holds no results")
+    if said.decoder != "results":
+        if truth is not None:
+            raise SourceError("a recording says itself what is true; open it without a truth")
+        return results.open("rb")
+    recording = io.BytesIO()
+    record_results(read_results_file(results), recording, truth=None if truth is None else read_results_file(truth))
+    return recording
+
+
+def _head(path: Path) -> bytes:
+    with path.open("rb") as file:
+        return file.read(HEAD_BYTES)
+
+
+def _sniffed(head: bytes) -> Format | None:
+    try:
+        return sniff(head)
+    except SourceError:
+        return None
