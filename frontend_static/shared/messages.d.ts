@@ -1579,7 +1579,7 @@ export interface Series {
   title: string;
   unit: string;
   shape: "number" | "vector" | "interval" | "hypotheses";
-  role: "" | "particles" | "ess" | "resampled" | "distinct" | "share" | "flag" | "event" | "extent" | "likeness" | "model_likeness" | "mirrored";
+  role: "" | "particles" | "ess" | "resampled" | "distinct" | "share" | "flag" | "event" | "extent" | "likeness" | "model_likeness" | "mirrored" | "loss_probability";
   components: string[];
   colours: string[];
   reductions: Reduction[];

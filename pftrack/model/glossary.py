@@ -126,6 +126,11 @@ GLOSSARY = (
             Term("error", "distance between estimate and truth, in the unit of the experiment"),
             Term("lost", "the error is above the limit of the experiment; the truth decides"),
             Term("searching", "the tracker itself says that it has no target"),
+            Term(
+                "probability of being lost",
+                "how probable it is that the target is lost, told from what the tracker computes, without the truth",
+                ("loss probability", "probability that the target is lost"),
+            ),
             Term("hidden", "something covers the target in this frame"),
             Term("measure", "one number for a whole run, such as the share of frames inside the true box"),
             Term("success", "a measure that the experiment names is good enough"),

@@ -60,6 +60,7 @@ SeriesRole: TypeAlias = Literal[
     "likeness",
     "model_likeness",
     "mirrored",
+    "loss_probability",
 ]
 """What general code may do with a series without knowing its name.
 
@@ -74,6 +75,8 @@ SeriesRole: TypeAlias = Literal[
 - "likeness": a number from 0 to 1, how like the tracker's model of the target that is which is at the estimate.
 - "model_likeness": a number from 0 to 1, how like the first look of the target that model is.
 - "mirrored": a number, 1 where the estimate is nearer to a mirror image of the truth than to the truth, else 0.
+- "loss_probability": a number from 0 to 1, how probable it is that the target is lost; it is told from the rows of a
+  run (`pftrack.loss`), and no tracker reports it.
 """
 
 

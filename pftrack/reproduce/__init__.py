@@ -15,6 +15,7 @@ could not be confirmed is computed all the same and reported as different, never
 - `motion`: learning the dynamics while tracking, ch. 3 section 4;
 - `prism`: features in two layers with an adaptive sampling distribution, ch. 4 section 3;
 - `head`: the same on the face of a driver who turns the head, ch. 4 section 4;
+- `loss`: how true the probabilities are by which trackers say that they have lost their target;
 - `histogram`: a window by its colours, past a look-alike and behind a column;
 - `structure`: the shape of prism and face from their tracks, ch. 4 section 5;
 - `trajectories`: tracks with outliers under three laws of the noise, simulated and in pictures (Ichimura and Ikoma);
@@ -28,7 +29,7 @@ from functools import partial
 from pathlib import Path
 from time import process_time
 
-from pftrack.reproduce import calibration, signals
+from pftrack.reproduce import calibration, loss, signals
 from pftrack.reproduce.ball import counts, maps, motion, occlusion, oracle, other_scene, sensitivity
 from pftrack.reproduce.costs import SECONDS
 from pftrack.reproduce.finding import Finding, describe_verdicts, not_run
@@ -70,6 +71,7 @@ RESULTS: dict[str, Callable[[Pool, bool], list[Finding]]] = {
     "pose-filters": prism.pose_filters,
     "head": head.pose,
     "calibration": calibration.coverage,
+    "loss": loss.loss_probabilities,
     "structure": structure.prism,
     "structure-face": structure.faces,
     "histogram": histogram.table,

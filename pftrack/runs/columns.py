@@ -1,14 +1,17 @@
 """Columns: the numbers of a run's frames as arrays by name, as files hold them, notebooks show and lessons read them.
 
 What every frame has comes under the names of its diagnostics, and what tracker and experiment have measured under
-`series_NAME`. A number that is not known is NaN; true and false are 1 and 0.
+`series_NAME`, with the probability that the target is lost, where the tracker has one. A number that is not known is
+NaN; true and false are 1 and 0.
 """
 
 from typing import Any
 
 import numpy as np
 
+from pftrack.loss.declaration import LOSS_PROBABILITY
 from pftrack.model import series
+from pftrack.runs.loss_probability import loss_probabilities
 from pftrack.runs.run import Run
 
 __all__ = ["PREFIX", "columns_of"]
@@ -25,7 +28,8 @@ def columns_of(run: Run) -> dict[str, np.ndarray[Any, Any]]:
         values = [row.series.get(declared.name) for row in run.diagnostics]
         if any(value is not None for value in values):
             columns |= {f"{PREFIX}{name}": column for name, column in series.columns(declared, values).items()}
-    return columns
+    said = loss_probabilities(run)
+    return columns if np.isnan(said).all() else columns | {f"{PREFIX}{LOSS_PROBABILITY.name}": said}
 
 
 def _column(values: list[Any]) -> np.ndarray[Any, Any]:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiment import Experiment
+from pftrack.loss.declaration import LOSS_PROBABILITY
 from pftrack.model.series import Series
 from pftrack.runs.columns import PREFIX, columns_of
 from pftrack.runs.run import Run
@@ -100,7 +101,7 @@ def _origins(experiment: Experiment) -> Iterator[tuple[str, _Origin]]:
     for name, title in OWN.items():
         unit = experiment.unit if name in IN_UNIT_OF_RUN else UNITS.get(name, "")
         yield name, _Origin(title, unit, PARTS.get(name, ()))
-    for series in experiment.all_series():
+    for series in (*experiment.all_series(), LOSS_PROBABILITY):
         name = f"{PREFIX}{series.name}"
         yield name, _Origin(series.title, series.unit, _parts(series))
         if series.shape == "hypotheses":

@@ -1,0 +1,29 @@
+"""How probable it is that the ball is lost: fitted with `python -m tools.loss ball`, kept in `loss.json`."""
+
+from pathlib import Path
+
+from pftrack.loss.declaration import read_declaration
+from pftrack.loss.scenes import Scenes
+from pftrack.trackers.ball.step import TRACKERS
+
+__all__ = ["LOSS"]
+
+SCENES = Scenes(
+    {
+        "occlusion_width_px": (0.0, 110.0),
+        "distracter_radius_px": (1.0, 20.0),
+        "layout": (0, 19),
+        "period_s": (0.8, 3.0),
+        "amplitude_px": (50.0, 120.0),
+        "ball_radius_px": (4.0, 9.0),
+    },
+    {
+        "sample_count": (50, 100, 200, 400, 800, 1600),
+        "ball_path": ("swings", "swings", "swings", "bounces"),
+        "process_noise_px": (2.0, 3.0, 5.0),
+        "image_noise_sd": (0.0, 0.0, 0.0, 0.0, 0.0, 10.0),
+    },
+)
+"""Pillars of all widths, look-alikes of all sizes, slow and fast balls, few particles and many."""
+
+LOSS = read_declaration(Path(__file__).with_name("loss.json"), TRACKERS, SCENES)

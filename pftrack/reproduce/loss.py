@@ -1,0 +1,189 @@
+"""How true the probabilities are by which trackers say that they have lost their target (docs/explanation/loss.md).
+
+They are fitted on some scenes that are drawn at random, and judged here on others: a tracker declares its probability
+where the expected calibration error in these is at most 0.05. No publication has such figures of these trackers.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.experiment import Experiment
+from pftrack.experiments import EXPERIMENTS, find
+from pftrack.loss import scores
+from pftrack.loss.declaration import MOST_ERROR
+from pftrack.loss.logistic import Logistic, fit
+from pftrack.loss.model import LossModel, Past, follow_features
+from pftrack.loss.scenes import FIRST_JUDGED, Scenes
+from pftrack.loss.signals import signal_names
+from pftrack.reproduce.finding import Finding, Own, claim, not_run
+from pftrack.reproduce.pool import Pool
+from pftrack.runs.run import Change, Run
+
+__all__ = [
+    "Case",
+    "Judgement",
+    "Witnessed",
+    "cases",
+    "findings_of",
+    "fit_model",
+    "judge",
+    "loss_probabilities",
+    "scenes_of",
+    "signals_of",
+    "witness",
+]
+
+OURS = Own("this project, docs/explanation/loss.md")
+RIDGE = 10.0
+CHANCE = 0.5
+REFUSED = "none is declared: fitted, its calibration error was {:.3f} in scenes that were not"
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One run in a scene that was drawn, by its number, and the signals that are read of it."""
+
+    experiment: str
+    tracker: str
+    number: int
+    signals: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Witnessed:
+    """What was seen in the L frames of a run whose truth is known.
+
+    Attributes:
+        features: (L, F).
+        lost: (L,) whether the target was, by the truth.
+    """
+
+    features: NDArray[np.float64]
+    lost: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """How good probabilities are in runs that were not fitted.
+
+    Attributes:
+        bins: Frames by their probability.
+        brier: Brier score.
+        base: That of who always says the share of lost frames.
+        roc: What thresholds tell.
+        delays: How soon losses were told.
+    """
+
+    bins: tuple[scores.Bin, ...]
+    brier: float
+    base: float
+    roc: scores.Roc
+    delays: scores.Delays
+
+    @property
+    def error(self) -> float:
+        """Expected calibration error."""
+        return scores.calibration_error(self.bins)
+
+
+def signals_of(experiment: Experiment, tracker: str) -> tuple[str, ...]:
+    """Return the signals of a tracker."""
+    chosen = experiment.trackers[tracker]
+    return signal_names(chosen.series, searches=chosen.searching is not None, more=experiment.loss.signals)
+
+
+def cases(experiment: str, tracker: str, numbers: Iterable[int], signals: tuple[str, ...]) -> list[Case]:
+    """Return the runs of a tracker in some scenes."""
+    return [Case(experiment, tracker, number, signals) for number in numbers]
+
+
+def witness(case: Case) -> Witnessed:
+    """Return what was seen in a run."""
+    experiment = find(case.experiment)
+    scenes = scenes_of(experiment)
+    run = Run(
+        experiment,
+        experiment.simulate(),
+        tracker=case.tracker,
+        seed=case.number,
+        frames=scenes.frames,
+        timeline=(Change(0, scenes.draw(case.number)),),
+    )
+    run.finish()
+    series = {one.name: one for one in experiment.trackers[case.tracker].series}
+    _, features = follow_features(case.signals, series, Past(), run.diagnostics)
+    verdicts = [row.lost for row in run.diagnostics[1:]]
+    known = np.array([one is not None for one in verdicts])
+    return Witnessed(features[known], np.array([one is True for one in verdicts])[known])
+
+
+def fit_model(experiment: Experiment, tracker: str, seen: Sequence[Witnessed]) -> LossModel:
+    """Return what says it of a tracker, by runs in scenes that are there to be fitted."""
+    regression = fit(
+        np.concatenate([one.features for one in seen]), np.concatenate([one.lost for one in seen]), ridge=RIDGE
+    )
+    series = {one.name: one for one in experiment.trackers[tracker].series}
+    return LossModel(signals_of(experiment, tracker), regression, series)
+
+
+def judge(regression: Logistic, seen: Sequence[Witnessed]) -> Judgement:
+    """Return how good probabilities are in runs."""
+    told = [(regression.probabilities(one.features), one.lost) for one in seen]
+    probabilities, lost = (np.concatenate(column) for column in zip(*told, strict=True))
+    return Judgement(
+        scores.reliability(probabilities, lost),
+        scores.brier(probabilities, lost),
+        scores.brier(np.full(len(lost), lost.mean()), lost),
+        scores.roc(probabilities, lost),
+        scores.delays(told),
+    )
+
+
+def loss_probabilities(pool: Pool, full: bool) -> list[Finding]:
+    """Judge what every tracker declares in the scenes that are there for it."""
+    if not full:
+        return [not_run("loss", "a dozen scenes do not tell whether a probability is true")]
+    findings = []
+    for name in EXPERIMENTS.own:
+        declared = EXPERIMENTS[name].loss
+        for tracker, model in declared.models.items():
+            numbers = range(FIRST_JUDGED, FIRST_JUDGED + scenes_of(EXPERIMENTS[name]).judged)
+            findings += findings_of(
+                name, tracker, judge(model.regression, pool.map(witness, cases(name, tracker, numbers, model.signals)))
+            )
+        findings += [
+            not_run(f"loss: {name}, {tracker}", REFUSED.format(error)) for tracker, error in declared.refused.items()
+        ]
+    return findings
+
+
+def findings_of(experiment: str, tracker: str, found: Judgement) -> list[Finding]:
+    """Return what is said of the probability of a tracker."""
+    name, say = f"loss: {experiment}, {tracker}", partial(claim, source=OURS)
+    return [
+        say(f"{name}: calibration error (at most {MOST_ERROR:.2f})", found.error, holds=found.error <= MOST_ERROR),
+        say(f"{name}: Brier score (below the next)", found.brier, holds=found.brier < found.base),
+        say(f"{name}: Brier score of who knows but the share of lost frames", found.base, holds=True),
+        say(f"{name}: area under the ROC curve (above 0.5)", found.roc.area, holds=found.roc.area > CHANCE),
+        say(
+            f"{name}: share of the losses that are told (above 0.5)",
+            found.delays.share,
+            holds=found.delays.share > CHANCE,
+        ),
+        say(f"{name}: frames until half of the losses are told", found.delays.median, holds=True),
+    ]
+
+
+def scenes_of(experiment: Experiment) -> Scenes:
+    """Return the scenes on which the probabilities of an experiment are fitted and judged.
+
+    Raises:
+        ValueError: It has none.
+    """
+    if experiment.loss.scenes is None:
+        raise ValueError(f"{experiment.id} has no scenes in which a loss probability is fitted")
+    return experiment.loss.scenes

@@ -1,0 +1,58 @@
+"""How probable it is that the target of a run is lost, frame by frame.
+
+It is told from the rows when it is asked for: a run costs nothing for it, and runs of earlier versions have it, too.
+"""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.loss.model import Past
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.runs.run import Run
+
+__all__ = ["LossAccount", "loss_probabilities"]
+
+
+def loss_probabilities(run: Run) -> NDArray[np.float64]:
+    """Return the probability in each frame that a run has computed, (L,).
+
+    NaN in frame 0, in which a tracker only begins, and wherever the tracker has no such probability. A tracker that
+    takes over begins anew: its first frame has none, either.
+    """
+    return LossAccount().extend(run)
+
+
+class LossAccount:
+    """The same of a run that goes on: what was told is not computed again."""
+
+    def __init__(self) -> None:
+        """Begin with no frame."""
+        self._rows: list[Diagnostics] | None = None
+        self._told: list[float] = []
+        self._past = Past()
+        self._tracker = ""
+
+    def extend(self, run: Run) -> NDArray[np.float64]:
+        """Return the probability in each frame that the run has computed, (L,), given what was told of it before."""
+        if self._rows is not run.diagnostics:
+            # Another run, such as a branch.
+            self._rows, self._told, self._past, self._tracker = run.diagnostics, [], Past(), ""
+        begun, end = len(self._told), len(run.diagnostics)
+        edges = [begun, *(one.start for one in run.timeline.segments if begun < one.start < end), end]
+        for start, stop in pairwise(edges):
+            self._told += self._follow(run, start, run.diagnostics[start:stop])
+        return np.array(self._told)
+
+    def _follow(self, run: Run, start: int, rows: Sequence[Diagnostics]) -> list[float]:
+        """Return the probability in some frames that one tracker has computed."""
+        tracker = run.tracker_at(start)
+        if tracker != self._tracker:
+            self._tracker, self._past = tracker, Past()
+        model = run.experiment.loss.model_of(tracker, recording=run.setup.footage is not None)
+        if model is None:
+            return [np.nan] * len(rows)
+        self._past, told = model.follow(self._past, rows)
+        return [float(one) for one in told]

@@ -1,0 +1,94 @@
+"""The probability of a loss is told from the rows: of runs of any age, as they go on, and by the tracker in force."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pftrack
+from pftrack.experiments import find
+from pftrack.loss.declaration import read_declaration, write_models
+from pftrack.loss.scenes import Scenes
+from pftrack.model.parameters import Value
+from pftrack.runs.columns import columns_of
+from pftrack.runs.loss_probability import LossAccount, loss_probabilities
+from pftrack.runs.run import Change, Run
+
+BALL = find("ball")
+FRAMES = 40
+
+
+def _run(values: dict[str, Value] | None = None, frames: int = FRAMES) -> Run:
+    timeline = (Change(0, values or {}),)
+    return Run(BALL, BALL.simulate(), tracker="h-spf", seed=0, frames=frames, timeline=timeline)
+
+
+@pytest.fixture(scope="module")
+def lost() -> Run:
+    run = _run({"occlusion_width_px": 100, "distracter_radius_px": 18})
+    run.finish()
+    return run
+
+
+def test_it_is_high_where_the_ball_is_lost_and_low_where_it_is_held(lost: Run) -> None:
+    """Behind a wide pillar the ball is lost and the tracker says so; without one it says that it follows."""
+    told = loss_probabilities(lost)
+    assert np.isnan(told[0])
+    truly = np.array([row.lost is True for row in lost.diagnostics])
+    assert told[truly].mean() > 0.8
+    held = _run({"occlusion_width_px": 0, "distracter_radius_px": 0})
+    held.finish()
+    assert not any(row.lost for row in held.diagnostics)
+    assert loss_probabilities(held)[1:].max() < 0.2
+
+
+def test_a_run_that_goes_on_is_told_the_same(lost: Run) -> None:
+    """Frame by frame, in pieces and at once come to the same bits, and a branch begins again."""
+    run, account = _run({"occlusion_width_px": 100, "distracter_radius_px": 18}), LossAccount()
+    for frame in (3, 4, 20, FRAMES - 1):
+        run.seek(frame)
+        found = account.extend(run)
+    assert np.array_equal(found, loss_probabilities(lost), equal_nan=True)
+    assert np.array_equal(account.extend(run), found, equal_nan=True)
+    branch = run.branch(10, {"sample_count": 50})
+    assert np.array_equal(account.extend(branch), found[:11], equal_nan=True)
+
+
+def test_a_tracker_that_takes_over_begins_anew() -> None:
+    """Its first frame has no probability, and one without a model has none at all."""
+    run = _run()
+    run.seek(9)
+    run.change({"tracker": "apf"})
+    run.finish()
+    told = loss_probabilities(run)
+    assert np.flatnonzero(np.isnan(told)).tolist() == [0, 10]
+
+
+def test_it_is_a_column_of_the_run(lost: Run) -> None:
+    """Tables and notebooks have it under the name of its series, with its title."""
+    column = columns_of(lost)["series_loss_probability"]
+    assert np.array_equal(column, loss_probabilities(lost), equal_nan=True)
+    field = lost.table().schema.field("series_loss_probability")
+    assert field.metadata[b"title"] == b"probability that the target is lost"
+
+
+def test_a_saved_run_has_it(lost: Run, tmp_path: Path) -> None:
+    """It is told again from what the file holds, to the same bits."""
+    lost.save(tmp_path / "run.pft")
+    assert np.array_equal(
+        loss_probabilities(pftrack.load(tmp_path / "run.pft")), loss_probabilities(lost), equal_nan=True
+    )
+
+
+def test_a_file_of_probabilities_comes_back(tmp_path: Path) -> None:
+    """Written and read again, models tell the same; what is no such file, or of another tracker, is refused."""
+    path, scenes = tmp_path / "loss.json", Scenes({})
+    path.write_text(write_models(BALL.loss.models, {"kalman": 0.5}, {"experiment": "ball"}), "utf-8")
+    again = read_declaration(path, BALL.trackers, scenes)
+    assert (again.models, again.refused) == (BALL.loss.models, {"kalman": 0.5})
+    raw = json.loads(path.read_text("utf-8"))
+    for wrong in ({}, raw | {"version": 2}, raw | {"trackers": {"nobody": raw["trackers"]["h-spf"]}}):
+        path.write_text(json.dumps(wrong), "utf-8")
+        with pytest.raises(ValueError, match="no file of loss probabilities"):
+            read_declaration(path, BALL.trackers, scenes)
