@@ -1,13 +1,17 @@
-"""The explanation of a run: why the target was lost, as far as its own numbers tell.
+"""The explanation of a run: why the target was lost, as far as its own numbers tell, and what would have saved it.
 
 `Run.explain` and `pftrack explain` lead here. What is known of a loss comes together in one place, so that the page,
 the command line, a notebook and an export say the same.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
+from pftrack.counterfactuals import LossError, Report, what_if
+from pftrack.counterfactuals.trials import ROUNDS
 from pftrack.diagnosis import Diagnosis, diagnose
+from pftrack.entry_points import PRESENTERS, load
 from pftrack.runs.run import Run
 
 __all__ = ["Explanation", "explain"]
@@ -19,31 +23,55 @@ class Explanation:
 
     Attributes:
         diagnosis: What went wrong, with the numbers that this is said from.
+        what_if: What would have saved the run; None where that was not asked, or nothing was lost.
     """
 
     diagnosis: Diagnosis
+    what_if: Report | None = None
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """The explanation in sentences: what went wrong first, then what each sign is said from."""
-        return (self.diagnosis.sentence, *(sign.words for sign in self.diagnosis.signs))
+        """The explanation in sentences: what went wrong, what each sign is said from, and what would have saved it."""
+        saved = () if self.what_if is None else self.what_if.lines
+        return (self.diagnosis.sentence, *(sign.words for sign in self.diagnosis.signs), *saved)
 
     def as_dict(self) -> dict[str, Any]:
         """Return all of it as JSON values."""
-        return {"diagnosis": self.diagnosis.as_dict()}
+        return {
+            "diagnosis": self.diagnosis.as_dict(),
+            "what_if": None if self.what_if is None else self.what_if.as_dict(),
+        }
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows."""
+        return cast("str", load(PRESENTERS, "explanation_html")(self))
 
     def __str__(self) -> str:
         return "\n".join(self.lines)
 
 
-def explain(run: Run, frame: int | None = None) -> Explanation:
+def explain(
+    run: Run, frame: int | None = None, *, seeds: int = 0, on_step: Callable[[int, int], None] = lambda *_: None
+) -> Explanation:
     """Return the explanation of a run, as far as it has been computed.
 
     Args:
         run: The run.
         frame: The frame to ask about; the first lasting loss if not given.
+        seeds: With how many each change is tried that might have saved the run; 0 tries none.
+        on_step: Is called with the runs that were tried, and with all that there are.
 
     Raises:
         ValueError: The frame has not been computed.
     """
-    return Explanation(diagnose(run, frame))
+    diagnosis = diagnose(run, frame)
+    if not seeds or not diagnosis.lost:
+        return Explanation(diagnosis)
+    rounds = (*(count for count in ROUNDS if count < seeds), seeds)
+    found: Report | None = None
+    try:
+        for found in what_if(run, diagnosis.frame, rounds=rounds):
+            on_step(sum(each.runs for each in found.findings), (found.planned + 1) * seeds)
+    except LossError:  # it is lost from the beginning on: there is nothing before that could be changed
+        return Explanation(diagnosis)
+    return Explanation(diagnosis, found)

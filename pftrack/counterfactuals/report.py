@@ -16,6 +16,14 @@ __all__ = ["CAVEAT", "LEVEL", "Comparison", "Finding", "Report", "Verdict"]
 Verdict: TypeAlias = Literal["baseline", "better", "worse", "unclear"]
 """What may be said of a change: "unclear" where chance alone would do as much."""
 
+WORDS: Mapping[Verdict, str] = {
+    "baseline": "",
+    "better": "better than no change",
+    "worse": "worse than no change",
+    "unclear": "not clearly better than no change",
+}
+"""What verdicts are called."""
+
 LEVEL = 0.05
 """Corrected p-values below this are called better or worse than no change."""
 
@@ -166,6 +174,17 @@ class Report:
             return f"{luck} Best of the {self.planned} changes: {told}"
         tried = "None" if self.is_complete else "So far none"
         return f"{luck} {tried} of the {self.planned} changes is clearly better."
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """All of it in sentences: what it comes to, each finding, and what it does not say."""
+        return (self.sentence, *map(self._line, self.best_first), CAVEAT)
+
+    def _line(self, each: Finding) -> str:
+        low, high = each.interval
+        held = f"{each.holding} of {each.runs} hold ({low:.0%} to {high:.0%})"
+        said = "" if each is self.baseline else f", {WORDS[self.verdict(each)]}"
+        return f"{each.alternative.title}: {held}, {each.step_ms:.2g} ms a step{said}."
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON values, the findings best first."""

@@ -10,7 +10,7 @@ from pftrack.counterfactuals.report import Finding, Report
 from pftrack.model.timeline import Change, Timeline
 from pftrack.runs.continuation import Continuation, Stretch, read_stretches
 from pftrack.runs.ensemble import other_seeds
-from pftrack.runs.loss import before_loss
+from pftrack.runs.loss import before_loss, first_loss, losses
 from pftrack.runs.run import Run
 
 __all__ = ["HORIZON_FRAMES", "JUDGED_FRAMES", "ROUNDS", "LossError", "find_loss", "what_if"]
@@ -35,16 +35,17 @@ def find_loss(run: Run, frame: int | None = None) -> int:
     Args:
         run: As far as it has been computed.
         frame: The last loss that began at or before this frame is meant, failing that the first after it; the first
-            of all if not given.
+            that lasts if not given.
 
     Raises:
         LossError: The run has not lost its target so far.
     """
     lost = [_is_lost(row.lost, row.searching) for row in run.diagnostics]
-    starts = [index for index, it in enumerate(lost) if it and (index == 0 or not lost[index - 1])]
-    if not starts:
+    first = first_loss(lost)
+    if first is None:
         raise LossError("the run has not lost its target so far")
-    return starts[0] if frame is None else max((start for start in starts if start <= frame), default=starts[0])
+    starts = [start for start, _ in losses(lost)]
+    return first if frame is None else max((start for start in starts if start <= frame), default=starts[0])
 
 
 def what_if(

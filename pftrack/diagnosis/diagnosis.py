@@ -7,11 +7,12 @@ from typing import Any, Protocol
 import numpy as np
 
 from pftrack.diagnosis.course import COLUMNS, Course, Witness, course_of
-from pftrack.diagnosis.moment import Moment, first_loss
+from pftrack.diagnosis.moment import Moment
 from pftrack.diagnosis.rules import RULES, Rule, Sign
 from pftrack.experiment import Experiment, Step
 from pftrack.model.cause import CAUSES, CauseId
 from pftrack.model.diagnostics import Diagnostics
+from pftrack.runs.loss import first_loss
 
 __all__ = ["Diagnosis", "Evidence", "Followed", "diagnose", "diagnose_course"]
 
@@ -162,7 +163,7 @@ def diagnose_course(course: Course, frame: int | None = None, rules: Sequence[Ru
     """
     if frame is not None and not 0 <= frame < len(course):
         raise ValueError(f"frame must be a whole number between 0 and {len(course) - 1}, got {frame}")
-    at = first_loss(course) if frame is None else _begin(course, frame)
+    at = first_loss(course.lost.tolist()) if frame is None else _begin(course, frame)
     if at is None:
         return Diagnosis(None, lost=False, witness=course.witness)
     moment = Moment(course, at)

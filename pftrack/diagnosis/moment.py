@@ -6,11 +6,9 @@ from functools import cached_property
 import numpy as np
 
 from pftrack.diagnosis.course import Course, Flags, Numbers
+from pftrack.runs.loss import LASTING_FRAMES
 
-__all__ = ["Moment", "first_loss", "losses", "middle"]
-
-LASTING = 5
-"""A loss is one to ask about if it lasts so many frames, or to the end."""
+__all__ = ["Moment", "middle"]
 
 SCATTERS = 3.0
 """A fit is low if it is below its usual value by so many times its usual scatter,"""
@@ -46,7 +44,7 @@ class Moment:
         course, frames = self.course, np.arange(len(self.course))
         good = (frames >= 1) & (frames < self.frame) & ~course.lost & (course.hidden != 1.0) & (course.outside != 1.0)
         calm = good & (frames < self.frame - 2)
-        return np.asarray(calm if np.count_nonzero(calm) >= LASTING else good)
+        return np.asarray(calm if np.count_nonzero(calm) >= LASTING_FRAMES else good)
 
     @cached_property
     def usual_fit(self) -> float:
@@ -115,19 +113,6 @@ class Moment:
             return self.frame + (int(later[0]) if len(later) else 0)
         breaks = np.flatnonzero(np.diff(places) > gap + 1)
         return int(places[breaks[-1] + 1] if len(breaks) else places[0])
-
-
-def losses(course: Course) -> list[tuple[int, int]]:
-    """Return the first and the last frame of each loss, by time."""
-    changes = np.flatnonzero(np.diff(np.concatenate([[False], course.lost, [False]]).astype(np.int8)))
-    return [(int(first), int(behind) - 1) for first, behind in changes.reshape(-1, 2)]
-
-
-def first_loss(course: Course) -> int | None:
-    """Return the frame in which the first lasting loss begins, or the first loss; None if there is none."""
-    found, last = losses(course), len(course) - 1
-    lasting = [begin for begin, end in found if end - begin + 1 >= LASTING or end == last]
-    return next(iter(lasting), found[0][0] if found else None)
 
 
 def middle(values: Numbers) -> float:

@@ -2,10 +2,13 @@
 
 from collections.abc import Sequence
 
-__all__ = ["APPROACH_FRAMES", "approach", "before_loss", "loss_start"]
+__all__ = ["APPROACH_FRAMES", "LASTING_FRAMES", "approach", "before_loss", "first_loss", "loss_start", "losses"]
 
 APPROACH_FRAMES = 10
 """Frames before a loss at which one begins to watch."""
+
+LASTING_FRAMES = 5
+"""A loss is one to ask about if it lasts so many frames, or to the end."""
 
 MEMORY_FRAMES = 40
 """A target that was out of sight this many frames before it was lost was lost because of that."""
@@ -31,6 +34,19 @@ def loss_start(frame: int, before: int | None, *, lost: bool | None, searching: 
     if not (lost or searching):
         return None
     return frame if before is None else before
+
+
+def losses(lost: Sequence[bool]) -> list[tuple[int, int]]:
+    """Return the first and the last frame of each loss, by time, from whether the target is lost in each frame."""
+    ends = [index for index, holds in enumerate(lost) if holds and not any(lost[index + 1 : index + 2])]
+    return list(zip(_starts(lost), ends, strict=True))
+
+
+def first_loss(lost: Sequence[bool]) -> int | None:
+    """Return the frame in which the first lasting loss begins, or the first loss; None if there is none."""
+    found = losses(lost)
+    lasting = [first for first, last in found if last - first + 1 >= LASTING_FRAMES or last + 1 == len(lost)]
+    return next(iter(lasting), found[0][0] if found else None)
 
 
 def before_loss(lost: Sequence[bool], hidden: Sequence[bool], frame: int) -> int | None:

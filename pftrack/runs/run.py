@@ -438,16 +438,17 @@ class Run:
         """
         return cast(Exported, load(PRESENTERS, "export")(self, Path(path), plot=plot))
 
-    def explain(self, frame: int | None = None) -> Any:  # noqa: ANN401 - what explains runs lies above
+    def explain(self, frame: int | None = None, *, seeds: int = 0) -> Any:  # noqa: ANN401 - what explains runs lies above
         """Return why the target was lost, as far as the run has been computed: a `pftrack.explanation.Explanation`.
 
         Args:
             frame: The frame to ask about; the first lasting loss if not given.
+            seeds: With how many each change is tried that might have saved the run; 0 tries none.
 
         Raises:
             ValueError: The frame has not been computed.
         """
-        return load(PRESENTERS, "explain")(self, frame)
+        return load(PRESENTERS, "explain")(self, frame, seeds=seeds)
 
     def _evaluated(self) -> EvaluatedRun:
         return evaluated_run(self.diagnostics, self.experiment.all_series(), judged=self.experiment.judges_loss)

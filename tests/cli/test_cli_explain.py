@@ -13,9 +13,28 @@ def test_a_saved_run_is_explained_by_command_as_in_python(call: Call, tmp_path: 
     run, file = pftrack.run("ball", tracker="kalman", frames=60, **values), tmp_path / "lost.pft"
     run.save(file)
     explained = run.explain()
-    code, out, _ = call("explain", str(file))
+    code, out, _ = call("explain", str(file), "--seeds", "0")
     assert (code, out.splitlines()) == (0, list(explained.lines))
-    assert json.loads(call("explain", str(file), "--json")[1]) == json.loads(json.dumps(explained.as_dict()))
-    asked = json.loads(call("explain", str(file), "--frame", "30", "--json")[1])["diagnosis"]
+    assert json.loads(call("explain", str(file), "--seeds", "0", "--json")[1]) == json.loads(
+        json.dumps(explained.as_dict())
+    )
+    asked = json.loads(call("explain", str(file), "--frame", "30", "--seeds", "0", "--json")[1])["diagnosis"]
     assert asked["cause"] == "shrinking-covariance"
     refused(call("explain", str(file), "--frame", "60"), 2, "--frame must be a whole number between 0 and 59")
+    refused(call("explain", str(file), "--seeds", "-1"), 2, "--seeds must be a whole number between 0 and 1000")
+
+
+def test_the_command_says_what_would_have_saved_it(call: Call, tmp_path: Path) -> None:
+    """After the diagnosis come what was tried, the unchanged settings first, and what that does not say."""
+    run, file = pftrack.run("ball", preset="too-wide", frames=45), tmp_path / "lost.pft"
+    run.save(file)
+    explained = run.explain(seeds=2)
+    code, out, _ = call("explain", str(file), "--seeds", "2")
+    lines = out.splitlines()
+    assert (code, lines[0]) == (0, explained.diagnosis.sentence)
+    assert lines[-1] == "A cure of this run is not a cure in general: a sweep over seeds and scenes says that."
+    begin = next(place for place, line in enumerate(lines) if line.startswith("Of 2 other seeds"))
+    assert lines[begin + 1].startswith("Same settings, other seeds: 0 of 2 hold (0% to 66%), ")
+    assert any(line.startswith("Occluder width 100 px to 50 px: 1 of 2 hold (9% to 91%), ") for line in lines[begin:])
+    assert "Occluder width 100 px to 50 px" in explained._repr_html_()
+    assert pftrack.run("ball", preset="works", frames=5).explain(seeds=2).what_if is None

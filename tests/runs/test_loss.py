@@ -2,7 +2,7 @@
 
 import pytest
 
-from pftrack.runs.loss import approach, before_loss, loss_start
+from pftrack.runs.loss import approach, before_loss, first_loss, loss_start, losses
 
 
 def flags(*spans: tuple[int, int], frames: int = 100) -> list[bool]:
@@ -48,3 +48,13 @@ def test_a_loss_goes_on_whoever_tells_it() -> None:
     for frame, (one, other) in enumerate(zip(lost, searching, strict=True)):
         found.append(loss_start(frame, found[-1] if found else None, lost=one, searching=other))
     assert found == [None, 1, 1, 1, 1, None, 6]
+
+
+def test_the_loss_to_ask_about_is_the_first_that_lasts() -> None:
+    """Five frames or to the end is lasting; failing that it is the first, and without a loss none."""
+    assert losses([True, False, True, True]) == [(0, 0), (2, 3)]
+    assert losses([]) == []
+    assert first_loss(8 * [False] + 2 * [True] + [False] + 5 * [True] + [False]) == 11
+    assert first_loss([False, True, False, False, True]) == 4
+    assert first_loss([False, True, False, True, False]) == 1
+    assert first_loss([False]) is None
