@@ -30,7 +30,7 @@ export class LessonView {
     const stage = h("div", { class: "lesson-show" }, figure);
     fill(place, h("div", { class: "follow-lesson" }, h("h2", { class: "visually-hidden" }, "Figure"), stage, this.#numbers, this.#inForce));
     // What the lecturer turns is turned nowhere else.
-    this.#figure = new FigureView(figure, { turn: () => {}, declared: (name) => this.#declared(name) }, signal);
+    this.#figure = new FigureView(figure, { declared: (name) => this.#declared(name) }, signal);
     this.#find();
   }
 

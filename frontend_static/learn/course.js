@@ -114,6 +114,13 @@ export class Course {
     this.#look();
   }
 
+  /** Show everything once a class has answered: it sees the figure with its lecturer. */
+  answered() {
+    if (part("question").dataset.stage !== "asked") return;
+    this.#stage.reveal(null);
+    this.#question.answeredByClass();
+  }
+
   /** Show everything to who did not want to answer. */
   #look() {
     this.#stage.reveal(null);

@@ -26,6 +26,8 @@ export function followLesson(lesson, { course, uses }, signal) {
   control.on(["follow"], () => {
     const isLed = control.isHere && control.follow !== null && control.follow.poll === null;
     course.offerClass(isLed ? () => control.ask({ lesson: lesson.id }) : null);
+    const poll = control.isHere ? control.follow?.poll : null;
+    if (poll?.revealed && poll.lesson === lesson.id) course.answered();
   }, signal);
   control.on(["follow"], () => course.followedBy(control.isHere && run() === null ? (control.follow?.id ?? null) : null), signal);
   for (const each of [course, uses]) each.onRun(() => control.update());

@@ -102,8 +102,20 @@ export class Question {
 
   /** Say that it was not answered. */
   skipped() {
-    const words = h("p", { class: "verdict-words" }, "You skipped the prediction. The figure now shows the answer.");
-    this.#show("skipped", this.#past("Skipped", words, "Ask me"));
+    this.#unjudged("Skipped", "You skipped the prediction. The figure now shows the answer.");
+  }
+
+  /** Say that a class has answered it. */
+  answeredByClass() {
+    this.#unjudged("The class has answered", "The figure now shows the answer.");
+  }
+
+  /**
+   * @param {string} title
+   * @param {string} sentence
+   */
+  #unjudged(title, sentence) {
+    this.#show("skipped", this.#past(title, h("p", { class: "verdict-words" }, sentence), "Ask me"));
   }
 
   /**
@@ -121,7 +133,8 @@ export class Question {
   /** @param {string} label */
   #ways(label) {
     const next = this.#next;
-    const onward = next && h("a", { class: "button primary", href: `learn/${encodeURIComponent(next.id)}` }, `Next: ${next.title}`);
+    const href = next && `learn/${encodeURIComponent(next.id)}`;
+    const onward = next && h("a", { class: "button primary", data: { role: "next-lesson" }, href }, `Next: ${next.title}`);
     return h(
       "div",
       { class: "question-line" },

@@ -14,6 +14,7 @@ import { PollView } from "./poll.js";
  * @typedef {object} Ways What can be done with a poll.
  * @property {() => unknown} [remove] Called when one has been deleted.
  * @property {(poll: PollKept) => unknown} [again] Show its answers to the class again.
+ * @property {boolean} [isOpen] Whether the bars of all are in sight at once.
  */
 
 /**
@@ -28,7 +29,7 @@ export function answeredList(kept, ways) {
  * @param {PollKept} poll
  * @param {Ways} ways
  */
-function entry(poll, { remove, again }) {
+function entry(poll, { remove, again, isOpen = false }) {
   const forget = async () => {
     const text = `“${poll.question}” and its ${poll.votes} answers are lost for good, unless you downloaded them.`;
     if (await confirmLoss({ title: "Delete this poll?", text, action: "Delete it" })) await attempt(() => polls.remove(poll.id).then(remove));
@@ -40,11 +41,11 @@ function entry(poll, { remove, again }) {
       remove && iconButton("trash", `Delete ${poll.question}`, forget),
     ],
   });
-  view.show({ ...poll, revealed: true });
+  view.show({ ...poll, lesson: null, revealed: true });
   const facts = [poll.lecture_title ?? poll.title, `${poll.votes} of ${poll.followers} answered`, moment(poll.asked)];
   return h(
     "details",
-    { data: { poll: poll.id } },
+    { data: { poll: poll.id }, open: isOpen },
     h(
       "summary",
       { class: "row" },

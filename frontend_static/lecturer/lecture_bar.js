@@ -66,7 +66,16 @@ class LectureBar {
     fill(this.#next, this.#words, icon("next"));
     const clocks = h("span", { class: "lecture-clocks", role: "timer", "aria-label": "Clock" }, this.#one, this.#whole);
     const line = h("nav", { class: "lecture-bar", "aria-label": "Lecture" }, this.#previous, this.#count, this.#place, this.#coming, clocks, this.#next);
-    document.querySelector(".top")?.after(line);
+    const top = document.querySelector(".top");
+    // Presented it stands in the page's first line, whose words it says as well. It is not moved in vain: a click would be lost.
+    const stand = () => {
+      if (line.isConnected && (line.parentElement === top) === isPresenting()) return;
+      if (isPresenting()) top?.prepend(line);
+      else top?.after(line);
+    };
+    const presenting = new MutationObserver(stand);
+    presenting.observe(document.documentElement, { attributeFilter: ["data-presenting"] });
+    stand();
     document.body.append(this.#hands);
     this.#control.on(["follow"], () => this.#look(), this.#signal);
     document.addEventListener("keydown", (event) => this.#press(event), { signal: this.#signal });
@@ -74,6 +83,7 @@ class LectureBar {
     const ticking = setInterval(() => this.#tick(), SECOND_MS);
     this.#signal.addEventListener("abort", () => {
       clearInterval(ticking);
+      presenting.disconnect();
       line.remove();
       this.#hands.remove();
     });
@@ -134,7 +144,7 @@ class LectureBar {
    */
   #show(question, answers) {
     const view = new PollView({ vote: null });
-    view.show({ id: question, question, answers, votes: null, counts: null, revealed: false });
+    view.show({ id: question, question, answers, votes: null, counts: null, revealed: false, lesson: null });
     fill(this.#hands, view.element);
     this.#hands.hidden = false;
   }

@@ -33,7 +33,7 @@ export function pollPart(control, signal, more = []) {
 }
 
 /**
- * Keep the poll on the page. Folded to the question and how many have answered, it leaves the picture in sight. Of who
+ * Keep the poll on the page, over its lower edge. Folded to the question and how many have answered, it is a line of the page. Of who
  * presents, a revealed one takes all of the page, until the next key puts it back to its place.
  *
  * @param {ClassControl} control
@@ -69,7 +69,7 @@ export function pollControl(control, signal) {
     show(false);
   }, { capture: true, signal });
   show(true);
-  document.body.append(place);
+  (document.querySelector(".top") ?? document.body.firstElementChild)?.after(place);
   signal.addEventListener("abort", () => place.remove());
 }
 

@@ -14,6 +14,7 @@ import { themeButton } from "../shared/theme.js";
 import { toast } from "../shared/toast.js";
 import { lectures } from "./api.js";
 import { OrderList } from "./order.js";
+import { over } from "./over.js";
 import { palette } from "./palette.js";
 import { beginLecture, open, unfinished } from "./start.js";
 
@@ -65,6 +66,7 @@ async function load() {
   const download = h("a", { class: "button", href: lectures.fileAddress(id), download: "", title: "One small text file, which can be shared" }, "Download");
   fill(
     part("lecture"),
+    over(id, page.signal),
     h(
       "div",
       { class: "lecture-head" },
@@ -80,9 +82,9 @@ async function load() {
         h("header", {}, h("h2", {}, "Order"), total),
         empty,
         order.element,
+        answered,
         h("label", { for: "lecture-notes" }, "Notes, for you alone"),
         notes,
-        answered,
       ),
       palette(add),
     ),
@@ -168,6 +170,6 @@ async function drawAnswered() {
   fill(
     answered,
     h("header", {}, h("h2", {}, "What was answered"), h("a", { class: "button", href: polls.csvAddress(id), download: "" }, "Download as CSV")),
-    answeredList(kept, { remove: drawAnswered }),
+    answeredList(kept, { remove: drawAnswered, isOpen: true }),
   );
 }

@@ -1256,6 +1256,8 @@ export interface PollPublic {
   /** Of each answer; null until it is revealed */
   counts: number[] | null;
   revealed: boolean;
+  /** Whose question it is, if it is a lesson's */
+  lesson: string | null;
 }
 
 /** The answer to a ping, with its time. */

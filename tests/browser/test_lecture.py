@@ -84,7 +84,12 @@ def test_a_lecture_is_made_and_held(
     held(page, made, server, newcomer, wanted)
     page.wait_for_url(f"**/{address}")
     made.until(lambda: "last time" in page.inner_text(".order"), "it says how long each item took")
-    made.until(lambda: page.locator(".answered").is_visible(), "it shows what was answered")
+    made.until(lambda: page.locator(".answered .poll-bar").count() == 2, "it shows what was answered")
+    over = page.get_by_role("status", name="The lecture is over")
+    made.until(lambda: "1 follows" in over.inner_text(), "it says who follows still")
+    over.get_by_role("button", name="End for the class").click()
+    made.until(lambda: "The class has ended" in over.inner_text(), "it has ended for all")
+    assert server.get("follows") == []
     server.delete(address)
 
 
@@ -97,6 +102,7 @@ def held(page: Any, made: LecturePage, server: Server, newcomer: Callable[..., F
     presented = "document.documentElement.dataset.presenting !== undefined"
     assert page.evaluate(presented)
     assert page.inner_text(".lecture-place") == titles[0]
+    assert page.locator(".neighbours").is_hidden(), "one way on, the lecture's"
     assert page.inner_text(".lecture-count") == "1 of 4"
     assert "of 12 min" in page.inner_text(".lecture-clocks")
     check(page)
@@ -138,8 +144,15 @@ def held(page: Any, made: LecturePage, server: Server, newcomer: Callable[..., F
     made.until(lambda: page.locator("[data-staged]").count() == 1, "the answers take the page")
     page.keyboard.press("PageDown")
     made.until(lambda: page.locator("[data-staged]").count() == 0, "the next key gives the page back")
+    assert folded_above(page), "folded, the poll hides nothing"
     assert page.inner_text(NEXT) == "Finish"
     page.keyboard.press("PageDown")
+
+
+def folded_above(page: Any) -> bool:
+    """Whether the folded poll ends where the page's own begins."""
+    line, first = (page.locator(each).bounding_box() for each in (".lead-poll[data-folded]", "main"))
+    return bool(line["y"] + line["height"] <= first["y"] + 1)
 
 
 def test_a_lessons_question_is_a_poll(page: Any, server: Server, newcomer: Callable[..., Follower]) -> None:
@@ -155,11 +168,17 @@ def test_a_lessons_question_is_a_poll(page: Any, server: Server, newcomer: Calla
     follower = newcomer()
     follower.open(follow["links"][0]["address"].removeprefix("http://"))
     lesson.until(lambda: page.inner_text(".follow-chip") == "1 follows", "somebody follows")
+    follower.page.locator(".figure-grip.fixed").first.wait_for(state="attached")
+    grips = ".figure-knob:visible, .figure-grip[tabindex]:visible"
+    assert follower.page.locator(grips).count() == 0, "nothing to be moved"
+    shown = follower.page.locator(".figure-key").all_inner_texts()
     page.locator("[data-role=to-class]").click()
     follower.page.get_by_role("button", name="Two peaks, near 2 m and near 8 m").click()
     lesson.until(lambda: "1 of 1 has answered" in page.inner_text(".lead-poll"), "it is answered")
     page.locator(".lead-poll").get_by_role("button", name="Reveal").click()
     page.locator(".lead-poll .poll-bar").first.wait_for()
+    lesson.until(lambda: "The class has answered" in page.inner_text("[data-part=question]"), "so has the lesson")
+    follower.until(lambda: follower.page.locator(".figure-key").all_inner_texts() != shown, "the class sees its answer")
     page.locator(".lead-poll").get_by_role("button", name="Close").click()
     lesson.until(lambda: page.locator("[data-role=to-class]").is_visible(), "it can be asked again")
 

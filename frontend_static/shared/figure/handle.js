@@ -57,6 +57,8 @@ export class Handle {
   constructor(tell, name) {
     this.#tell = tell;
     if (name) this.element.classList.add(name);
+    // What nobody moves here is a line, and none of the ways through the page leads to it.
+    if (name === "fixed") this.element.removeAttribute("tabindex");
     const { element } = this;
     // Taken a little beside its line, it does not jump to the pointer.
     element.addEventListener("pointerdown", (event) => this.hold(event, this.#off(event)));

@@ -193,7 +193,8 @@ export class PanelView {
   #grip(parameter) {
     const known = this.#handles.get(parameter);
     if (known !== undefined) return known;
-    const grip = new Handle((value) => this.#shared.on.turn?.(parameter, value));
+    const { turn } = this.#shared.on;
+    const grip = new Handle((value) => turn?.(parameter, value), turn ? "" : "fixed");
     grip.element.dataset.parameter = parameter;
     this.#handles.set(parameter, grip);
     this.#grips.append(grip.element);

@@ -245,7 +245,7 @@ class Follows:
             asked = await self._question(wanted)
             if isinstance(asked, ComputingPublic):
                 return asked
-            poll = Poll.ask(*asked, wanted.lecture)
+            poll = Poll.ask(*asked, wanted.lecture, wanted.lesson)
         await self.records.keep(follow)
         follow.ask(poll)
         return None

@@ -23,6 +23,7 @@ class Poll:
         votes: Place of the answer by seat.
         revealed: Whether the class sees what was answered; then it answers no longer.
         lecture: In which lecture it is asked, if it is in one.
+        lesson: Whose question it is, if it is a lesson's.
         asked: When.
         earlier: How many gave which answer, of one that is shown again; None of one that is asked now.
     """
@@ -33,13 +34,14 @@ class Poll:
     votes: Mapping[str, int] = field(default_factory=dict)
     revealed: bool = False
     lecture: str | None = None
+    lesson: str | None = None
     asked: str = field(default_factory=now)
     earlier: tuple[int, ...] | None = None
 
     @classmethod
-    def ask(cls, question: str, answers: Sequence[str], lecture: str | None = None) -> Self:
+    def ask(cls, question: str, answers: Sequence[str], lecture: str | None = None, lesson: str | None = None) -> Self:
         """Return a poll that nobody has answered."""
-        return cls(new_name(), question, tuple(answers), lecture=lecture)
+        return cls(new_name(), question, tuple(answers), lecture=lecture, lesson=lesson)
 
     @classmethod
     def again(cls, row: PollRow) -> Self:
@@ -85,6 +87,7 @@ class Poll:
             votes=sum(counts) if to_owner or self.revealed else None,
             counts=list(counts) if self.revealed else None,
             revealed=self.revealed,
+            lesson=self.lesson,
         )
 
     def row(self, title: str, followers: int) -> PollRow:

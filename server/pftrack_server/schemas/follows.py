@@ -152,6 +152,7 @@ class PollPublic(BaseModel):
     votes: int | None = Field(description="How many have answered; null for followers until it is revealed")
     counts: list[int] | None = Field(description="Of each answer; null until it is revealed")
     revealed: bool
+    lesson: str | None = Field(None, description="Whose question it is, if it is a lesson's")
 
 
 class PollKept(BaseModel):
