@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pftrack.rendering.film import FilmWriter
+from pftrack.sources.formats import HEAD_BYTES, sniff
 from pftrack.sources.results.parts import part_names
 from pftrack.sources.sequence import SourceError, open_sequence
 
@@ -26,6 +27,14 @@ def test_names_tell_a_truth_from_results() -> None:
     }
     assert part_names({"a.png": PNG, "b.png": PNG, "gt.txt": MOT}) is None
     assert part_names({"a.mp4": MP4, "b.mp4": MP4}) is None
+
+
+@pytest.mark.parametrize("line", [b"%d,1,10.25,20,30,40,0.9,-1,-1,-1", b"1%d,20,30,40", b"%d.5\t20\t30\t40"])
+def test_a_long_file_is_known_by_its_beginning(line: bytes) -> None:
+    """Wherever that is cut, as within a line."""
+    whole = b"\n".join(line % number for number in range(1, 200))
+    for more in range(20):
+        assert sniff((b"\n" * more + whole)[:HEAD_BYTES]).kind == "beliefs"
 
 
 @pytest.mark.parametrize(

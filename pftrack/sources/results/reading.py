@@ -27,7 +27,8 @@ def form_of(data: bytes) -> Form | None:
             "coco" if any(f'"{name}"' in text for name in ("images", "annotations", "bbox", "info", "videos")) else None
         )
     lines = text.splitlines()
-    whole = lines[:-1] if len(data) > HEAD_BYTES and len(lines) > 1 else lines
+    # The last line of a beginning may be cut short.
+    whole = lines[:-1] if len(data) >= HEAD_BYTES and len(lines) > 1 else lines
     if (found := form_of_lines(whole)) is not None:
         return found
     return "csv" if lines and columns_in(header_of(text)) is not None else None
