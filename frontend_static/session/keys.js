@@ -16,6 +16,7 @@ import { dialogIsOpen } from "../shared/dialog.js";
  * @property {() => void} beforeLoss
  * @property {() => void} bookmark
  * @property {() => void} branch
+ * @property {() => void} inspect
  * @property {() => void} compare
  * @property {() => void} difference
  * @property {(direction: number) => void} faster
@@ -41,6 +42,7 @@ export const HELP = [
   { keys: "L", what: "Go to before the loss" },
   { keys: "B", what: "Bookmark this frame" },
   { keys: "N", what: "Branch from this frame" },
+  { keys: "I", what: "Look into the frame: likelihood, particles, ancestors; again to stop" },
   { keys: "C", what: "Compare this run with others" },
   { keys: "[ ]", what: "Slower, faster" },
   { keys: "P", what: "List the presets" },
@@ -122,6 +124,8 @@ function find(actions, key, shiftKey) {
       return actions.bookmark;
     case "n":
       return actions.branch;
+    case "i":
+      return actions.inspect;
     case "c":
       return actions.compare;
     case "d":

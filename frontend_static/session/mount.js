@@ -15,6 +15,7 @@ import { branchDialog, branchLegend } from "./branches.js";
 import { Commands } from "./commands.js";
 import { Layers } from "./flat/layers.js";
 import { fileMenu } from "./files.js";
+import { Inspector, lookButton } from "./inspect/inspector.js";
 import { listen } from "./keys.js";
 import { Panel } from "./panel/panel.js";
 import { plots } from "./plots/plots.js";
@@ -70,6 +71,8 @@ export class Mounted {
   #clock;
   #steering;
   #keys;
+  /** @type {Inspector|null} */
+  #inspector = null;
 
   /**
    * @param {SessionStart} start
@@ -109,15 +112,26 @@ export class Mounted {
 
   #fill() {
     const { places } = this.#start;
-    if (places.transport) transport(places.transport, this, [!isParticipant && fileMenu(this), bookmarkMenu(this)]);
+    if (places.transport) transport(places.transport, this, this.#extras(places));
     if (places.scrubber) new Scrubber(places.scrubber, this);
     if (places.readout) readout(places.readout, this);
     if (places.branches) branchLegend(places.branches, this);
+    if (places.inspection && !this.store.isReadOnly) this.#inspector = new Inspector(places.inspection, this);
     if (places.plots) plots(places.plots, this);
     if (places.panel) this.#panel(places.panel);
     this.scene?.follow(this);
     if (this.#keys) listen(this.#keys, this.actions, (source) => source !== null && source === this.scene?.window, this.signal);
     this.store.on(["refused"], () => toast(this.store.refusal, { kind: "error" }));
+  }
+
+  /**
+   * What the transport has beside what moves through the run.
+   *
+   * @param {SessionStart["places"]} places
+   */
+  #extras(places) {
+    const look = places.inspection && !this.store.isReadOnly && lookButton(() => this.#inspector?.toggle());
+    return [look, !isParticipant && fileMenu(this), bookmarkMenu(this)];
   }
 
   /**
@@ -215,6 +229,7 @@ export class Mounted {
       beforeLoss: () => this.steering.beforeLoss(),
       bookmark: () => this.commands.bookmark(),
       branch: () => this.#branch(),
+      inspect: () => this.#inspector?.toggle(),
       truth: () => {
         if (!isParticipant) markTruth(this);
       },

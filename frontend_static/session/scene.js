@@ -32,7 +32,8 @@ const SKELETON_AFTER_MS = 500;
 const NO_GRAPHICS = "This browser has no 3-D graphics (WebGL 2). Turn on hardware acceleration, or use another browser, to see the scene.";
 
 export class Scene {
-  #root;
+  /** What holds it. */
+  root;
   #fixed;
   #isBare;
   #flat;
@@ -60,7 +61,7 @@ export class Scene {
    *     says how it is painted where several lie over each other.
    */
   constructor(root, signal, { view, hasPanel = true, layers = [], overlay, isBare = false } = {}) {
-    this.#root = root;
+    this.root = root;
     this.#fixed = view;
     this.#isBare = isBare;
     this.#flat = { hasPanel, layers, overlay };
@@ -95,7 +96,7 @@ export class Scene {
     this.#id = id;
     this.#session = session;
     const kind = this.#fixed ?? chosenView();
-    if (this.#fixed === undefined) this.#root.append(viewSwitch(kind, (chosen) => this.#choose(chosen)));
+    if (this.#fixed === undefined) this.root.append(viewSwitch(kind, (chosen) => this.#choose(chosen)));
     this.#put(kind, isFresh);
   }
 
@@ -108,7 +109,7 @@ export class Scene {
     const { store, commands } = mounted;
     this.#mounted = mounted;
     this.#view?.follow(mounted);
-    this.#root.append(h("div", { class: "scene-notes" }, seekProgress(mounted)), watchNote(mounted), spokenFrame(mounted));
+    this.root.append(h("div", { class: "scene-notes" }, seekProgress(mounted)), watchNote(mounted), spokenFrame(mounted));
     store.on(["state", "message", "connection"], () => {
       if (store.session !== null && store.connection === "open") this.#state(store.session, commands);
     });
@@ -123,7 +124,7 @@ export class Scene {
    */
   fail(title, message, action) {
     this.#remove();
-    this.#root.querySelector(".view-switch")?.remove();
+    this.root.querySelector(".view-switch")?.remove();
     this.#seeing();
     this.#resolveLoaded();
     this.#show(notice(title, message, action));
@@ -146,7 +147,7 @@ export class Scene {
    * @param {HTMLElement} element
    */
   lay(element) {
-    this.#root.append(element);
+    this.root.append(element);
   }
 
   /** @param {ViewKind} kind */

@@ -195,6 +195,7 @@ const truthPath = (id, of, form = "truth") => upload(id, `${form}?${query({ expe
  * @property {(id: string) => Promise<null>} end
  * @property {(id: string, name: string) => Promise<Messages.SessionPublic>} renameSession
  * @property {(id: string, values: Record<string, Value>) => Promise<Messages.Changed>} parameters
+ * @property {(id: string, look: Messages.InspectionUpdate) => Promise<Messages.InspectionPublic>} inspect
  * @property {(id: string, action: Messages.TransportUpdate["action"], more?: Partial<Messages.TransportUpdate>) => Promise<Messages.SessionPublic>} transport
  * @property {(id: string, body: Messages.BranchCreate) => Promise<Messages.SessionPublic>} branch
  * @property {(id: string, branch: string) => Promise<Messages.SessionPublic>} activate
@@ -260,6 +261,7 @@ export const api = {
   end: (id) => request("DELETE", session(id)),
   renameSession: (id, name) => request("PATCH", session(id), { name }),
   parameters: (id, values) => request("PATCH", session(id, "parameters"), values),
+  inspect: (id, look) => request("PUT", session(id, "inspection"), look),
   transport: (id, action, more = {}) => request("POST", session(id, "transport"), { action, ...more }),
   branch: (id, body) => request("POST", session(id, "branch"), body),
   activate: (id, branch) => request("POST", session(id, `branch/${encodeURIComponent(branch)}/activate`)),

@@ -191,6 +191,7 @@ class FlatView {
     this.#unsettle();
     this.#unsettle = later(() => this.#canvas.setAttribute("aria-label", `The current frame with what the tracker believes: ${words}`), QUIET_MS, this.#signal);
     this.#canvas.dataset.frame = String(drawing.frame);
+    this.#canvas.dataset.width = String(drawing.width);
   }
 
   /**

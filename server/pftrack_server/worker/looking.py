@@ -35,7 +35,7 @@ from pftrack_server.schemas.inspection import (
 
 __all__ = ["Looking"]
 
-MOST_LINES = 150
+MOST_LINES = 60
 """Of a genealogy: more cannot be told apart on a page."""
 
 
