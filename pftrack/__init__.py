@@ -8,7 +8,7 @@ Data flows one way, `Source -> Tracker -> Run -> Drawing`, and parameters flow t
     >>> run.export("ball.csv")
 
 `run` computes a run, `load` opens one that was saved, `record` writes what a loop of your own believes, `compare` puts
-runs beside each other, `show` opens the scene of one.
+runs beside each other, `fit` finds noises that suit what was seen, `show` opens the scene of one.
 They are imported when they are first asked for, so that `import pftrack` costs nothing.
 """
 
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from pftrack.experiment import Experiment
     from pftrack.exports.viewers import show
     from pftrack.filter_files.sliders import slider
+    from pftrack.fitting import fit
     from pftrack.model.recipe import Recipe
     from pftrack.numerics.compiled import compiled
     from pftrack.runs.run import Run
@@ -36,6 +37,7 @@ __all__ = [
     "__version__",
     "compare",
     "compiled",
+    "fit",
     "load",
     "record",
     "run",
@@ -50,6 +52,7 @@ _HOMES = {
     "Run": "pftrack.runs.run",
     "compare": "pftrack.api",
     "compiled": "pftrack.numerics.compiled",
+    "fit": "pftrack.fitting",
     "load": "pftrack.api",
     "record": "pftrack.api",
     "run": "pftrack.api",

@@ -239,6 +239,9 @@ const truthPath = (id, of, form = "truth") => upload(id, `${form}?${query({ expe
  * @property {(id: string) => Promise<Messages.ExportsPublic>} exportsOfRun
  * @property {(id: string) => Promise<Messages.ExportJobPublic>} exporting
  * @property {(id: string) => Promise<null>} cancelExport
+ * @property {(id: string, numbers: string[]) => Promise<Messages.FitJobPublic>} fit
+ * @property {(id: string) => Promise<Messages.FitJobPublic>} fitting
+ * @property {(id: string) => Promise<null>} cancelFit
  */
 
 /** @type {Api} */
@@ -301,6 +304,9 @@ export const api = {
   exportsOfRun: (id) => request("GET", run(id, "exports")),
   exporting: (id) => request("GET", `exports/${encodeURIComponent(id)}`),
   cancelExport: (id) => request("DELETE", `exports/${encodeURIComponent(id)}`),
+  fit: (id, numbers) => request("POST", session(id, "fits"), { numbers }),
+  fitting: (id) => request("GET", `fits/${encodeURIComponent(id)}`),
+  cancelFit: (id) => request("DELETE", `fits/${encodeURIComponent(id)}`),
   saveComparison: (body) => request("POST", "comparisons/saved", body),
   savedComparison: (id) => request("GET", savedComparison(id)),
   renameComparison: (id, title) => request("PATCH", savedComparison(id), { title }),

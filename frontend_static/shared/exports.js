@@ -3,9 +3,9 @@
  * a while is written on the server, which tells how far it is; when it is there it is fetched, unless it was stopped.
  */
 
-import { api, messageOf, statusOf } from "./api.js";
+import { api, messageOf } from "./api.js";
 import { fill, h } from "./dom.js";
-import { after } from "./timing.js";
+import { followJob } from "./jobs.js";
 import { attempt, toast } from "./toast.js";
 
 /** @import { ExportJobPublic, ExportPublic } from "./messages.js" */
@@ -30,8 +30,6 @@ const GROUPS = [
   ["documents", "The run and its sources"],
   ["model", "Of this frame"],
 ];
-
-const ASK_EVERY_MS = 400;
 
 /** How long a file is kept for the browser to save it. */
 const KEPT_MS = 60_000;
@@ -106,36 +104,14 @@ async function follow(begun, writing) {
   const row = h("li", { data: { writing: begun.id } }, words, meter, h("button", { type: "button", class: "quiet", on: { click: stop } }, "Stop"));
   writing.append(row);
   try {
-    let job = begun;
-    while (job.state === "writing") {
-      await after(ASK_EVERY_MS);
-      if (!isWanted) return;
-      job = (await heard(api.exporting(begun.id))) ?? job;
-      if (job.total > 0) meter.value = job.done / job.total;
-    }
-    if (!isWanted) return;
+    const job = await followJob(begun, "writing", api.exporting, (share) => (meter.value = share), () => isWanted);
+    if (job === null) return;
     if (job.state === "failed") throw new Error(job.message ?? `${job.name} could not be written`);
     h("a", { href: job.file, download: job.name }).click();
   } catch (error) {
     toast(messageOf(error), { kind: "error" });
   } finally {
     row.remove();
-  }
-}
-
-/**
- * An answer; null where there was none, since the server can be asked again.
- *
- * @template T
- * @param {Promise<T>} asked
- * @returns {Promise<T|null>}
- */
-async function heard(asked) {
-  try {
-    return await asked;
-  } catch (error) {
-    if (statusOf(error) === 0) return null;
-    throw error;
   }
 }
 

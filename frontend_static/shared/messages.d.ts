@@ -621,6 +621,69 @@ export interface FilterUpdate {
   before: string;
 }
 
+/** What to fit. */
+export interface FitCreate {
+  /** Names of parameters of the tracker */
+  numbers: string[];
+}
+
+/** One half of the run. */
+export interface FitHalfPublic {
+  first: number;
+  last: number;
+  before: FitScorePublic;
+  after: FitScorePublic;
+}
+
+/** A fit under way, or what came of it. */
+export interface FitJobPublic {
+  id: string;
+  state: "fitting" | "done" | "failed";
+  done: number;
+  total: number;
+  /** Why it failed, if it did */
+  message: string | null;
+  found: FitPublic | null;
+}
+
+/** What came of a fit. */
+export interface FitPublic {
+  tracker: string;
+  /** Whether what was found is better on the second half, which was not used */
+  kept: boolean;
+  verdict: string;
+  /** Why it may mislead; empty if nothing speaks against it */
+  caution: string;
+  /** What was found, by name; empty if it is not kept */
+  values: Record<string, boolean | number | string>;
+  numbers: FittedPublic[];
+  halves: FitHalfPublic[];
+  /** Of the log evidence of a frame of the second half, nats */
+  gain: number;
+  gain_error: number;
+  runs: number;
+  seeds: number;
+}
+
+/** What the frames of a half come to. */
+export interface FitScorePublic {
+  /** Mean log evidence of a frame, nats */
+  log_evidence: number;
+  /** How often a band held the truth, 0..1, by its percent */
+  coverage: Record<string, number>;
+}
+
+/** A number that was fitted. */
+export interface FittedPublic {
+  name: string;
+  title: string;
+  unit: string;
+  before: number;
+  after: number;
+  /** Whether what was found is about a bound of the number */
+  at_bound: boolean;
+}
+
 /** What a class is to follow, and its limits. */
 export interface FollowCreate {
   /** One session, or up to four that are compared */
@@ -1622,6 +1685,8 @@ export interface SessionDescription {
   truth_mark: TruthMark | null;
   declarations: Declaration[];
   trackers: TrackerPublic[];
+  /** Numbers that can be fitted to what was seen, by tracker */
+  fittable: Record<string, string[]>;
   layers: Layer[];
   worlds: World[];
   width: number;
@@ -1709,6 +1774,8 @@ export interface SessionPublic {
   truth_mark: TruthMark | null;
   declarations: Declaration[];
   trackers: TrackerPublic[];
+  /** Numbers that can be fitted to what was seen, by tracker */
+  fittable: Record<string, string[]>;
   layers: Layer[];
   worlds: World[];
   width: number;

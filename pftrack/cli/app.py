@@ -1,11 +1,11 @@
 """The command line, `pftrack`.
 
-`list` and `show` say what there is; `new` writes a file to begin with; `run`, `replay`, `compare`, `failures`, `learn`
-and `sweep` compute; `open` looks at what others have computed; `explain` says why a target was
-lost; `export` takes a run to other programs; `lessons` teaches; `exercise` checks what students write; `reproduce`,
-`evaluate`, `bench` and `doctor` check; commands from other packages, such as the server's `serve`, join through the
-entry point group `pftrack.commands`, so that the library need not know them. Exit status: 0 done, 1
-failed, with one clear line, 2 wrong use.
+`list` and `show` say what there is; `new` writes a file to begin with; `run`, `replay`, `compare`, `fit`, `failures`,
+`learn` and `sweep` compute; `open` looks at what others have computed; `explain` says why a target was lost; `export`
+takes a run to other programs; `lessons` teaches; `exercise` checks what students write; `reproduce`, `evaluate`,
+`bench` and `doctor` check; commands from other packages, such as the server's `serve`, join through the entry point
+group `pftrack.commands`, so that the library need not know them. Exit status: 0 done, 1 failed, with one clear line, 2
+wrong use.
 """
 
 import os
@@ -26,6 +26,7 @@ from pftrack.cli import (
     exports,
     failures,
     filters,
+    fit,
     learn,
     lessons,
     listing,
@@ -106,6 +107,7 @@ results.register(app)
 exports.register(app)
 explanations.register(app)
 compare.register(app)
+fit.register(app)
 failures.register(app)
 filters.register(app)
 exercises.register(app)

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from pftrack.model.parameters import Declaration
 from pftrack.model.series import Series, SeriesValue
 from pftrack.numerics.random import Stream
 
-__all__ = ["Fold", "TrackState", "Tracker", "nothing", "with_readers"]
+__all__ = ["Evidence", "Fold", "TrackState", "Tracker", "nothing", "with_readers"]
 
 
 class TrackState(Protocol):
@@ -71,6 +71,18 @@ def nothing(state: Any) -> Mapping[str, SeriesValue]:  # noqa: ANN401 - the stat
 SHORT_NAME = re.compile(r"\(([^()]+)\)$")
 
 
+Evidence: TypeAlias = Literal["", "relative", "normalised"]
+"""What a tracker's log evidence is worth when settings are compared.
+
+- "normalised": it is the log of a density of what was observed that integrates to one whatever the settings, so the
+  settings under which it is larger are the more probable ones.
+- "relative": it lacks a constant of the frame that the sharpness of the likelihood changes, and nothing else. So how
+  the target moves can be compared by it; sharpness only after the level of the likelihood all over the picture is
+  taken away, for which the tracker declares its likelihood with an anchor.
+- "": neither, or there is none.
+"""
+
+
 @dataclass(frozen=True)
 class Tracker:
     """A named way of tracking.
@@ -91,6 +103,7 @@ class Tracker:
             no parameter names, for all parameters: it joined an experiment that was declared without it.
         likelihood: What it weighs states by, to be asked at any state; None where that is nothing that can be asked.
         cloud: (state) -> its particles, laid open; None of a state without, and for a tracker that never has any.
+        evidence: What the log evidence of its states is worth when settings are compared.
     """
 
     id: str
@@ -105,6 +118,7 @@ class Tracker:
     reads: tuple[str, ...] | None = None
     likelihood: ObservationLikelihood | None = None
     cloud: Callable[[Any], Cloud | None] | None = None
+    evidence: Evidence = ""
 
     @property
     def term(self) -> Term:

@@ -71,12 +71,18 @@ def measured_run(experiment: Experiment, tracker: str, preset: str, seed: int, f
     return Run(experiment, setup, tracker=tracker, seed=seed, frames=min(frames, longest), timeline=timeline)
 
 
-def count_held(run: Run) -> Counts:
-    """Return how often each band has held the truth in the frames of a run after the first, lost ones included."""
+def count_held(run: Run, first: int = 1, end: int | None = None) -> Counts:
+    """Return how often each band has held the truth in some frames of a run, lost ones included.
+
+    Args:
+        run: The run.
+        first: The first frame that counts.
+        end: The frame after the last; after all that were computed if not given.
+    """
     counts: dict[str, dict[float, tuple[int, int]]] = {}
-    for frame, row in enumerate(run.diagnostics):
-        tracker = run.tracker_at(frame)
-        for band in run.experiment.calibration.bands if frame > 0 else ():
+    for row in run.diagnostics[first:end]:
+        tracker = run.tracker_at(row.frame)
+        for band in run.experiment.calibration.bands:
             if not band.trackers or tracker in band.trackers:
                 known = counts.setdefault(band.of, {})
                 for share, held in band.held(row).items():

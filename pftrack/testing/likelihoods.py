@@ -66,6 +66,10 @@ def _likelihoods_agree(experiment: Experiment, tracker: str) -> None:
             passed_on = 0.0 if cloud.resampled else _weights_before(experiment, before, cloud)
             off = np.abs(np.exp(normalise(found + passed_on)[0]) - np.exp(cloud.log_weights)).max()
             demand(off < SMALL, f"the likelihood differs from the weights that the filter gave {where} by {off:.2g}")
+            if experiment.trackers[tracker].evidence == "relative":
+                prior = np.full(len(cloud), -np.log(len(cloud))) if cloud.resampled else passed_on
+                apart = abs(normalise(found + prior)[1] - step.state.log_evidence)
+                demand(apart < SMALL, f"the log evidence differs from the mean likelihood {where} by {apart:.2g}")
         _demand_whole_parts(likelihood, before, step)
         for kept, each in zip(held, (before, step), strict=True):
             same = all(np.array_equal(kept[name], array, equal_nan=True) for name, array in copy_arrays(each).items())

@@ -238,6 +238,7 @@ TRACKERS: dict[str, Tracker] = {
             step_particles,
             series=(*reports.CLOUD, EXACT),
             measure=measure_particles,
+            evidence="normalised",
         ),
         Tracker(
             "kalman",
@@ -246,6 +247,7 @@ TRACKERS: dict[str, Tracker] = {
             start_kalman,
             step_kalman,
             reads=(),
+            evidence="normalised",
         ),
     )
 }

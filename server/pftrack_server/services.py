@@ -17,6 +17,7 @@ from pftrack_server.lessons.service import Lessons
 from pftrack_server.middleware.metrics import Metrics
 from pftrack_server.processes import FORK_SERVER
 from pftrack_server.runs.exports import Exports
+from pftrack_server.runs.fits import Fits
 from pftrack_server.runs.imports import Imports
 from pftrack_server.sessions.manager import Manager
 from pftrack_server.settings import Settings
@@ -43,6 +44,7 @@ class Services:
     tasks: ChildTasks
     imports: Imports
     exports: Exports
+    fits: Fits
     comparisons: Comparisons
     lessons: Lessons
     lectures: Lectures
@@ -73,6 +75,7 @@ class Services:
         metrics.watch(manager, sweeps)
         imports = Imports(settings, store, tasks)
         exports = Exports(settings, store, tasks)
+        fits = Fits(settings, store, tasks)
         runs = RunSources(store, manager, sweeps, tasks)
         comparisons = Comparisons(settings, runs, compilation.wait_for)
         lessons = Lessons(settings.data_dir / "lessons", settings.data_dir / "lessons-computed", tasks)
@@ -91,6 +94,7 @@ class Services:
             tasks,
             imports,
             exports,
+            fits,
             comparisons,
             lessons,
             Lectures(runs, lessons),
@@ -110,6 +114,6 @@ class Services:
         await asyncio.to_thread(self.compilation.close)
         await self.filters.close()
         await self.follows.close()
-        parts = self.manager, self.sweeps, self.imports, self.exports, self.comparisons, self.lessons
+        parts = self.manager, self.sweeps, self.imports, self.exports, self.fits, self.comparisons, self.lessons
         await asyncio.gather(*(part.close() for part in parts))
         await asyncio.to_thread(self.store.close)

@@ -10,6 +10,7 @@ import { api } from "../../shared/api.js";
 import { fill, h, setText } from "../../shared/dom.js";
 import { coalesce } from "../../shared/timing.js";
 import { attempt } from "../../shared/toast.js";
+import { fitDialog, fittable } from "../fit.js";
 import { checkbox, choice, makeControl, numberBox } from "./control.js";
 import { Folds } from "./folds.js";
 import { Proposals } from "./proposals.js";
@@ -22,6 +23,7 @@ import { Proposals } from "./proposals.js";
 const TRACKER = "tracker";
 const SEED = "seed";
 const TRACKER_HINT = "The method that follows the target; a change counts from the next frame.";
+const FIT_HINT = "Find the values under which what was seen is most probable, instead of tuning by eye.";
 const SEED_HINT = "The same seed gives the same scene and the same run, to the bit. A change starts the run again.";
 
 /**
@@ -44,6 +46,7 @@ export class Panel {
   #legend = h("ul", { class: "legend", "aria-label": "Legend" });
   /** Says what a change does where that is more than to count from the next frame on. */
   #effect = h("p", { class: "control-effect", role: "status", hidden: true });
+  #fit = h("button", { type: "button", class: "quiet", title: FIT_HINT, on: { click: () => fitDialog(this.#store) } }, "Fit to what was seen…");
 
   /**
    * @param {HTMLElement} root
@@ -107,6 +110,7 @@ export class Panel {
       h("h2", { class: "visually-hidden" }, "Parameters"),
       [TRACKER, SEED].map((name) => this.#controls.get(name)?.element),
       this.#groups[0].element,
+      this.#fit,
       more ? folds.make("More parameters", elements(groups), { className: "control-group more" }) : elements(groups),
       this.#layers.declared.length > 0 && this.#drawn(folds),
       this.#layers.declared.length > 0 && this.#legend,
@@ -161,6 +165,7 @@ export class Panel {
       }
       element.hidden = members.every(({ control }) => control.element.hidden);
     }
+    this.#fit.hidden = fittable(session).length === 0;
     this.#root.toggleAttribute("inert", connection !== "open" || !isSteerable);
   }
 

@@ -90,4 +90,5 @@ KALMAN = Tracker(
     "Follows the colour centroid of the whole picture with one Gaussian.",
     start,
     step_kalman,
+    evidence="normalised",
 )

@@ -9,7 +9,7 @@ from pftrack.learning.charts import body_velocity
 from pftrack.likelihoods.edge_distance import CAP_PX, Edges, edges_of
 from pftrack.model.frame import Frame, Target
 from pftrack.model.series import Series, SeriesValue
-from pftrack.model.tracker import Tracker
+from pftrack.model.tracker import Evidence, Tracker
 from pftrack.numerics.random import Stream
 from pftrack.particles import ParticleSet
 from pftrack.sources.fish.truth import FishTarget
@@ -111,7 +111,10 @@ def measure(state: FishState) -> Mapping[str, SeriesValue]:
 
 
 def _tracker(name: str, title: str, description: str, motion: int | None) -> Tracker:
-    return Tracker(name, title, description, start, partial(step, motion), series=SERIES, measure=measure)
+    # All particles are drawn by prediction, so the evidence is their mean likelihood.
+    evidence: Evidence = "relative"
+    begun = partial(step, motion)
+    return Tracker(name, title, description, start, begun, series=SERIES, measure=measure, evidence=evidence)
 
 
 TRACKERS = {

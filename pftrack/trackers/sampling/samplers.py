@@ -64,6 +64,8 @@ class Sampler:
             measure=partial(_measure_both, own, measure),
             searching=searching,
             likelihood=likelihood,
+            # Particles that are drawn by prediction alone have the mean likelihood as their evidence.
+            evidence="relative" if likelihood and self.rule in {Rule.PREDICTION, Rule.NOISE} else "",
             cloud=partial(cloud_of, reports.SAMPLERS.components),
         )
 

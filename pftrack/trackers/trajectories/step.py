@@ -280,6 +280,8 @@ def _tracker(name: str, title: str, description: str, method: Method, *series: S
         series=(*COMMON, *series),
         measure=measure,
         reads=(),
+        # That of the self-organising one averages over the noises that it tries, so none is left to be fitted.
+        evidence="normalised" if LAWS[0] not in series else "",
     )
 
 

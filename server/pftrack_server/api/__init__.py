@@ -13,6 +13,7 @@ from pftrack_server.api import (
     exports,
     failures,
     filters,
+    fits,
     follow,
     follows,
     glossary,
@@ -35,7 +36,7 @@ __all__ = ["router"]
 
 router = APIRouter(prefix="/api/v1")
 router.include_router(experiments.plugins)
-computing = compilation, queue, sessions, stream, exports, runs, work, lessons, failures, comparisons
+computing = compilation, queue, sessions, stream, exports, fits, runs, work, lessons, failures, comparisons
 classes = follows, follow, polls, lectures
 code = filters, source_code
 for part in (experiments, glossary, uploads, *computing, *classes, *code, sweeps, sweep_files, sweep_stream):

@@ -18,6 +18,7 @@ from pftrack_server.lectures.service import Lectures
 from pftrack_server.lessons.service import Lessons
 from pftrack_server.middleware.body_limit import lift_limit
 from pftrack_server.runs.exports import Exports
+from pftrack_server.runs.fits import Fits
 from pftrack_server.runs.imports import Imports
 from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.services import Services
@@ -50,6 +51,7 @@ __all__ = [
     "TheComparisons",
     "TheExports",
     "TheFilters",
+    "TheFits",
     "TheFollows",
     "TheImports",
     "TheLectures",
@@ -138,6 +140,10 @@ def _exports(services: TheServices) -> Exports:
     return services.exports
 
 
+def _fits(services: TheServices) -> Fits:
+    return services.fits
+
+
 def _comparisons(services: TheServices) -> Comparisons:
     return services.comparisons
 
@@ -163,6 +169,7 @@ TheFilters = Annotated[FilterFiles, Depends(_filters)]
 TheComparisons = Annotated[Comparisons, Depends(_comparisons)]
 TheImports = Annotated[Imports, Depends(_imports)]
 TheExports = Annotated[Exports, Depends(_exports)]
+TheFits = Annotated[Fits, Depends(_fits)]
 TheLectures = Annotated[Lectures, Depends(_lectures)]
 TheLessons = Annotated[Lessons, Depends(_lessons)]
 TheFollows = Annotated[Follows, Depends(_follows)]

@@ -67,6 +67,7 @@ class SessionDescription(BaseModel):
     truth_mark: TruthMark | None = Field(None, description="How truth is marked in pictures; null if it cannot be")
     declarations: list[Declaration] = []
     trackers: list[TrackerPublic]
+    fittable: dict[str, list[str]] = Field({}, description="Numbers that can be fitted to what was seen, by tracker")
     layers: list[Layer] = []
     worlds: list[World] = []
     width: int

@@ -11,6 +11,7 @@ from typing import Any
 
 from pftrack.comparison import ComparisonError
 from pftrack.filter_files import FilterFileError
+from pftrack.fitting import FitError
 from pftrack.model.export import ExportError
 from pftrack.model.parameters import ParameterError
 from pftrack.process import Budget, Ending, Fault, Outcome, Refusal, Reply, run_task
@@ -25,7 +26,7 @@ from pftrack_server.tasks.queue import Queues, unless_gone
 
 __all__ = ["ChildTasks", "ending_message"]
 
-REFUSALS = ComparisonError, ExportError, FilterFileError, ParameterError, RecordError, SourceError, TruthError
+REFUSALS = ComparisonError, ExportError, FilterFileError, FitError, ParameterError, RecordError, SourceError, TruthError
 """Exceptions whose text is for whoever asked; all others are for the log."""
 
 BUDGET = Budget()

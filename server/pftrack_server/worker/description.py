@@ -1,9 +1,12 @@
 """The description of a session: what is fixed of it while it lives, read from its run."""
 
+from collections.abc import Iterator
+
 from pftrack.experiment import Preset
 from pftrack.exports.formats import exports_of
 from pftrack.filter_files import parameters_of
-from pftrack.model.parameters import flat
+from pftrack.fitting import fittable
+from pftrack.model.parameters import Declaration, flat
 from pftrack.runs.run import Run
 from pftrack_server.schemas.description import ExportPublic, SessionDescription, TrackerPublic, TruthMark
 from pftrack_server.schemas.measures import MeasurePublic
@@ -36,6 +39,7 @@ def describe(run: Run) -> SessionDescription:
         truth_mark=TruthMark(editor=truth.mark.editor(), parts=list(truth.parts)) if truth and truth.mark else None,
         declarations=list(experiment.declarations(type(setup.parameters))),
         trackers=[TrackerPublic(id=name, title=tracker.title) for name, tracker in experiment.trackers.items()],
+        fittable={name: [it.name for it in numbers] for name, numbers in _fittable(run) if numbers},
         layers=list(experiment.layers),
         worlds=list(experiment.worlds),
         width=width,
@@ -43,6 +47,11 @@ def describe(run: Run) -> SessionDescription:
         frame_rate_hz=source.frame_rate_hz,
         frames=run.frames,
     )
+
+
+def _fittable(run: Run) -> Iterator[tuple[str, tuple[Declaration, ...]]]:
+    for name in run.experiment.trackers:
+        yield name, fittable(run.experiment, name, type(run.setup.parameters))
 
 
 def _preset_of(run: Run) -> Preset | None:

@@ -1,0 +1,90 @@
+"""Search: the place at which a function of a few positive numbers is largest.
+
+Noises and sharpnesses are scales: what matters is the factor between two of them, so the search goes over logarithms.
+One number is found by golden section with parabolas (Brent 1973, ch. 5), several by the simplex of Nelder and Mead
+(1965). Both ask for values only, which is right for filters with particles: with the same random numbers in all trials
+their evidence is a function of the settings, but one with small steps, where resampling takes another particle.
+"""
+
+import contextlib
+import math
+from collections.abc import Callable, Sequence
+from typing import TypeAlias
+
+import numpy as np
+import scipy  # it loads its parts when they are asked for: scipy.optimize takes half a second
+from numpy.typing import NDArray
+
+__all__ = ["Objective", "maximise"]
+
+Objective: TypeAlias = Callable[[tuple[float, ...]], float]
+
+Loss: TypeAlias = Callable[[NDArray[np.float64]], float]
+
+FACTOR = 2.0
+"""By which each number of the first simplex is multiplied."""
+TOLERANCE = 0.02
+"""Of a number's logarithm: two values that differ by less are one."""
+
+
+def maximise(
+    objective: Objective, begin: Sequence[float], bounds: Sequence[tuple[float, float]], *, evaluations: int
+) -> tuple[tuple[float, ...], float]:
+    """Return the best place that was found, and the value there, which is at least that of the beginning.
+
+    Args:
+        objective: The function; it is asked at each place once.
+        begin: Where to begin: positive numbers, within their bounds.
+        bounds: Least and largest value of each number, positive.
+        evaluations: How many values may be asked for.
+
+    Raises:
+        ValueError: A number or bound is not positive, or there are none.
+    """
+    if not begin or any(it <= 0 for it in begin) or any(low <= 0 or high <= low for low, high in bounds):
+        raise ValueError(f"numbers and bounds must be positive, got {tuple(begin)} in {tuple(bounds)}")
+    asked: dict[tuple[float, ...], float] = {}
+    limits = np.log(np.asarray(bounds, dtype=np.float64))
+
+    def ask(logarithms: NDArray[np.float64]) -> float:
+        inside = np.clip(np.atleast_1d(logarithms), limits[:, 0], limits[:, 1])
+        place = tuple(
+            min(max(math.exp(it), low), high) for it, (low, high) in zip(inside.tolist(), bounds, strict=True)
+        )
+        if place not in asked:
+            if len(asked) >= evaluations:
+                raise _SpentError
+            asked[place] = objective(place)
+        return -asked[place]
+
+    start = tuple(float(it) for it in begin)
+    asked[start] = objective(start)
+    with contextlib.suppress(_SpentError):
+        _descend(ask, np.log(np.asarray(start)), limits)
+    best = max(asked, key=lambda place: (asked[place], place == start))
+    return best, asked[best]
+
+
+class _SpentError(Exception):
+    """All values that may be asked for have been."""
+
+
+def _descend(ask: Loss, start: NDArray[np.float64], limits: NDArray[np.float64]) -> None:
+    if len(start) == 1:
+        # From all of a wide range golden section may miss a narrow peak: the neighbourhood first.
+        near = np.clip([start[0] - math.log(10.0), start[0] + math.log(10.0)], *limits[0])
+        found = _section(ask, near)
+        at_edge = min(abs(found - near)) < 2 * TOLERANCE
+        if at_edge and not np.isclose(found, limits[0]).any():
+            _section(ask, limits[0])
+        return
+    step = math.log(FACTOR)
+    up = np.where(start + step <= limits[:, 1], step, -step)
+    simplex = np.vstack([start, start + np.diag(up)])
+    options = {"initial_simplex": simplex, "xatol": TOLERANCE, "fatol": 1e-4, "adaptive": len(start) > 2}
+    scipy.optimize.minimize(ask, start, method="Nelder-Mead", bounds=limits, options=options)
+
+
+def _section(ask: Loss, between: NDArray[np.float64]) -> float:
+    found = scipy.optimize.minimize_scalar(ask, bounds=tuple(between), method="bounded", options={"xatol": TOLERANCE})
+    return float(found.x)

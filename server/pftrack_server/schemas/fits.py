@@ -1,0 +1,71 @@
+"""Fits of numbers to what a run has seen."""
+
+from typing import Literal
+
+from pydantic import BaseModel, Field
+
+from pftrack.fitting import MOST_NUMBERS
+from pftrack.model.parameters import Value
+from pftrack_server.schemas.body import Name, RequestBody
+
+__all__ = ["FitCreate", "FitHalfPublic", "FitJobPublic", "FitPublic", "FitScorePublic", "FittedPublic"]
+
+
+class FitCreate(RequestBody):
+    """What to fit."""
+
+    numbers: list[Name] = Field(min_length=1, max_length=MOST_NUMBERS, description="Names of parameters of the tracker")
+
+
+class FittedPublic(BaseModel):
+    """A number that was fitted."""
+
+    name: str
+    title: str
+    unit: str
+    before: float
+    after: float
+    at_bound: bool = Field(description="Whether what was found is about a bound of the number")
+
+
+class FitScorePublic(BaseModel):
+    """What the frames of a half come to."""
+
+    log_evidence: float = Field(description="Mean log evidence of a frame, nats")
+    coverage: dict[str, float] = Field(description="How often a band held the truth, 0..1, by its percent")
+
+
+class FitHalfPublic(BaseModel):
+    """One half of the run."""
+
+    first: int
+    last: int
+    before: FitScorePublic
+    after: FitScorePublic
+
+
+class FitPublic(BaseModel):
+    """What came of a fit."""
+
+    tracker: str
+    kept: bool = Field(description="Whether what was found is better on the second half, which was not used")
+    verdict: str
+    caution: str = Field(description="Why it may mislead; empty if nothing speaks against it")
+    values: dict[str, Value] = Field(description="What was found, by name; empty if it is not kept")
+    numbers: list[FittedPublic]
+    halves: list[FitHalfPublic]
+    gain: float = Field(description="Of the log evidence of a frame of the second half, nats")
+    gain_error: float
+    runs: int
+    seeds: int
+
+
+class FitJobPublic(BaseModel):
+    """A fit under way, or what came of it."""
+
+    id: str
+    state: Literal["fitting", "done", "failed"]
+    done: int
+    total: int
+    message: str | None = Field(description="Why it failed, if it did")
+    found: FitPublic | None

@@ -1,0 +1,129 @@
+"""Fitting: what is found is where the evidence is largest, and is kept only where the other half agrees."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import pftrack
+from pftrack.fitting import FitError, fit, fittable
+from pftrack.fitting.search import maximise
+from pftrack.runs.run import Run
+
+TRUE_SD = 0.1
+"""Standard deviation of the noise of the default signal."""
+
+
+def signal(tracker: str = "kalman", seed: int = 31, **values: float) -> Run:
+    return pftrack.run("sine", tracker=tracker, seed=seed, **values)
+
+
+@pytest.mark.parametrize("peak", [(3.0,), (0.02,), (700.0,), (3.0, 0.05), (0.5, 20.0, 4.0)])
+def test_the_largest_place_is_found(peak: tuple[float, ...]) -> None:
+    """Of a bell over logarithms, up to the tolerance, from a beginning that is decades away."""
+    begin = (1.0,) * len(peak)
+
+    def bell(place: tuple[float, ...]) -> float:
+        return -sum(math.log(it / top) ** 2 for it, top in zip(place, peak, strict=True))
+
+    found, value = maximise(bell, begin, [(1e-4, 1e4)] * len(peak), evaluations=150)
+    assert value >= bell(begin)
+    assert np.log(found) == pytest.approx(np.log(peak), abs=0.05)
+
+
+def test_no_more_values_are_asked_for_than_may_be() -> None:
+    """And nothing worse than the beginning comes out, which counts itself."""
+    asked: list[tuple[float, ...]] = []
+
+    def rough(place: tuple[float, ...]) -> float:
+        asked.append(place)
+        return 1.0 if len(asked) == 1 else math.sin(1e4 * sum(place))
+
+    found, value = maximise(rough, (2.0, 5.0), [(1.0, 10.0)] * 2, evaluations=17)
+    assert (found, value) == ((2.0, 5.0), 1.0)
+    assert len(asked) == len(set(asked)) <= 17
+    assert all(1.0 <= it <= 10.0 for place in asked for it in place)
+
+
+def test_the_noise_of_a_linear_model_is_found() -> None:
+    """The exact evidence has its peak at the noise that was there, and the bands then hold what they say."""
+    run = signal(assumed_noise_sd=0.4)
+    told: list[tuple[int, int]] = []
+    found = fit(run, ["assumed_noise_sd"], on_step=lambda done, most: told.append((done, most)))
+    assert found.numbers[0].after == pytest.approx(TRUE_SD, rel=0.1)
+    assert found.kept
+    assert found.values == {"assumed_noise_sd": found.numbers[0].after}
+    used, kept_back = found.halves
+    assert (used.first, used.last + 1, kept_back.last) == (1, kept_back.first, run.computed)
+    assert kept_back.after.mean > kept_back.before.mean
+    assert kept_back.before.coverage[0.95] == 1.0
+    assert 0.85 < kept_back.after.coverage[0.95] < 1.0  # frames in a row are alike, so one run tells little
+    assert all(before < after for (before, _), (after, _) in pairwise(told))
+    assert told[-1][0] == found.runs <= told[-1][1]
+    assert run.parameters_at(run.position).assumed_noise_sd == 0.4
+
+    grid = np.geomspace(0.05, 0.2, 41)
+    rows = [signal(assumed_noise_sd=sd).diagnostics[1 : used.last + 1] for sd in grid]
+    best = grid[np.argmax([sum(row.log_evidence for row in each) for each in rows])]
+    assert found.numbers[0].after == pytest.approx(best, rel=0.05)
+
+
+def test_particles_are_fitted_with_common_random_numbers() -> None:
+    """The same twice, near the exact answer, and judged by random numbers of its own."""
+    run = signal("condensation", sample_count=200, assumed_noise_sd=0.3)
+    first, second = (fit(run, ["assumed_noise_sd"]) for _ in range(2))
+    assert first.as_dict() == second.as_dict()
+    assert first.seeds > 1
+    assert first.kept
+    assert first.numbers[0].after == pytest.approx(TRUE_SD, rel=0.15)
+
+
+def test_motion_is_fitted_where_a_likelihood_lacks_a_constant() -> None:
+    """A ball that is lost at once since particles are thrown about is held with the noise that is found."""
+    run = pftrack.run("ball", tracker="condensation", frames=81, occlusion_width_px=5, process_noise_px=15)
+    found = fit(run, ["process_noise_px"])
+    assert found.kept
+    assert "lost its target in 76 of 80 frames" in found.caution
+    held = pftrack.run(run.recipe, **found.values)
+    assert run.summary().verdict.lost_frames == 76
+    assert held.summary().verdict.lost_frames < 10
+
+
+def test_sharpness_is_fitted_beside_the_level_of_the_picture() -> None:
+    """A likelihood that was flat becomes sharp; by the evidence alone the flattest would be the best."""
+    run = pftrack.run("ball", tracker="condensation", frames=81, occlusion_width_px=5, red_spread=0.5)
+    found = fit(run, ["red_spread"])
+    assert found.kept
+    assert found.numbers[0].after < 0.1
+
+
+def test_what_is_right_is_left_alone() -> None:
+    """Values that were true are not replaced by what suits the first half by chance."""
+    found = fit(signal(seed=5))
+    assert [it.declared.role for it in found.numbers] == ["noise", "noise"]
+    assert not found.kept
+    assert found.values == {}
+    assert found.verdict.startswith("Not ")
+
+
+def test_the_scene_stays_as_it_was() -> None:
+    """A number of the scene is not offered: it would change what was seen."""
+    run = signal()
+    offered = [it.name for it in fittable(run.experiment, run.tracker, type(run.setup.parameters))]
+    assert offered[:2] == ["process_noise_sd", "assumed_noise_sd"]
+    assert "observation_noise_sd" not in offered
+
+
+@pytest.mark.parametrize(
+    ("run", "names", "message"),
+    [
+        (lambda: signal(frames=30), (), "at least 41 frames.* and 30 are computed"),
+        (signal, ("dimension",), "no number that Kalman filter can be fitted by; there are process_noise_sd"),
+        (lambda: pftrack.run("histogram", frames=50, tracker="greedy"), (), "does not tell settings apart"),
+    ],
+)
+def test_what_cannot_be_fitted_says_why(run: object, names: tuple[str, ...], message: str) -> None:
+    """A short run, a number that is none, and a tracker without evidence."""
+    with pytest.raises(FitError, match=message):
+        fit(run(), names)  # type: ignore[operator]
