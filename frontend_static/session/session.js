@@ -58,7 +58,7 @@ store.on(["problem", "position"], () => {
   const { problem, position } = store.known;
   const place = problem && (problem.line === null ? problem.file : `${problem.file}, line ${problem.line}`);
   part("problem").hidden = !problem;
-  if (problem) fill(part("problem"), h("strong", {}, place), `${problem.text}. The run stands at frame ${position}; it goes on when the file is saved.`);
+  if (problem) fill(part("problem"), h("strong", {}, place), `${problem.text}. The run stands at frame ${position}. Mend the line and save the file.`);
 });
 const tour = tourOfAddress();
 if (tour !== null) start.begun.then(() => guide(view, tour), () => {});

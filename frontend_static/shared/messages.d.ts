@@ -1551,7 +1551,7 @@ export interface RunSnapshot {
   behind_s: number;
   /** While it compiles what it uses first: how many functions so far */
   compiling: number | null;
-  /** Why the next frame cannot be computed, where that is so */
+  /** What is wrong in the file of a filter, where something is */
   problem: Problem | null;
   /** How the target separates from its surroundings where it is, and since when */
   look: string;
@@ -1736,7 +1736,7 @@ export interface SessionPublic {
   behind_s: number;
   /** While it compiles what it uses first: how many functions so far */
   compiling: number | null;
-  /** Why the next frame cannot be computed, where that is so */
+  /** What is wrong in the file of a filter, where something is */
   problem: Problem | null;
   /** How the target separates from its surroundings where it is, and since when */
   look: string;
@@ -1826,7 +1826,7 @@ export interface SessionSnapshot {
   behind_s: number;
   /** While it compiles what it uses first: how many functions so far */
   compiling: number | null;
-  /** Why the next frame cannot be computed, where that is so */
+  /** What is wrong in the file of a filter, where something is */
   problem: Problem | null;
   /** How the target separates from its surroundings where it is, and since when */
   look: string;

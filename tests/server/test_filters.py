@@ -64,6 +64,24 @@ def test_saving_the_file_changes_the_running_session(client: httpx.Client, file:
     assert "extra" in old["parameters"]
 
 
+@pytest.mark.parametrize("frame", [20, 39])
+def test_saving_leaves_what_was_chosen(client: httpx.Client, file: Path, frame: int) -> None:
+    """Tracker and parameters stay as they were chosen a moment ago, in the middle of a run and at its end."""
+    session = begin(client, tracker="mine", frames=40)["id"]
+    steer(client, session, "seek", frame=10)
+    client.patch(f"/api/v1/sessions/{session}/parameters", json={"sample_count": 350})
+    steer(client, session, "seek", frame=frame)
+    client.patch(f"/api/v1/sessions/{session}/parameters", json={"tracker": "condensation", "sample_count": 444})
+    chosen = shown(client, session)
+
+    file.write_text(TEXT.replace("noise_px: float = 3.0", "noise_px: float = 4.5"))
+    told = wait_for(
+        lambda: len(shown(client, session)["branches"]) > len(chosen["branches"]) and shown(client, session)
+    )
+    assert told["tracker"] == "condensation"
+    assert told["parameters"] == chosen["parameters"] | {"mine_version": 2, "noise_px": 4.5}
+
+
 def test_a_mistake_is_told_with_its_line_and_the_run_stands(client: httpx.Client, file: Path) -> None:
     """In a file that is saved, and in a step; what was computed stays, and a mended file goes on."""
     session = begin(client, tracker="mine")["id"]
@@ -72,6 +90,9 @@ def test_a_mistake_is_told_with_its_line_and_the_run_stands(client: httpx.Client
     told = wait_for(lambda: shown(client, session)["problem"])
     assert (told["file"], told["line"]) == ("mine.py", len(TEXT.splitlines()) + 1)
     assert shown(client, session)["branch"] == "b0"
+    onward = steer(client, session, "seek", frame=6)
+    assert onward["problem"] == told, "it is told as long as the file is as it is"
+    steer(client, session, "seek", frame=5)
 
     file.write_text(TEXT.replace("return np.log(0.02", "return np.log(-0.5"))
     wait_for(lambda: shown(client, session)["branch"] == "b1")

@@ -44,7 +44,9 @@ export class Editor {
     return this.#file.name;
   }
 
+  /** Come back to it: what happened meanwhile is told. */
   focus() {
+    this.#show();
     this.#field.focus();
   }
 
@@ -84,7 +86,9 @@ export class Editor {
     this.#state.classList.toggle("wrong", own !== null || this.#said.startsWith("Not"));
     const version = parameters[`${this.#file.name}_version`];
     const isRunning = tracker === this.#file.name;
-    const running = isRunning ? `Version ${version} computes from here on, at frame ${position}.` : `Choose ${this.#file.file} as the tracker to run it.`;
+    const running = isRunning
+      ? `This text is version ${version}: it computes the frames after ${position}. What older versions computed is kept in the other branches.`
+      : `Choose ${this.#file.file} as the tracker to run it.`;
     if (this.#isChanged) this.#said = "";
     const words = this.#isChanged ? "Not saved yet: Ctrl-S saves, and the run goes on with it as a branch." : running;
     setText(this.#state, own ? `${own.line === null ? "" : `Line ${own.line}: `}${own.text}` : `${this.#said} ${words}`.trim());

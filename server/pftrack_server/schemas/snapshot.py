@@ -106,7 +106,7 @@ class RunSnapshot(BaseModel):
     speed: float = Field(1.0, description="Times real time; 0 is as fast as possible")
     behind_s: float = Field(0.0, description="How far a frame is behind its time, s, since it plays at this speed")
     compiling: int | None = Field(None, description="While it compiles what it uses first: how many functions so far")
-    problem: Problem | None = Field(None, description="Why the next frame cannot be computed, where that is so")
+    problem: Problem | None = Field(None, description="What is wrong in the file of a filter, where something is")
     look: str = Field("", description="How the target separates from its surroundings where it is, and since when")
     measured: dict[str, float | None] = Field({}, description="Measures of the branch so far, by name")
 

@@ -361,7 +361,7 @@ class RunTree:
         """Go on with another version of a filter's file.
 
         Where the active branch was computed with it, this makes a branch, from the frame that is shown or from the
-        start if that is the last; otherwise the version is at hand.
+        start if that is the last; otherwise the version is at hand. Tracker and parameters stay as they were chosen.
 
         Args:
             name: Of its tracker.
@@ -381,8 +381,11 @@ class RunTree:
         used = _uses(self.run, name)
         run = self.run.rewire(self.experiment, self._setup)
         frame = 0 if self.ended else run.position
-        values = new_defaults(name, self._recipe.filters[name], flat(run.parameters_at(frame + 1)))
+        following = run.position + 1
+        values = new_defaults(name, self._recipe.filters[name], flat(run.parameters_at(following)))
         if used:
+            # A branch shares what was in force in its frame; what was chosen since is not given up for a new text.
+            values = {**_changed(run, frame, following), **values}
             self._runs[branch] = run.branch(frame, values, on_step=self._on_step)
             self._left[branch] = self.active
             self._show(branch)
@@ -477,6 +480,14 @@ class RunTree:
         changed = revise(parameters, parameter_values(values))
         limit_particles(self.experiment.declarations(type(changed)), flat(changed), tracker, self._max_particles)
         return changed, tracker
+
+
+def _changed(run: Run, frame: int, later: int) -> dict[str, Any]:
+    """Return what is in force in a later frame and was not in an earlier one."""
+    before, chosen = flat(run.parameters_at(frame)), flat(run.parameters_at(later))
+    values: dict[str, Any] = {name: value for name, value in chosen.items() if value != before[name]}
+    tracker = run.tracker_at(later)
+    return values if tracker == run.tracker_at(frame) else {"tracker": tracker, **values}
 
 
 def _uses(run: Run, tracker: str) -> bool:

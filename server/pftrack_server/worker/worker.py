@@ -101,7 +101,10 @@ class Worker:
         self._behind_s = 0.0
         self._measures: dict[str, float | int] = {}
         self._look = ""
-        self._problem: Problem | None = self._tree.problem
+        self._broken: Problem | None = self._tree.problem
+        """Why a filter's file cannot be used as it is; told until a version can be, whatever goes on meanwhile."""
+        self._problem: Problem | None = None
+        """Why the next frame cannot be computed."""
         self._measured = 0.0
         self._rows: list[dict[str, Any]] = []
         self._news = False
@@ -255,7 +258,7 @@ class Worker:
                 "goal_position": goal and goal.position,
                 "measured": self._measures,
                 "look": self._look,
-                "problem": self._problem,
+                "problem": self._problem or self._broken,
             }
         )
 
@@ -394,9 +397,9 @@ class Worker:
         try:
             self._tree.revise_filter(command.name, command.text, command.branch)
         except FilterFileError as error:
-            self._problem, self._news, self._playing = _problem(error), True, False
+            self._broken, self._news, self._playing = _problem(error), True, False
             return
-        self._problem = None
+        self._problem = self._broken = None
         self._report(draw=False)
         self._pipe.send(Described(self._tree.describe()))
 
