@@ -41,6 +41,8 @@ export interface BranchCreate {
   frame: number;
   tracker?: string | null;
   parameters?: Record<string, unknown>;
+  /** Of the tracker's random numbers from there on; the scene stays as it is */
+  seed?: number | null;
   title?: string | null;
 }
 
@@ -342,6 +344,20 @@ export interface Editor {
   numbers: MarkNumber[];
 }
 
+/** What runs of the same settings with other seeds do, frame by frame, as far as they have come. */
+export interface EnsemblePublic {
+  runs: number;
+  frames: number;
+  unit: string;
+  /** Error below which 10 % of the runs are, by frame */
+  low: (number | null)[];
+  middle: (number | null)[];
+  /** Error below which 90 % of the runs are */
+  high: (number | null)[];
+  /** Share of the runs that have the target, by frame */
+  holding: (number | null)[];
+}
+
 /** The size of a sweep before it starts. */
 export interface EstimatePublic {
   runs: number;
@@ -472,6 +488,28 @@ export interface ExperimentPublic {
 /** What can be said of a loss. */
 export interface ExplanationPublic {
   diagnosis: DiagnosisPublic;
+}
+
+/** What to find out of the active branch of a session. */
+export interface ExplorationCreate {
+  kind: "what-if" | "ensemble";
+  /** Of what-if, in the loss that is meant; the first that lasts if not given */
+  frame?: number | null;
+  /** After so long it ends with what it has found */
+  seconds?: number;
+}
+
+/** An exploration under way, or what came of it. */
+export interface ExplorationPublic {
+  id: string;
+  session: string;
+  branch: string;
+  kind: "what-if" | "ensemble";
+  state: "computing" | "done" | "failed";
+  /** As far as it has come */
+  result: WhatIfPublic | EnsemblePublic | null;
+  /** Why it has failed */
+  message: string | null;
 }
 
 /** A file that is being written, or what came of it. */
@@ -619,6 +657,31 @@ export interface FilterUpdate {
   text: string;
   /** Hash of the text that it takes the place of */
   before: string;
+}
+
+/** What came of one change; the first is none, with other seeds. */
+export interface FindingPublic {
+  kind: "seeds" | "particles" | "tracker" | "resampling" | "noise" | "sharpness" | "threshold" | "memory" | "world";
+  title: string;
+  values: Record<string, boolean | number | string>;
+  /** Name of the one parameter that is changed; empty if none is */
+  parameter: string;
+  holding: number;
+  runs: number;
+  /** Of the runs that hold */
+  share: number | null;
+  /** Lower end of its 95 % interval (Wilson) */
+  low: number | null;
+  high: number | null;
+  /** Mean time of a step, ms */
+  step_ms: number;
+  /** Of McNemar's test against no change on the same seeds */
+  p_value: number | null;
+  /** The same after Holm's correction for all changes that are tried */
+  corrected: number | null;
+  verdict: "baseline" | "better" | "worse" | "unclear";
+  /** To look at: the first with which it holds, else the first that was tried */
+  seed: number | null;
 }
 
 /** What to fit. */
@@ -2147,6 +2210,26 @@ export interface VotePublic {
 export interface VoteRequest {
   poll: string;
   answer: number;
+}
+
+/** What would have saved a run, as far as it has been tried, the best first. */
+export interface WhatIfPublic {
+  /** Frame in which the loss began */
+  loss: number;
+  /** Last frame that all runs have in common */
+  begin: number;
+  /** Last frame that was computed */
+  end: number;
+  /** In how many last frames a run must not have lost its target, to hold */
+  judged: number;
+  /** Changes that are tried in all */
+  planned: number;
+  /** Seeds that each is tried with in the end */
+  trials: number;
+  is_complete: boolean;
+  sentence: string;
+  caveat: string;
+  findings: FindingPublic[];
 }
 
 /** How many there are of each kind. */

@@ -24,7 +24,8 @@ def pack(answer: Answer) -> bytes:
     """Write an answer.
 
     Raises:
-        TypeError: Its value holds what JSON and bytes cannot say, or it is a step that is no pair of numbers.
+        TypeError: Its value holds what JSON and bytes cannot say, or it is a step that is neither a pair of numbers nor
+            a dictionary.
     """
     match answer:
         case Reply(value=value):
@@ -35,8 +36,10 @@ def pack(answer: Answer) -> bytes:
             body = {"fault": name, "traceback": traceback}
         case Step(value=(done, total)):
             body = {"done": done, "total": total}
+        case Step(value=dict() as found):
+            body = {"found": found}
         case _:
-            raise TypeError(f"a step must be a pair of numbers, not {answer}")
+            raise TypeError(f"a step must be a pair of numbers or a dictionary of what has been found, not {answer}")
     tag = secrets.token_hex(TAG_LENGTH // 2)
     return f"{tag}{json.dumps(body, default=_encoder(tag))}".encode()
 
@@ -61,6 +64,8 @@ def unpack(data: bytes | bytearray) -> Answer:
             return Fault(name, traceback)
         case {"done": int(done), "total": int(total), **others} if not others:
             return Step((done, total))
+        case {"found": dict() as found, **others} if not others:
+            return Step(found)
     raise ValueError("the answer is neither a reply nor a refusal, a fault or a step")
 
 

@@ -37,7 +37,7 @@ class Call:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """How far a call is; for most functions the pair of what is done and all that there is."""
+    """How far a call is: the pair of what is done and all that there is, or what has been found."""
 
     value: Any
 

@@ -19,6 +19,7 @@ from pftrack_server.processes import FORK_SERVER
 from pftrack_server.runs.exports import Exports
 from pftrack_server.runs.fits import Fits
 from pftrack_server.runs.imports import Imports
+from pftrack_server.sessions.explorations import Explorations
 from pftrack_server.sessions.manager import Manager
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store
@@ -46,6 +47,7 @@ class Services:
     exports: Exports
     fits: Fits
     comparisons: Comparisons
+    explorations: Explorations
     lessons: Lessons
     lectures: Lectures
     follows: Follows
@@ -96,6 +98,7 @@ class Services:
             exports,
             fits,
             comparisons,
+            Explorations(settings, manager, tasks),
             lessons,
             Lectures(runs, lessons),
             follows,
@@ -114,6 +117,7 @@ class Services:
         await asyncio.to_thread(self.compilation.close)
         await self.filters.close()
         await self.follows.close()
-        parts = self.manager, self.sweeps, self.imports, self.exports, self.fits, self.comparisons, self.lessons
+        jobs = self.imports, self.exports, self.fits, self.comparisons, self.explorations
+        parts = self.manager, self.sweeps, *jobs, self.lessons
         await asyncio.gather(*(part.close() for part in parts))
         await asyncio.to_thread(self.store.close)

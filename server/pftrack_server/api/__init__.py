@@ -10,6 +10,7 @@ from pftrack_server.api import (
     comparisons,
     compilation,
     experiments,
+    explorations,
     exports,
     failures,
     filters,
@@ -36,7 +37,8 @@ __all__ = ["router"]
 
 router = APIRouter(prefix="/api/v1")
 router.include_router(experiments.plugins)
-computing = compilation, queue, sessions, stream, exports, fits, runs, work, lessons, failures, comparisons
+of_sessions = sessions, explorations, stream, exports, fits
+computing = compilation, queue, *of_sessions, runs, work, lessons, failures, comparisons
 classes = follows, follow, polls, lectures
 code = filters, source_code
 for part in (experiments, glossary, uploads, *computing, *classes, *code, sweeps, sweep_files, sweep_stream):

@@ -22,6 +22,7 @@ from pftrack_server.runs.fits import Fits
 from pftrack_server.runs.imports import Imports
 from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.services import Services
+from pftrack_server.sessions.explorations import Explorations
 from pftrack_server.sessions.manager import Manager, Prepare
 from pftrack_server.sessions.session import Session
 from pftrack_server.settings import Settings
@@ -49,6 +50,7 @@ __all__ = [
     "SettingsNow",
     "TakesFiles",
     "TheComparisons",
+    "TheExplorations",
     "TheExports",
     "TheFilters",
     "TheFits",
@@ -148,6 +150,10 @@ def _comparisons(services: TheServices) -> Comparisons:
     return services.comparisons
 
 
+def _explorations(services: TheServices) -> Explorations:
+    return services.explorations
+
+
 def _lessons(services: TheServices) -> Lessons:
     return services.lessons
 
@@ -171,6 +177,7 @@ TheImports = Annotated[Imports, Depends(_imports)]
 TheExports = Annotated[Exports, Depends(_exports)]
 TheFits = Annotated[Fits, Depends(_fits)]
 TheLectures = Annotated[Lectures, Depends(_lectures)]
+TheExplorations = Annotated[Explorations, Depends(_explorations)]
 TheLessons = Annotated[Lessons, Depends(_lessons)]
 TheFollows = Annotated[Follows, Depends(_follows)]
 

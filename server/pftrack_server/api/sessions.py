@@ -95,7 +95,8 @@ async def steer(session: ASession, body: TransportUpdate) -> SessionPublic:
 @router.post("/{session}/branch", status_code=HTTPStatus.CREATED)
 async def branch(session: ASession, body: BranchCreate, manager: AManager) -> SessionPublic:
     """Leave the active branch at a frame and go on in a new one."""
-    values = {**body.parameters, **({"tracker": body.tracker} if body.tracker else {})}
+    beside = {"tracker": body.tracker, "seed": body.seed}
+    values = {**body.parameters, **{name: value for name, value in beside.items() if value is not None}}
     made = await session.branch(body.frame, values, body.title)
     await manager.note()
     return made

@@ -55,6 +55,9 @@ class BranchCreate(RequestBody):
     frame: FrameNumber
     tracker: str | None = Field(None, max_length=64)
     parameters: Values = Field({})
+    seed: Seed | None = Field(
+        None, description="Of the tracker's random numbers from there on; the scene stays as it is"
+    )
     title: Title | None = None
 
 

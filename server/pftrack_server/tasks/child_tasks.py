@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pftrack.comparison import ComparisonError
+from pftrack.counterfactuals import LossError
 from pftrack.filter_files import FilterFileError
 from pftrack.fitting import FitError
 from pftrack.model.export import ExportError
@@ -26,7 +27,17 @@ from pftrack_server.tasks.queue import Queues, unless_gone
 
 __all__ = ["ChildTasks", "ending_message"]
 
-REFUSALS = ComparisonError, ExportError, FilterFileError, FitError, ParameterError, RecordError, SourceError, TruthError
+REFUSALS = (
+    ComparisonError,
+    ExportError,
+    FilterFileError,
+    FitError,
+    LossError,
+    ParameterError,
+    RecordError,
+    SourceError,
+    TruthError,
+)
 """Exceptions whose text is for whoever asked; all others are for the log."""
 
 BUDGET = Budget()
@@ -97,6 +108,23 @@ class ChildTasks:
         async with self.queues.heavy.place(weight_s=LONG_S):
             return _result(await self.answer(function, *arguments, budget=budget, on_step=on_step), budget)
 
+    async def run_beside(
+        self,
+        function: Callable[..., Any],
+        *arguments: object,
+        budget: Budget,
+        on_step: Callable[..., None],
+        stopped: Callable[[], bool],
+    ) -> Any:  # noqa: ANN401 - whatever the function returns
+        """Return the result of a function that waits for no turn, since it leaves the processors to all others.
+
+        Raises:
+            RefusedError: The function refused its arguments, with a sentence, or its process died.
+            UnavailableError: It gave no sign of life for too long, or was stopped.
+        """
+        outcome = await self.answer(function, *arguments, budget=budget, on_step=on_step, stopped=stopped)
+        return _result(outcome, budget)
+
     async def _in_turn(self, function: Callable[..., Any], arguments: tuple[object, ...]) -> Outcome:
         async with self.queues.light.place():
             return await self.answer(function, *arguments)
@@ -106,7 +134,7 @@ class ChildTasks:
         function: Callable[..., Any],
         *arguments: object,
         budget: Budget = BUDGET,
-        on_step: Callable[[int, int], None] = lambda *_: None,
+        on_step: Callable[..., None] = lambda *_: None,
         stopped: Callable[[], bool] | None = None,
     ) -> Outcome:
         """Have a task carried out now, whoever waits for a turn, and return what came of it.
@@ -117,7 +145,7 @@ class ChildTasks:
             function: One of `pftrack_server.tasks.functions`.
             arguments: For it.
             budget: What it may take.
-            on_step: Called now and then with the steps that are done, and with all that there are.
+            on_step: Called now and then with what it yields, such as the steps that are done and all that there are.
             stopped: Asked ten times a second whether to give up; the process is then killed.
         """
         outcome = await run_task(
@@ -126,7 +154,7 @@ class ChildTasks:
             *arguments,
             budget=budget,
             refusals=REFUSALS,
-            on_step=lambda step: on_step(*step),
+            on_step=lambda step: on_step(step) if isinstance(step, dict) else on_step(*step),
             stopped=stopped,
         )
         if isinstance(outcome, Fault):

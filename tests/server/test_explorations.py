@@ -1,0 +1,101 @@
+"""What else a session's run might have been, asked through the REST interface."""
+
+from typing import Any
+
+import httpx
+import numpy as np
+
+import pftrack
+from pftrack.runs.ensemble import ensemble
+from tests.server.asking import columns, get
+from tests.server.host import begin, error_of, steer
+from tests.waiting import wait_for
+
+
+def explore(client: httpx.Client, session: str, **body: Any) -> dict[str, Any]:
+    answer = client.post(f"/api/v1/sessions/{session}/explorations", json=body)
+    assert answer.status_code == 202, answer.text
+    return dict(answer.json())
+
+
+def finished(client: httpx.Client, begun: dict[str, Any]) -> dict[str, Any]:
+    def ask() -> dict[str, Any] | None:
+        told = client.get(f"/api/v1/sessions/{begun['session']}/explorations/{begun['id']}").json()
+        return None if told["state"] == "computing" else dict(told)
+
+    found = wait_for(ask, what="the exploration has ended")
+    assert found is not None
+    return found
+
+
+def lost_session(client: httpx.Client, frames: int = 45) -> str:
+    session = begin(client, frames=frames, parameters={"occlusion_width_px": 100})
+    steer(client, session["id"], "seek", frame=20)
+    return str(session["id"])
+
+
+def test_a_line_of_what_if_opens_as_a_branch_that_holds(client: httpx.Client) -> None:
+    """A list comes, no change first; the seed of the best change makes a branch that has its target in the end."""
+    session = lost_session(client)
+    begun = explore(client, session, kind="what-if", frame=7, seconds=5)
+    assert (begun["kind"], begun["message"]) == ("what-if", None)
+    found = finished(client, begun)
+    assert found["state"] == "done", found["message"]
+    told = found["result"]
+    assert (told["loss"], told["findings"][0]["verdict"]) == (7, "baseline")
+    best = told["findings"][1]
+    assert best["share"] >= told["findings"][-1]["share"]
+    values = {name: value for name, value in best["values"].items() if name != "tracker"}
+    body = {
+        "frame": told["begin"],
+        "parameters": values,
+        "tracker": best["values"].get("tracker"),
+        "seed": best["seed"],
+    }
+    made = client.post(f"/api/v1/sessions/{session}/branch", json=body)
+    assert made.status_code == 201, made.text
+    assert made.json()["branch"] != begun["branch"]
+    steer(client, session, "seek", frame=told["end"])
+    lost = columns(client, session)["lost"][told["end"] - told["judged"] + 1 : told["end"] + 1]
+    assert best["holding"] == 0 or not any(lost)
+
+
+def test_other_seeds_are_those_of_the_library(client: httpx.Client) -> None:
+    """The bands are those of an ensemble in Python, for the settings that are in force now."""
+    session = lost_session(client, 30)
+    found = finished(client, explore(client, session, kind="ensemble"))
+    expected = ensemble(
+        pftrack.run("ball", frames=30, seed=get(client, session)["recipe"]["seed"], occlusion_width_px=100)
+    )
+    told = found["result"]
+    assert (told["runs"], told["frames"]) == (40, 30)
+    np.testing.assert_array_equal(told["holding"], expected.holding)
+    np.testing.assert_array_equal(told["middle"], expected.quantiles[1])
+
+
+def test_a_run_that_holds_is_told_so(client: httpx.Client) -> None:
+    """The refusal is a sentence, and comes when the run has been looked at."""
+    session = begin(client, frames=20)["id"]
+    found = finished(client, explore(client, session, kind="what-if"))
+    assert (found["state"], found["message"]) == ("failed", "The run has not lost its target so far")
+
+
+def test_what_is_cancelled_is_gone(client: httpx.Client) -> None:
+    """Nothing goes on, and nobody can ask for it; no other session has it either."""
+    session, other = lost_session(client), begin(client)["id"]
+    begun = explore(client, session, kind="what-if", seconds=300)
+    address = f"/api/v1/sessions/{session}/explorations/{begun['id']}"
+    assert client.get(address.replace(session, other)).status_code == 404
+    assert client.delete(address).status_code == 204
+    assert "no such exploration" in error_of(client.get(address), 404)["message"]
+
+
+def test_a_session_asks_a_few_questions_at_a_time(client: httpx.Client) -> None:
+    """The fourth is refused with a sentence that says how many there may be, and none outlives its session."""
+    session = lost_session(client)
+    begun = [explore(client, session, kind="what-if", seconds=300) for _ in range(3)]
+    refused = client.post(f"/api/v1/sessions/{session}/explorations", json={"kind": "ensemble"})
+    assert "at most 3 questions" in error_of(refused, 409)["message"]
+    for each in begun:
+        client.delete(f"/api/v1/sessions/{session}/explorations/{each['id']}")
+    assert explore(client, session, kind="ensemble")["state"] == "computing"
