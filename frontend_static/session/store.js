@@ -18,8 +18,8 @@ import { History, isGone } from "./history.js";
  *   is known of it, fixed or not.
  */
 
-/** A picture that has not come for so long keeps nothing waiting. */
-const PICTURE_MS = 500;
+/** A picture that has not come for so long keeps nothing waiting; on a busy machine the first one of a run may take seconds. */
+const PICTURE_MS = 5000;
 
 /** @extends {Topics<Topic>} */
 export class Store extends Topics {

@@ -93,7 +93,7 @@ describe("the store of a session", () => {
     store.receive(changes({ playing: true }));
     store.show(0);
     const now = globalThis.performance.now();
-    test.mock.method(globalThis.performance, "now", () => now + 600);
+    test.mock.method(globalThis.performance, "now", () => now + 5100);
     store.receive({ type: "frame", branch: "b0", diagnostics: { frame: 1 } });
     assert.equal(store.known.position, 1);
   });
