@@ -15,6 +15,10 @@ export class JointSteering extends Steering {
     this.#joint = joint;
   }
 
+  eventFrames() {
+    return this.#joint.eventFrames;
+  }
+
   /** Go to before the first loss of any run, also where it has not been computed here yet. */
   async beforeLoss() {
     if (this.#joint.beforeLoss !== null) await this.seek(this.#joint.beforeLoss);

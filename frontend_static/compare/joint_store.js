@@ -6,6 +6,7 @@
  */
 
 import { HistoryWindow } from "../session/history_window.js";
+import { eventFramesOf } from "../session/series.js";
 import { Store } from "../session/store.js";
 
 /** @import { BranchPublic, SessionPublic } from "../shared/messages.js" */
@@ -83,6 +84,12 @@ export class JointStore extends Store {
   /** From where to watch the first loss, where there is one. */
   get beforeLoss() {
     return this.#landmarks.beforeLoss;
+  }
+
+  /** The frames in which something happens in any run, in rising order. */
+  get eventFrames() {
+    const all = this.#runs.flatMap(({ store }, place) => eventFramesOf({ known: store.known, history: this.historyOf(String(place)) }));
+    return [...new Set(all)].sort((one, other) => one - other);
   }
 
   /** Where the target is lost in each run. */

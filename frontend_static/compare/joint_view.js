@@ -144,6 +144,7 @@ export class JointView {
       newest: () => steering.newest(),
       faster: (/** @type {number} */ direction) => steering.faster(direction),
       beforeLoss: () => steering.beforeLoss(),
+      event: (/** @type {number} */ direction) => steering.event(direction),
       ...more,
     };
     const isScene = (/** @type {MessageEventSource|null} */ source) => source !== null && this.views.some(({ scene }) => scene?.window === source);

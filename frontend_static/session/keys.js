@@ -14,6 +14,7 @@ import { dialogIsOpen } from "../shared/dialog.js";
  * @property {() => void} first
  * @property {() => void} newest
  * @property {() => void} beforeLoss
+ * @property {(direction: number) => void} event
  * @property {() => void} bookmark
  * @property {() => void} branch
  * @property {() => void} inspect
@@ -40,6 +41,7 @@ export const HELP = [
   { keys: "shift ← →", what: "Ten frames back or forward" },
   { keys: "home end", what: "First frame, newest frame" },
   { keys: "L", what: "Go to before the loss" },
+  { keys: "I", what: "Go to the next event, such as an identity switch; with shift, to the one before" },
   { keys: "B", what: "Bookmark this frame" },
   { keys: "N", what: "Branch from this frame" },
   { keys: "I", what: "Look into the frame: likelihood, particles, ancestors; again to stop" },
@@ -132,6 +134,8 @@ function find(actions, key, shiftKey) {
       return actions.difference;
     case "l":
       return actions.beforeLoss;
+    case "i":
+      return () => actions.event?.(shiftKey ? -1 : 1);
     case "p":
       return actions.presets;
     case "t":

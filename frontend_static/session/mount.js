@@ -227,6 +227,7 @@ export class Mounted {
       newest: () => this.steering.newest(),
       faster: (direction) => this.steering.faster(direction),
       beforeLoss: () => this.steering.beforeLoss(),
+      event: (direction) => this.steering.event(direction),
       bookmark: () => this.commands.bookmark(),
       branch: () => this.#branch(),
       inspect: () => this.#inspector?.toggle(),

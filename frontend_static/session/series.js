@@ -121,6 +121,23 @@ export function eventsOf(session, row) {
 }
 
 /**
+ * The frames in which something has happened, in rising order; of a run the same event in frames that follow each other once.
+ *
+ * @param {{known: Declaring, history: History}} run
+ */
+export function eventFramesOf({ known, history }) {
+  /** @type {number[]} */
+  const frames = [];
+  let before = "";
+  for (let frame = 0; frame < history.length; frame += 1) {
+    const names = eventsOf(known, history.at(frame)).map(({ name }) => name).join(" ");
+    if (names !== "" && names !== before) frames.push(frame);
+    before = names;
+  }
+  return frames;
+}
+
+/**
  * Of flags, the share that were set up to each frame; NaN before any is known.
  *
  * @param {History} history

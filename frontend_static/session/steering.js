@@ -3,7 +3,8 @@
 import { api } from "../shared/api.js";
 import { NewestRequest } from "../shared/newest_request.js";
 import { later } from "../shared/timing.js";
-import { attempt } from "../shared/toast.js";
+import { attempt, toast } from "../shared/toast.js";
+import { eventFramesOf } from "./series.js";
 
 /** @import { TransportUpdate } from "../shared/messages.js" */
 
@@ -120,6 +121,25 @@ export class Steering {
 
   async beforeLoss() {
     if (this.#able) await this.#send("before_loss");
+  }
+
+  /**
+   * Go to the nearest frame in which something has happened, of those that were computed.
+   *
+   * @param {number} direction 1 for a later one, -1 for an earlier one.
+   */
+  async event(direction) {
+    if (!this.#able) return;
+    const from = this.#goal ?? this.#store.known.position;
+    const frames = this.eventFrames().filter((frame) => (frame - from) * direction > 0);
+    const goal = direction > 0 ? frames[0] : frames.at(-1);
+    if (goal === undefined) toast(`No event ${direction > 0 ? "after" : "before"} this frame`);
+    else await this.seek(goal);
+  }
+
+  /** @returns {number[]} The frames in which something has happened, in rising order. */
+  eventFrames() {
+    return eventFramesOf(this.#store);
   }
 
   /** @param {number} value */

@@ -4,11 +4,13 @@ import { fill, h, setText } from "../shared/dom.js";
 import { speed as speedText } from "../shared/format.js";
 import { icon } from "../shared/icons.js";
 import { coalesce } from "../shared/timing.js";
+import { ofRole } from "./series.js";
 
 /** @import { IconName } from "../shared/icons.js" */
 
 /** Less is not worth telling. */
 const LATE_S = 0.5;
+const NEXT_EVENT = "Go to the next event, such as an identity switch (I; with shift, to the one before)";
 const LABELS = { pause: "Pause", replay: "Play again", play: "Play" };
 
 /**
@@ -39,12 +41,7 @@ export function transport(root, view, extras) {
     { "aria-label": "Speed", title: "Speed ([ and ])", on: { change: () => view.steering.setSpeed(Number(speed.value)) } },
   );
   const counter = h("output", { class: "counter", "aria-label": "Frame" });
-  const loss = h(
-    "button",
-    { type: "button", class: "before-loss", title: "Go to before the target was lost (L)", on: { click: () => view.steering.beforeLoss() } },
-    "Before the loss",
-  );
-  fill(root, h("div", { class: "group" }, moves), speed, late(view), counter, h("span", { class: "spring" }), extras, loss);
+  fill(root, h("div", { class: "group" }, moves), speed, late(view), counter, h("span", { class: "spring" }), extras, landmarks(view));
   // A click must not leave the focus on a button, where the space bar would press it again instead of playing.
   root.addEventListener("mousedown", (event) => {
     if (!(event.target instanceof Element) || !event.target.closest("button")) return;
@@ -65,13 +62,39 @@ export function transport(root, view, extras) {
       play.title = `${label} (space)`;
     }
     for (const element of [...moves, speed]) element.disabled = !able;
-    loss.disabled = !able || !store.knowsLoss;
     if (document.activeElement !== speed) choose(speed, steering);
     if (session === null) return;
     setText(counter, counted(session));
   };
   store.on(["position", "playing", "speed", "state", "connection", "history"], coalesce(draw, view.signal));
   draw(); // at once: no button is without a name
+}
+
+/**
+ * What leads to where something has happened.
+ *
+ * @param {import("./mount.js").View} view
+ */
+function landmarks(view) {
+  const { store, steering, signal } = view;
+  const event = h(
+    "button",
+    { type: "button", class: "next-event", hidden: true, title: NEXT_EVENT, on: { click: () => steering.event(1) } },
+    "Next event",
+  );
+  const loss = h(
+    "button",
+    { type: "button", class: "before-loss", title: "Go to before the target was lost (L)", on: { click: () => steering.beforeLoss() } },
+    "Before the loss",
+  );
+  const draw = () => {
+    event.hidden = store.session === null || ofRole(store.session, "event").length === 0;
+    event.disabled = !view.able;
+    loss.disabled = !view.able || !store.knowsLoss;
+  };
+  store.on(["session", "state", "connection", "history"], coalesce(draw, signal));
+  draw();
+  return [event, loss];
 }
 
 /**

@@ -60,6 +60,19 @@ describe("several runs as one store", () => {
   });
 });
 
+describe("events", () => {
+  const flagged = (name, frames, first = 0) => {
+    const store = session({ computed: 9, series: [{ name, role: "event", title: name, colours: [] }] });
+    for (const frame of frames) store.history.at(frame).series = { [name]: 1 };
+    return run(store, name, first);
+  };
+
+  it("are found once where they last, in the frames of all runs", () => {
+    const joint = new JointStore([flagged("switch", [2, 6]), flagged("gone", [5, 6, 7], 1)], 0, false);
+    assert.deepEqual(joint.eventFrames, [2, 4, 6]);
+  });
+});
+
 describe("runs that begin at different pictures", () => {
   it("are kept at the same picture by their clock", () => {
     const sought = [];

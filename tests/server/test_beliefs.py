@@ -71,15 +71,16 @@ def test_a_person_says_what_the_columns_are(client: httpx.Client) -> None:
 
 
 def test_results_clip_and_truth_come_together(client: httpx.Client) -> None:
-    """They are one upload, whose pictures are the clip's and whose errors are against the truth."""
+    """They are one upload, whose pictures are the clip's and whose errors are against the truth; a frame is missed."""
     rows = [f"{t + 1},4,{11 + t},21,30,40,1,-1,-1,-1" for t in range(FRAMES)]
+    missed = rows.pop(3)
     files = [("walk.mp4", video(FRAMES)), ("det.txt", "\n".join(rows).encode())]
-    truth = ("gt.txt", "\n".join(row.replace(",21,", ",22,") for row in rows).encode())
+    truth = ("gt.txt", "\n".join(row.replace(",21,", ",22,") for row in [*rows, missed]).encode())
     answer = send(client, *files, truth)
     assert answer.status_code == 201, answer.text
     upload = answer.json()
     assert (upload["kind"], upload["frames"]) == ("beliefs", FRAMES)
-    assert upload["name"] == "det.txt + walk.mp4 + gt.txt"
+    assert upload["name"] == "det.txt on walk.mp4"
     assert client.get(f"/api/v1/uploads/{upload['id']}/frames/3.jpg").content.startswith(b"\xff\xd8")
     wish = {"recipe": {"experiment": "recorded", "footage": {}}, "upload": upload["id"]}
     session = client.post("/api/v1/sessions", json=session_request(wish)).json()

@@ -53,7 +53,8 @@ def pair_up(frames: Sequence[tuple[int, Sequence[Belief], Sequence[Belief]]]) ->
     before: dict[int, int] = {}  # of each true target, the number that it had last
     last: dict[int, int] = {}  # pairs of the frame before
     for frame, beliefs, truths in frames:
-        gains = np.array([[_likeness(one, true) for true in truths] for one in beliefs]).reshape(len(beliefs), -1)
+        gains = np.array([[_likeness(one, true) for true in truths] for one in beliefs])
+        gains = gains.reshape(len(beliefs), len(truths))
         numbers, trues = [one.target for one in beliefs], [true.target for true in truths]
         found = {
             number: true

@@ -202,7 +202,7 @@ def _arrange(folder: Path, received: Received) -> tuple[Path, dict[str, str], st
     if (parts := part_names({name: _head(path) for name, path in files.items()})) is not None:
         for part, name in parts.items():
             files[name].rename(inside / part)
-        return inside, {}, " + ".join(parts[part] for part in ("results", "clip", "truth") if part in parts)
+        return inside, {}, f"{parts['results']} on {parts['clip']}" if "clip" in parts else parts["results"]
     named = sorted(zip(received.names, received.paths, strict=True), key=lambda pair: natural_order(pair[0]))
     for number, (_, path) in enumerate(named):
         path.rename(inside / f"{number:06d}")
