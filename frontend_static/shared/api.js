@@ -191,6 +191,7 @@ const truthPath = (id, of, form = "truth") => upload(id, `${form}?${query({ expe
  * @property {(id: string) => Promise<Messages.FailurePublic>} failure By id or number.
  * @property {(id: string, signal: AbortSignal) => Promise<Messages.FailureResult>} course
  * @property {(id: string) => Promise<Messages.SessionPublic>} session
+ * @property {() => Promise<Messages.SessionPublic[]>} sessions
  * @property {(body: Messages.SessionCreate) => Promise<Messages.SessionPublic>} start
  * @property {(id: string) => Promise<null>} end
  * @property {(id: string, name: string) => Promise<Messages.SessionPublic>} renameSession
@@ -260,6 +261,7 @@ export const api = {
   course: (id, signal) => request("GET", failure(id, "course"), undefined, signal),
 
   session: (id) => request("GET", session(id)),
+  sessions: () => request("GET", "sessions"),
   start: (body) => request("POST", "sessions", body),
   end: (id) => request("DELETE", session(id)),
   renameSession: (id, name) => request("PATCH", session(id), { name }),

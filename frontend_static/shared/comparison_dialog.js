@@ -1,5 +1,6 @@
-/** From a session to a comparison: with its other branches, or with the same run by other methods. */
+/** From a session to a comparison: with its branches, with the same run by other methods, or with other sessions. */
 
+import { api } from "./api.js";
 import { openDialog } from "./dialog.js";
 import { h } from "./dom.js";
 import { linkToReferences } from "./comparison_link.js";
@@ -7,6 +8,7 @@ import { linkToReferences } from "./comparison_link.js";
 /** @import { BranchPublic, SessionPublic } from "./messages.js" */
 
 const MOST_OTHERS = 3;
+const MOST_SESSIONS = 8;
 const SAVED = "Saved runs are compared in My work, methods over many conditions in a sweep.";
 
 /** @typedef {{reference: string, title: string, hint: string, colour: string, isChosen: boolean}} Other What this run can be compared with. */
@@ -16,8 +18,10 @@ const SAVED = "Saved runs are compared in My work, methods over many conditions 
  *
  * @param {SessionPublic} session
  */
-export function compareDialog(session) {
-  const others = [...branchesOf(session), ...methodsOf(session)];
+export async function compareDialog(session) {
+  const sessions = await api.sessions().catch(() => []);
+  const within = [...branchesOf(session), ...methodsOf(session)];
+  const others = [...within, ...sessionsBeside(session, sessions, within.length === 0)];
   openDialog("Compare this run", (close) => {
     const go = h("button", { type: "submit", class: "primary", autofocus: true }, "Compare");
     const boxes = others.map(({ reference, isChosen }) => h("input", { type: "checkbox", value: reference, checked: isChosen, on: { change: () => look() } }));
@@ -42,6 +46,7 @@ export function compareDialog(session) {
           },
         },
         h("p", {}, "It is shown with up to three others, on the same frames, in step. This session continues unchanged."),
+        others.length === 0 && h("p", { class: "note" }, "There is nothing yet to compare it with: no branch, no other method, no other session of this kind."),
         h("ul", { class: "compare-choices" }, others.map((other, place) => h("li", {}, choice(other, boxes[place])))),
         h("p", { class: "hint" }, SAVED),
         h("footer", {}, h("button", { type: "button", on: { click: close } }, "Cancel"), go),
@@ -76,6 +81,26 @@ function branchesOf({ id, branch: active, branches }) {
     hint: branch.parent === null ? "the run as it began" : `branched from frame ${branch.frame}`,
     colour: branch.colour,
     isChosen: place === 0,
+  }));
+}
+
+/**
+ * Other sessions of the same experiment, those on a recording as well where this one is; the newest first.
+ *
+ * @param {SessionPublic} session
+ * @param {SessionPublic[]} all The newest first.
+ * @param {boolean} alone Whether there is nothing else to compare with, so that the newest is chosen.
+ * @returns {Other[]}
+ */
+export function sessionsBeside(session, all, alone) {
+  const isLike = (/** @type {SessionPublic} */ { id, recipe }) =>
+    id !== session.id && recipe.experiment === session.recipe.experiment && Boolean(recipe.footage) === Boolean(session.recipe.footage);
+  return all.filter(isLike).slice(0, MOST_SESSIONS).map(({ id, branch, name, title, recipe }, place) => ({
+    reference: `${id}:${branch}`,
+    title: name || title,
+    hint: `another session, seed ${recipe.seed}`,
+    colour: "",
+    isChosen: alone && place === 0,
   }));
 }
 
