@@ -11,7 +11,7 @@ const KEYS = [
   ["home end", "First frame, newest frame"],
   ["D", "Go to the first frame in which two runs differ"],
   ["L", "Go to before the first loss"],
-  ["I", "Go to the next event of any run, such as an identity switch; with shift, to the one before"],
+  ["E", "Go to the next event of any run, such as an identity switch; with shift, to the one before"],
   ["[ ]", "Slower, faster"],
   ["F", "Present in large type; escape ends it"],
   ["pageup pagedown", "In a lecture: the item before, the next one"],

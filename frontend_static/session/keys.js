@@ -41,7 +41,7 @@ export const HELP = [
   { keys: "shift ← →", what: "Ten frames back or forward" },
   { keys: "home end", what: "First frame, newest frame" },
   { keys: "L", what: "Go to before the loss" },
-  { keys: "I", what: "Go to the next event, such as an identity switch; with shift, to the one before" },
+  { keys: "E", what: "Go to the next event, such as an identity switch; with shift, to the one before" },
   { keys: "B", what: "Bookmark this frame" },
   { keys: "N", what: "Branch from this frame" },
   { keys: "I", what: "Look into the frame: likelihood, particles, ancestors; again to stop" },
@@ -54,6 +54,19 @@ export const HELP = [
   { keys: "pageup pagedown", what: "In a lecture: the item before, the next one" },
   { keys: "?", what: "This help" },
 ];
+
+/** @type {Readonly<Record<string, "present"|"bookmark"|"branch"|"inspect"|"compare"|"difference"|"beforeLoss"|"presets"|"truth">>} */
+const LETTERS = {
+  b: "bookmark",
+  c: "compare",
+  d: "difference",
+  f: "present",
+  i: "inspect",
+  l: "beforeLoss",
+  n: "branch",
+  p: "presets",
+  t: "truth",
+};
 
 /**
  * Listen to the keys for a session. Where there are several in a page, each has those that are pressed within it; where
@@ -119,30 +132,9 @@ function find(actions, key, shiftKey) {
     default:
       break;
   }
-  switch (key.toLowerCase()) {
-    case "f":
-      return actions.present;
-    case "b":
-      return actions.bookmark;
-    case "n":
-      return actions.branch;
-    case "i":
-      return actions.inspect;
-    case "c":
-      return actions.compare;
-    case "d":
-      return actions.difference;
-    case "l":
-      return actions.beforeLoss;
-    case "i":
-      return () => actions.event?.(shiftKey ? -1 : 1);
-    case "p":
-      return actions.presets;
-    case "t":
-      return actions.truth;
-    default:
-      return undefined;
-  }
+  const letter = key.toLowerCase();
+  if (letter === "e") return () => actions.event?.(shiftKey ? -1 : 1);
+  return LETTERS[letter] === undefined ? undefined : actions[LETTERS[letter]];
 }
 
 /**

@@ -10,7 +10,7 @@ import { ofRole } from "./series.js";
 
 /** Less is not worth telling. */
 const LATE_S = 0.5;
-const NEXT_EVENT = "Go to the next event, such as an identity switch (I; with shift, to the one before)";
+const NEXT_EVENT = "Go to the next event, such as an identity switch (E; with shift, to the one before)";
 const LABELS = { pause: "Pause", replay: "Play again", play: "Play" };
 
 /**
