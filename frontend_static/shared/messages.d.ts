@@ -979,6 +979,8 @@ export interface InspectionUpdate {
   frame?: number | null;
   /** Whether the ancestors of all particles are wanted */
   genealogy?: boolean;
+  /** Whether arrows show which way the parts of the tracker's step pull */
+  pulls?: boolean;
 }
 
 /** An entry of the legend. */

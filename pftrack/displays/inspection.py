@@ -1,16 +1,17 @@
 """What is drawn of a look into a frame: the likelihood as heat over the picture, and what is looked at."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.drawing import Drawing, Ellipse, Links, Picture, Polyline, Primitive
+from pftrack.model.drawing import Arrows, Drawing, Ellipse, Links, Picture, Polyline, Primitive
 from pftrack.model.likelihood import LikelihoodMap
 from pftrack.model.palette import COLOURS
 from pftrack.rendering.heat import over
 
-__all__ = ["LAYER", "draw_likelihood", "draw_place"]
+__all__ = ["LAYER", "draw_arrows", "draw_likelihood", "draw_place"]
 
 LAYER = "inspected"
 """Of what is looked at; it is no layer of an experiment, and is always shown."""
@@ -40,6 +41,15 @@ def draw_likelihood(drawing: Drawing, found: LikelihoodMap) -> Drawing:
     scale = f"log likelihood from {low:.3g}, purple, to {high:.3g}, yellow"
     caption = f"{drawing.caption} · {scale}" if drawing.caption else scale
     return replace(drawing, primitives=primitives, caption=caption)
+
+
+def draw_arrows(drawing: Drawing, arrows: Sequence[tuple[float, float, float, float]]) -> Drawing:
+    """Return a drawing with arrows, x, y, x, y px each, that say which way something pulls."""
+    ends = np.asarray(arrows, np.float32).reshape(-1, 2, 2)
+    ends = ends[np.isfinite(ends).all(axis=(1, 2))]
+    segments = np.concatenate([ends, np.zeros((len(ends), 2, 1), np.float32)], axis=2)
+    pulls = Arrows(segments, COLOURS["inspected"], 2.0, LAYER)
+    return replace(drawing, primitives={**drawing.primitives, "inspected pulls": pulls})
 
 
 def draw_place(drawing: Drawing, place: NDArray[np.float64], path: NDArray[np.float64]) -> Drawing:

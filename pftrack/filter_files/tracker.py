@@ -10,8 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.filter_files.code import FilterCode, FilterFile
+from pftrack.model.cloud import Cloud
 from pftrack.model.frame import Frame, Target
+from pftrack.model.likelihood import ObservationLikelihood
 from pftrack.model.parameters import Parameters, flat
+from pftrack.model.part import Part
 from pftrack.model.series import Series, SeriesValue
 from pftrack.model.tracker import Tracker, TrackState
 from pftrack.numerics.random import Purpose, Stream
@@ -51,6 +54,9 @@ def tracker_of(name: str, texts: tuple[str, ...], interface: FilterInterface) ->
         series=(*interface.series, NOT_REPEATABLE),
         measure=partial(_measure, interface),
         reads=(interface.reads,),
+        # A step of its own may weigh by anything.
+        likelihood=None if "step" in code.functions else _likelihood(files, interface),
+        cloud=_cloud,
     )
 
 
@@ -91,7 +97,7 @@ class _Call:
         else:
             parents = np.arange(len(log_weights))
         moved, correction = self._move(states, rng)
-        weighed = self._weigh(_locked(moved))
+        weighed = self.weigh(_locked(moved))
         normalised, log_sum = self._normalise(log_weights + correction + weighed)
         return Update(ParticleSet(moved, normalised, parents), log_sum, resampled)
 
@@ -143,7 +149,8 @@ class _Call:
             return self._states("propagate", self._call("propagate", rng, states=states), len(states)), nothing
         return self.interface.propagate(self.state, states, self.frame, self.values, rng), nothing
 
-    def _weigh(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    def weigh(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the log likelihoods (N,) of states (N, d)."""
         if "log_likelihood" in self.code.functions:
             found = self._call("log_likelihood", None, states=states)
             return self._logs("log_likelihood", found, len(states), "", states)
@@ -284,6 +291,36 @@ def _step(
             repeatable = _same(update, call.take())
     believed: TrackState = interface.believe(state, replace(update, repeatable=repeatable), frame, parameters)
     return believed
+
+
+def _likelihood(files: tuple[FilterFile, ...], interface: FilterInterface) -> ObservationLikelihood:
+    """Return what a file's filter weighs by: its own function, or that which stands in for it."""
+
+    def weigh(state: Any, states: NDArray[np.float64], frame: Frame, parameters: Parameters) -> NDArray[np.float64]:  # noqa: ANN401 - the state of any family
+        code = _in_force(files, parameters)
+        if "log_likelihood" not in code.functions:
+            return interface.likelihood.log_likelihood(state, states, frame, parameters)
+        nobody = ParticleSet.uniform(states[:1])
+        call = _Call(code, interface, state, nobody, frame, parameters, (0, frame.index, int(Purpose.TRACK)))
+        with code.limited():
+            return call.weigh(_locked(states))
+
+    stood_in = replace(interface.likelihood, log_likelihood=weigh, weighs=False)
+    if "log_likelihood" not in files[-1].load().functions:
+        return stood_in
+    # The parts would be those of what stands in.
+    return replace(stood_in, title="the file's likelihood", parts=_no_parts)
+
+
+def _no_parts(*_: object) -> tuple[Part, ...]:
+    return ()
+
+
+def _cloud(state: Any) -> Cloud | None:  # noqa: ANN401 - the state of any family
+    particles = getattr(state, "particles", None)
+    if not isinstance(particles, ParticleSet):
+        return None
+    return Cloud(particles.states, particles.log_weights, particles.ancestors)
 
 
 def _measure(interface: FilterInterface, state: TrackState) -> Mapping[str, SeriesValue]:

@@ -4,15 +4,35 @@ Source: Bando 2007, ch. 2, eqs. 2.8 and 2.9. The covariance is updated in Joseph
 positive whatever the rounding.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.dynamics import LinearDynamics
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.gaussian import Gaussian, log_densities
-from pftrack.numerics.matrices import contiguous_copy, multiply, product, solve
+from pftrack.numerics.matrices import contiguous_copy, multiply, product, solve, solve_system
 
-__all__ = ["condition", "condition_on_innovation", "predict", "update"]
+__all__ = ["Innovation", "condition", "condition_on_innovation", "innovate", "predict", "update"]
+
+
+@dataclass(frozen=True, slots=True)
+class Innovation:
+    """What a measurement says that was not expected.
+
+    Attributes:
+        values: (m,) the measurement less its prediction.
+        covariance: (m, m) that is expected of it.
+        gain: (d, m) by how much each of its values moves the mean.
+        normalised_squared: Its squared length in standard deviations; a chi-square variable of m degrees of freedom if
+            the model holds (Bar-Shalom, Li, Kirubarajan 2001, section 5.4).
+    """
+
+    values: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    gain: NDArray[np.float64]
+    normalised_squared: float
 
 
 def predict(posterior: Gaussian, dynamics: LinearDynamics) -> Gaussian:
@@ -48,6 +68,20 @@ def update(
         numpy.linalg.LinAlgError: The innovation covariance is singular.
     """
     return condition(prior, measurement, product(observation, prior.mean), observation, noise_covariance)
+
+
+def innovate(
+    prior: Gaussian,
+    measurement: NDArray[np.float64],
+    observation: NDArray[np.float64],
+    noise_covariance: NDArray[np.float64],
+) -> Innovation:
+    """Return the innovation of a measurement; arguments as for `update`."""
+    values = np.asarray(measurement - product(observation, prior.mean))
+    cross = product(observation, prior.covariance)
+    covariance = product(cross, observation.T) + noise_covariance
+    gain = solve_system(covariance, cross).T
+    return Innovation(values, covariance, gain, float(product(values, solve_system(covariance, values))))
 
 
 def condition(

@@ -13,6 +13,7 @@ from pftrack.model.frame import Frame, Target
 from pftrack.model.glossary import Term
 from pftrack.model.likelihood import ObservationLikelihood
 from pftrack.model.parameters import Declaration
+from pftrack.model.part import Part
 from pftrack.model.series import Series, SeriesValue
 from pftrack.numerics.random import Stream
 
@@ -104,6 +105,8 @@ class Tracker:
         likelihood: What it weighs states by, to be asked at any state; None where that is nothing that can be asked.
         cloud: (state) -> its particles, laid open; None of a state without, and for a tracker that never has any.
         evidence: What the log evidence of its states is worth when settings are compared.
+        update_parts: (state before, state, frame, parameters) -> what the step of the frame was made of, beside
+            particles: innovation and gain, or what each feature contributed.
     """
 
     id: str
@@ -119,6 +122,7 @@ class Tracker:
     likelihood: ObservationLikelihood | None = None
     cloud: Callable[[Any], Cloud | None] | None = None
     evidence: Evidence = ""
+    update_parts: Callable[[Any, Any, Frame, Any], tuple[Part, ...]] | None = None
 
     @property
     def term(self) -> Term:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 __all__ = [
     "RankSum",
     "chi_square",
+    "chi_square_limit",
     "dependent_mean_interval",
     "fisher_exact",
     "holm",
@@ -205,6 +206,21 @@ def chi_square(
         applicable, scipy.stats.chi2.sf(np.where(applicable, statistic, 0.0), 1), np.nan
     )
     return p_values
+
+
+def chi_square_limit(freedom: int, level: float = 0.95) -> float:
+    """Return what a chi-square variable stays below with a probability.
+
+    Args:
+        freedom: Degrees of freedom, from 1 on.
+        level: The probability.
+
+    Raises:
+        ValueError: The level is not between 0 and 1, or there are no degrees of freedom.
+    """
+    if not 0 < level < 1 or freedom < 1:
+        raise ValueError(f"expected a level between 0 and 1 and a degree of freedom, got {level} and {freedom}")
+    return float(scipy.special.chdtri(freedom, 1.0 - level))
 
 
 def fisher_exact(

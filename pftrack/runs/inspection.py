@@ -142,6 +142,12 @@ class Inspection:
         known, state = self._known(likelihood), cloud.states[particle]
         return self._ask(likelihood, known, state, self._place(likelihood, known, state), own)
 
+    def update_parts(self) -> tuple[Part, ...]:
+        """Return what the tracker's step of the frame was made of, with the values that it was taken with."""
+        step = self.run.current
+        told = self.tracker.update_parts
+        return () if told is None else told(self.before, step.state, step.frame, step.parameters)
+
     def nearest(self, place: NDArray[np.float64]) -> int | None:
         """Return the particle that is nearest to a place (2,), px; of those as near, the heaviest."""
         cloud, likelihood = self.cloud, self.tracker.likelihood

@@ -11,5 +11,6 @@ beyond that, such as particles, hypotheses or mixing ratios, it declares as seri
 - `pose`: the methods of Bando 2007, ch. 4 for the pose of a solid, for `prism` (points) and `head` (templates);
 - `signal`: the Kalman and the particle filter of Bando 2007, ch. 2;
 - `sampling`: the loop that draws by prediction and by observation, which `ball` shares with others;
+- `innovation`: what the update of a Kalman filter is made of, for people who look into a frame;
 - `reports`, `parameters`: the series and the parameters that several families declare alike.
 """

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pftrack.filters.fixed_lag import Lineage, begin_lineage, extend_lineage
 from pftrack.model.belief import Belief, Beliefs
+from pftrack.model.cloud import Cloud
 from pftrack.model.frame import Frame, Target
 from pftrack.model.parameters import Parameters
 from pftrack.model.series import Series, SeriesValue
@@ -162,6 +163,15 @@ def measure(state: BeliefState) -> Mapping[str, SeriesValue]:
     return found
 
 
+def _cloud(state: BeliefState) -> Cloud | None:
+    """Return the particles as they were recorded; their parents only where these were."""
+    particles = state.particles
+    if particles is None:
+        return None
+    ancestors = particles.ancestors if state.beliefs.selected.ancestors is not None else None
+    return Cloud(particles.states, particles.log_weights, ancestors)
+
+
 def _is_absent(state: BeliefState) -> bool:
     return not state.beliefs.present
 
@@ -176,6 +186,7 @@ TRACKERS: dict[str, Tracker] = {
         series=(*CLOUD, BOX, SCORE, ACROSS, DOWN, ACROSS_SD, DOWN_SD, TARGETS),
         measure=measure,
         searching=_is_absent,
+        cloud=_cloud,
         reads=(),
     )
 }

@@ -15,13 +15,15 @@ from pftrack.numerics.random import Stream
 from pftrack.sources.prism import NAMES, PRINCIPAL_PX, VERTICES_MM, PrismParameters
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.calibrated import pose_and_band
+from pftrack.trackers.pose.contributions import contribution_parts
 from pftrack.trackers.pose.methods import METHODS, Method
 from pftrack.trackers.pose.parameters import PoseTrackerParameters, particles_per_feature, pose_guidance
 from pftrack.trackers.pose.reports import measurement, report
 from pftrack.trackers.pose.solid import Solid
 from pftrack.trackers.pose.state import PoseState
+from pftrack.trackers.prism_likelihood import LIKELIHOOD, measured_of
 
-__all__ = ["TRACKERS", "TrackedPrismParameters", "measured_of", "recognised_points", "solid_of"]
+__all__ = ["TRACKERS", "TrackedPrismParameters", "recognised_points", "solid_of"]
 
 SEEN_FACTOR = 3.0
 """A vertex counts as hidden if its measurement is noisier than the best one by this factor."""
@@ -69,17 +71,6 @@ def solid_of(points_mm: np.ndarray[tuple[int, ...], np.dtype[np.float64]], param
     return Solid(points_mm, reference, float(parameters.focal_length_px), PRINCIPAL_PX, place)
 
 
-def measured_of(frame: Frame) -> Measurements:
-    """Return the measured vertices of a frame.
-
-    Raises:
-        ValueError: It has none.
-    """
-    if frame.measurements is None:
-        raise ValueError("a prism is tracked by measured vertices, got a frame without any")
-    return frame.measurements
-
-
 def recognised_points(measured: Measurements) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
     """Return which vertices (8,) are seen: those whose measurement is not much noisier than the best."""
     seen: np.ndarray[tuple[int, ...], np.dtype[np.bool_]] = np.less(measured.sd_px, SEEN_FACTOR * measured.sd_px.min())
@@ -96,6 +87,8 @@ def _tracker(method: Method, title: str, description: str) -> Tracker:
         partial(step, method),
         series=series,
         measure=measurement(series),
+        likelihood=LIKELIHOOD,
+        update_parts=partial(contribution_parts, NAMES),
     )
 
 

@@ -4,7 +4,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.model.frame import Frame, Target
-from pftrack.model.likelihood import Anchor, Component, ObservationLikelihood
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.random import Generator, Stream
 from pftrack.particles import ParticleSet
@@ -13,19 +12,10 @@ from pftrack.trackers.filter_interface import FilterInterface, Update
 from pftrack.trackers.pose.pose_particles import PoseParticles, project_all
 from pftrack.trackers.pose.reports import measurement, report
 from pftrack.trackers.pose.state import PoseState
-from pftrack.trackers.prism import TrackedPrismParameters, measured_of, recognised_points, solid_of
+from pftrack.trackers.prism import TrackedPrismParameters, recognised_points, solid_of
+from pftrack.trackers.prism_likelihood import LIKELIHOOD, measured_of
 
 __all__ = ["FILTER_INTERFACE"]
-
-COMPONENTS = (
-    Component("theta x", "rad"),
-    Component("theta y", "rad"),
-    Component("theta z", "rad"),
-    Component("x", "mm"),
-    Component("y", "mm"),
-    Component("z", "mm"),
-)
-"""How the prism is turned, and where it is in the camera's frame."""
 
 SERIES = report("rb-pf", NAMES)
 
@@ -68,35 +58,6 @@ def _propagate(
     return moved
 
 
-def _log_likelihood(
-    state: PoseState, states: NDArray[np.float64], frame: Frame, parameters: TrackedPrismParameters
-) -> NDArray[np.float64]:
-    """Return how well the measured vertices are where a pinhole sees those of each pose."""
-    del parameters
-    measured = measured_of(frame)
-    sd = measured.sd_px.astype(np.float64).reshape(len(measured.sd_px), -1)[:, None]
-    off = (project_all(states, state.solid) - measured.points_px[:, None]) / sd
-    return np.asarray(-0.5 * np.square(np.where(np.isfinite(off), off, 0.0)).sum(axis=(0, 2)))
-
-
-def _centre(state: PoseState) -> NDArray[np.float64]:
-    """Return angles, rad, and place in the camera's frame, mm, (6,)."""
-    return np.concatenate([state.pose.mean, state.translation_mm])
-
-
-def _place(state: PoseState, states: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return where a pinhole sees the origin of the solid's frame, (N, 2) px."""
-    solid = state.solid
-    return np.asarray(solid.focal_px * states[:, 3:5] / np.maximum(states[:, 5:], 1.0) + solid.principal_px)
-
-
-def _put(state: PoseState, one: NDArray[np.float64], places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return poses as far away as the one, whose origins are seen at places, (M, 6)."""
-    states = np.tile(one, (len(places), 1))
-    states[:, 3:5] = (places - state.solid.principal_px) * one[5] / state.solid.focal_px
-    return states
-
-
 def _believe(state: PoseState, update: Update, frame: Frame, parameters: TrackedPrismParameters) -> PoseState:
     del parameters
     belief = PoseParticles.of(update.particles, state.solid, update.log_evidence)
@@ -120,14 +81,6 @@ def _shift_sd_mm(parameters: TrackedPrismParameters) -> float:
 def _count(parameters: TrackedPrismParameters) -> int:
     return int(parameters.joint_sample_count)
 
-
-LIKELIHOOD = ObservationLikelihood(
-    "measured vertices",
-    components=lambda _: COMPONENTS,
-    log_likelihood=_log_likelihood,
-    centre=_centre,
-    anchor=Anchor(_place, _put),
-)
 
 FILTER_INTERFACE = FilterInterface(
     likelihood=LIKELIHOOD,

@@ -8,6 +8,7 @@ exact Kalman answer beside its own, since for this model it is known. A sample t
 import math
 from collections.abc import Mapping
 from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,17 +18,19 @@ from pftrack.filters import bootstrap, kalman
 from pftrack.model.frame import Frame, Target
 from pftrack.model.likelihood import Component, ObservationLikelihood
 from pftrack.model.parameters import Parameters, parameter
+from pftrack.model.part import Part, Residual
 from pftrack.model.series import Series, SeriesValue
 from pftrack.model.tracker import Tracker
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.random import Generator
 from pftrack.particles import ParticleSet
 from pftrack.resampling import systematic
-from pftrack.sources.signal import SignalParameters
 from pftrack.trackers import reports
 from pftrack.trackers.filter_interface import FilterInterface, Update
+from pftrack.trackers.innovation import innovation_parts
 from pftrack.trackers.parameters import particle_count, resampling_threshold
 from pftrack.trackers.point_state import PointState
+from pftrack.trackers.sampling.common import centre_of, cloud_of
 
 __all__ = ["FILTER_INTERFACE", "TRACKERS", "SignalTrackerParameters"]
 
@@ -169,7 +172,7 @@ def _signal(frame: Frame) -> NDArray[np.float64]:
     return frame.signal
 
 
-def _components(parameters: SignalParameters) -> tuple[Component, ...]:
+def _components(parameters: Any) -> tuple[Component, ...]:  # noqa: ANN401 - scene and trackers in one model
     axes = range(1, parameters.dimension + 1)
     return tuple(Component(f"x{axis}{when}") for when in ("", " before") for axis in axes)
 
@@ -206,12 +209,32 @@ def _believe(state: PointState, update: Update, frame: Frame, parameters: Signal
     )
 
 
-def _centre(state: PointState) -> NDArray[np.float64]:
-    return state.posterior.mean
+def _parts(
+    state: PointState, one: NDArray[np.float64], frame: Frame, parameters: SignalTrackerParameters
+) -> tuple[Part, ...]:
+    """Return each measured value beside that of a state."""
+    del state
+    names = (component.name for component in _components(parameters))
+    pairs = zip(names, _signal(frame).tolist(), one.tolist(), strict=False)
+    return tuple(Residual(name, found, expected, parameters.assumed_noise_sd) for name, found, expected in pairs)
+
+
+def _update_parts(
+    before: PointState, state: PointState, frame: Frame, parameters: SignalTrackerParameters
+) -> tuple[Part, ...]:
+    """Return what the measurement said that the exact filter did not expect; nothing where it is missing."""
+    signal, dimension = _signal(frame), state.tracked
+    if not np.isfinite(signal).all() or frame.index == 0:
+        return ()
+    predicted = kalman.predict(before.reference or before.posterior, _dynamics(dimension, parameters.process_noise_sd))
+    noise = parameters.assumed_noise_sd**2 * np.eye(dimension)
+    innovation = kalman.innovate(predicted, signal, np.eye(dimension, 2 * dimension), noise)
+    names = tuple(component.name for component in _components(parameters)[:dimension])
+    return innovation_parts(names, "", signal, innovation)
 
 
 LIKELIHOOD = ObservationLikelihood(
-    "measured value", components=_components, log_likelihood=_weigh, centre=_centre, anchor=None
+    "measured value", components=_components, log_likelihood=_weigh, centre=centre_of, anchor=None, parts=_parts
 )
 
 FILTER_INTERFACE = FilterInterface(
@@ -239,6 +262,8 @@ TRACKERS: dict[str, Tracker] = {
             series=(*reports.CLOUD, EXACT),
             measure=measure_particles,
             evidence="normalised",
+            likelihood=LIKELIHOOD,
+            cloud=partial(cloud_of, ()),
         ),
         Tracker(
             "kalman",
@@ -248,6 +273,8 @@ TRACKERS: dict[str, Tracker] = {
             step_kalman,
             reads=(),
             evidence="normalised",
+            likelihood=LIKELIHOOD,
+            update_parts=_update_parts,
         ),
     )
 }

@@ -1,5 +1,7 @@
 """Statistics: exact known values, agreement with other implementations, and what holds for any counts."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,6 +10,7 @@ from scipy import stats
 
 from pftrack.numerics.statistics import (
     chi_square,
+    chi_square_limit,
     dependent_mean_interval,
     fisher_exact,
     holm,
@@ -237,3 +240,12 @@ def test_the_interval_of_dependent_values_is_that_of_six_stretches() -> None:
     assert dependent_mean_interval(values, 0.9) == pytest.approx((expected.low, expected.high))
     assert np.isnan(dependent_mean_interval(values[:29])).all()
     assert np.isnan(dependent_mean_interval(np.full(60, 0.3))).all()
+
+
+def test_limits_of_chi_square() -> None:
+    """Of one degree of freedom the limit is the square of a normal one, of two it has a closed form."""
+    assert chi_square_limit(1) == pytest.approx(1.959963984540054**2)
+    assert chi_square_limit(2, 0.99) == pytest.approx(-2.0 * math.log(0.01))
+    for freedom, level in ((0, 0.95), (2, 1.0)):
+        with pytest.raises(ValueError, match="expected a level"):
+            chi_square_limit(freedom, level)

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from pftrack.experiments import find
+from pftrack.filter_files import extend, trust, widen
 from pftrack.model.part import Amount, Histograms, Part, Patches, Residual
+from pftrack.runs.inspection import Inspection
 from pftrack.runs.run import Run
 
 
@@ -76,3 +78,48 @@ def test_values_in_force_are_asked_for() -> None:
     flat = step.parameters.model_copy(update={"sharpness": 0.0, "colour_space": "lab"})
     assert likelihood.ask(before, state, step.frame, flat)[0] == 0.0
     assert likelihood.ask(before, state, step.frame, step.parameters)[0] < 0.0
+
+
+def test_an_innovation_is_told_beside_its_deviation() -> None:
+    """The squared residuals of the ball's Kalman filter, in deviations, come to the normalised innovation squared."""
+    found = find("ball")
+    run = Run(found, found.simulate(), tracker="kalman", seed=5, frames=7)
+    run.seek(6)
+    parts = Inspection(run).update_parts()
+    residuals = of_kind(parts, Residual)
+    (*gains, nis) = of_kind(parts, Amount)
+    off = [(part.found - part.expected) / part.sd for part in residuals]
+    # Both axes are alike and independent of each other.
+    assert nis.value == pytest.approx(np.square(off).sum(), rel=1e-6)
+    assert nis.limit == pytest.approx(-2.0 * math.log(0.05))
+    assert all(0.0 < gain.value < 1.0 for gain in gains)
+    for part, gain, now in zip(residuals, gains, run.current.state.estimate, strict=True):
+        assert now == pytest.approx(part.expected + gain.value * (part.found - part.expected))
+
+
+def test_features_have_their_shares_in_the_pose() -> None:
+    """Shares sum to 100 %, residuals are what the arrows show, and an alpha is given where there is a choice."""
+    for tracker, chooses in (("pf-asd", True), ("rb-pf", False)):
+        found = find("prism")
+        run = Run(found, found.simulate(), tracker=tracker, seed=5, frames=7)
+        run.seek(6)
+        (part,) = Inspection(run).update_parts()
+        rows, arrows = np.array(part.rows), np.array(part.arrows)
+        assert rows[:, 5].sum() == pytest.approx(100.0)
+        assert np.isfinite(rows[:, 4]).all() == chooses
+        assert arrows[:, 2:] - arrows[:, :2] == pytest.approx(5.0 * rows[:, :2])
+
+
+def test_a_filter_in_a_file_is_asked_by_its_own_likelihood() -> None:
+    """A file that defines one is asked for it; one that does not, for that which stands in for it."""
+    own = "import numpy as np\ndef log_likelihood(states, frame, parameters):\n    return -0.5 * states[:, 0]\n"
+    none = "import numpy as np\ndef should_resample(log_weights):\n    return True\n"
+    for text, title in ((own, "the file's likelihood"), (none, "colour")):
+        trust(text)
+        experiment = extend("ball", {"mine": (text,)})
+        run = Run(experiment, widen(experiment.simulate(), {"mine": (text,)}), tracker="mine", seed=5, frames=4)
+        run.seek(3)
+        finding = Inspection(run).at_place(np.array([40.0, 50.0]))
+        assert finding.title.startswith(title)
+        assert (finding.log_likelihood == -20.0) == (text == own)
+        assert Inspection(run).genealogy() is not None

@@ -102,7 +102,7 @@ export class Inspector {
 
   /** @returns {InspectionUpdate} */
   #wish() {
-    return { likelihood: this.#likelihood.checked, genealogy: true, ...this.#subject };
+    return { likelihood: this.#likelihood.checked, genealogy: true, pulls: true, ...this.#subject };
   }
 
   /** @param {Kind} kind */

@@ -4,10 +4,13 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pftrack.filters import kalman, unscented_particle
 from pftrack.likelihoods import chromaticity
 from pftrack.model.frame import Frame
+from pftrack.model.likelihood import ObservationLikelihood
+from pftrack.model.part import Part
 from pftrack.model.tracker import Tracker
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.random import Stream
@@ -18,8 +21,9 @@ from pftrack.trackers.ball.common import lineage_of, start
 from pftrack.trackers.ball.likelihood import LIKELIHOOD, colour_model
 from pftrack.trackers.ball.motion import TRACKED, learn_motion, with_learner
 from pftrack.trackers.ball.parameters import BallTrackerParameters
+from pftrack.trackers.innovation import innovation_parts
 from pftrack.trackers.point_state import PointState
-from pftrack.trackers.sampling.common import cloud_of, particles_of, picture_of, size_of
+from pftrack.trackers.sampling.common import centre_of, cloud_of, particles_of, picture_of, size_of
 from pftrack.trackers.sampling.samplers import measure_particles
 
 __all__ = ["KALMAN", "UNSCENTED"]
@@ -72,6 +76,36 @@ def step_kalman(state: PointState, frame: Frame, parameters: BallTrackerParamete
     return learn_motion(tracked, parameters, size)
 
 
+def _centroid_parts(
+    before: PointState, state: PointState, frame: Frame, parameters: BallTrackerParameters
+) -> tuple[Part, ...]:
+    """Return what the centroid said that was not expected; nothing where there is none."""
+    del state
+    image = picture_of(frame)
+    measurement = chromaticity.centroid(image, colour_model(parameters))
+    if measurement is None or frame.index == 0:
+        return ()
+    size = size_of(image)
+    predicted = kalman.predict(
+        before.posterior, motion.dynamics(with_learner(before, size, parameters), parameters, size)
+    )
+    noise = parameters.measurement_noise_px**2 * np.eye(TRACKED)
+    innovation = kalman.innovate(predicted, measurement, np.eye(TRACKED, 2 * TRACKED), noise)
+    return innovation_parts(("u", "v"), "px", measurement, innovation)
+
+
+def _centroid_likelihood(
+    state: PointState, states: NDArray[np.float64], frame: Frame, parameters: BallTrackerParameters
+) -> NDArray[np.float64]:
+    """Return the log density of the centroid, 0 where there is none."""
+    del state
+    measurement = chromaticity.centroid(picture_of(frame), colour_model(parameters))
+    if measurement is None:
+        return np.zeros(len(states))
+    off = (states[:, :TRACKED] - measurement) / parameters.measurement_noise_px
+    return np.asarray(-0.5 * np.square(off).sum(axis=1))
+
+
 UNSCENTED = Tracker(
     "upf",
     "Unscented (UPF)",
@@ -91,4 +125,11 @@ KALMAN = Tracker(
     start,
     step_kalman,
     evidence="normalised",
+    likelihood=ObservationLikelihood(
+        "colour centroid of the picture",
+        components=LIKELIHOOD.components,
+        log_likelihood=_centroid_likelihood,
+        centre=centre_of,
+    ),
+    update_parts=_centroid_parts,
 )

@@ -8,10 +8,13 @@ from numpy.typing import NDArray
 
 from pftrack.particles import ParticleSet
 
-__all__ = ["COORDINATES", "FishState"]
+__all__ = ["COORDINATES", "UNITS", "FishState"]
 
 COORDINATES = ("a", "b", "along", "across", "theta", "phi")
 """Of a particle: place in px, velocity along and across the body in px/frame, heading and bend in rad."""
+
+UNITS = ("px", "px", "px/frame", "px/frame", "rad", "rad")
+"""Of them."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,10 +4,14 @@ from collections.abc import Mapping
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pftrack.learning.charts import body_velocity
-from pftrack.likelihoods.edge_distance import CAP_PX, Edges, edges_of
+from pftrack.likelihoods.edge_distance import CAP_PX, Edges, edges_of, largest_distances, log_likelihoods
+from pftrack.model.cloud import Cloud
 from pftrack.model.frame import Frame, Target
+from pftrack.model.likelihood import Component, ObservationLikelihood
+from pftrack.model.part import Amount, Part
 from pftrack.model.series import Series, SeriesValue
 from pftrack.model.tracker import Evidence, Tracker
 from pftrack.numerics.random import Stream
@@ -17,7 +21,7 @@ from pftrack.trackers import reports
 from pftrack.trackers.fish.loop import ORDINARY, VELOCITY, frame_step
 from pftrack.trackers.fish.motion import draw, foreground, weighing
 from pftrack.trackers.fish.parameters import FishTrackerParameters
-from pftrack.trackers.fish.state import FishState
+from pftrack.trackers.fish.state import COORDINATES, UNITS, FishState
 
 __all__ = ["MOTIONS", "SERIES", "TRACKERS", "begin_at", "find_edges", "step_frame"]
 
@@ -110,11 +114,53 @@ def measure(state: FishState) -> Mapping[str, SeriesValue]:
     }
 
 
+def _weigh(
+    state: FishState, states: NDArray[np.float64], frame: Frame, parameters: FishTrackerParameters
+) -> NDArray[np.float64]:
+    del state
+    known, laid = weighing(parameters), np.asfortranarray(states)
+    largest = largest_distances(find_edges(frame, parameters).distances, laid, known.shape)
+    return np.asarray(log_likelihoods(largest, laid, known.sigma_d, known.limited))
+
+
+def _parts(
+    state: FishState, one: NDArray[np.float64], frame: Frame, parameters: FishTrackerParameters
+) -> tuple[Part, ...]:
+    """Return how far the worst point of the outline is from an edge."""
+    del state
+    laid = np.asfortranarray(one[None])
+    (largest,) = largest_distances(find_edges(frame, parameters).distances, laid, weighing(parameters).shape)
+    return (Amount("farthest point from an edge", float(largest) / 4.0, "px"),)
+
+
+def _cloud(state: FishState) -> Cloud:
+    return Cloud(state.particles.states, state.particles.log_weights, state.particles.ancestors)
+
+
+LIKELIHOOD = ObservationLikelihood(
+    "outline beside the edges",
+    components=lambda _: tuple(map(Component, COORDINATES, UNITS)),
+    log_likelihood=_weigh,
+    centre=lambda state: state.mean,
+    parts=_parts,
+)
+
+
 def _tracker(name: str, title: str, description: str, motion: int | None) -> Tracker:
     # All particles are drawn by prediction, so the evidence is their mean likelihood.
     evidence: Evidence = "relative"
-    begun = partial(step, motion)
-    return Tracker(name, title, description, start, begun, series=SERIES, measure=measure, evidence=evidence)
+    return Tracker(
+        name,
+        title,
+        description,
+        start,
+        partial(step, motion),
+        series=SERIES,
+        measure=measure,
+        evidence=evidence,
+        likelihood=LIKELIHOOD,
+        cloud=_cloud,
+    )
 
 
 TRACKERS = {

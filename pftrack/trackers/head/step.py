@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.detection.face import find_again
-from pftrack.geometry.face_model import FaceModel, fit_similarity
+from pftrack.geometry.face_model import FEATURES, FaceModel, fit_similarity
 from pftrack.likelihoods import relief, template
 from pftrack.likelihoods.template import Templates
 from pftrack.likelihoods.template_bank import TemplateBank
@@ -35,8 +35,10 @@ from pftrack.trackers.head.reacquisition import EYES, Found, is_same_face, pose_
 from pftrack.trackers.head.reports import head_measurement, head_series
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.calibrated import pose_and_band
+from pftrack.trackers.pose.contributions import contribution_parts
 from pftrack.trackers.pose.layered import FeatureLikelihood
 from pftrack.trackers.pose.methods import METHODS, Method
+from pftrack.trackers.pose.pose_likelihood import pose_likelihood
 from pftrack.trackers.pose.solid import Solid
 from pftrack.trackers.pose.state import PoseState
 
@@ -265,6 +267,17 @@ def _grey(frame: Frame) -> NDArray[np.uint8]:
     return template.luma(frame.image_rgb)
 
 
+def _weigh(state: PoseState, frame: Frame, parameters: HeadTrackerParameters) -> FeatureLikelihood:
+    templates = _memory(state).templates(state.pose.mean, by_pose=parameters.templates_by_pose)
+    return partial(_log_likelihood, _look(state, _grey(frame), templates, parameters), parameters)
+
+
+LIKELIHOOD = pose_likelihood(
+    "templates of the features", FEATURES, _weigh, lambda state, _, parameters: _form(state, parameters)
+)
+"""How well the picture correlates with the templates where a pinhole sees the features of a pose."""
+
+
 def _tracker(method: Method, title: str, description: str) -> Tracker:
     return Tracker(
         method,
@@ -275,6 +288,8 @@ def _tracker(method: Method, title: str, description: str) -> Tracker:
         series=head_series(method),
         measure=head_measurement(method),
         searching=lambda state: _memory(state).lost,
+        likelihood=LIKELIHOOD,
+        update_parts=partial(contribution_parts, FEATURES),
     )
 
 

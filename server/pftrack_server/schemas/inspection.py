@@ -32,6 +32,7 @@ class InspectionUpdate(RequestBody):
     particle: int | None = Field(None, ge=0, description="A particle to follow, by its place in its frame")
     frame: FrameNumber | None = Field(None, description="The frame of the particle; the one that is shown if left out")
     genealogy: bool = Field(False, description="Whether the ancestors of all particles are wanted")
+    pulls: bool = Field(False, description="Whether arrows show which way the parts of the tracker's step pull")
 
 
 class AmountPublic(BaseModel):

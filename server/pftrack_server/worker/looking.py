@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.displays.inspection import draw_likelihood, draw_place
+from pftrack.displays.inspection import draw_arrows, draw_likelihood, draw_place
 from pftrack.model.drawing import Drawing
 from pftrack.model.genealogy import Genealogy
 from pftrack.model.likelihood import LikelihoodMap
@@ -51,7 +51,8 @@ class Looking:
     @property
     def is_drawn(self) -> bool:
         """Whether anything of it shows in a drawing."""
-        return self._wanted.likelihood or self._wanted.place is not None or self._particle is not None
+        wanted = self._wanted
+        return wanted.likelihood or wanted.pulls or wanted.place is not None or self._particle is not None
 
     def look(self, run: Run, wanted: InspectionUpdate, size: tuple[int, int]) -> InspectionPublic:
         """Look at something else from now on, and return what is found there in the frame that is shown.
@@ -94,7 +95,7 @@ class Looking:
             parts=[_part(each) for each in finding.parts],
             state=[StateValue(name=one.name, unit=one.unit, value=_finite(value)) for one, value in finding.state],
             particle=None if finding.particle is None else _particle(finding.particle),
-            update=[],
+            update=[_part(each) for each in inspection.update_parts()],
             genealogy=None if lineage is None else _genealogy(lineage),
         )
 
@@ -103,6 +104,10 @@ class Looking:
         inspection, wanted = self._inspect(run), self._wanted
         if wanted.likelihood and (found := self._find_map(run, (drawing.width, drawing.height))) is not None:
             drawing = draw_likelihood(drawing, found)
+        if wanted.pulls:
+            told = (part for part in inspection.update_parts() if isinstance(part, Contributions))
+            arrows = [arrow for part in told for arrow in part.arrows]
+            drawing = draw_arrows(drawing, arrows) if arrows else drawing
         if self._particle is not None:
             frame, particle = self._particle
             followed = inspection.follow(particle, frame)
