@@ -7,6 +7,7 @@ import { families, skeletonCard } from "./cards.js";
 import { compilationMeter, followCompiling, inSentenceCase } from "../shared/compiling.js";
 import { fill, h, part } from "../shared/dom.js";
 import { navigation } from "../shared/navigation.js";
+import { offerOwnFilter } from "./own_filter.js";
 import { pluginProblems } from "./plugins.js";
 import { offer } from "./tour_offer.js";
 import { TargetForm } from "../upload/target.js";
@@ -38,6 +39,7 @@ new DropZone(part("drop"), {
     if (session) location.assign(session.page);
   },
 });
+offerOwnFilter(part("own-filter"));
 addEventListener("hashchange", target);
 followCompiling(compiling).catch(() => (part("compiling").hidden = true));
 // A page that comes back from the browser's cache shows what was; ask again.

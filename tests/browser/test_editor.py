@@ -30,6 +30,7 @@ def test_a_filter_is_changed_broken_and_mended_in_the_page(owner: Server, tmp_pa
     """Ctrl-S makes a branch; a mistake stands at its line while the run stands; what is mended goes on."""
     page = chromium.new_context(viewport={"width": 1280, "height": 720}).new_page()
     page.goto(f"{owner.url}/?token={TOKEN}")
+    page.get_by_role("link", name="Open mine.py").wait_for()
     session = owner.start_session(experiment="ball", tracker="mine")
     page.goto(f"{owner.url}/{session['page']}")
     shown = SessionPage(page, owner).ready()
