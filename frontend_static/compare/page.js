@@ -157,11 +157,15 @@ function entitle(shown) {
 async function saveIt() {
   if (compared === null) return;
   const shown = compared;
+  const name = await askName("Save this comparison", titleOf(shown).slice(0, LONGEST_TITLE), "Save");
+  if (name === null) return;
   const { runs, position = 0, arrangement = "side" } = shown.wanted;
   const recipes = runs.flatMap(({ recipe }) => (recipe ? [{ recipe }] : []));
   await attempt(async () => {
-    const kept = await api.saveComparison({ title: titleOf(shown).slice(0, LONGEST_TITLE), runs: recipes, position, arrangement });
+    const kept = await api.saveComparison({ title: name, runs: recipes, position, arrangement });
     saved = { id: kept.id, content: contentOf(shown) };
+    givenTitle = name;
+    entitle(shown);
     save.disabled = true;
     toast("Saved; My work lists it", { action: { label: "My work", href: "work?show=comparisons" } });
   });

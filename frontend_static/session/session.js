@@ -137,20 +137,19 @@ function header() {
 }
 
 /**
- * Lead to the sweep that a run comes from, or from an upload to a new one.
+ * Lead to the sweep that a run comes from, or to a new one.
  *
  * @param {HTMLAnchorElement} link
  * @param {SessionPublic} session
  */
 function linkSweep(link, session) {
-  link.hidden = !(session.sweep || session.upload) || isParticipant;
+  link.hidden = isParticipant;
   link.title = session.sweep ? "The sweep that this run comes from" : "Repeat this run with other seeds, parameters and methods";
-  if (session.sweep) link.href = `sweep/${encodeURIComponent(session.sweep)}`;
-  else if (session.upload) link.href = newSweep(repeated(session));
+  link.href = session.sweep ? `sweep/${encodeURIComponent(session.sweep)}` : newSweep(repeated(session));
 }
 
 /**
- * The plan of a sweep on a session's recording, with the values with which the run began.
+ * The plan of a sweep over a session's scene or recording, with the values with which the run began.
  *
  * @param {SessionPublic} session
  */

@@ -76,9 +76,10 @@ export function confirmLoss({ title, text, action }) {
  *
  * @param {string} title
  * @param {string} name As it is called now.
+ * @param {string} [action] What the button says.
  * @returns {Promise<string|null>} Null if it is to stay.
  */
-export function askName(title, name) {
+export function askName(title, name, action = "Rename") {
   return new Promise((resolve) => {
     /** @type {string|null} */
     let answer = null;
@@ -90,7 +91,7 @@ export function askName(title, name) {
         answer = field.value.trim() || null;
         close();
       };
-      const buttons = [h("button", { type: "button", on: { click: close } }, "Cancel"), h("button", { type: "submit", class: "primary" }, "Rename")];
+      const buttons = [h("button", { type: "button", on: { click: close } }, "Cancel"), h("button", { type: "submit", class: "primary" }, action)];
       return [h("form", { method: "dialog", on: { submit: accept } }, h("label", { for: "new-name" }, "Name"), field, h("footer", {}, buttons))];
     });
     const field = element.querySelector("input");

@@ -56,18 +56,32 @@ function rangeInputs(declaration, given, changed) {
 }
 
 /**
- * From where to where in which steps, made up where it is not given.
+ * From where to where in which steps, made up where it is not given: then the default lies in the middle, from its half to one
+ * and a half times as much, as far as the bounds allow.
  *
  * @param {Declaration} declaration
  * @param {Values} given
  */
 export function rangeOf(declaration, given) {
   const numbers = (given.values ?? []).filter((value) => typeof value === "number");
-  const start = given.start ?? numbers[0] ?? Number(declaration.default);
-  const usual = numbers.length > 1 ? Number((numbers[1] - numbers[0]).toPrecision(6)) : declaration.step ?? 1;
+  const usual = numbers.length > 1 ? Number((numbers[1] - numbers[0]).toPrecision(6)) : usualStep(declaration);
   const step = given.step ?? usual;
+  const below = Number((Number(declaration.default) - ((STEPS - 1) / 2) * step).toPrecision(10));
+  const start = given.start ?? numbers[0] ?? Math.max(declaration.minimum ?? -Infinity, below);
   const end = Number((start + (STEPS - 1) * step).toPrecision(10));
   return { start, step, stop: given.stop ?? numbers.at(-1) ?? Math.min(declaration.maximum ?? Infinity, end) };
+}
+
+/**
+ * A quarter of the default, or of what is allowed where that is 0, in whole steps of the slider.
+ *
+ * @param {Declaration} declaration
+ */
+function usualStep({ default: given, minimum, maximum, step }) {
+  const least = step ?? 1;
+  const allowed = (maximum ?? NaN) - (minimum ?? NaN);
+  const span = Math.abs(Number(given)) || (Number.isFinite(allowed) ? allowed : (STEPS - 1) * least);
+  return Number((Math.max(1, Math.round(span / (STEPS - 1) / least)) * least).toPrecision(6));
 }
 
 /**

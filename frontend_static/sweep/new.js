@@ -30,7 +30,7 @@ async function begin() {
     const upload = given?.upload ? await api.upload(given.upload) : null;
     // On a recording the example's scene does not exist: what is asked first is what other seeds come to.
     const start = upload ? { trials: OTHER_SEEDS, ...given, axes: given?.axes ?? [] } : given;
-    const plan = start?.axes ? { ...start, experiment: chosen.id, axes: start.axes } : await sweeps.example(chosen.id);
+    const plan = start?.axes ? { ...start, experiment: chosen.id, axes: start.axes } : exampleWith(await sweeps.example(chosen.id), start);
     const experiment = await api.experiment(chosen.id, upload?.kind);
     there();
     show(experiments, experiment, plan, upload);
@@ -60,6 +60,19 @@ function show(experiments, experiment, plan, upload = null) {
     root.querySelector("select")?.focus();
   });
   fill(root, form.elements);
+}
+
+/**
+ * The example's axes with the tracker and the values of a run.
+ *
+ * @param {SweepCreate} example
+ * @param {Partial<SweepCreate>|null} given
+ * @returns {SweepCreate}
+ */
+function exampleWith(example, given) {
+  const varied = new Set(example.axes.map(({ name }) => name));
+  const kept = Object.entries(given?.parameters ?? {}).filter(([name]) => !varied.has(name));
+  return { ...example, trackers: given?.trackers ?? example.trackers, parameters: { ...example.parameters, ...Object.fromEntries(kept) } };
 }
 
 /** @returns {Partial<SweepCreate>|null} A link may name the experiment alone. */

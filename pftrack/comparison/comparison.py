@@ -16,7 +16,7 @@ from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.measures import Measure
 from pftrack.model.palette import BRANCHES, hexadecimal
 from pftrack.model.series import to_json
-from pftrack.runs.loss import approach
+from pftrack.runs.loss import before_loss
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import evaluated_run
 
@@ -146,8 +146,12 @@ class Comparison:
     @property
     def before_loss(self) -> int | None:
         """The frame from which to watch the first loss of any run; None where none loses its target."""
-        losses = [it.first_lost for it in self.outcomes if it.first_lost is not None]
-        return approach(min(losses)) if losses else None
+        found = [
+            before_loss([bool(row.lost) for row in rows], [bool(row.hidden) for row in rows], outcome.first_lost)
+            for rows, outcome in zip(self.rows, self.outcomes, strict=True)
+            if outcome.first_lost is not None
+        ]
+        return min((frame for frame in found if frame is not None), default=None)
 
     @property
     def paired(self) -> tuple[Paired, ...]:

@@ -10,6 +10,9 @@ APPROACH_FRAMES = 10
 LASTING_FRAMES = 5
 """A loss is one to ask about if it lasts so many frames, or to the end."""
 
+GOOD_FRAMES = 3
+"""Fewer frames between two losses are no track that anybody could watch being lost."""
+
 MEMORY_FRAMES = 40
 """A target that was out of sight this many frames before it was lost was lost because of that."""
 
@@ -53,7 +56,7 @@ def before_loss(lost: Sequence[bool], hidden: Sequence[bool], frame: int) -> int
     """Return the frame from which to watch how the target was lost.
 
     That is some frames before the loss, or before the target went out of sight if that led to it, but after the loss
-    that was before.
+    that was before: where a good track is still to be seen. A few good frames between two losses are none.
 
     Args:
         lost: For each frame, whether the target is lost, as `loss_start` has it.
@@ -63,14 +66,21 @@ def before_loss(lost: Sequence[bool], hidden: Sequence[bool], frame: int) -> int
     Returns:
         The frame; None if the target was never lost.
     """
-    losses = _starts(lost)
-    if not losses:
+    begun = _lasting_starts(lost)
+    if not begun:
         return None
-    loss = max((start for start in losses if start <= frame), default=losses[0])
+    loss = max((start for start in begun if start <= frame), default=begun[0])
     went = max((start for start in _starts(hidden) if start <= loss), default=None)
     led_to_it = went is not None and any(hidden[max(went, loss - MEMORY_FRAMES) : loss + 1])
     first = approach(went if went is not None and led_to_it else loss)
     return max((index + 1 for index in range(first, loss) if lost[index]), default=first)
+
+
+def _lasting_starts(lost: Sequence[bool]) -> list[int]:
+    """Return the frames in which losses begin, those left out that follow another one after a few frames."""
+    found = losses(lost)
+    ends = [-GOOD_FRAMES - 1, *(last for _, last in found)]
+    return [first for (first, _), end in zip(found, ends, strict=False) if first - end > GOOD_FRAMES]
 
 
 def _starts(flags: Sequence[bool]) -> list[int]:

@@ -144,6 +144,7 @@ def test_a_comparison_is_saved_under_a_name_and_opened_again(shown: ComparePage)
     shown.ready(2)
     shown.button("Over each other").click()
     page.locator("[data-tool=save]").click()
+    page.get_by_role("button", name="Save", exact=True).last.click()
     page.locator(".toast:has-text('My work lists it')").wait_for()
     assert page.locator("[data-tool=save]").is_disabled(), "it is kept as it is"
     page.click("[aria-label='Rename this comparison']")

@@ -84,6 +84,18 @@ def sweep(complete: dict[str, Any], page: Any) -> SweepPage:
     return shown
 
 
+def test_a_session_becomes_a_sweep(page: Any, server: Server) -> None:
+    """Each session leads to a sweep with its tracker and its values; a further axis lies around the default."""
+    session = server.start_session(tracker="condensation", timeline=[{"frame": 0, "values": {"ball_radius_px": 7}}])
+    page.goto(session["page"])
+    page.get_by_role("link", name="Sweep", exact=True).click()
+    page.wait_for_selector(".plan-size")
+    assert page.locator("[data-field=trackers] input:checked").evaluate_all("(all) => all.map((it) => it.value)") == [
+        "condensation"
+    ]
+    assert page.locator("[data-field=parameters] input").first.input_value() == "7"
+
+
 def test_from_the_form_to_the_frame_of_the_loss(page: Any, server: Server) -> None:
     """A sweep started from the form fills its map; a click on a failing cell and run shows that run fail as told."""
     page.goto("work?show=sweeps")

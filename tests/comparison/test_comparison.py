@@ -156,7 +156,7 @@ def test_what_is_not_known_is_left_out() -> None:
 
 
 def test_success_is_compared_by_the_measure_that_decides() -> None:
-    """A tracker that is lost for some frames keeps fewer of them, and where to watch it from is told."""
+    """A tracker that is lost for some frames keeps fewer of them."""
     poor = (Change(0, {"sample_count": 100, "occlusion_width_px": 150}),)
     runs = [Run(BALL, BALL.simulate(), tracker=name, seed=7, timeline=poor) for name in ("h-spf", "condensation")]
     compared = Comparison.of(*runs).finish()
@@ -164,8 +164,15 @@ def test_success_is_compared_by_the_measure_that_decides() -> None:
     assert [it.kept for it in compared.outcomes] == pytest.approx(kept)
     [share] = [it for it in compared.paired if it.name == "hit_rate"]
     assert share.mean == pytest.approx(kept[1] - kept[0])
-    losses = [it.first_lost for it in compared.outcomes if it.first_lost is not None]
-    assert compared.before_loss == max(0, min(losses) - 10)
+
+
+def test_the_first_loss_is_watched_from_before_it_was_hidden() -> None:
+    """What led to it is seen, and a target that is followed well: both are lost 5 frames after frame 16."""
+    slow = (Change(0, {"sample_count": 100, "occlusion_width_px": 150, "period_s": 4}),)
+    runs = [Run(BALL, BALL.simulate(), tracker=name, seed=7, timeline=slow) for name in ("h-spf", "condensation")]
+    compared = Comparison.of(*runs).finish()
+    assert [it.first_lost for it in compared.outcomes] == [21, 21]
+    assert compared.before_loss == 6
 
 
 def test_computing_tells_how_far_it_is_and_does_nothing_twice() -> None:

@@ -10,8 +10,8 @@ describe("the values of an axis", () => {
   it("are given, taken from a list, or made up within the bounds", () => {
     assert.deepEqual(rangeOf(declaration, { start: 1, stop: 9, step: 2 }), { start: 1, stop: 9, step: 2 });
     assert.deepEqual(rangeOf(declaration, { values: [10, 20, 30] }), { start: 10, stop: 30, step: 10 });
-    assert.deepEqual(rangeOf(declaration, {}), { start: 40, stop: 50, step: 5 });
-    assert.deepEqual(rangeOf({ ...declaration, step: null, maximum: null }, {}), { start: 40, stop: 44, step: 1 });
+    assert.deepEqual(rangeOf(declaration, {}), { start: 20, stop: 50, step: 10 });
+    assert.deepEqual(rangeOf({ ...declaration, step: null, maximum: null }, {}), { start: 20, stop: 60, step: 10 });
   });
 
   it("of a range become a list without the traces of floating point, unless it is long or no range", () => {
