@@ -151,6 +151,15 @@ export class Steering {
     if (accepted === undefined && this.speed === value) this.#store.setSpeed(before);
   }
 
+  /**
+   * Stop playing where the target is lost with this probability; null to go on whatever it is.
+   *
+   * @param {number|null} probability
+   */
+  async stopAt(probability) {
+    if (this.#able) await this.#send("stop_at", { probability });
+  }
+
   /** @param {number} direction */
   async faster(direction) {
     if (!this.#able) return;

@@ -5,6 +5,7 @@ import { speed as speedText } from "../shared/format.js";
 import { icon } from "../shared/icons.js";
 import { coalesce } from "../shared/timing.js";
 import { ofRole } from "./series.js";
+import { stopAtLoss } from "./stop_at_loss.js";
 
 /** @import { IconName } from "../shared/icons.js" */
 
@@ -41,7 +42,7 @@ export function transport(root, view, extras) {
     { "aria-label": "Speed", title: "Speed ([ and ])", on: { change: () => view.steering.setSpeed(Number(speed.value)) } },
   );
   const counter = h("output", { class: "counter", "aria-label": "Frame" });
-  fill(root, h("div", { class: "group" }, moves), speed, late(view), counter, h("span", { class: "spring" }), extras, landmarks(view));
+  fill(root, h("div", { class: "group" }, moves), speed, late(view), counter, stopAtLoss(view), h("span", { class: "spring" }), extras, landmarks(view));
   // A click must not leave the focus on a button, where the space bar would press it again instead of playing.
   root.addEventListener("mousedown", (event) => {
     if (!(event.target instanceof Element) || !event.target.closest("button")) return;

@@ -94,6 +94,15 @@ export function speed(value) {
 }
 
 /**
+ * 0.62 -> "62 %".
+ *
+ * @param {number} share
+ */
+export function percent(share) {
+  return `${Math.round(100 * share)} %`;
+}
+
+/**
  * A moment, as "today, 14:03" or "3 Mar 2026, 14:03".
  *
  * @param {string} text As ISO 8601 has it.

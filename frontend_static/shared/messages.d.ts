@@ -1614,6 +1614,10 @@ export interface RunSnapshot {
   speed: number;
   /** How far a frame is behind its time, s, since it plays at this speed */
   behind_s: number;
+  /** Probability, 0 to 1, that the target is lost, from which on it stops playing; null for never */
+  stop_at: number | null;
+  /** Why it has stopped playing by itself, a sentence */
+  stopped: string;
   /** While it compiles what it uses first: how many functions so far */
   compiling: number | null;
   /** What is wrong in the file of a filter, where something is */
@@ -1799,6 +1803,10 @@ export interface SessionPublic {
   speed: number;
   /** How far a frame is behind its time, s, since it plays at this speed */
   behind_s: number;
+  /** Probability, 0 to 1, that the target is lost, from which on it stops playing; null for never */
+  stop_at: number | null;
+  /** Why it has stopped playing by itself, a sentence */
+  stopped: string;
   /** While it compiles what it uses first: how many functions so far */
   compiling: number | null;
   /** What is wrong in the file of a filter, where something is */
@@ -1889,6 +1897,10 @@ export interface SessionSnapshot {
   speed: number;
   /** How far a frame is behind its time, s, since it plays at this speed */
   behind_s: number;
+  /** Probability, 0 to 1, that the target is lost, from which on it stops playing; null for never */
+  stop_at: number | null;
+  /** Why it has stopped playing by itself, a sentence */
+  stopped: string;
   /** While it compiles what it uses first: how many functions so far */
   compiling: number | null;
   /** What is wrong in the file of a filter, where something is */
@@ -2129,9 +2141,11 @@ export interface TrackerPublic {
 
 /** A command of the transport. */
 export interface TransportUpdate {
-  action: "play" | "pause" | "step" | "back" | "seek" | "before_loss" | "speed" | "restart";
+  action: "play" | "pause" | "step" | "back" | "seek" | "before_loss" | "speed" | "stop_at" | "restart";
   frame?: number | null;
   speed?: number | null;
+  /** With stop_at: that the target is lost, from which on it stops playing; never if left out */
+  probability?: number | null;
   /** With restart: the seed to start again with */
   seed?: number | null;
 }

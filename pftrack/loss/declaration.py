@@ -59,6 +59,11 @@ class LossDeclaration:
         """Return what says it of a tracker, in a scene or on a recording; None where nothing does."""
         return self.models.get(tracker) if not recording or tracker in self.on_recordings else None
 
+    def series_on(self, *, recording: bool) -> tuple[Series, ...]:
+        """Return what is told of runs in scenes or on recordings: the probability, where any tracker has it there."""
+        told = self.on_recordings if recording else self.models
+        return (LOSS_PROBABILITY,) if told else ()
+
 
 NOTHING_DECLARED = LossDeclaration()
 """Of an experiment none of whose trackers can tell."""

@@ -23,7 +23,7 @@ class Scenes:
     Attributes:
         ranges: Least and greatest value by name of a parameter, drawn evenly; whole numbers if both are.
         choices: Values by name, of which one is drawn.
-        frames: Length of a run.
+        frames: Length of a run; of a scene that is shorter, all of it.
         fitted: How many scenes a probability is fitted on, of the numbers from 0 on.
         judged: How many others it is judged on, of the numbers from `FIRST_JUDGED` on.
     """

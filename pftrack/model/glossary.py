@@ -129,7 +129,7 @@ GLOSSARY = (
             Term(
                 "probability of being lost",
                 "how probable it is that the target is lost, told from what the tracker computes, without the truth",
-                ("loss probability", "probability that the target is lost"),
+                ("loss probability", "probability that the target is lost", "P(lost)"),
             ),
             Term("hidden", "something covers the target in this frame"),
             Term("measure", "one number for a whole run, such as the share of frames inside the true box"),

@@ -19,6 +19,7 @@ from pftrack.loss.logistic import Logistic, fit
 from pftrack.loss.model import LossModel, Past, follow_features
 from pftrack.loss.scenes import FIRST_JUDGED, Scenes
 from pftrack.loss.signals import signal_names
+from pftrack.model.parameters import revise
 from pftrack.reproduce.finding import Finding, Own, claim, not_run
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Change, Run
@@ -104,14 +105,16 @@ def cases(experiment: str, tracker: str, numbers: Iterable[int], signals: tuple[
 def witness(case: Case) -> Witnessed:
     """Return what was seen in a run."""
     experiment = find(case.experiment)
-    scenes = scenes_of(experiment)
+    scenes, setup = scenes_of(experiment), experiment.simulate()
+    drawn = scenes.draw(case.number)
+    longest = setup.open_source(case.number, revise(setup.parameters, drawn)).frame_count or scenes.frames
     run = Run(
         experiment,
-        experiment.simulate(),
+        setup,
         tracker=case.tracker,
         seed=case.number,
-        frames=scenes.frames,
-        timeline=(Change(0, scenes.draw(case.number)),),
+        frames=min(scenes.frames, longest),
+        timeline=(Change(0, drawn),),
     )
     run.finish()
     series = {one.name: one for one in experiment.trackers[case.tracker].series}

@@ -22,7 +22,7 @@ def loss_probabilities(run: Run) -> NDArray[np.float64]:
     NaN in frame 0, in which a tracker only begins, and wherever the tracker has no such probability. A tracker that
     takes over begins anew: its first frame has none, either.
     """
-    return LossAccount().extend(run)
+    return np.array(LossAccount().follow(run))
 
 
 class LossAccount:
@@ -35,8 +35,8 @@ class LossAccount:
         self._past = Past()
         self._tracker = ""
 
-    def extend(self, run: Run) -> NDArray[np.float64]:
-        """Return the probability in each frame that the run has computed, (L,), given what was told of it before."""
+    def follow(self, run: Run) -> Sequence[float]:
+        """Return the probability in each frame that the run has computed; what was told of it before is kept."""
         if self._rows is not run.diagnostics:
             # Another run, such as a branch.
             self._rows, self._told, self._past, self._tracker = run.diagnostics, [], Past(), ""
@@ -44,7 +44,7 @@ class LossAccount:
         edges = [begun, *(one.start for one in run.timeline.segments if begun < one.start < end), end]
         for start, stop in pairwise(edges):
             self._told += self._follow(run, start, run.diagnostics[start:stop])
-        return np.array(self._told)
+        return self._told
 
     def _follow(self, run: Run, start: int, rows: Sequence[Diagnostics]) -> list[float]:
         """Return the probability in some frames that one tracker has computed."""

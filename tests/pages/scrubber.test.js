@@ -10,12 +10,12 @@ const HEIGHT = 160;
 test("with everything known the rows fill the height without touching", () => {
   const rows = Object.values(rowsWithout([], HEIGHT));
   rows.forEach(([, top, height], place) => assert.ok(top + height <= (rows[place + 1]?.[1] ?? HEIGHT)));
-  assert.equal(rows.length, 8);
+  assert.equal(rows.length, 9);
 });
 
 test("what a method cannot fill is not drawn, and the first curve has its room", () => {
   const [whole, less] = [rowsWithout([], HEIGHT), rowsWithout(["ess", "proposal", "events"], HEIGHT)];
-  assert.deepEqual(Object.keys(less), ["flags", "error", "sigma", "bands", "changes"]);
+  assert.deepEqual(Object.keys(less), ["flags", "error", "sigma", "loss", "bands", "changes"]);
   assert.equal(less.error?.[2], (whole.error?.[2] ?? 0) + 40);
   assert.deepEqual(less.changes, whole.changes);
 });
@@ -28,5 +28,6 @@ test("without truth the spread is the first curve", () => {
 
 test("where not all have room, those go that the plots say as well", () => {
   assert.deepEqual(Object.keys(rowsWithout([], 80)), ["flags", "error", "events", "bands", "changes"]);
-  assert.deepEqual(Object.keys(rowsWithout(["events"], 112)), ["flags", "error", "sigma", "ess", "proposal", "bands", "changes"]);
+  assert.deepEqual(Object.keys(rowsWithout(["events"], 80)), ["flags", "error", "loss", "bands", "changes"]);
+  assert.deepEqual(Object.keys(rowsWithout(["events", "loss"], 112)), ["flags", "error", "sigma", "ess", "proposal", "bands", "changes"]);
 });

@@ -48,11 +48,11 @@ def test_a_run_that_goes_on_is_told_the_same(lost: Run) -> None:
     run, account = _run({"occlusion_width_px": 100, "distracter_radius_px": 18}), LossAccount()
     for frame in (3, 4, 20, FRAMES - 1):
         run.seek(frame)
-        found = account.extend(run)
+        found = account.follow(run)
     assert np.array_equal(found, loss_probabilities(lost), equal_nan=True)
-    assert np.array_equal(account.extend(run), found, equal_nan=True)
+    assert np.array_equal(account.follow(run), found, equal_nan=True)
     branch = run.branch(10, {"sample_count": 50})
-    assert np.array_equal(account.extend(branch), found[:11], equal_nan=True)
+    assert np.array_equal(account.follow(branch), found[:11], equal_nan=True)
 
 
 def test_a_tracker_that_takes_over_begins_anew() -> None:

@@ -1,6 +1,6 @@
 /** What the scrubber says of a frame, and what its strips show. */
 
-import { quantity } from "../../shared/format.js";
+import { percent, quantity } from "../../shared/format.js";
 import { curve } from "../history.js";
 import { eventsOf, numberOf, ofRole, samplers, samplesOf } from "../series.js";
 
@@ -14,6 +14,7 @@ const STRIPS = /** @type {const} */ ([
   { row: "ess", role: "ess" },
   { row: "proposal", role: "share" },
   { row: "events", role: "event" },
+  { row: "loss", role: "loss_probability" },
 ]);
 
 /**
@@ -33,6 +34,8 @@ export function describe({ known: session, history }, frame) {
   if (row.searching) told.push(`no ${session.target}`);
   else if (row.lost) told.push("lost");
   else if (row.hidden) told.push("hidden");
+  const probability = numberOf(session, "loss_probability", row);
+  if (probability !== null) told.push(`lost with ${percent(probability)}`);
   told.push(...eventsOf(session, row).map(({ title }) => title));
   return told;
 }
@@ -88,6 +91,16 @@ export function goneOf(history) {
 /** @param {boolean|null|undefined} value */
 function isFlag(value) {
   return value === true || value === false;
+}
+
+/**
+ * How probable it is that the target is lost.
+ *
+ * @param {SessionPublic} session
+ * @returns {Curve}
+ */
+export function lossOf(session) {
+  return (row) => numberOf(session, "loss_probability", row);
 }
 
 /**

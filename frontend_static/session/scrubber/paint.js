@@ -34,6 +34,7 @@ const NEAREST_PX = 0.25;
  * @property {number} smallest The least that an axis spans.
  * @property {Curve} weight The share of the particles that carries the weight.
  * @property {Mixture} mixture
+ * @property {Curve} loss The probability that the target is lost.
  * @property {readonly Events[]} events A lane each.
  * @property {Spans} hidden
  * @property {readonly Spans[]} losses Of the active branch, or of several runs, in whose colours they are shown, a lane each.
@@ -110,16 +111,18 @@ function bands(sheet, { hidden, losses }) {
 }
 
 /**
- * How the weight lies on the particles and where these came from.
+ * How the weight lies on the particles, where these came from, and how probable it is that the target is lost: by height
+ * and by how opaque it is, so that it is not told by colour alone.
  *
  * @param {Sheet} sheet
  * @param {History} history
- * @param {{weight: Curve, mixture: Mixture}} content
+ * @param {{weight: Curve, mixture: Mixture, loss: Curve}} content
  */
-function strips(sheet, history, { weight, mixture }) {
+function strips(sheet, history, { weight, mixture, loss }) {
   const { pen, axis, ink } = sheet;
   const [, essY, essHeight] = rowOf(sheet, "ess");
   const [, y, height] = rowOf(sheet, "proposal");
+  const [, lossY, lossHeight] = rowOf(sheet, "loss");
   const bucket = Math.max(1, Math.floor(history.length / axis.width));
   const step = (axis.width / (axis.frames - 1)) * bucket;
   for (let frame = 0; frame < history.length; frame += bucket) {
@@ -131,6 +134,13 @@ function strips(sheet, history, { weight, mixture }) {
       pen.fillStyle = ink.ramp;
       pen.globalAlpha = Math.min(1, 0.08 + 0.92 * carrying);
       pen.fillRect(left, essY, width, essHeight);
+      pen.globalAlpha = 1;
+    }
+    const probability = history.most(loss, frame, Math.min(frame + bucket, history.length) - 1);
+    if (probability !== null) {
+      pen.fillStyle = ink.lost;
+      pen.globalAlpha = 0.4 + 0.6 * probability;
+      pen.fillRect(left, lossY + (1 - probability) * lossHeight, width, probability * lossHeight);
       pen.globalAlpha = 1;
     }
     let bottom = y + height;

@@ -4,7 +4,7 @@ import { Scale } from "../../shared/figure/scale.js";
 
 /** @import { Sheet as FigureSheet } from "../../shared/figure/canvas.js" */
 
-/** @typedef {"flags"|"error"|"sigma"|"ess"|"proposal"|"events"|"bands"|"changes"} RowName */
+/** @typedef {"flags"|"error"|"sigma"|"ess"|"proposal"|"events"|"loss"|"bands"|"changes"} RowName */
 
 /**
  * Where it is painted.
@@ -26,11 +26,12 @@ const KINDS = /** @type {const} */ ({
   ess: ["ESS", 6, 4],
   proposal: ["proposal", 8, 4],
   events: ["events", 14, 4],
+  loss: ["P(lost)", 8, 4],
   bands: ["hidden, lost", 10, 2],
   changes: ["changes", 16, 2],
 });
 /** What is left out first where not all of them have room: the plots say it, too. */
-const DISPENSABLE = /** @type {const} */ (["proposal", "ess", "sigma"]);
+const DISPENSABLE = /** @type {const} */ (["proposal", "ess", "sigma", "loss"]);
 /** What the first curve gives to the others before, px. */
 const GIVEN = 20;
 

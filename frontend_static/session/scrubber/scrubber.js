@@ -18,7 +18,7 @@ import { marks } from "../timeline.js";
 import { Curves } from "./curves.js";
 import { labels, paint, playhead } from "./paint.js";
 import { Axis, rowOf, rowsWithout } from "./rows.js";
-import { describe, goneOf, missingOf, mixtureOf, weightOf } from "./description.js";
+import { describe, goneOf, lossOf, missingOf, mixtureOf, weightOf } from "./description.js";
 
 /** @import { SessionPublic } from "../../shared/messages.js" */
 /** @import { Curve } from "../history.js" */
@@ -225,6 +225,7 @@ export class Scrubber {
       marks: this.#marks,
       smallest: smallestSpan(session.unit),
       weight: weightOf(session),
+      loss: lossOf(session),
       mixture: mixtureOf(session),
       events: events.map(({ name, colours }) => ({ colour: colours[0] ?? "ink", happened: happened?.data[name] ?? [] })),
       hidden: this.#hidden.trace(store),

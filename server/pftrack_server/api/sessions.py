@@ -89,7 +89,7 @@ async def change_parameters(session: ASession, values: Annotated[dict[str, Any],
 @router.post("/{session}/transport")
 async def steer(session: ASession, body: TransportUpdate) -> SessionPublic:
     """Play, pause, step, go back, seek, set the speed, or restart, with another seed if one is given."""
-    return await session.transport(body.action, body.frame, body.speed, body.seed)
+    return await session.transport(body.action, body.frame, body.speed, body.seed, body.probability)
 
 
 @router.post("/{session}/branch", status_code=HTTPStatus.CREATED)

@@ -43,9 +43,12 @@ class SessionUpdate(RequestBody):
 class TransportUpdate(RequestBody):
     """A command of the transport."""
 
-    action: Literal["play", "pause", "step", "back", "seek", "before_loss", "speed", "restart"]
+    action: Literal["play", "pause", "step", "back", "seek", "before_loss", "speed", "stop_at", "restart"]
     frame: FrameNumber | None = None
     speed: Annotated[float, Field(le=10, allow_inf_nan=False), AfterValidator(_speed)] | None = None
+    probability: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)] | None = Field(
+        None, description="With stop_at: that the target is lost, from which on it stops playing; never if left out"
+    )
     seed: Seed | None = Field(None, description="With restart: the seed to start again with")
 
 

@@ -105,6 +105,10 @@ class RunSnapshot(BaseModel):
     playing: bool = False
     speed: float = Field(1.0, description="Times real time; 0 is as fast as possible")
     behind_s: float = Field(0.0, description="How far a frame is behind its time, s, since it plays at this speed")
+    stop_at: float | None = Field(
+        None, description="Probability, 0 to 1, that the target is lost, from which on it stops playing; null for never"
+    )
+    stopped: str = Field("", description="Why it has stopped playing by itself, a few words")
     compiling: int | None = Field(None, description="While it compiles what it uses first: how many functions so far")
     problem: Problem | None = Field(None, description="What is wrong in the file of a filter, where something is")
     look: str = Field("", description="How the target separates from its surroundings where it is, and since when")

@@ -214,9 +214,14 @@ class Session:
             return await self._request(command, self._change_result)
 
     async def transport(
-        self, action: str, frame: int | None = None, speed: float | None = None, seed: object = None
+        self,
+        action: str,
+        frame: int | None = None,
+        speed: float | None = None,
+        seed: object = None,
+        probability: float | None = None,
     ) -> messages.SessionPublic:
-        """Play, pause, step, back, seek, before_loss, speed or restart, the last with another seed if one is given.
+        """Play, pause, step, back, seek, before_loss, speed, stop_at or restart, with what belongs to the action.
 
         Returns:
             The session as the command left it, which is not where it is by now if it plays.
@@ -229,6 +234,8 @@ class Session:
         match action:
             case "speed":
                 command = protocol.Speed(speed or 0.0)
+            case "stop_at":
+                command = protocol.StopAt(probability)
             case "restart":
                 command = protocol.Restart(self._check_seed(seed))
             case "before_loss":

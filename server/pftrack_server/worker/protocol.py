@@ -37,6 +37,7 @@ __all__ = [
     "Restart",
     "Save",
     "Speed",
+    "StopAt",
     "Transport",
     "WorkerConfig",
 ]
@@ -99,6 +100,13 @@ class Speed:
     """Play at a multiple of real time; 0 is as fast as possible."""
 
     speed: float
+
+
+@dataclass(frozen=True, slots=True)
+class StopAt:
+    """Stop playing where the target is lost with this probability, 0..1; None to go on whatever it is."""
+
+    probability: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,6 +204,7 @@ class Credit:
 Command: TypeAlias = (
     Transport
     | Speed
+    | StopAt
     | Restart
     | Change
     | Branch

@@ -4,6 +4,7 @@ It knows neither pipe nor clock: the worker drives it, and tests can too.
 """
 
 import dataclasses
+import math
 import os
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -23,6 +24,7 @@ from pftrack.filter_files import (
     widen,
     with_digests,
 )
+from pftrack.loss.declaration import LOSS_PROBABILITY
 from pftrack.model.calibration import TITLES
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.drawing import Drawing
@@ -37,6 +39,7 @@ from pftrack.model.sequence import FrameIndex, FrameSequence
 from pftrack.model.suitability import BESIDE, describe_course
 from pftrack.model.timeline import Timeline, check_timeline, parameter_values
 from pftrack.runs import checkpoint, record
+from pftrack.runs.loss_probability import LossAccount
 from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import DEFAULT_LIMITS, open_sequence
 from pftrack_server.schemas.description import SessionDescription
@@ -91,6 +94,7 @@ class RunTree:
         self._left: dict[str, str] = {}
         self.restarts = 0
         self._looking = Looking()
+        self._loss = LossAccount()
         self._course: tuple[Timeline | None, dict[str, Any]] = None, {}
         self._legend: tuple[str, dict[tuple[str, Key], None]] = "", {}
         self._measured: tuple[tuple[str, int, int], dict[str, float | int]] = ("", 0, -1), {}
@@ -186,7 +190,7 @@ class RunTree:
     def forward(self) -> dict[str, Any] | None:
         """Go to the next frame; return its diagnostics when it had to be computed."""
         if self.at_newest:
-            return self.run.advance().diagnostics.as_dict()
+            return self._told(self.run.advance().diagnostics)
         self.run.seek(self.run.position + 1)
         return None
 
@@ -232,7 +236,21 @@ class RunTree:
 
     def rows(self, first: int) -> list[dict[str, Any]]:
         """Return the diagnostics of the active branch from a frame on."""
-        return [row.as_dict() for row in self.run.diagnostics[first:]]
+        return [self._told(row) for row in self.run.diagnostics[first:]]
+
+    def loss_probability(self, frame: int) -> float:
+        """Return how probable it is that the target is lost in a frame of the active branch; NaN if not known."""
+        return self._loss.follow(self.run)[frame] if frame >= 0 else math.nan
+
+    def _told(self, row: Diagnostics) -> dict[str, Any]:
+        """Return the diagnostics of a frame with the probability that the target is lost, where that can be told."""
+        told: dict[str, Any] = row.as_dict()
+        probability = self.loss_probability(row.frame)
+        return (
+            told
+            if math.isnan(probability)
+            else told | {"series": {**told["series"], LOSS_PROBABILITY.name: probability}}
+        )
 
     def drawing(self) -> Drawing:
         """Return what is to be seen of the frame that is shown, without what no viewer can show."""

@@ -48,6 +48,7 @@ from pftrack_server.worker.protocol import (
     ReviseFilter,
     Save,
     Speed,
+    StopAt,
     Transport,
     WorkerConfig,
 )
@@ -97,6 +98,8 @@ class Worker:
         self._checkpoints = Checkpoints(self._tree)
         self._playing = False
         self._speed = config.run.speed
+        self._stop_at = config.run.stop_at
+        self._stopped = ""
         self._due = 0.0
         self._behind_s = 0.0
         self._measures: dict[str, float | int] = {}
@@ -168,6 +171,7 @@ class Worker:
                 self._reply(way.number)
         elif self._playing and time.monotonic() >= self._due:
             self._forward()
+            self._stop_if_lost()
             if self._speed:
                 # After a stall the clock goes on from now: nobody wants to see the lost time in fast motion.
                 due = self._due + self._period
@@ -175,6 +179,16 @@ class Worker:
                 self._behind_s += self._due - due
             if self._tree.ended:
                 self._playing = False
+
+    def _stop_if_lost(self) -> None:
+        """Stop in a frame in which the target is probably lost, unless it was so in the frame before."""
+        limit, frame = self._stop_at, self._tree.run.position
+        if limit is None:
+            return
+        before, now = (self._tree.loss_probability(one) for one in (frame - 1, frame))
+        if now >= limit and not before >= limit:
+            self._playing = False
+            self._stopped = f"Stopped: probably lost, {100 * now:.0f} %"
 
     def _halt(self, error: FilterFileError) -> None:
         """Stand where the run is, since a filter cannot go on, and say why."""
@@ -253,6 +267,8 @@ class Worker:
             update={
                 "playing": self._playing,
                 "speed": self._speed,
+                "stop_at": self._stop_at,
+                "stopped": self._stopped,
                 "behind_s": round(self._behind_s, 1) if self._playing and self._speed else 0.0,
                 "goal": goal and goal.computed,
                 "goal_position": goal and goal.position,
@@ -298,10 +314,12 @@ class Worker:
 
     def _answer(self, request: Request) -> None:
         # What changes neither the run nor its frame interrupts nothing; any other command ends the way to a goal.
-        looks = isinstance(request.command, Picture | Explain | Export | Save | Speed | Inspect)
+        looks = isinstance(request.command, Picture | Explain | Export | Save | Speed | StopAt | Inspect)
         left = None if looks else self._way
         if left is not None:
             self._way = None
+        if not looks:
+            self._stopped = ""
         try:
             result = self._execute(request.command, request.number, left)
         except REFUSALS as error:
@@ -331,6 +349,8 @@ class Worker:
                 # The next frame is due no later than at the new speed, but not at once: a correction is no frame.
                 self._speed, self._behind_s = speed, 0.0
                 self._due = min(self._due, time.monotonic() + self._period)
+            case StopAt(probability=probability):
+                self._stop_at, self._stopped = probability, ""
             case Restart(seed=seed):
                 self._tree.restart(seed)
                 self._report_restart()

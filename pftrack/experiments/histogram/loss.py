@@ -1,0 +1,30 @@
+"""How probable it is that the window has lost its target: `python -m tools.loss fit histogram` writes `loss.json`."""
+
+from pathlib import Path
+
+from pftrack.loss.declaration import read_declaration
+from pftrack.loss.scenes import Scenes
+from pftrack.trackers.histogram.step import TRACKERS
+
+__all__ = ["LOSS"]
+
+SCENES = Scenes(
+    {
+        "scene_number": (0, 9999),
+        "look_alike_red": (0.0, 1.0),
+        "occlusion_width_px": (0.0, 90.0),
+        "lighting_amplitude": (0.0, 0.4),
+    },
+    {
+        "sample_count": (50, 100, 300, 600),
+        "sharpness": (5.0, 10.0, 20.0, 50.0, 100.0),
+        "column_colours": ("lawn", "grey"),
+        "image_noise_sd": (0.0, 0.0, 4.0),
+        "process_noise_px": (1.5, 1.5, 3.0),
+    },
+    fitted=100,
+    judged=60,
+)
+"""Lawns of all kinds, look-alikes of all shades, columns of all widths, and likelihoods from blunt to sharp."""
+
+LOSS = read_declaration(Path(__file__).with_name("loss.json"), TRACKERS, SCENES)
