@@ -206,12 +206,12 @@ def test_the_scrubber_has_rows_for_what_a_method_has(watch: Watch) -> None:
     """A Kalman filter has neither particles nor proposals; a signal is neither hidden nor lost."""
     rows = "document.querySelector('.scrubber').dataset.rows ?? ''"
     shown = watch()
-    shown.until(lambda: "ess proposal bands" in shown.page.evaluate(rows), "particles have all rows")
+    shown.until(lambda: "ess proposal loss bands" in shown.page.evaluate(rows), "particles have all rows")
     shown = watch(experiment="sine")
     shown.press("ArrowRight")
     shown.until(lambda: "error" in shown.page.evaluate(rows) and "bands" not in shown.page.evaluate(rows), "no bands")
     shown = watch(tracker="kalman")
-    shown.until(lambda: shown.page.evaluate(rows) == "flags error sigma bands changes", "no row of particles")
+    shown.until(lambda: shown.page.evaluate(rows) == "flags error sigma loss bands changes", "no row of particles")
     legend = shown.page.locator(".legend")
     shown.press("ArrowRight")
     shown.until(lambda: "estimate" in legend.inner_text(), "the legend names what is drawn")
