@@ -1616,7 +1616,7 @@ export interface RunSnapshot {
   behind_s: number;
   /** Probability, 0 to 1, that the target is lost, from which on it stops playing; null for never */
   stop_at: number | null;
-  /** Why it has stopped playing by itself, a sentence */
+  /** Why it has stopped playing by itself, a few words */
   stopped: string;
   /** While it compiles what it uses first: how many functions so far */
   compiling: number | null;
@@ -1805,7 +1805,7 @@ export interface SessionPublic {
   behind_s: number;
   /** Probability, 0 to 1, that the target is lost, from which on it stops playing; null for never */
   stop_at: number | null;
-  /** Why it has stopped playing by itself, a sentence */
+  /** Why it has stopped playing by itself, a few words */
   stopped: string;
   /** While it compiles what it uses first: how many functions so far */
   compiling: number | null;
@@ -1899,7 +1899,7 @@ export interface SessionSnapshot {
   behind_s: number;
   /** Probability, 0 to 1, that the target is lost, from which on it stops playing; null for never */
   stop_at: number | null;
-  /** Why it has stopped playing by itself, a sentence */
+  /** Why it has stopped playing by itself, a few words */
   stopped: string;
   /** While it compiles what it uses first: how many functions so far */
   compiling: number | null;

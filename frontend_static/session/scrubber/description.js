@@ -69,11 +69,10 @@ export function mixtureOf(session) {
  * @returns {RowName[]}
  */
 export function missingOf(session, history, isMeasured) {
-  /** @type {RowName[]} */
   // In the first frame no tracker can have lost its target yet: what is told from the next one on has its room.
   const isToCome = (/** @type {string} */ role) => role === "loss_probability" && history.length <= 1;
-  const isMissing = (/** @type {typeof STRIPS[number]["role"]} */ role) => !ofRole(session, role).some(({ name }) => isToCome(role) || history.measures(name));
-  const missing = STRIPS.filter(({ role }) => isMissing(role)).map(({ row }) => row);
+  /** @type {RowName[]} */
+  const missing = STRIPS.filter(({ role }) => !ofRole(session, role).some(({ name }) => isToCome(role) || history.measures(name))).map(({ row }) => row);
   if (history.length === 0) return missing;
   for (const name of /** @type {const} */ (["error", "sigma"])) {
     if (!isMeasured[name]) missing.push(name);
