@@ -18,6 +18,7 @@ import { dialogIsOpen } from "../shared/dialog.js";
  * @property {() => void} bookmark
  * @property {() => void} branch
  * @property {() => void} inspect
+ * @property {() => void} why
  * @property {() => void} compare
  * @property {() => void} difference
  * @property {(direction: number) => void} faster
@@ -42,6 +43,7 @@ export const HELP = [
   { keys: "home end", what: "First frame, newest frame" },
   { keys: "L", what: "Go to before the loss" },
   { keys: "E", what: "Go to the next event, such as an identity switch; with shift, to the one before" },
+  { keys: "W", what: "Why was it lost?" },
   { keys: "B", what: "Bookmark this frame" },
   { keys: "N", what: "Branch from this frame" },
   { keys: "I", what: "Look into the frame: likelihood, particles, ancestors; again to stop" },
@@ -55,7 +57,7 @@ export const HELP = [
   { keys: "?", what: "This help" },
 ];
 
-/** @type {Readonly<Record<string, "present"|"bookmark"|"branch"|"inspect"|"compare"|"difference"|"beforeLoss"|"presets"|"truth">>} */
+/** @type {Readonly<Record<string, "present"|"bookmark"|"branch"|"inspect"|"compare"|"difference"|"beforeLoss"|"presets"|"truth"|"why">>} */
 const LETTERS = {
   b: "bookmark",
   c: "compare",
@@ -66,6 +68,7 @@ const LETTERS = {
   n: "branch",
   p: "presets",
   t: "truth",
+  w: "why",
 };
 
 /**

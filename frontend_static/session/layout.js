@@ -4,10 +4,10 @@ import { fill, h } from "../shared/dom.js";
 
 /** @import { Properties } from "../shared/elements.js" */
 
-/** @typedef {"scene"|"panel"|"branches"|"inspection"|"plots"|"readout"|"transport"|"scrubber"} Part */
+/** @typedef {"scene"|"panel"|"branches"|"inspection"|"why"|"plots"|"readout"|"transport"|"scrubber"} Part */
 
 /** @type {readonly Part[]} */
-export const PARTS = ["scene", "panel", "branches", "inspection", "plots", "readout", "transport", "scrubber"];
+export const PARTS = ["scene", "panel", "branches", "inspection", "why", "plots", "readout", "transport", "scrubber"];
 
 /**
  * Make a place for each part. What is not asked for takes no room. A panel stands in the scene, where there is one.
@@ -34,6 +34,7 @@ export function arrange(element, parts) {
     scene ? null : place("panel", "section", { class: "controls standing", "aria-label": named("Parameters") }),
     place("branches", "nav", { class: "branches", "aria-label": named("Branches"), hidden: true }),
     place("inspection", "section", { class: "inspection", "aria-label": named("Look into the frame"), hidden: true }),
+    place("why", "section", { class: "why", "aria-label": named("Why the target was lost"), hidden: true }),
     place("plots", "div", { class: "plots" }),
     place("readout", "section", { class: "readout" }),
   ].filter((it) => it !== null);

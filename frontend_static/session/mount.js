@@ -25,6 +25,7 @@ import { SessionStart } from "./session_start.js";
 import { Steering } from "./steering.js";
 import { Store } from "./store.js";
 import { transport } from "./transport.js";
+import { Why, whyButton } from "./why/why.js";
 import { markTruth } from "./truth/marking.js";
 
 const WAY = isParticipant ? { label: "Back to the class", href: START } : { label: "Back to the experiments", href: START };
@@ -73,6 +74,8 @@ export class Mounted {
   #keys;
   /** @type {Inspector|null} */
   #inspector = null;
+  /** @type {Why|null} */
+  #why = null;
 
   /**
    * @param {SessionStart} start
@@ -114,7 +117,9 @@ export class Mounted {
     const { places } = this.#start;
     if (places.transport) transport(places.transport, this, this.#extras(places));
     if (places.scrubber) new Scrubber(places.scrubber, this);
-    if (places.readout) readout(places.readout, this);
+    const why = places.why ? new Why(places.why, this) : null;
+    if (places.readout) readout(places.readout, this, why && whyButton(this, () => why.open()));
+    this.#why = why;
     if (places.branches) branchLegend(places.branches, this);
     if (places.inspection && !this.store.isReadOnly) this.#inspector = new Inspector(places.inspection, this);
     if (places.plots) plots(places.plots, this);
@@ -231,6 +236,7 @@ export class Mounted {
       bookmark: () => this.commands.bookmark(),
       branch: () => this.#branch(),
       inspect: () => this.#inspector?.toggle(),
+      why: () => this.#why?.open(),
       truth: () => {
         if (!isParticipant) markTruth(this);
       },

@@ -11,14 +11,15 @@ import { isMeasured, state, words } from "./readings.js";
 /**
  * @param {HTMLElement} root
  * @param {import("./mount.js").Mounted} view
+ * @param {HTMLElement|null} [ask] Beside the words on how it goes.
  */
-export function readout(root, view) {
+export function readout(root, view, ask = null) {
   const { store, signal } = view;
   const verdict = h("p", { class: "verdict" });
   const look = h("p", { class: "look", hidden: true });
   const doubts = h("div", { class: "doubts" });
   const list = h("dl", {});
-  fill(root, h("h2", { class: "visually-hidden" }, "This frame"), verdict, look, list, doubts);
+  fill(root, h("h2", { class: "visually-hidden" }, "This frame"), h("div", { class: "verdict-row" }, verdict, ask), look, list, doubts);
   measures(root, view);
   /** @type {Reading[]} */
   let readings = [];

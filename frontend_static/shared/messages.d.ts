@@ -1713,7 +1713,7 @@ export interface Series {
   title: string;
   unit: string;
   shape: "number" | "vector" | "interval" | "hypotheses";
-  role: "" | "particles" | "ess" | "resampled" | "distinct" | "share" | "flag" | "event" | "extent" | "likeness" | "model_likeness" | "mirrored" | "loss_probability";
+  role: "" | "particles" | "ess" | "resampled" | "distinct" | "share" | "flag" | "event" | "extent" | "likeness" | "model_likeness" | "mirrored" | "loss_probability" | "excess";
   components: string[];
   colours: string[];
   reductions: Reduction[];

@@ -43,7 +43,8 @@ COLUMNS = {
     for column in (
         Column("error", "distance from the truth", "run"),
         Column("deviation", "stated deviation", "run"),
-        Column("fit", "how well the picture fits the estimate"),
+        Column("excess", "error over the stated deviation"),
+        Column("fit", "fit to the picture"),
         Column("ess_share", "ESS over the particles"),
         Column("distinct", "different particles"),
         Column("kept", "model's likeness to the first look"),
@@ -68,6 +69,7 @@ class Course:
         truths: (L, d).
         error: (L,) distance of the estimate from the truth.
         deviation: (L,) root mean square of the posterior standard deviations that are in the run's unit.
+        excess: (L,) largest error of a component, or of what else is believed, over its standard deviation.
         lost: (L,) whether the target is lost, as the witness says.
         witness: Who says so.
         hidden: (L,) 1 where the target is known to be out of sight, else 0.
@@ -88,6 +90,7 @@ class Course:
     truths: Numbers
     error: Numbers
     deviation: Numbers
+    excess: Numbers
     lost: Flags
     witness: Witness
     hidden: Numbers
@@ -151,12 +154,14 @@ def course_of(
         least = np.where(known, found, np.inf).min(axis=0, initial=np.inf)
         return np.where(known.any(axis=0), least, np.nan)
 
+    told = numbers("excess")
     return Course(
         unit=unit,
         estimates=estimates,
         truths=truths,
         error=_optional([row.error for row in rows]),
         deviation=_deviations(rows),
+        excess=np.where(np.isfinite(told), told, _excess(rows)),
         lost=lost,
         witness=witness,
         hidden=_optional([row.hidden for row in rows]),
@@ -185,6 +190,15 @@ def _deviations(rows: Sequence[Diagnostics]) -> Numbers:
     # NaN stands for a number in another unit than the run's.
     squares = [[one * one for one in row.sigma if np.isfinite(one)] for row in rows]
     return np.array([np.sqrt(np.mean(some)) if some else np.nan for some in squares])
+
+
+def _excess(rows: Sequence[Diagnostics]) -> Numbers:
+    found = []
+    for row in rows:
+        parts = zip(row.estimate, row.truth, row.sigma, strict=False) if row.truth else ()
+        ratios = [abs(estimate - truth) / sigma for estimate, truth, sigma in parts if sigma > 0]
+        found.append(max(ratios, default=np.nan))
+    return np.array(found, dtype=np.float64)
 
 
 def _optional(values: Sequence[float | bool | None]) -> Numbers:

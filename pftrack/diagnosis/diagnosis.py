@@ -1,7 +1,7 @@
 """A diagnosis: what went wrong with a run, since when, and the numbers that this is said from."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -171,7 +171,7 @@ def diagnose_course(course: Course, frame: int | None = None, rules: Sequence[Ru
         found = [sign for sign in (rule(moment) for rule in rules) if sign is not None]
     if not course.lost[at]:
         found = [sign for sign in found if sign.since <= at]
-    signs = tuple(sorted(found, key=lambda sign: sign.since))
+    signs = tuple(replace(sign, unit=course.unit) for sign in sorted(found, key=lambda sign: sign.since))
     return Diagnosis(
         at, bool(course.lost[at]), course.witness, signs, tuple(_evidence(course, sign, at) for sign in signs)
     )

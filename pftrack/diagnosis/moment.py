@@ -8,7 +8,7 @@ import numpy as np
 from pftrack.diagnosis.course import Course, Flags, Numbers
 from pftrack.runs.loss import LASTING_FRAMES
 
-__all__ = ["Moment", "middle"]
+__all__ = ["FOLLOWING", "Moment", "middle"]
 
 SCATTERS = 3.0
 """A fit is low if it is below its usual value by so many times its usual scatter,"""
@@ -69,6 +69,12 @@ class Moment:
         floor = known.min() + 0.05 * float(np.ptp(known)) if len(known) else np.nan
         nothing = (self.course.ess_share >= EQUAL) & (fit <= floor)
         return np.asarray((fit < self.low_fit) | nothing)
+
+    @property
+    def fits_after(self) -> bool:
+        """Whether what is followed from there on fits as what was followed before, in most frames."""
+        blind = self.unseen[self.after]
+        return middle(self.course.fit[self.after]) >= self.low_fit and bool(np.count_nonzero(blind) <= len(blind) / 2)
 
     @property
     def is_off(self) -> bool:

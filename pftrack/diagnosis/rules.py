@@ -12,7 +12,7 @@ from typing import TypeAlias
 import numpy as np
 
 from pftrack.diagnosis.course import Flags
-from pftrack.diagnosis.moment import Moment, middle
+from pftrack.diagnosis.moment import FOLLOWING, Moment, middle
 from pftrack.model.cause import CauseId
 
 __all__ = ["RULES", "Rule", "Sign"]
@@ -26,9 +26,10 @@ class Sign:
         cause: Which.
         since: Frame since when.
         strength: How clearly, from 0 to 1.
-        text: A sentence with a place `{name}`, with a format if need be, for each number.
+        text: A sentence with a place `{name}`, with a format if need be, for each number, and `{unit}` for the run's.
         numbers: What was measured, by name.
         evidence: Names of the columns of the course that show it.
+        unit: Of the run's estimates.
     """
 
     cause: CauseId
@@ -37,11 +38,12 @@ class Sign:
     text: str
     numbers: dict[str, float]
     evidence: tuple[str, ...]
+    unit: str = ""
 
     @property
     def words(self) -> str:
         """The sentence with its numbers."""
-        return self.text.format(**self.numbers)
+        return self.text.format(**self.numbers, unit=f" {self.unit}".rstrip())
 
 
 Rule: TypeAlias = Callable[[Moment], Sign | None]
@@ -58,10 +60,18 @@ UNDECIDED = 0.6
 """ESS over the particles above which the picture hardly tells them apart."""
 OPINIONATED = 0.92
 """ESS over the particles below which weights prefer some of them, where nothing of the target is seen."""
-TOO_SURE = 3.0
-"""Times the stated deviation that an error exceeds where a belief is too sure."""
+TOO_SURE, DOUBTFUL = 3.0, 2.0
+"""Times the stated deviation that an error exceeds where a belief is too sure, and where it begins to be."""
+PLACE = 2
+"""Numbers of an estimate that is a place in the picture."""
+STANDING = 0.01
+"""Of the stated deviation that a target goes in a frame where it stands still."""
 GROWN = 3.0
 """Times its usual value that a deviation is greater where a cloud is no longer held together."""
+BEGINNING = slice(1, 4)
+"""The first frames, in which a cloud is still as it was placed."""
+WITHIN = 2.0
+"""Deviations that an error is below where the target is still within the cloud."""
 CHANGED, STILL_ALIKE = 0.8, 0.95
 """Likeness of the model to the first look below which it is another one, and above which it is the same."""
 
@@ -161,9 +171,10 @@ def sure_of_nothing(moment: Moment) -> Sign | None:
 def mirror_image(moment: Moment) -> Sign | None:
     """Ask whether the estimate is the mirror image of the truth."""
     mirrored = moment.course.mirrored == 1.0
-    if not mirrored[moment.around].any():
+    if not mirrored[moment.before.start : moment.frame + 2 * FOLLOWING].any():
         return None
-    since = moment.since(mirrored)
+    # Near the pose at which both are one, neither is nearer: it is lost before that can be told.
+    since = min(moment.since(mirrored), moment.frame)
     return Sign(
         "mirror-pose",
         since,
@@ -211,7 +222,7 @@ def wrong_find(moment: Moment) -> Sign | None:
         begun,
         1.0,
         "Since frame {since:.0f} the target is not seen; the search for it ends in frame {found:.0f} at a "
-        "place that fits by {fit:.2f} and is {error:.1f} away from the target.",
+        "place that fits by {fit:.2f} and is {error:.1f}{unit} away from the target.",
         {"since": begun, "found": found, "fit": course.fit[found], "error": course.error[found]},
         ("searching", "fit", "error"),
     )
@@ -220,10 +231,13 @@ def wrong_find(moment: Moment) -> Sign | None:
 def everything_fits(moment: Moment) -> Sign | None:
     """Ask whether the picture fits wherever one looks, so that nothing holds the particles together."""
     course = moment.course
-    shares = middle(course.ess_share[moment.before]), middle(course.ess_share[moment.after])
-    fit = middle(course.fit[moment.after])
-    grown = middle(course.deviation[moment.after]) / middle(course.deviation[moment.before])
-    if not (min(shares) >= UNDECIDED and fit >= moment.low_fit and grown >= GROWN):
+    later = moment.after
+    shares = middle(course.ess_share[moment.before]), middle(course.ess_share[later])
+    deviation, off = middle(course.deviation[later]), middle(course.error[later])
+    grown = deviation / middle(course.deviation[BEGINNING])
+    if (course.hidden[moment.near] == 1.0).any():  # it grows where nothing is seen, too
+        return None
+    if not (min(shares) >= UNDECIDED and moment.fits_after and grown >= GROWN and off < WITHIN * deviation):
         return None
     since = moment.since(course.ess_share >= UNDECIDED)
     return Sign(
@@ -237,17 +251,36 @@ def everything_fits(moment: Moment) -> Sign | None:
     )
 
 
+def same_again(moment: Moment) -> Sign | None:
+    """Ask whether a filter without particles takes each picture of a target that stands still for news."""
+    course = moment.course
+    moves = middle(course.true_step[1 : moment.frame + 1])
+    if np.isfinite(course.particles).any() or not (moves < STANDING * middle(course.deviation[moment.usual])):
+        return None
+    over = course.excess > DOUBTFUL
+    since = min(moment.since(over), moment.frame)
+    worst = float(np.nanmax(course.excess[moment.near]))
+    return Sign(
+        "shrinking-covariance",
+        since,
+        min(1.0, worst / 10),
+        "The target stands still, and the filter takes each picture for news: since frame {since:.0f} what it believes "
+        "is off by up to {worst:.1f} times the deviation that it states.",
+        {"since": since, "worst": worst},
+        ("excess", "error", "deviation"),
+    )
+
+
 def too_sure(moment: Moment) -> Sign | None:
     """Ask whether a belief without particles states a deviation that its error belies."""
     course = moment.course
     if np.isfinite(course.particles).any() or np.isfinite(course.likeness).any():
         return None
-    ratio = course.error / course.deviation
-    over = ratio > TOO_SURE
-    if not over[moment.around].any():
+    over = course.excess > TOO_SURE
+    if not over[moment.around].any() or moment.fits_after:
         return None
     since = moment.since(over)
-    worst = float(np.nanmax(ratio[moment.around]))
+    worst = float(np.nanmax(course.excess[moment.around]))
     return Sign(
         "shrinking-covariance",
         since,
@@ -255,24 +288,27 @@ def too_sure(moment: Moment) -> Sign | None:
         "Since frame {since:.0f} the error is more than {limit:.0f} times the deviation that the filter states, up to "
         "{worst:.1f} times: it is too sure of itself to learn from what it sees.",
         {"since": since, "limit": TOO_SURE, "worst": worst},
-        ("error", "deviation", "fit"),
+        ("excess", "error", "deviation"),
     )
 
 
 def out_of_sight(moment: Moment) -> Sign | None:
     """Ask whether the target was hidden when, or just before, it was lost, and nothing of it was seen."""
     course = moment.course
-    hidden = course.hidden == 1.0
-    if not (hidden[moment.around] & moment.unseen[moment.around]).any():
+    hidden, near = course.hidden == 1.0, moment.near
+    if not (hidden[near] & moment.unseen[near]).any():
         return None
-    since = moment.since(hidden)
-    length = _stretch(hidden, since)
+    begun = moment.since(hidden)
+    length = _stretch(hidden, begun)
+    # What hides it covers it little by little: it may be lost before nothing of it is left.
+    since = begun if begun <= moment.frame else moment.since(moment.unseen)
     return Sign(
         "occlusion-longer-than-memory",
         since,
         min(1.0, length / 4),
-        "From frame {since:.0f} on the target is out of sight, for {frames:.0f} frames; in frame {frame:.0f} the "
-        "deviation has grown from {usual:.1f} to {deviation:.1f}, and the error is {error:.1f}.",
+        "From frame {since:.0f} on the target goes out of sight, where it is for {frames:.0f} frames; in frame "
+        "{frame:.0f} the deviation has grown from {usual:.1f} to {deviation:.1f}{unit}, and the error is "
+        "{error:.1f}{unit}.",
         {
             "since": since,
             "frames": length,
@@ -285,20 +321,39 @@ def out_of_sight(moment: Moment) -> Sign | None:
     )
 
 
+def suddenly_gone(moment: Moment) -> Sign | None:
+    """Ask, where only what the tracker sees is known, whether the target went out of sight within a few frames."""
+    course, unseen = moment.course, moment.unseen
+    if np.isfinite(course.error).any() or np.isfinite(course.hidden).any() or not unseen[moment.around].any():
+        return None
+    since = moment.since(unseen)
+    before = middle(course.fit[max(since - 4, 0) : max(since - 2, 1)])
+    if not before > moment.usual_fit - 0.5 * (moment.usual_fit - moment.low_fit):
+        return None
+    return Sign(
+        "occlusion-longer-than-memory",
+        since,
+        0.6,
+        "Within a few frames before frame {since:.0f} the fit of what is followed falls from {before:.2f} to "
+        "{fit:.2f}, below all that was usual: something covers it, or it is gone.",
+        {"since": since, "before": before, "fit": float(course.fit[since])},
+        ("fit", "deviation", "searching"),
+    )
+
+
 def another_that_fits(moment: Moment) -> Sign | None:
     """Ask whether what is followed while the target is lost fits as well as the target did."""
     course = moment.course
-    fit = middle(course.fit[moment.after])
-    off = middle(course.error[moment.after])
-    blind = moment.unseen[moment.after]
-    if not (fit >= moment.low_fit and moment.is_off and np.count_nonzero(blind) <= len(blind) / 2):
+    fit, off = middle(course.fit[moment.after]), middle(course.error[moment.after])
+    is_place = course.estimates.shape[1] == PLACE  # a pose that is wrong is no other thing
+    if not (is_place and moment.fits_after and moment.is_off):
         return None
     return Sign(
         "look-alike-capture",
         moment.frame,
         0.9,
         "From frame {since:.0f} on something else is followed that fits as well as the target did, {fit:.2f} against "
-        "{usual:.2f}, and is {off:.1f} away from it.",
+        "{usual:.2f}, and is {off:.1f}{unit} away from it.",
         {"since": moment.frame, "fit": fit, "usual": moment.usual_fit, "off": off},
         ("error", "fit", "deviation"),
     )
@@ -308,9 +363,8 @@ def left_behind(moment: Moment) -> Sign | None:
     """Ask whether the target, in full sight, went where the law of motion does not expect it."""
     course = moment.course
     near = moment.near
-    blind = moment.unseen[moment.after]
     sight = ~((course.hidden[near] == 1.0) | (course.outside[near] == 1.0)).any()
-    if not (sight and np.count_nonzero(blind) > len(blind) / 2 and moment.is_off):
+    if not (sight and not moment.fits_after and moment.is_off):
         return None
     far = course.error > 0.5 * course.error[moment.frame]
     since = min(moment.since(far, gap=0), moment.since(moment.unseen, gap=0))
@@ -319,8 +373,9 @@ def left_behind(moment: Moment) -> Sign | None:
         "wrong-dynamics",
         since,
         0.8,
-        "Since frame {since:.0f} the target, in full sight, goes {true:.1f} a frame and the estimate {believed:.1f}; "
-        "in frame {frame:.0f} they are {error:.1f} apart, and no particle is left where the target is seen.",
+        "Since frame {since:.0f} the target, in full sight, goes {true:.1f}{unit} a frame and the estimate "
+        "{believed:.1f}{unit}; in frame {frame:.0f} they are {error:.1f}{unit} apart, and no "
+        "particle is left where the target is seen.",
         {
             "since": since,
             "true": true,
@@ -336,6 +391,7 @@ RULES: tuple[Rule, ...] = (
     beyond_the_picture,
     few_weights,
     alike_particles,
+    same_again,
     mirror_image,
     changed_model,
     wrong_find,
@@ -343,6 +399,7 @@ RULES: tuple[Rule, ...] = (
     too_sure,
     sure_of_nothing,
     out_of_sight,
+    suddenly_gone,
     another_that_fits,
     left_behind,
 )

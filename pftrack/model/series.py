@@ -61,6 +61,7 @@ SeriesRole: TypeAlias = Literal[
     "model_likeness",
     "mirrored",
     "loss_probability",
+    "excess",
 ]
 """What general code may do with a series without knowing its name.
 
@@ -77,6 +78,8 @@ SeriesRole: TypeAlias = Literal[
 - "mirrored": a number, 1 where the estimate is nearer to a mirror image of the truth than to the truth, else 0.
 - "loss_probability": a number from 0 to 1, how probable it is that the target is lost; it is told from the rows of a
   run (`pftrack.loss`), and no tracker reports it.
+- "excess": a number, the largest error of what is believed over its stated deviation; declared where the estimate is
+  not all that is believed.
 """
 
 

@@ -27,6 +27,7 @@ CLEARLY_RAD = np.deg2rad(20)
 SERIES = (
     Series("contained", "truth contained", role="flag"),
     Series("mirrored", "a link mirrored in depth", role="mirrored"),
+    Series("excess", "largest error over its deviation", role="excess"),
     *(Series(f"true_length_{link}", f"true length of link {link}", "px") for link in range(1, LINKS + 1)),
     *(Series(f"true_direction_{link}", f"true direction of link {link}", "°") for link in range(1, LINKS + 1)),
 )
@@ -73,6 +74,7 @@ def measure(frame: Frame, state: LinkageState) -> Mapping[str, SeriesValue]:
         values[f"true_direction_{link + 1}"] = float(np.rad2deg(near[link]))
     if len(target.position) != IN_SPACE:
         values["mirrored"] = float(_is_mirrored(state.directions, absolute))
+        values["excess"] = _excess(state, near, target)
     excluded = is_missed(state, target)
     if excluded is not None:
         values["contained"] = float(not excluded)
@@ -98,6 +100,15 @@ def _is_mirrored(believed: NDArray[np.float64], true: NDArray[np.float64]) -> bo
     """
     off, off_mirror = np.abs(wrap(believed - true)), np.abs(wrap(believed + true))
     return bool(((off_mirror < off) & (off > CLEARLY_RAD)).any())
+
+
+def _excess(state: LinkageState, directions: NDArray[np.float64], target: LinkageTarget) -> float:
+    """Return the largest error of a length or direction over its deviation; a range is two to either side."""
+    lows, highs = state.low[-LINKS:], state.high[-LINKS:]
+    errors = np.concatenate([np.abs(target.r - (lows + highs) / 2.0), np.abs(state.directions - directions)])
+    deviations = np.concatenate([(highs - lows) / 4.0, state.directions_sd])
+    known = deviations > 0.0
+    return float((errors[known] / deviations[known]).max()) if known.any() else math.nan
 
 
 def report(rows: Sequence[Diagnostics]) -> Mapping[str, Any]:
