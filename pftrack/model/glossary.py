@@ -112,6 +112,24 @@ GLOSSARY = (
                 ("thresholds", "limit"),
             ),
             Term("step", "one frame of tracking; as a number, the time that it took to compute", ("step time",)),
+            Term(
+                "ancestor",
+                "the particle of an earlier frame that a particle was drawn from, by one resampling or several",
+                ("ancestors", "descendant", "descendants"),
+            ),
+            Term(
+                "genealogy",
+                "the ancestors of the present particles; where their lines meet, they coalesce in one particle",
+                ("coalesce", "coalescence"),
+            ),
+            Term("innovation", "a measurement less what the filter expected it to be"),
+            Term("gain", "by how much an innovation moves the estimate of a Kalman filter"),
+            Term(
+                "normalised innovation squared",
+                "the squared innovation in the deviations expected of it; a chi-square variable if the model holds",
+                ("NIS",),
+            ),
+            Term("residual", "what is found less what is expected of it", ("residuals",)),
             Term("mismatch", "how far a prediction is from what was measured, in standard deviations"),
             Term(
                 "posterior",
