@@ -149,10 +149,15 @@ class Inspection:
         return () if told is None else told(self.before, step.state, step.frame, step.parameters)
 
     def nearest(self, place: NDArray[np.float64]) -> int | None:
-        """Return the particle that is nearest to a place (2,), px; of those as near, the heaviest."""
+        """Return the particle that is nearest to a place (2,), px; of those as near, the heaviest.
+
+        Of particles that have no place it is the heaviest of all; None where there are no particles.
+        """
         cloud, likelihood = self.cloud, self.tracker.likelihood
-        if cloud is None or likelihood is None or likelihood.anchor is None:
+        if cloud is None:
             return None
+        if likelihood is None or likelihood.anchor is None:
+            return int(cloud.log_weights.argmax())
         off = np.square(likelihood.anchor.place(self._known(likelihood), cloud.states) - place).sum(axis=1)
         near = np.flatnonzero(off <= np.nanmin(off))
         return int(near[cloud.log_weights[near].argmax()]) if len(near) else None

@@ -2,10 +2,14 @@
 
 from collections.abc import Mapping
 
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.model.cloud import Cloud
 from pftrack.model.series import Reduction, Series, SeriesValue
 from pftrack.particles import ParticleSet
 
-__all__ = ["ALERT", "CLOUD", "SAMPLERS", "cloud"]
+__all__ = ["ALERT", "CLOUD", "SAMPLERS", "cloud", "hypotheses_cloud"]
 
 CLOUD = (
     Series("ess", "ESS", role="ess"),
@@ -44,3 +48,13 @@ def cloud(particles: ParticleSet, *, resampled: bool) -> Mapping[str, SeriesValu
         "resampled": float(resampled),
         "unique_ancestors": float(particles.unique_ancestors),
     }
+
+
+def hypotheses_cloud(
+    states: NDArray[np.float64], log_weights: NDArray[np.float64], parents: NDArray[np.int64]
+) -> Cloud:
+    """Return the members of a beam, laid open like particles: states (K, d), log weights (K,), parents (K,).
+
+    Where one begins, with the parent -1, their ancestors are not known.
+    """
+    return Cloud(states, log_weights, None if (parents < 0).any() else parents)

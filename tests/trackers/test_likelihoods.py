@@ -7,7 +7,7 @@ import pytest
 
 from pftrack.experiments import find
 from pftrack.filter_files import extend, trust, widen
-from pftrack.model.part import Amount, Histograms, Part, Patches, Residual
+from pftrack.model.part import Amount, Contributions, Histograms, Part, Patches, Residual
 from pftrack.runs.inspection import Inspection
 from pftrack.runs.run import Run
 
@@ -123,3 +123,20 @@ def test_a_filter_in_a_file_is_asked_by_its_own_likelihood() -> None:
         assert finding.title.startswith(title)
         assert (finding.log_likelihood == -20.0) == (text == own)
         assert Inspection(run).genealogy() is not None
+
+
+@pytest.mark.parametrize(
+    ("experiment", "tracker"), [("linkage", "ellipsoids"), ("linkage", "ekf-mirrors"), ("hand", "beam")]
+)
+def test_hypotheses_are_laid_open_like_particles(experiment: str, tracker: str) -> None:
+    """Each has a weight and a place among the others, and the step tells of each range or pose what became of it."""
+    found = find(experiment)
+    run = Run(found, found.simulate(), tracker=tracker, seed=5, frames=5)
+    run.seek(4)
+    looked = Inspection(run)
+    assert looked.at_particle(0).particle.count == len(looked.cloud)
+    (part,) = of_kind(looked.update_parts(), Contributions)
+    assert all(len(row) == len(part.columns) for row in part.rows)
+    if experiment == "linkage":
+        low, high, _, width, _ = np.array(part.rows).T
+        assert width == pytest.approx(high - low)

@@ -111,7 +111,7 @@ export class Inspector {
     this.#isHeld = false;
     const at = this.#found?.place;
     if (kind === "estimate") this.#subject = {};
-    else if (kind === "particle" && at) this.#subject = { place: at, picks: true };
+    else if (kind === "particle") this.#subject = { place: at ?? [0, 0], picks: true };
     else if (kind === "place" && at) this.#subject = { place: at };
     for (const button of this.#buttons) button.setAttribute("aria-pressed", String(button.dataset.look === kind));
     setText(this.#hint, kind === "estimate" ? "" : KINDS[kind === "place" ? 1 : 2][2]);

@@ -10,7 +10,9 @@ import numpy as np
 from pftrack.detection.protrusions import HandFeatures, features_of
 from pftrack.filters.beam import Beam, select_best
 from pftrack.geometry.hand_model import ANGLES
+from pftrack.model.cloud import Cloud
 from pftrack.model.frame import Frame, Target
+from pftrack.model.part import Contributions, Part
 from pftrack.model.series import Series, SeriesValue
 from pftrack.model.tracker import Tracker
 from pftrack.numerics.elementary import exponential
@@ -25,6 +27,7 @@ from pftrack.trackers.hand.reports import PARTICLES, SERIES, measure, measure_pa
 from pftrack.trackers.hand.state import HandState
 from pftrack.trackers.hand.view import View, fingers, wrist_offset
 from pftrack.trackers.hand.waiting import NO_FINGER, judge, restart, waiting
+from pftrack.trackers.reports import hypotheses_cloud
 
 __all__ = ["TRACKERS", "features"]
 
@@ -144,6 +147,20 @@ def _searching(state: HandState) -> bool:
     return state.searching
 
 
+def _cloud(state: HandState) -> Cloud:
+    """Return the poses that are kept, laid open."""
+    return hypotheses_cloud(np.array(state.beam.members), state.beam.log_weights, state.beam.parents)
+
+
+def _fits(before: HandState, state: HandState, frame: object, parameters: object) -> tuple[Part, ...]:
+    """Return how each pose that is kept fits the silhouette."""
+    del before, frame, parameters
+    rows = np.column_stack([100.0 * state.beam.weights, 100.0 * state.fit])
+    names = tuple(str(place) for place in range(1, len(rows) + 1))
+    columns = ("weight (%)", "differs from the silhouette (%)")
+    return (Contributions("poses that are kept", columns, names, tuple(map(tuple, rows.tolist()))),)
+
+
 def _tracker(
     name: str,
     title: str,
@@ -153,7 +170,16 @@ def _tracker(
     measures: Callable[[HandState], Mapping[str, SeriesValue]],
 ) -> Tracker:
     return Tracker(
-        name, title, description, start, partial(step, follow), series=series, measure=measures, searching=_searching
+        name,
+        title,
+        description,
+        start,
+        partial(step, follow),
+        series=series,
+        measure=measures,
+        searching=_searching,
+        cloud=_cloud,
+        update_parts=_fits,
     )
 
 

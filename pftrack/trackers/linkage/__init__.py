@@ -8,7 +8,7 @@ lengths has to. Two families use it in two ways (Shimada 1997):
 - sets, which it bounds (`regions`): `sets` steps ellipsoids and guides that the truth never leaves.
 
 All believe in one `state`, so that they take over from one another (`handover`), and read one set of `parameters`.
-`reports` is what all of them report; `step` lists them by name.
+`reports` is what all of them report, `inspection` what they tell people who look into a frame; `step` lists them.
 """
 
 __all__: list[str] = []

@@ -4,6 +4,7 @@ from functools import partial
 
 from pftrack.model.tracker import Tracker
 from pftrack.trackers.linkage import gaussians, particles, sets
+from pftrack.trackers.linkage.inspection import cloud_of, range_parts
 from pftrack.trackers.linkage.reports import PARTICLE_SERIES, SERIES, measure
 
 __all__ = ["TRACKERS"]
@@ -11,7 +12,17 @@ __all__ = ["TRACKERS"]
 
 def _filter(name: str, title: str, description: str) -> Tracker:
     step = partial(gaussians.filter_step, name)
-    return Tracker(name, title, description, gaussians.start, step, series=SERIES, measure=measure)
+    return Tracker(
+        name,
+        title,
+        description,
+        gaussians.start,
+        step,
+        series=SERIES,
+        measure=measure,
+        cloud=cloud_of,
+        update_parts=range_parts,
+    )
 
 
 TRACKERS = {
@@ -36,6 +47,8 @@ TRACKERS = {
             gaussians.unscented_step,
             series=SERIES,
             measure=measure,
+            cloud=cloud_of,
+            update_parts=range_parts,
         ),
         Tracker(
             "particles",
@@ -45,6 +58,8 @@ TRACKERS = {
             particles.step,
             series=PARTICLE_SERIES,
             measure=measure,
+            cloud=cloud_of,
+            update_parts=range_parts,
         ),
     )
 } | sets.TRACKERS
