@@ -94,6 +94,7 @@ def record(
     source: Sources = None,
     *,
     components: Sequence[str] = (),
+    units: Sequence[str] = (),
     frame_rate_hz: float = 30.0,
     precision: Literal["single", "double"] = "single",
     embed: bool = True,
@@ -111,6 +112,8 @@ def record(
         source: What the loop looks at: the file of a clip; pictures (height, width, 3) or (height, width), RGB, by
             number of the frame; the times of the frames (T,), s; or nothing.
         components: Names of the states' components.
+        units: Of the components, which stand at plots and errors; without them px of the first two, if there are
+            pictures.
         frame_rate_hz: Of frames that have no clip and no times.
         precision: Of the particles and their weights in the file.
         embed: Whether the content of a clip goes into the file; else its name does, and the digest of its content.
@@ -130,6 +133,7 @@ def record(
         path,
         source,
         components=components,
+        units=units,
         frame_rate_hz=frame_rate_hz,
         precision=precision,
         embed=embed,

@@ -1,7 +1,7 @@
 """What an experiment is: a named wiring of source, trackers, parameters, drawing and measure."""
 
 from collections.abc import Callable, Container, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -139,6 +139,8 @@ class Setup:
             simulated scene.
         success: Name of the measure that decides on success, a share: its frames that miss are counted against the
             parameter with the role "loss_share".
+        units: Parameters of frame 0 -> units that this source has for itself, by the name of a plot, and by "estimate"
+            that of the estimate and its error; None where the experiment's own hold.
         beside: (frame, state, parameters) -> the value of `BESIDE`, where a target's likelihood is one of places.
     """
 
@@ -146,6 +148,7 @@ class Setup:
     parameters: Parameters
     footage: Footage | None = None
     success: str = HIT_RATE.name
+    units: Callable[[Any], Mapping[str, str]] | None = None
     beside: Callable[[Frame, Any, Any], float] | None = None
 
 
@@ -373,6 +376,11 @@ class Experiment:
     def run_measures(self) -> tuple[Measure, ...]:
         """All measures of a run: the hit rate, where there is a notion of lost, and those declared."""
         return (*((HIT_RATE,) if self.judges_loss else ()), *self.measures)
+
+    def with_units(self, units: Mapping[str, str]) -> "Experiment":
+        """Return this experiment with other units, by the name of a plot, and by "estimate" of the estimate."""
+        plots = tuple(replace(plot, unit=units.get(plot.id, plot.unit)) for plot in self.plots)
+        return replace(self, unit=units.get("estimate", self.unit), plots=plots)
 
     def measures_on(self, footage: Footage | None) -> tuple[Measure, ...]:
         """Return the measures of a run on a recording, or on the scene: without truth, by its own account alone."""

@@ -77,13 +77,14 @@ class Run:
         Raises:
             ParameterError: A value is unknown or out of bounds, the length or seed included.
         """
-        self.experiment = experiment
         self.setup = setup
         self.seed = _check_seed(seed)
         self.timeline = Timeline.begin(
             setup.parameters, tracker or experiment.default_tracker, tuple(experiment.trackers), timeline
         )
-        self.source = setup.open_source(self.seed, self.parameters_at(0))
+        begun = self.parameters_at(0)
+        self.experiment = experiment if setup.units is None else experiment.with_units(setup.units(begun))
+        self.source = setup.open_source(self.seed, begun)
         self.frames = _check_length(frames, self.source.frame_count, experiment.frames)
         self.diagnostics: list[Diagnostics] = []
         self._keyframes = Keyframes()

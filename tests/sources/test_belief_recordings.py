@@ -211,3 +211,17 @@ def write_clip(path: Path, shade: int = 40) -> Path:
         for t in range(FRAMES):
             film.write(np.full((48, 64, 3), shade * t, dtype=np.uint8))
     return path
+
+
+def test_units_are_those_of_the_loop(tmp_path: Path) -> None:
+    """They stand at the plots of the chosen components, and at the error where both have the same."""
+    path = record(tmp_path / "mine.pft", units=("m", "m", "m/s"))
+    run = pftrack.load(path)
+    units = {plot.id: plot.unit for plot in run.experiment.plots}
+    assert (run.experiment.unit, units["across"], units["down"]) == ("m", "m", "m")
+    other = pftrack.run("recorded", recording=path, component_down=2)
+    units = {plot.id: plot.unit for plot in other.experiment.plots}
+    assert (other.experiment.unit, units["across"], units["down"]) == ("", "m", "m/s")
+    assert pftrack.load(record(tmp_path / "none.pft")).experiment.unit == ""
+    seen = record(tmp_path / "seen.pft", source=write_clip(tmp_path / "clip.mp4"))
+    assert pftrack.load(seen).experiment.unit == "px"

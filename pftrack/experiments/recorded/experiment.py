@@ -5,6 +5,7 @@ and a truth. Its tracker takes over what is written. So all that is done with ru
 by frame, plotted, measured where a truth is given, compared with others in step, and exported.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from pftrack.model.references import BERNARDIN, Citation
 from pftrack.model.sequence import FrameSequence
 from pftrack.model.truth import Truth
 from pftrack.sources.beliefs.recorded import RecordedBeliefs
-from pftrack.sources.beliefs.scene import FRAMES, ExampleParameters, ExampleSource
+from pftrack.sources.beliefs.scene import FRAMES, UNITS, ExampleParameters, ExampleSource
 from pftrack.sources.beliefs.selection import SelectionParameters
 from pftrack.sources.beliefs.sequence import BeliefSequence
 from pftrack.trackers.beliefs import TRACKERS
@@ -56,7 +57,7 @@ class ExampleBeliefParameters(ExampleParameters, ScoringParameters):
 
 def simulate() -> Setup:
     """Wire the example that is made up."""
-    return Setup(ExampleSource, ExampleBeliefParameters())
+    return Setup(ExampleSource, ExampleBeliefParameters(), units=lambda begun: _units(lambda each: UNITS[each], begun))
 
 
 def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, truth: Truth | None = None) -> Setup:
@@ -74,10 +75,19 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
     def open_source(_seed: int, parameters: RecordedBeliefParameters) -> RecordedBeliefs:
         return RecordedBeliefs(sequence, parameters, start, known)
 
+    def units(begun: RecordedBeliefParameters) -> dict[str, str]:
+        return _units(sequence.unit_of, begun)
+
     parameters = RecordedBeliefParameters()
     open_source(0, parameters)
     footage = Footage.of(sequence, None, start, truth).model_copy(update={"labelled": sequence.content.has_truth})
-    return Setup(open_source, parameters, footage)
+    return Setup(open_source, parameters, footage, units=units)
+
+
+def _units(unit_of: Callable[[int], str], begun: SelectionParameters) -> dict[str, str]:
+    """Return the units of the chosen components, and of the estimate where both have the same."""
+    across, down = unit_of(begun.component_across), unit_of(begun.component_down)
+    return {"across": across, "down": down, "estimate": across if across == down else ""}
 
 
 def _distance(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> Any:  # noqa: ANN401 - one or many

@@ -33,6 +33,7 @@ class About:
 
     Attributes:
         components: Names of the states' components.
+        units: Of the components, as far as they were given.
         frame_rate_hz: Of frames that have no times.
         clip: Name of the clip's file; empty without one.
         clip_sha256: Digest of its content where the clip is a file of its own; empty otherwise.
@@ -40,6 +41,7 @@ class About:
     """
 
     components: tuple[str, ...]
+    units: tuple[str, ...]
     frame_rate_hz: float
     clip: str
     clip_sha256: str
@@ -208,6 +210,7 @@ def _about(file: BinaryIO, entry: Entry) -> About:
         version = int(raw["version"])
         rate = float(raw["frame_rate_hz"])
         names = tuple(str(name)[:40] for name in raw["components"][:MOST_COMPONENTS])
+        units = tuple(str(unit)[:20] for unit in raw.get("units", ())[:MOST_COMPONENTS])
         clip = str(raw["clip"] or "")[:200]
         digest = str(raw.get("clip_sha256") or "")[:64]
         remarks = tuple(str(one)[:400] for one in raw["remarks"][:20])
@@ -218,4 +221,4 @@ def _about(file: BinaryIO, entry: Entry) -> About:
         raise SourceError(f"the recording is of version {version}, this pftrack reads version {VERSION}; {remedy}")
     if not 0.001 <= rate <= 100_000.0:
         raise SourceError(f"the recording has a rate of {rate:g} Hz; expected 0.001 to 100,000 Hz")
-    return About(names, rate, clip, digest, remarks)
+    return About(names, units, rate, clip, digest, remarks)

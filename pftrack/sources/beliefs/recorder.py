@@ -61,6 +61,7 @@ class Recorder:
         source: Sources = None,
         *,
         components: Sequence[str] = (),
+        units: Sequence[str] = (),
         frame_rate_hz: float = 30.0,
         precision: Literal["single", "double"] = "single",
         remarks: Sequence[str] = (),
@@ -75,6 +76,7 @@ class Recorder:
             source: What the loop looks at: the file of a clip; pictures (height, width, 3) or (height, width), RGB, by
                 number of the frame; the times of the frames (T,), s; or nothing.
             components: Names of the states' components.
+            units: Of the components.
             frame_rate_hz: Of frames that have no clip and no times.
             precision: Of the particles and their weights in the file.
             remarks: What whoever opens it should know, a sentence each.
@@ -104,6 +106,7 @@ class Recorder:
             "version": VERSION,
             "pftrack": __version__,
             "components": self._names,
+            "units": [str(unit) for unit in units],
             "frame_rate_hz": float(frame_rate_hz),
             "clip": clip.name if clip else None,
             "clip_sha256": None if clip is None or embed else _digest(clip),

@@ -17,7 +17,7 @@ from pftrack.sources.beliefs.recorded import target_of
 from pftrack.sources.beliefs.selection import SelectionParameters
 from pftrack.sources.overlay import paint_disc
 
-__all__ = ["FRAMES", "ExampleParameters", "ExampleSource"]
+__all__ = ["FRAMES", "UNITS", "ExampleParameters", "ExampleSource"]
 
 FRAMES = 120
 SIZE_PX = (480, 320)
@@ -28,6 +28,7 @@ MEETING = 60
 """The frame in which the discs are nearest to each other."""
 
 NAMES = ("x", "y", "vx", "vy")
+UNITS = ("px", "px", "px/frame", "px/frame")
 VELOCITY_SD_PX = 0.5
 
 

@@ -111,6 +111,13 @@ class BeliefSequence:
         image.flags.writeable = False
         return image
 
+    def unit_of(self, component: int) -> str:
+        """Return the unit of a component: as it was given, else px of places in a picture."""
+        units = self.content.about.units
+        if component < len(units):
+            return units[component]
+        return "px" if component < 2 and (self.has_pictures or not self.content.has_states) else ""
+
     def plane(self, components: tuple[int, ...]) -> Plane:
         """Return where states are drawn: in the picture where there is one, else so that they fill the paper."""
         if self.has_pictures or not self.content.has_states:
