@@ -9,6 +9,7 @@ export class EditorView {
   readonly state: State;
   dispatch(spec: unknown): void;
   focus(): void;
+  static scrollIntoView(place: number, options: { y: "center" }): unknown;
   static theme(rules: Record<string, Record<string, string>>): Extension;
   static readonly contentAttributes: { of: (attributes: Record<string, string>) => Extension };
   static readonly updateListener: { of: (listener: (update: { docChanged: boolean }) => void) => Extension };

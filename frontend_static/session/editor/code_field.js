@@ -38,6 +38,8 @@ const THEME = EditorView.theme({
 
 export class CodeField {
   #view;
+  /** The mistake that has been brought into sight; one is told again whenever the run moves. */
+  #seen = "";
 
   /**
    * @param {HTMLElement} parent
@@ -82,7 +84,7 @@ export class CodeField {
   }
 
   /**
-   * Mark a mistake at its line, or none.
+   * Mark a mistake at its line, or none; one that is new comes into sight.
    *
    * @param {Problem|null} problem
    */
@@ -92,6 +94,9 @@ export class CodeField {
     const line = number >= 1 && number <= state.doc.lines ? state.doc.line(number) : null;
     const marks = problem && line ? [{ from: line.from, to: line.to, severity: "error", message: problem.text }] : [];
     this.#view.dispatch(setDiagnostics(state, marks));
+    const seen = problem && line ? `${number} ${problem.text}` : "";
+    if (seen !== this.#seen && line) this.#view.dispatch({ effects: EditorView.scrollIntoView(line.from, { y: "center" }) });
+    this.#seen = seen;
   }
 }
 
