@@ -43,6 +43,6 @@ function wordsOf({ follow, isHere }) {
 
 /** @param {import("./class_control.js").ClassControl} control */
 function titleOf({ follow, isHere }) {
-  if (follow === null) return "Show this page to a class: whoever opens a short link sees what you see";
+  if (follow === null) return "Show this page to a class, which opens a short link; or add it to a lecture";
   return isHere ? "The class sees this page" : `The class sees something else: ${follow.title}`;
 }

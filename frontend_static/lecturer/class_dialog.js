@@ -1,11 +1,12 @@
 /**
  * All that belongs to a class: before it begins its limits, and then the link with its QR code, who follows, a poll, the
- * limits, and the end.
+ * limits, and the end. What the page shows can be added to a lecture here as well.
  */
 
 import { confirmLoss, openDialog } from "../shared/dialog.js";
 import { fill, h } from "../shared/dom.js";
 import { isParticipant } from "../shared/participant.js";
+import { addToLecture } from "./add_to_lecture.js";
 import { answeredList } from "./answered.js";
 import { polls } from "./api.js";
 import { beginForm } from "./begin_form.js";
@@ -40,7 +41,7 @@ export function openClassDialog(control, signal) {
     };
     control.on(["follow"], draw, until);
     draw();
-    return [place];
+    return [place, !isParticipant && control.isReady && addToLecture()];
   }, { wide: true }).addEventListener("close", () => end.abort());
 }
 

@@ -12,7 +12,7 @@ import { NewestRequest } from "../shared/newest_request.js";
 import { notice } from "../shared/notice.js";
 import { themeButton } from "../shared/theme.js";
 import { toast } from "../shared/toast.js";
-import { lectures } from "./api.js";
+import { lectures } from "../lecturer/lectures_api.js";
 import { OrderList } from "./order.js";
 import { over } from "./over.js";
 import { palette } from "./palette.js";

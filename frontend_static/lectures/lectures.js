@@ -12,7 +12,7 @@ import { navigation } from "../shared/navigation.js";
 import { notice } from "../shared/notice.js";
 import { themeButton } from "../shared/theme.js";
 import { attempt } from "../shared/toast.js";
-import { lectures } from "./api.js";
+import { lectures } from "../lecturer/lectures_api.js";
 import { beginLecture } from "./start.js";
 
 /** @import { LectureSummary, PollKept } from "../shared/messages.js" */

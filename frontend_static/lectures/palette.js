@@ -10,7 +10,7 @@ import { fill, h, setText } from "../shared/dom.js";
 import { count, moment } from "../shared/format.js";
 import { presetRecipe } from "../shared/share_link.js";
 import { attempt } from "../shared/toast.js";
-import { itemOfLink } from "./link.js";
+import { itemOfLink } from "../lecturer/item_of_link.js";
 
 /** @import { LectureItemPublic, RunPublic, SessionPublic } from "../shared/messages.js" */
 /** @import { Child } from "../shared/elements.js" */

@@ -80,7 +80,7 @@ def open_results(
         setup = experiment.on_video(sequence, None)
         values = values_of(setup.parameters, assignments or [])
         run = Run(experiment, setup, timeline=(Change(0, values),))
-        print_summary(compute_run(run, None, frames=run.frames), json=json)
+        print_summary(compute_run(run, None, frames=run.frames), run, json=json)
         write_exports(exports, run)
         if show and not json:
             shown = show_run(run)

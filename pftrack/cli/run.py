@@ -128,7 +128,7 @@ def run(
                 save(made, out, footage_path=path_from(said.video, out) if said.video else None)
             except OSError as error:  # it speaks of the file beside, which nobody asked for
                 raise CommandError(f"{out} cannot be written: {error.strerror}") from None
-    print_summary(summary, json=json)
+    print_summary(summary, made, json=json)
 
 
 def replay(
@@ -156,9 +156,8 @@ def replay(
         summary = compute_run(again, video_out, frames=record.computed)
         write_exports(exports, again)
     apart = difference(again, saved)
-    print_summary(
-        {**summary, "same_as_saved": apart is None, **({"differs": apart.as_dict()} if apart else {})}, json=json
-    )
+    said = {"same_as_saved": apart is None, **({"differs": apart.as_dict()} if apart else {})}
+    print_summary({**summary, **said}, again, json=json)
     if apart is not None:
         note(f"pftrack: {apart.sentence}")
         raise typer.Exit(FAILED)
@@ -273,12 +272,17 @@ def compute_run(run: "Run", video_out: Path | None, *, frames: int) -> dict[str,
     return {**run.summary().as_dict(), **known, **said}
 
 
-def print_summary(summary: Mapping[str, object], *, json: bool) -> None:
-    """Print how a run went."""
+def print_summary(summary: Mapping[str, object], run: "Run", *, json: bool) -> None:
+    """Print how a run went; people are told of its parameters which ones differ from their defaults."""
+    from pftrack.model.parameters import flat
+
     if json:
         emit(summary)
     else:
         short = {name: value for name, value in summary.items() if value is not None and not _is_series(value)}
+        defaults = flat(run.setup.parameters)
+        changed = {name: value for name, value in flat(run.parameters_at(0)).items() if value != defaults[name]}
+        short["parameters"] = changed or "the defaults"
         rows = [(name.replace("_", " "), _format_value(value)) for name, value in short.items()]
         table("", ("", ""), rows)
 

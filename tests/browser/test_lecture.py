@@ -11,6 +11,7 @@ from tests.browser.accessible import check, fits
 from tests.browser.class_room import PHONE, Follower, all_of
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server, until
+from tests.browser.test_compare import ball, link
 from tests.browser.views import View
 
 NEXT = "[data-role=lecture-next]"
@@ -147,6 +148,25 @@ def held(page: Any, made: LecturePage, server: Server, newcomer: Callable[..., F
     assert folded_above(page), "folded, the poll hides nothing"
     assert page.inner_text(NEXT) == "Finish"
     page.keyboard.press("PageDown")
+
+
+@pytest.mark.parametrize("kind", ["lesson", "failure", "session", "comparison"])
+def test_a_page_becomes_an_item(page: Any, server: Server, kind: str) -> None:
+    """Each page that a lecture can show is added to one, from where its class is."""
+    pages = {
+        "lesson": lambda: "learn/bayes",
+        "failure": lambda: "failures/wrong-dynamics",
+        "session": lambda: server.start_session(frames=5)["page"],
+        "comparison": lambda: link(ball(), ball("condensation")),
+    }
+    page.goto(pages[kind]())
+    page.locator(".follow-chip:enabled").click()
+    page.locator("[data-role=add-to-lecture]").click()
+    page.get_by_role("link", name="Open the lecture").wait_for()
+    [made] = server.get("lectures")
+    [item] = server.get(f"lectures/{made['id']}")["items"]
+    assert (item["kind"], item["problem"]) == (kind, None)
+    server.delete(f"lectures/{made['id']}")
 
 
 def folded_above(page: Any) -> bool:

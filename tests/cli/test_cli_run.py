@@ -54,10 +54,19 @@ def test_run_in_a_process_of_its_own_prints_exactly_one_json_value(call: Call) -
     assert same["estimates_sha256"] == result["estimates_sha256"] != other["estimates_sha256"]
 
 
+def test_people_are_told_which_parameters_are_not_the_defaults(call: Call) -> None:
+    """Of fifty parameters the one that was set stands in the table."""
+    code, out, _ = call("run", "ball", "--frames", 5, "--set", "sample_count=200")
+    assert code == 0
+    assert "sample_count=200" in out
+    assert "ball_radius_px" not in out
+
+
 def test_without_json_people_get_a_table(call: Call) -> None:
     """The same figures as a table, on standard output."""
     code, out, _ = call("run", "sine", "--frames", 10)
     assert code == 0
+    assert "the defaults" in out
     assert "estimates sha256" in out
     assert "mean error" in out
 

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 
 import { asked, begin, clock, clockWords, end, go, hostOf, minutesText, opened, pageOf, spentOn, time } from "../../frontend_static/lecturer/walk.js";
-import { itemOfLink } from "../../frontend_static/lectures/link.js";
+import { itemOfLink } from "../../frontend_static/lecturer/item_of_link.js";
 import { moved } from "../../frontend_static/lectures/order.js";
 import { linkTo as comparisonLink } from "../../frontend_static/shared/comparison_link.js";
 import { linkTo } from "../../frontend_static/shared/share_link.js";
