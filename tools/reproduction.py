@@ -9,14 +9,28 @@ import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from pftrack.model.cause import CAUSES
 from pftrack.reproduce import RESULTS, Entry, Finding, read_record
+from pftrack.reproduce.diagnosis.confusion import CELL
 from pftrack.reproduce.finding import not_run
 
-__all__ = ["PAGE", "README", "RECORD", "STUDIES", "blocks", "findings_of", "sentence", "write"]
+__all__ = [
+    "DIAGNOSIS",
+    "PAGE",
+    "README",
+    "RECORD",
+    "STUDIES",
+    "blocks",
+    "diagnosis_blocks",
+    "findings_of",
+    "sentence",
+    "write",
+]
 
 ROOT = Path(__file__).parents[1]
-PAGE, RECORD, README = (
+PAGE, DIAGNOSIS, RECORD, README = (
     ROOT / "docs/explanation/reproduction.md",
+    ROOT / "docs/explanation/diagnosis.md",
     ROOT / "docs/explanation/reproduction.json",
     ROOT / "README.md",
 )
@@ -42,6 +56,7 @@ STUDIES: dict[str, tuple[str, ...]] = {
     "fish (Mitsugami et al. 2009)": ("fish-offline", "fish", "fish-ablations"),
     "hand (Shimada 1997, ch. 2)": ("hand", "hand-switches", "hand-scoring", "hand-particles", "hand-steps"),
     "chain of links (Shimada 1997, ch. 3 to 5)": tuple(name for name in RESULTS if name.startswith("linkage-")),
+    "why runs were lost": ("diagnosis",),
 }
 
 SENTENCE = re.compile(r"Of [\d,]+\s+figures\s+with\s+a\s+reference\s+[^.]*?\s+known\.", re.DOTALL)
@@ -89,12 +104,50 @@ def blocks(record: dict[str, Entry]) -> dict[str, str]:
 def write() -> None:
     """Write the pages anew."""
     record = read_record(RECORD)
-    page = PAGE.read_text(encoding="utf-8")
-    for name, text in blocks(record).items():
-        page = _between(name).sub(lambda found, text=text: f"{found[1]}\n{text}\n{found[3]}", page)  # type: ignore[misc]
-    PAGE.write_text(page, encoding="utf-8")
+    _fill(PAGE, blocks(record))
+    _fill(DIAGNOSIS, diagnosis_blocks(record))
     readme = README.read_text(encoding="utf-8")
     README.write_text(SENTENCE.sub(_wrapped(sentence(record)), readme), encoding="utf-8")
+
+
+def diagnosis_blocks(record: dict[str, Entry]) -> dict[str, str]:
+    """Return the generated parts of the page of the diagnosis by name."""
+    found = findings_of(record, ["diagnosis"])
+    lead, behind = (re.escape(part) for part in (CELL.split("{}")[0], CELL.split("{}")[2]))
+    middle = re.escape(CELL.split("{}")[1])
+    counts = {
+        (cell[1], cell[2]): int(one.ours)
+        for one in found
+        if (cell := re.fullmatch(f"{lead}(.*){middle}(.*){behind}", one.result))
+    }
+    causes = [cause for cause in CAUSES.values() if any(cause in cell for cell in counts)]
+    truths = [cause for cause in causes if any(truth == cause for truth, _ in counts)]
+    numbers = [str(place) for place in range(1, len(causes) + 1)]
+    rows = [
+        (
+            f"{causes.index(truth) + 1} {truth}",
+            *(counts.get((truth, said), "") for said in causes),
+            f"{counts.get((truth, truth), 0) / sum(n for (of, _), n in counts.items() if of == truth):.0%}",
+        )
+        for truth in truths
+    ]
+    said = [(f"{place}", cause) for place, cause in zip(numbers, causes, strict=True) if cause not in truths]
+    more = "".join(f" Column {place} is *{cause}*." for place, cause in said)
+    table = _table(("lost by", *numbers, "right"), rows)
+    sentences = [
+        f"- {one.result.removeprefix('diagnosis: ')}: {_number(one.ours)}"
+        for one in found
+        if not re.match(lead, one.result)
+    ]
+    order = f"Rows and columns are in the same order.{more}"
+    return {"diagnosis": "\n".join([*sentences, "", order, "", table])}
+
+
+def _fill(file: Path, texts: dict[str, str]) -> None:
+    page = file.read_text(encoding="utf-8")
+    for name, text in texts.items():
+        page = _between(name).sub(lambda found, text=text: f"{found[1]}\n{text}\n{found[3]}", page)  # type: ignore[misc]
+    file.write_text(page, encoding="utf-8")
 
 
 def _between(name: str) -> re.Pattern[str]:

@@ -21,7 +21,8 @@ could not be confirmed is computed all the same and reported as different, never
 - `trajectories`: tracks with outliers under three laws of the noise, simulated and in pictures (Ichimura and Ikoma);
 - `fish`: guided diffusion on a fish that bends, Mitsugami et al. 2009;
 - `hand`: the pose of a hand from its silhouette, with one hypothesis and with four, Shimada 1997;
-- `linkage`: a chain of links by filters, mirrored hypotheses and regions, Shimada 1997.
+- `linkage`: a chain of links by filters, mirrored hypotheses and regions, Shimada 1997;
+- `diagnosis`: why runs were lost, told from their numbers, against what was put there.
 """
 
 from collections.abc import Callable, Sequence
@@ -32,6 +33,7 @@ from time import process_time
 from pftrack.reproduce import calibration, loss, signals
 from pftrack.reproduce.ball import counts, maps, motion, occlusion, oracle, other_scene, sensitivity
 from pftrack.reproduce.costs import SECONDS
+from pftrack.reproduce.diagnosis import confusion as diagnosis
 from pftrack.reproduce.finding import Finding, describe_verdicts, not_run
 from pftrack.reproduce.fish import learning as fish_learning
 from pftrack.reproduce.fish import success as fish
@@ -98,6 +100,7 @@ RESULTS: dict[str, Callable[[Pool, bool], list[Finding]]] = {
     "linkage-regions-space": regions.space,
     "linkage-variants": regions.variants,
     "linkage-lines": lines.lines,
+    "diagnosis": diagnosis.confusion,
 }
 """All results by name: functions of a pool and of whether the whole protocol is to be run."""
 

@@ -8,7 +8,18 @@ import pytest
 
 from pftrack.reproduce import RESULTS, Finding, Pool, read_record
 from pftrack.reproduce.costs import SECONDS
-from tools.reproduction import PAGE, README, RECORD, SENTENCE, STUDIES, blocks, findings_of, sentence
+from tools.reproduction import (
+    DIAGNOSIS,
+    PAGE,
+    README,
+    RECORD,
+    SENTENCE,
+    STUDIES,
+    blocks,
+    diagnosis_blocks,
+    findings_of,
+    sentence,
+)
 
 ENTRIES = read_record(RECORD)
 PAGE_TEXT = PAGE.read_text(encoding="utf-8")
@@ -26,6 +37,12 @@ def test_the_page_is_written_from_the_record(name: str) -> None:
     found = re.search(rf"<!-- reproduction {name} -->\n(.*?)\n<!-- end -->", PAGE_TEXT, re.DOTALL)
     assert found is not None
     assert found[1].strip() == blocks(ENTRIES)[name]
+
+
+def test_the_page_of_the_diagnosis_is_written_from_the_record() -> None:
+    """Its table is the one that the record gives."""
+    (text,) = diagnosis_blocks(ENTRIES).values()
+    assert f"<!-- reproduction diagnosis -->\n\n{text}\n\n<!-- end -->" in DIAGNOSIS.read_text(encoding="utf-8")
 
 
 def test_the_readme_counts_as_the_record_does() -> None:

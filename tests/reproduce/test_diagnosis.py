@@ -1,0 +1,44 @@
+"""Runs that are lost by what was put there, and what the diagnosis says of them."""
+
+import pytest
+
+from pftrack.experiments import find
+from pftrack.model.parameters import revise
+from pftrack.model.recipe import Recipe
+from pftrack.reproduce.diagnosis.conditions import CONDITIONS
+from pftrack.reproduce.diagnosis.confusion import judge_draw
+
+BY_NAME = {condition.name: place for place, condition in enumerate(CONDITIONS) if condition.experiment == "ball"}
+
+
+def check(recipe: Recipe) -> None:
+    """Refuse a recipe that names what its experiment does not have."""
+    experiment = find(recipe.experiment)
+    parameters = experiment.simulate().parameters
+    assert recipe.tracker in experiment.trackers
+    for change in recipe.timeline:
+        parameters = revise(parameters, change.values)
+
+
+def test_all_that_is_drawn_can_be_run_and_is_drawn_alike_again() -> None:
+    """Every condition's values are parameters within their bounds; both runs have one seed, and differ in the flaw."""
+    for condition in CONDITIONS:
+        for number in (0, 1, 23):
+            flawed, base = condition.draw(number)
+            assert (flawed, base) == condition.draw(number)
+            assert flawed != base
+            assert flawed.seed == base.seed == number
+            check(flawed)
+            check(base)
+
+
+@pytest.mark.parametrize("name", ["wide pillar", "few particles", "things of its colour", "beyond the edge"])
+def test_what_was_put_there_is_told(name: str) -> None:
+    """One draw of each: it is lost with the flaw, held without it, and the diagnosis names the flaw."""
+    assert judge_draw((BY_NAME[name], 2)) == CONDITIONS[BY_NAME[name]].cause
+
+
+def test_a_run_that_the_flaw_does_not_lose_does_not_count() -> None:
+    """A flaw that is held all the same is not counted, neither as right nor as wrong."""
+    place = BY_NAME["a background of its colour"]
+    assert None in [judge_draw((place, number)) for number in range(0, 8, 2)]
