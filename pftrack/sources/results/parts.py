@@ -7,6 +7,7 @@ import hashlib
 import io
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO, Literal, TypeAlias
 
@@ -118,7 +119,13 @@ def _recording(results: Path, truth: Path | None) -> BinaryIO:
             raise SourceError("a recording says itself what is true; open it without a truth")
         return results.open("rb")
     recording = io.BytesIO()
-    record_results(read_results_file(results), recording, truth=None if truth is None else read_results_file(truth))
+    table = read_results_file(results)
+    known = None if truth is None else read_results_file(truth)
+    if known is not None:
+        targets = "1 target" if len(known.targets) == 1 else f"{len(known.targets)} targets"
+        told = f"The truth that came along is of {targets} in {known.frames} frames."
+        table = replace(table, remarks=(*table.remarks, told))
+    record_results(table, recording, truth=known)
     return recording
 
 
