@@ -10,18 +10,24 @@ from pftrack.sources.linkage.truth import in_degrees
 from pftrack.trackers.linkage.state import LinkageState
 from pftrack.trackers.reports import hypotheses_cloud
 
-__all__ = ["cloud_of", "range_parts"]
+__all__ = ["hypotheses_of", "particles_of", "range_parts"]
 
 FLAT = ("theta 1", "theta 2", "theta 3", "length 1", "length 2", "length 3")
 SPATIAL = ("omega x", "omega y", "omega z", "t x", "t y", *FLAT)
 """Names of the numbers of an estimate, in the plane and in space; angles in degrees, the others in px."""
 
 
-def cloud_of(state: LinkageState) -> Cloud:
-    """Return particles or hypotheses, laid open."""
+def particles_of(state: LinkageState) -> Cloud | None:
+    """Return particles, laid open; None of hypotheses, of which the particle filter drew its first ones."""
+    belief = state.belief
+    return Cloud(belief.states, belief.log_weights, belief.ancestors) if isinstance(belief, ParticleSet) else None
+
+
+def hypotheses_of(state: LinkageState) -> Cloud | None:
+    """Return hypotheses, laid open; None of particles, of which a beam makes one hypothesis."""
     belief = state.belief
     if isinstance(belief, ParticleSet):
-        return Cloud(belief.states, belief.log_weights, belief.ancestors)
+        return None
     poses = np.array([member.pose for member in belief.members])
     return hypotheses_cloud(poses, belief.log_weights, belief.parents)
 

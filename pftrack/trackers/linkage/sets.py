@@ -30,7 +30,7 @@ from pftrack.set_membership.space_cells import Link
 from pftrack.set_membership.space_observation import observe_in_space
 from pftrack.set_membership.strips import TRACE, VOLUME
 from pftrack.sources.linkage.truth import LinkageTarget
-from pftrack.trackers.linkage.inspection import cloud_of, range_parts
+from pftrack.trackers.linkage.inspection import hypotheses_of, range_parts
 from pftrack.trackers.linkage.observation import read_observation
 from pftrack.trackers.linkage.parameters import LinkageTrackerParameters
 from pftrack.trackers.linkage.places import bound_places, link_images
@@ -258,7 +258,7 @@ def _tracker(name: str, title: str, description: str) -> Tracker:
         partial(step, name),
         series=SERIES,
         measure=measure,
-        cloud=cloud_of,
+        cloud=hypotheses_of,
         update_parts=range_parts,
     )
 

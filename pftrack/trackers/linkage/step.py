@@ -4,7 +4,7 @@ from functools import partial
 
 from pftrack.model.tracker import Tracker
 from pftrack.trackers.linkage import gaussians, particles, sets
-from pftrack.trackers.linkage.inspection import cloud_of, range_parts
+from pftrack.trackers.linkage.inspection import hypotheses_of, particles_of, range_parts
 from pftrack.trackers.linkage.reports import PARTICLE_SERIES, SERIES, measure
 
 __all__ = ["TRACKERS"]
@@ -20,7 +20,7 @@ def _filter(name: str, title: str, description: str) -> Tracker:
         step,
         series=SERIES,
         measure=measure,
-        cloud=cloud_of,
+        cloud=hypotheses_of,
         update_parts=range_parts,
     )
 
@@ -47,7 +47,7 @@ TRACKERS = {
             gaussians.unscented_step,
             series=SERIES,
             measure=measure,
-            cloud=cloud_of,
+            cloud=hypotheses_of,
             update_parts=range_parts,
         ),
         Tracker(
@@ -58,7 +58,7 @@ TRACKERS = {
             particles.step,
             series=PARTICLE_SERIES,
             measure=measure,
-            cloud=cloud_of,
+            cloud=particles_of,
             update_parts=range_parts,
         ),
     )
