@@ -289,6 +289,14 @@ export interface ControlPublic {
   slider: [number, number] | null;
 }
 
+/** A number with a limit over the last frames. */
+export interface CoursePublic {
+  title: string;
+  limit: number;
+  first: number;
+  values: (number | null)[];
+}
+
 /** Everything about one parameter that the page, the command line and the documentation need. */
 export interface Declaration {
   name: string;
@@ -962,6 +970,7 @@ export interface InspectionPublic {
   particle: ParticlePublic | null;
   /** What the tracker's step of this frame was made of */
   update: (AmountPublic | ResidualPublic | HistogramsPublic | PatchesPublic | ContributionsPublic)[];
+  courses: CoursePublic[];
   genealogy: GenealogyPublic | null;
 }
 

@@ -89,6 +89,10 @@ def test_an_innovation_is_told_beside_its_deviation() -> None:
     residuals = of_kind(parts, Residual)
     (*gains, nis) = of_kind(parts, Amount)
     off = [(part.found - part.expected) / part.sd for part in residuals]
+    (course,) = Inspection(run).courses()
+    assert (course.title, course.limit, course.first, len(course.values)) == (nis.title, nis.limit, 0, 7)
+    assert math.isnan(course.values[0])
+    assert course.values[6] == nis.value
     # Both axes are alike and independent of each other.
     assert nis.value == pytest.approx(np.square(off).sum(), rel=1e-6)
     assert nis.limit == pytest.approx(-2.0 * math.log(0.05))

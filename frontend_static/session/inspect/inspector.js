@@ -9,6 +9,7 @@ import { icon, iconButton } from "../../shared/icons.js";
 import { NewestRequest } from "../../shared/newest_request.js";
 import { throttle } from "../../shared/timing.js";
 import { card, colourBar } from "./card.js";
+import { Courses } from "./courses.js";
 import { GenealogyFigure } from "./genealogy.js";
 import { pointing } from "./pointing.js";
 
@@ -54,6 +55,7 @@ export class Inspector {
   #hint = h("p", { class: "hint" });
   #card = h("div", { class: "inspection-card", role: "status", "aria-live": "off" });
   #genealogy;
+  #courses;
   #ask;
 
   /**
@@ -66,6 +68,8 @@ export class Inspector {
     const { signal, store } = view;
     const place = h("section", { class: "inspection-genealogy", hidden: true });
     this.#genealogy = new GenealogyFigure(place, signal);
+    const course = h("section", { class: "inspection-genealogy", hidden: true });
+    this.#courses = new Courses(course, signal);
     this.#request = new NewestRequest(
       (/** @type {InspectionUpdate} */ wish) => api.inspect(store.known.id, wish),
       { answer: (found) => this.#show(found), refused: (error) => this.#refuse(error) },
@@ -75,7 +79,7 @@ export class Inspector {
     const close = iconButton("close", "Stop looking (I)", () => this.toggle());
     const veil = h("label", { class: "inspection-veil" }, this.#likelihood, h("span", {}, "Likelihood over the picture"));
     const choice = h("div", { class: "inspection-choice", role: "group", "aria-label": "What to look at" }, this.#buttons);
-    fill(root, h("header", {}, h("h2", {}, "Look into the frame"), close), veil, this.#scale, choice, this.#pad, this.#hint, this.#card, place);
+    fill(root, h("header", {}, h("h2", {}, "Look into the frame"), close), veil, this.#scale, choice, this.#pad, this.#hint, this.#card, course, place);
     store.on(MOVES, this.#ask);
     pointing(view.scene, this.#pad, {
       hover: (at) => this.isOpen && this.#kind === "place" && !this.#isHeld && this.#point(at),
@@ -166,6 +170,8 @@ export class Inspector {
     fill(this.#scale, found.scale && colourBar(found.scale));
     fill(this.#card, card(found));
     this.#genealogy.show(found);
+    this.#courses.show(found);
+    for (const button of this.#buttons) button.disabled = button.dataset.look === "place" && !found.has_map;
   }
 
   /** @param {unknown} error */

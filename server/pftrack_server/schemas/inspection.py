@@ -9,6 +9,7 @@ from pftrack_server.schemas.body import FrameNumber, RequestBody
 __all__ = [
     "AmountPublic",
     "ContributionsPublic",
+    "CoursePublic",
     "GenealogyPublic",
     "HistogramsPublic",
     "InspectionPublic",
@@ -117,6 +118,15 @@ class GenealogyPublic(BaseModel):
     lines: list[list[float]] = Field(description="The heights of lines, 0 to 1, in each frame; lines meet, never cross")
 
 
+class CoursePublic(BaseModel):
+    """A number with a limit over the last frames."""
+
+    title: str
+    limit: float
+    first: int
+    values: list[float | None]
+
+
 class InspectionPublic(BaseModel):
     """What is found in the frame that is shown."""
 
@@ -134,4 +144,5 @@ class InspectionPublic(BaseModel):
     state: list[StateValue]
     particle: ParticlePublic | None
     update: list[PartPublic] = Field(description="What the tracker's step of this frame was made of")
+    courses: list[CoursePublic]
     genealogy: GenealogyPublic | None

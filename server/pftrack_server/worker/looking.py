@@ -17,11 +17,12 @@ from pftrack.model.likelihood import LikelihoodMap
 from pftrack.model.palette import hexadecimal
 from pftrack.model.part import Amount, Contributions, Histograms, Part, Patches, Residual
 from pftrack.rendering import png
-from pftrack.runs.inspection import Finding, Inspection, ParticleFinding
+from pftrack.runs.inspection import Course, Finding, Inspection, ParticleFinding
 from pftrack.runs.run import Run
 from pftrack_server.schemas.inspection import (
     AmountPublic,
     ContributionsPublic,
+    CoursePublic,
     GenealogyPublic,
     HistogramsPublic,
     InspectionPublic,
@@ -96,6 +97,7 @@ class Looking:
             state=[StateValue(name=one.name, unit=one.unit, value=_finite(value)) for one, value in finding.state],
             particle=None if finding.particle is None else _particle(finding.particle),
             update=[_part(each) for each in inspection.update_parts()],
+            courses=[_course(each) for each in inspection.courses()],
             genealogy=None if lineage is None else _genealogy(lineage),
         )
 
@@ -159,6 +161,11 @@ def _genealogy(found: Genealogy) -> GenealogyPublic:
         coalesced=found.coalesced,
         lines=np.round(found.lines(MOST_LINES), 4).T.tolist(),
     )
+
+
+def _course(found: Course) -> CoursePublic:
+    values = [_finite(value) for value in found.values]
+    return CoursePublic(title=found.title, limit=found.limit, first=found.first, values=values)
 
 
 def _part(part: Part) -> PartPublic:
