@@ -13,6 +13,7 @@ import { toast } from "../shared/toast.js";
 import { bookmarkMenu } from "./bookmarks.js";
 import { branchDialog, branchLegend } from "./branches.js";
 import { Commands } from "./commands.js";
+import { explore } from "./explore/explore.js";
 import { Layers } from "./flat/layers.js";
 import { fileMenu } from "./files.js";
 import { Inspector, lookButton } from "./inspect/inspector.js";
@@ -123,6 +124,7 @@ export class Mounted {
     if (places.branches) branchLegend(places.branches, this);
     if (places.inspection && !this.store.isReadOnly) this.#inspector = new Inspector(places.inspection, this);
     if (places.plots) plots(places.plots, this);
+    if (places.plots && places.scene && !this.store.isReadOnly) explore(places.plots, this);
     if (places.panel) this.#panel(places.panel);
     this.scene?.follow(this);
     if (this.#keys) listen(this.#keys, this.actions, (source) => source !== null && source === this.scene?.window, this.signal);

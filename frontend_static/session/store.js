@@ -12,6 +12,7 @@ import { History, isGone } from "./history.js";
 /**
  * @typedef {import("../shared/messages.js").SessionMessage} SessionMessage
  * @typedef {import("../shared/messages.js").SessionPublic} SessionPublic
+ * @typedef {import("../shared/messages.js").EnsemblePublic} EnsemblePublic
  * @typedef {import("./history.js").Row} Row
  * @typedef {import("../shared/messages.js").SessionSnapshot} SessionSnapshot
  * @typedef {keyof SessionSnapshot|"session"|"history"|"connection"|"refused"} Topic A field that moves, or "session" for all that
@@ -39,6 +40,12 @@ export class Store extends Topics {
   histories = new Map();
   /** Why a change that came through the scene's panel was refused, the last time that one was. */
   refusal = "";
+  /**
+   * What runs of the same settings with other seeds do, where that was asked for.
+   *
+   * @type {EnsemblePublic|null}
+   */
+  ensemble = null;
   /** @type {Set<string>} */
   #fetching = new Set();
   /** The frame of the newest picture on the page, and when it came. */

@@ -32,6 +32,8 @@ class LossError(ValueError):
 def find_loss(run: Run, frame: int | None = None) -> int:
     """Return the frame in which a loss began.
 
+    A target that was seen again for a moment only, fewer frames than a run must have it in to hold, was lost all along.
+
     Args:
         run: As far as it has been computed.
         frame: The last loss that began at or before this frame is meant, failing that the first after it; the first
@@ -44,8 +46,12 @@ def find_loss(run: Run, frame: int | None = None) -> int:
     first = first_loss(lost)
     if first is None:
         raise LossError("the run has not lost its target so far")
-    starts = [start for start, _ in losses(lost)]
-    return first if frame is None else max((start for start in starts if start <= frame), default=starts[0])
+    found = losses(lost)
+    meant = first if frame is None else max((start for start, _ in found if start <= frame), default=found[0][0])
+    for start, end in reversed(found):
+        if end < meant <= end + JUDGED_FRAMES:
+            meant = start
+    return meant
 
 
 def what_if(

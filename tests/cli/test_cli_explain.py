@@ -35,6 +35,6 @@ def test_the_command_says_what_would_have_saved_it(call: Call, tmp_path: Path) -
     assert lines[-1] == "A cure of this run is not a cure in general: a sweep over seeds and scenes says that."
     begin = next(place for place, line in enumerate(lines) if line.startswith("Of 2 other seeds"))
     assert lines[begin + 1].startswith("Same settings, other seeds: 0 of 2 hold (0% to 66%), ")
-    assert any(line.startswith("Occluder width 100 px to 50 px: 1 of 2 hold (9% to 91%), ") for line in lines[begin:])
+    assert any(line.startswith("Occluder width 100 px to 50 px: 2 of 2 hold (34% to 100%), ") for line in lines[begin:])
     assert "Occluder width 100 px to 50 px" in explained._repr_html_()
     assert pftrack.run("ball", preset="works", frames=5).explain(seeds=2).what_if is None

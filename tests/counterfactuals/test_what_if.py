@@ -1,3 +1,4 @@
+from dataclasses import replace
 from itertools import islice
 
 import pytest
@@ -77,8 +78,10 @@ def test_a_run_that_holds_has_nothing_to_explain() -> None:
 
 
 def test_the_loss_that_is_meant(lost: Run) -> None:
-    """It is the last that began at or before the frame, and the first that lasts without one."""
-    starts = [t for t in range(1, 45) if lost.diagnostics[t].lost and not lost.diagnostics[t - 1].lost]
-    assert find_loss(lost) == next(t for t in starts if all(row.lost for row in lost.diagnostics[t : t + 5])) == 15
-    assert find_loss(lost, starts[-1] + 1) == starts[-1]
-    assert find_loss(lost, 0) == starts[0]
+    """A ball that was seen for nine frames between two losses was lost all along; one seen for ten was not."""
+    assert find_loss(lost) == 7
+    twin = lost.branch(44)
+    for gap, expected in ((9, [3, 3, 3, 3]), (10, [3, 3, 19, 19])):
+        flags = [3 <= t < 9 or t >= 9 + gap for t in range(45)]
+        twin.diagnostics = [replace(row, lost=flag) for row, flag in zip(lost.diagnostics, flags, strict=True)]
+        assert [find_loss(twin, frame) for frame in (0, 9 + gap - 1, 9 + gap, 44)] == expected

@@ -58,11 +58,29 @@ export class ErrorPlot extends CurvePlot {
   shades = [new Shades("hidden", 0.2, (row) => row?.hidden === true), new Shades("lost", 0.16, isGone)];
 
   /**
+   * Behind the curves what runs with other seeds do, where that is known: where most of them are, and the one in the middle.
+   *
+   * @param {Store} store
+   * @returns {Trace[]}
+   */
+  traces(store) {
+    const lines = super.traces(store);
+    const { ensemble, known } = store;
+    if (!ensemble) return lines;
+    const ink = known.branches.find(({ id }) => id === known.branch)?.colour ?? "ink";
+    const x = ensemble.middle.map((_, frame) => frame);
+    const [low, middle, high] = [ensemble.low, ensemble.middle, ensemble.high].map((values) => values.map((value) => value ?? NaN));
+    const band = /** @type {Trace} */ ({ kind: "band", title: "", name: "error of other seeds", ink, opacity: 0.22, x, low, high });
+    return [band, this.line({ name: "median of other seeds", x, y: middle, ink, dashed: true, width: 1, said: "median of other seeds" }), ...lines];
+  }
+
+  /**
    * @param {Store} store
    * @returns {Limits}
    */
-  limits({ known }) {
-    return { low: 0, high: reach(Math.max(smallestSpan(known.unit), this.columns.most)) };
+  limits({ known, ensemble }) {
+    const others = (ensemble?.high ?? []).filter((value) => value !== null);
+    return { low: 0, high: reach(Math.max(smallestSpan(known.unit), this.columns.most, ...others)) };
   }
 }
 
