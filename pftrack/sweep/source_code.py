@@ -2,6 +2,7 @@
 
 import shlex
 
+from pftrack.model.recipe import Footage
 from pftrack.runs.source_code import SourceCode
 from pftrack.sweep.plan import Plan
 
@@ -21,12 +22,22 @@ def sweep_code(plan: Plan) -> SourceCode:
     words += ["--seed", str(plan.seed)]
     for name, value in plan.values.items():
         words += ["--set", f"{name}={value}"]
-    command = " ".join(map(shlex.quote, [*words, "--out", OUT]))
-    if recording is None:
-        return SourceCode(_python(plan, ""), f"{command}\n")
-    # Only the plan knows mark and truth as they were given.
-    where = f', recording=Recording("{recording}")'
-    return SourceCode(_python(plan, where), f"python - <<'EOF'\n{_python(plan, where)}EOF\n")
+    said = [] if plan.footage is None else _footage_options(plan.footage, recording or "")
+    where = "" if recording is None else f', recording=Recording("{recording}")'
+    python = _python(plan, where)
+    if said is None:
+        return SourceCode(python, f"python - <<'EOF'\n{python}EOF\n")
+    command = " ".join(map(shlex.quote, [*words, *said, "--out", OUT]))
+    return SourceCode(python, f"{command}\n")
+
+
+def _footage_options(footage: Footage, recording: str) -> list[str] | None:
+    """Return the options that say what a plan does of its recording; None where only the plan itself can say it."""
+    mark = footage.mark
+    if footage.truth or (mark is not None and mark.get("kind") != "box"):
+        return None
+    box = [] if mark is None else ["--box", ",".join(str(mark[name]) for name in ("x", "y", "width", "height"))]
+    return ["--video", recording, *box, "--start", str(footage.start)]
 
 
 def _python(plan: Plan, recording: str) -> str:

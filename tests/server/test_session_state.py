@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from pftrack.experiments import find
 from pftrack.model.recipe import Recipe
 from pftrack.runs.loss import approach
 from pftrack.runs.run import Change
@@ -16,6 +17,7 @@ from pftrack_server.sessions.history import History
 from pftrack_server.sessions.state import SessionState
 from pftrack_server.worker.protocol import Ready
 
+BALL = find("ball")
 DESCRIPTION = SessionDescription(
     title="Ball",
     trackers=[TrackerPublic(id="apf", title="APF"), TrackerPublic(id="kalman", title="Kalman")],
@@ -23,6 +25,7 @@ DESCRIPTION = SessionDescription(
     height=240,
     frame_rate_hz=30.0,
     frames=100,
+    declarations=[each for each in BALL.declarations(type(BALL.simulate().parameters)) if each.name == "sample_count"],
 )
 RECIPE = Recipe(experiment="ball", tracker="apf")
 START = RunSnapshot(recipe=RECIPE, tracker="apf", parameters={"n": 1, "m": 2})
@@ -162,9 +165,13 @@ def test_a_branch_shares_its_past(ear: Ear) -> None:
     made = told["branches"][1]
     assert (made["id"], made["parent"], made["frame"], made["title"]) == ("b1", "b0", 2, "Kalman from frame 2")
     assert made["colour"] != told["branches"][0]["colour"]
+    ear.advance(branch="b2", computed=2, parameters={"sample_count": 120})
+    (told,) = ear.told(branch="b3", computed=2, parameters={"sample_count": 120})
+    titles = [branch["title"] for branch in told["branches"][2:]]
+    assert titles == ["Particles 120 from frame 2", "Kalman from frame 2 (2)"]
     assert ear.state.columns("b1")["frame"] == [0, 1, 2]
     assert ear.state.columns("b0")["frame"] == [0, 1, 2, 3]
-    assert ear.state.spec.next_branch() == "b2"
+    assert ear.state.spec.next_branch() == "b4"
 
 
 def test_a_new_beginning_forgets(ear: Ear) -> None:

@@ -1,8 +1,10 @@
 """What computes a run, a comparison and a sweep again: the lines are run, and come to the same numbers."""
 
 import json
+import shlex
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -98,6 +100,18 @@ def test_the_lines_of_a_sweep_carry_it_out(tmp_path: Path) -> None:
     assert "'runs': 8" in done
     (tmp_path / "sweep.parquet").unlink()
     assert json.loads(in_shell(f"{told.command.rstrip()} --json", tmp_path))["runs"] == 8
+
+
+def test_a_sweep_on_a_recording_is_a_command() -> None:
+    """With the recording, the box and the frame where it is; what no option can say is left to lines of Python."""
+    box = {"kind": "box", "x": 1, "y": 2.5, "width": 9, "height": 9}
+    clip = Footage(name="a clip.mp4", sha256="0" * 64, start=2, mark=box)
+    plan = Plan("ball", (), ("condensation",), trials=3, frames=12, footage=clip, kind="video")
+    words = shlex.split(sweep_code(plan).command)
+    assert words[:3] == ["pftrack", "sweep", "ball"]
+    assert words[-8:] == ["--video", "a clip.mp4", "--box", "1,2.5,9,9", "--start", "2", "--out", "sweep.parquet"]
+    known = replace(plan, footage=clip.model_copy(update={"truth": {0: (1.0, 2.0)}}))
+    assert sweep_code(known).command.startswith("python - ")
 
 
 def test_a_recording_is_named_and_its_mark_is_in_the_lines() -> None:

@@ -25,6 +25,9 @@ OF_BRANCHES = frozenset({"branch", "second", "tracker"})
 """Fields that the list of the branches shows."""
 OF_PANEL = frozenset({"branch_point", "parameters", "recipe", "speed", "tracker"})
 """Fields that the panel beside the scene shows."""
+LONGEST_CHANGE = 40
+"""Letters of a change by which a branch is called; the text of a file says nothing there."""
+
 PLACE = frozenset({"position", "computed"})
 """Fields that frames say by themselves while the run plays."""
 
@@ -196,12 +199,28 @@ class SessionState:
     def _new_branch(self, run: RunSnapshot) -> BranchSpec:
         """Take note of a branch that the worker made."""
         parent = self.spec.branch
-        title = f"{self.description.tracker_title(run.tracker)} from frame {run.position}"
-        made = BranchSpec(title=title, parent=parent, frame=run.position, run=run)
+        made = BranchSpec(
+            title=self._branch_title(run, self.spec.branches[parent].run), parent=parent, frame=run.position, run=run
+        )
         self.spec.branches_made += 1
         self.spec.branches[run.branch] = made
         self._histories[run.branch] = self._history(parent).upto(run.position)
         return made
+
+    def _branch_title(self, run: RunSnapshot, before: RunSnapshot) -> str:
+        """Return what a branch is called: its tracker, or the parameter that it has otherwise, and where it begins."""
+        what = self.description.tracker_title(run.tracker)
+        if run.tracker == before.tracker:
+            told = (
+                f"{each.title} {run.parameters[each.name]} {each.unit}".strip()
+                for each in self.description.declarations
+                if run.parameters.get(each.name) not in {None, before.parameters.get(each.name)}
+            )
+            what = next((words for words in told if len(words) <= LONGEST_CHANGE), what)
+        title = f"{what} from frame {run.position}"
+        taken = {branch.title for branch in self.spec.branches.values()}
+        numbered = (f"{title} ({number})" for number in range(2, len(taken) + 3))
+        return title if title not in taken else next(each for each in numbered if each not in taken)
 
     def _forget(self, branch: str) -> None:
         """Forget the past of a branch that was restarted."""
