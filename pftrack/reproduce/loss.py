@@ -41,7 +41,9 @@ __all__ = [
 OURS = Own("this project, docs/explanation/loss.md")
 RIDGE = 10.0
 CHANCE = 0.5
-REFUSED = "none is declared: fitted, its calibration error was {:.3f} in scenes that were not"
+REFUSED = "none is declared: its calibration error was {:.3f} in scenes that were not fitted"
+FEWEST_LOSSES = 5
+SELDOM = "none is declared: it was lost too seldom in the scenes to tell whether it would be true"
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +91,11 @@ class Judgement:
     def error(self) -> float:
         """Expected calibration error."""
         return scores.calibration_error(self.bins)
+
+    @property
+    def is_true(self) -> bool:
+        """Whether the probability may be declared: it is calibrated, and there were losses enough to tell."""
+        return self.error <= MOST_ERROR and self.delays.losses >= FEWEST_LOSSES
 
 
 def signals_of(experiment: Experiment, tracker: str) -> tuple[str, ...]:
@@ -158,10 +165,12 @@ def loss_probabilities(pool: Pool, full: bool) -> list[Finding]:
             findings += findings_of(
                 name, tracker, judge(model.regression, pool.map(witness, cases(name, tracker, numbers, model.signals)))
             )
-        findings += [
-            not_run(f"loss: {name}, {tracker}", REFUSED.format(error)) for tracker, error in declared.refused.items()
-        ]
+        findings += [not_run(f"loss: {name}, {tracker}", _reason(error)) for tracker, error in declared.refused.items()]
     return findings
+
+
+def _reason(error: float) -> str:
+    return REFUSED.format(error) if error > MOST_ERROR else SELDOM
 
 
 def findings_of(experiment: str, tracker: str, found: Judgement) -> list[Finding]:

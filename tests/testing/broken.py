@@ -12,6 +12,9 @@ from pydantic import field_validator
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Step
 from pftrack.experiments import find
 from pftrack.experiments.sine.experiment import SineParameters
+from pftrack.loss.declaration import LossDeclaration
+from pftrack.loss.logistic import Logistic
+from pftrack.loss.model import LossModel
 from pftrack.model.band import ALL, FlagBand
 from pftrack.model.calibration import Calibration
 from pftrack.model.drawing import Points, Primitive, WorldDrawing
@@ -330,6 +333,12 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     "what is no start on a film is refused": (
         lambda: replace(BALL, on_video=from_the_start),
         "a start at picture -1 of 4 must be refused, and was accepted",
+    ),
+    "its loss probability is one, told at once or frame by frame": (
+        lambda: replace(
+            SOUND, loss=LossDeclaration(models={"kalman": LossModel(("evidence",), Logistic((), (), (), 0.0))})
+        ),
+        "the loss probability of kalman must weigh 6 features, got 0",
     ),
     "a drawing holds what can be shown": (
         lambda: nibbled(width=math.nan),

@@ -1,0 +1,20 @@
+"""How probable it is that a hand's pose is lost: `python -m tools.loss fit hand` writes `loss.json`."""
+
+from pathlib import Path
+
+from pftrack.loss.declaration import read_declaration
+from pftrack.loss.scenes import Scenes
+from pftrack.trackers.hand.step import TRACKERS
+
+__all__ = ["LOSS"]
+
+SCENES = Scenes(
+    {"speed": (0.5, 3.0), "turn_deg": (-30.0, 30.0), "proportions": (0.0, 0.1), "edge_noise_px": (0.0, 2.0)},
+    {"motion": ("wrist", "bend", "occlusion"), "occlusion_width_px": (0.0, 0.0, 20.0, 40.0)},
+    frames=30,
+    fitted=60,
+    judged=30,
+)
+"""All motions, slow and fast, of hands of several proportions, some behind a pillar."""
+
+LOSS = read_declaration(Path(__file__).with_name("loss.json"), TRACKERS, SCENES)

@@ -1,0 +1,24 @@
+"""How probable it is that the prism's pose is lost: `python -m tools.loss fit prism` writes `loss.json`."""
+
+from pathlib import Path
+
+from pftrack.loss.declaration import read_declaration
+from pftrack.loss.scenes import Scenes
+from pftrack.trackers.prism import TRACKERS
+
+__all__ = ["LOSS"]
+
+SCENES = Scenes(
+    {
+        "speed": (0.5, 4.0),
+        "noise_px": (0.5, 8.0),
+        "yaw_amplitude_deg": (20.0, 60.0),
+        "pitch_amplitude_deg": (5.0, 40.0),
+    },
+    {"sample_count": (5, 10, 25, 50)},
+    fitted=60,
+    judged=30,
+)
+"""Slow and fast turns, near to what can be seen and beyond it, measured well and badly."""
+
+LOSS = read_declaration(Path(__file__).with_name("loss.json"), TRACKERS, SCENES)
