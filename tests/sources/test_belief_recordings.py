@@ -222,6 +222,9 @@ def test_units_are_those_of_the_loop(tmp_path: Path) -> None:
     other = pftrack.run("recorded", recording=path, component_down=2)
     units = {plot.id: plot.unit for plot in other.experiment.plots}
     assert (other.experiment.unit, units["across"], units["down"]) == ("", "m", "m/s")
+    with pftrack.record(tmp_path / "one.pft", units=("m",)) as rec:
+        rec(0, particles=np.arange(3.0))
+    assert pftrack.load(tmp_path / "one.pft").experiment.unit == "m"
     assert pftrack.load(record(tmp_path / "none.pft")).experiment.unit == ""
     seen = record(tmp_path / "seen.pft", source=write_clip(tmp_path / "clip.mp4"))
     assert pftrack.load(seen).experiment.unit == "px"

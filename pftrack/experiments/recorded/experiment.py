@@ -76,7 +76,9 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
         return RecordedBeliefs(sequence, parameters, start, known)
 
     def units(begun: RecordedBeliefParameters) -> dict[str, str]:
-        return _units(sequence.unit_of, begun)
+        units = _units(sequence.unit_of, begun)
+        # States of one component have an estimate of one.
+        return units | {"estimate": units["across"]} if sequence.content.dimension == 1 else units
 
     parameters = RecordedBeliefParameters()
     open_source(0, parameters)
