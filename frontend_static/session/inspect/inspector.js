@@ -68,7 +68,7 @@ export class Inspector {
     const { signal, store } = view;
     const place = h("section", { class: "inspection-genealogy", hidden: true });
     this.#genealogy = new GenealogyFigure(place, signal);
-    const course = h("section", { class: "inspection-genealogy", hidden: true });
+    const course = h("section", { class: "inspection-course", hidden: true });
     this.#courses = new Courses(course, signal);
     this.#request = new NewestRequest(
       (/** @type {InspectionUpdate} */ wish) => api.inspect(store.known.id, wish),
