@@ -6,6 +6,7 @@ It takes the experiments as an argument, a mapping by name, so that it knows non
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from pftrack.diagnosis import Diagnosis, diagnose
 from pftrack.experiment import Experiment
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.failure import ORDER, Failure, Finding
@@ -42,11 +43,13 @@ class FailureRun:
         recipe: What made it.
         rows: The diagnostics of all its frames.
         finding: What the symptom found in them.
+        diagnosis: Why the target was lost, as a run that nobody has declared is told.
     """
 
     recipe: Recipe
     rows: tuple[Diagnostics, ...]
     finding: Finding
+    diagnosis: Diagnosis
 
 
 def gallery(experiments: Mapping[str, Experiment]) -> tuple[Entry, ...]:
@@ -82,4 +85,4 @@ def run_failure(shown: Entry, *, cured: bool = False, seed: int | None = None) -
     run = Run.from_recipe(recipe, shown.experiment, shown.experiment.simulate())
     run.finish()
     rows = tuple(run.diagnostics)
-    return FailureRun(run.recipe, rows, shown.failure.symptom(rows))
+    return FailureRun(run.recipe, rows, shown.failure.symptom(rows), diagnose(run))

@@ -53,5 +53,14 @@ export function column(failure, side) {
     place,
   );
   const tell = (/** @type {string} */ sentence) => fill(measured, sentence);
-  return { element, place, side, name: HEADS[side], setting, colour, tell, show: (course) => tell(course[side].finding) };
+  return { element, place, side, name: HEADS[side], setting, colour, tell, show: (course) => fill(measured, ...told(course[side])) };
+}
+
+/**
+ * What was measured in a run, and why it was lost where it was.
+ *
+ * @param {FailureResult[Side]} run
+ */
+function told({ finding, why, lost }) {
+  return [finding, lost.at(-1) && h("span", { class: "why" }, ` By its numbers alone: ${why}`)];
 }

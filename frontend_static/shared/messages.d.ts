@@ -608,6 +608,8 @@ export interface FailureRun {
   /** What was measured, a sentence with its numbers */
   finding: string;
   numbers: Record<string, unknown>;
+  /** Why its target was lost, told from its numbers alone, a sentence */
+  why: string;
 }
 
 /** What a lesson comes to at some parameters. */

@@ -57,10 +57,11 @@ def run(
     with compiling():
         done = run_failure(found, cured=cured, seed=chosen)
     lost = [row.frame for row in done.rows if row.is_lost]
+    why = done.diagnosis.sentence
     if json:
         measured = {"shown": done.finding.shown, "finding": done.finding.words, "numbers": done.finding.numbers}
         recipe = done.recipe.model_dump(mode="json", exclude={"footage"})
-        emit({**_about(found), "cured": cured, "recipe": recipe, **measured, "lost_frames": lost})
+        emit({**_about(found), "cured": cured, "recipe": recipe, **measured, "lost_frames": lost, "why": why})
         return
     _tell(found, done, lost, cured=cured)
 
@@ -104,6 +105,8 @@ def _tell(entry: "Entry", done: "FailureRun", lost: list[int], *, cured: bool) -
     typer.echo(f"\nMeasured: {done.finding.words}")
     typer.echo(f"It {'fails' if done.finding.shown else 'does not fail'} in this way.")
     typer.echo(f"Lost in {len(lost)} of {len(done.rows)} frames" + (f", first in frame {lost[0]}." if lost else "."))
+    if lost:
+        typer.echo(f"By its numbers alone: {done.diagnosis.sentence}")
     other = f"pftrack failures run {failure.id}" + ("" if cured else " --cured")
     typer.echo(f"\n{'The run that fails' if cured else 'With its cure'}: {other}")
 

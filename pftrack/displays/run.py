@@ -6,6 +6,7 @@ from html import escape
 
 import cv2
 
+from pftrack.diagnosis import diagnose
 from pftrack.displays.parts import box, row, table
 from pftrack.displays.readings import quantity
 from pftrack.displays.sparkline import track
@@ -29,6 +30,9 @@ def summary_lines(run: Run) -> dict[str, str]:
     lines = {"Frames": extent_of(run)}
     if made.verdict.success is not None:
         lines["Outcome"] = "kept" if made.verdict.success else "lost"
+    diagnosis = diagnose(run)
+    if diagnosis.lost:
+        lines["Why"] = diagnosis.sentence
     if made.verdict.mean_error is not None:
         lines["Mean error"] = _with_unit(quantity(made.verdict.mean_error, experiment.unit), experiment.unit)
     for measure in experiment.run_measures:

@@ -1,15 +1,22 @@
 """Checks of what is written down of every frame: finite, of the right length, and as declared."""
 
-from collections.abc import Iterator
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
+from pftrack.diagnosis import course_of, diagnose_course
 from pftrack.experiment import Experiment
 from pftrack.model.series import check_value, columns
 from pftrack.runs.scoring import evaluated_run
 from pftrack.testing.check import Check, CheckError, copy_arrays, demand, each_tracker, straight
 
 __all__ = ["checks"]
+
+UNKNOWN: Mapping[str, Any] = {"truth": None, "error": None, "lost": None, "hidden": None, "extent": None}
+"""Of a row, where no truth is known."""
 
 
 def checks(experiment: Experiment) -> Iterator[Check]:
@@ -70,6 +77,7 @@ def _series_are_declared(experiment: Experiment, tracker: str) -> None:
                 raise CheckError(f"frame {frame}: {error}") from None
             for column in columns(declared[name], [value]).values():
                 demand(not np.isinf(column).any(), f"{name} of frame {frame} must be finite or NaN, got {value}")
+    _demand_explanations(experiment, tracker)
 
 
 def _measures_are_numbers(experiment: Experiment, tracker: str) -> None:
@@ -81,3 +89,23 @@ def _measures_are_numbers(experiment: Experiment, tracker: str) -> None:
         wanted = (len(run.diagnostics),)
         fits = shape == wanted and kind.kind in "fiub"
         demand(fits, f"the measure {measure.name} must give numbers {wanted}, one a frame, got {kind} {shape}")
+
+
+def _demand_explanations(experiment: Experiment, tracker: str) -> None:
+    """Demand that a loss can be explained from the series.
+
+    The later half of the run is taken for lost, by the truth, and by the tracker's own account without a truth.
+    """
+    run = straight(experiment, tracker).run
+    half = len(run.diagnostics) // 2
+    by_truth = [replace(row, lost=row.frame >= half) for row in run.diagnostics]
+    by_account = [replace(row, **UNKNOWN, searching=row.frame >= half) for row in run.diagnostics]
+    for rows in (by_truth, by_account):
+        course = course_of(rows, experiment.all_series(tracker), unit=experiment.unit)
+        found = diagnose_course(course)
+        demand(found.lost and found.frame == half, f"the loss in frame {half} must be explained, got: {found.sentence}")
+        for sign in found.signs:
+            demand(0 <= sign.since < len(rows), f"{sign.cause} must begin in a frame of the run, got {sign.since}")
+            demand(0 <= sign.strength <= 1, f"the strength of {sign.cause} must be 0 to 1, got {sign.strength}")
+            demand(bool(sign.words), f"{sign.cause} must be said in words")
+        json.dumps(found.as_dict(), allow_nan=False)

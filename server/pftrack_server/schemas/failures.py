@@ -55,6 +55,7 @@ class FailureRun(BaseModel):
     shown: bool = Field(description="Whether the run fails in this way")
     finding: str = Field(description="What was measured, a sentence with its numbers")
     numbers: dict[str, Any]
+    why: str = Field(description="Why its target was lost, told from its numbers alone, a sentence")
 
 
 class FailureResult(BaseModel):

@@ -116,6 +116,7 @@ def _run_json(done: FailureRun) -> dict[str, Any]:
         "shown": finding.shown,
         "finding": finding.words,
         "numbers": {name: to_json(number) for name, number in finding.numbers.items()},
+        "why": done.diagnosis.sentence,
     }
 
 
