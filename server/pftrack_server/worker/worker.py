@@ -288,7 +288,7 @@ class Worker:
             self._heartbeat()
 
     def _report(self, *, draw: bool) -> None:
-        rows, self._rows = self._rows, []
+        rows, self._rows = self._tree.with_loss(self._rows), []
         forms = self._undrawn & self._credits if draw else set[Form]()
         scene = flat = None
         if forms:
