@@ -107,6 +107,8 @@ def test_a_failure_and_its_cure_are_watched_in_step(failure: FailurePage, server
     sizes = {width: shape(failure, width) for width in (1280, *WIDTHS)}
     assert sizes[1280] == "beside"
     assert all(sizes[width] == "below" for width in WIDTHS)
+    title = page.locator("h1").evaluate("(it) => [it.scrollWidth <= it.clientWidth, it.innerText]")
+    assert title == [True, "4 Wrong dynamics"], "on a phone it is read whole"
 
     assert len(server.get("sessions")) == 2
     page.goto("failures")
