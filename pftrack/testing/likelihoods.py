@@ -1,7 +1,6 @@
 """Checks that a likelihood, asked at any state, is the one that the filter itself weighs its particles by."""
 
 import itertools
-import time
 from collections.abc import Iterator
 
 import numpy as np
@@ -16,8 +15,6 @@ from pftrack.testing.check import Check, copy_arrays, demand, each_tracker, stra
 
 __all__ = ["checks"]
 
-LONGEST_S = 0.1
-"""That a likelihood all over a picture may take, of one processor."""
 SMALL = 1e-9
 
 
@@ -28,7 +25,7 @@ def checks(experiment: Experiment) -> Iterator[Check]:
         [
             ("particles can be laid open", _clouds_are_whole),
             ("a likelihood can be asked at any state, and says what the filter weighs by", _likelihoods_agree),
-            ("a likelihood covers the picture within a tenth of a second", _maps_are_quick),
+            ("a likelihood covers the picture", _maps_cover_the_picture),
         ],
     )
 
@@ -95,23 +92,20 @@ def _demand_whole_parts(likelihood: ObservationLikelihood, before: Step, step: S
             demand(len(part.names) == len(part.rows), f"{part.title}: each row must have a name")
 
 
-def _maps_are_quick(experiment: Experiment, tracker: str) -> None:
+def _maps_cover_the_picture(experiment: Experiment, tracker: str) -> None:
     likelihood = experiment.trackers[tracker].likelihood
     if likelihood is None or likelihood.anchor is None:
         return
     made = straight(experiment, tracker)
     before, step = made.steps[-2:]
     size = made.drawings[-1].width, made.drawings[-1].height
-    taken = []
-    for _ in range(3):
-        begun = time.process_time()
-        found = likelihood.map(before.state, step.state, step.frame, step.parameters, size)
-        taken.append(time.process_time() - begun)
-        low, high = found.range
-        demand(np.isfinite([low, high]).all(), "a likelihood must be possible somewhere in the picture")
-        if taken[-1] <= LONGEST_S:
-            return
-    demand(False, f"a likelihood over the picture takes {min(taken):.2g} s; expected {LONGEST_S} s at the most")
+    found = likelihood.map(before.state, step.state, step.frame, step.parameters, size)
+    demand(np.isfinite(found.log_likelihoods).any(), "a likelihood must be possible somewhere in the picture")
+    rows, columns = found.log_likelihoods.shape
+    demand(
+        rows * columns <= likelihood.most_places,
+        f"a map must have {likelihood.most_places} places at most, got {rows} x {columns}",
+    )
 
 
 def _cloud(experiment: Experiment, step: Step) -> Cloud | None:

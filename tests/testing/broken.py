@@ -20,6 +20,7 @@ from pftrack.model.calibration import Calibration
 from pftrack.model.drawing import Points, Primitive, WorldDrawing
 from pftrack.model.failure import Cure
 from pftrack.model.frame import Frame
+from pftrack.model.likelihood import anchor_at
 from pftrack.model.marks import Editor, Handle, Mark
 from pftrack.model.measures import PICTURE_MEASURES
 from pftrack.model.parameters import parameter
@@ -240,6 +241,36 @@ def plots_of_one_name() -> Experiment:
     return replace(SOUND, plots=(SOUND.plots[0], SOUND.plots[0]))
 
 
+BOOTSTRAP = TRACKERS["condensation"]
+WEIGHED = BOOTSTRAP.likelihood
+
+
+def bootstrap(**other: Any) -> Experiment:
+    """Return an experiment whose first tracker has particles, and something else than the sound one."""
+    return replace(
+        SOUND, trackers={"condensation": replace(BOOTSTRAP, **other)}, default_tracker="condensation", presets=()
+    )
+
+
+def heavier(cloud: Any) -> Any:
+    return replace(cloud, log_weights=cloud.log_weights + 1.0)
+
+
+def impossible(state: Any, states: Any, frame: Frame, parameters: Any) -> Any:
+    del state, frame, parameters
+    return np.full(len(states), -np.inf)
+
+
+def choosy(state: Any, frame: Frame, parameters: Any, rng: Any) -> Any:
+    if parameters.process_noise_sd != 0.001:
+        raise ValueError("only .001 will do")
+    return KALMAN.step(state, frame, parameters, rng)
+
+
+def tracking_with(step: Callable[..., Any]) -> Experiment:
+    return replace(SOUND, trackers={**SOUND.trackers, "kalman": replace(KALMAN, step=step)})
+
+
 BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     "the registry finds it by its id": (
         lambda: replace(SOUND, id="unlisted"),
@@ -339,6 +370,26 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
             SOUND, loss=LossDeclaration(models={"kalman": LossModel(("evidence",), Logistic((), (), (), 0.0))})
         ),
         "the loss probability of kalman must weigh 6 features, got 0",
+    ),
+    "particles can be laid open": (
+        lambda: bootstrap(cloud=lambda state: heavier(BOOTSTRAP.cloud(state))),
+        "weights of particles must sum to 1 in frame 1",
+    ),
+    "a likelihood can be asked at any state, and says what the filter weighs by": (
+        lambda: bootstrap(likelihood=replace(WEIGHED, log_likelihood=lambda *it: 2 * WEIGHED.log_likelihood(*it))),
+        "the likelihood differs from the weights that the filter gave in frame 1 by",
+    ),
+    "a likelihood covers the picture": (
+        lambda: bootstrap(likelihood=replace(WEIGHED, anchor=anchor_at(0, 1), log_likelihood=impossible)),
+        "a likelihood must be possible somewhere in the picture",
+    ),
+    "other seeds from a frame on are a branch with these seeds": (
+        hidden_state,
+        "runs that go on from frame .* come to other errors than a branch",
+    ),
+    "every change that is tried of a run can be computed": (
+        lambda: tracking_with(choosy),
+        "must be computed, got ValueError: only .001 will do",
     ),
     "a drawing holds what can be shown": (
         lambda: nibbled(width=math.nan),
