@@ -87,7 +87,7 @@ function openPreset(preset) {
 
 function header() {
   const title = h("h1", {});
-  const sweep = h("a", { class: "link", hidden: true }, "Sweep");
+  const sweep = h("a", { class: "button icon-only", "aria-label": "Sweep", hidden: true }, icon("sweep"));
   const rename = iconButton("rename", "Rename this session", async () => {
     const { session } = store;
     const name = session && (await askName("Rename this session", session.name));
@@ -110,13 +110,13 @@ function header() {
   fill(
     part("header"),
     brand(),
-    sweep,
     title,
     !isParticipant && rename,
     h("span", { class: "spring" }),
     !isParticipant && presets.element,
     !isParticipant && editorButton(store),
     steering,
+    sweep,
     !isFollower && followChip(control, view.signal),
     themeButton(),
     presentationButton({ hears: false }),
