@@ -138,7 +138,7 @@ def test_from_the_form_to_the_frame_of_the_loss(page: Any, server: Server) -> No
         opened.press("ArrowRight")
         opened.stands_at(frame)
     opened.until(lambda: opened.verdict.startswith("lost"), "the page says that the ball is lost")
-    assert opened.page.get_attribute("header >> text=Sweep", "href") == f"sweep/{sweep.id}"
+    assert opened.page.get_attribute("header >> [aria-label=Sweep]", "href") == f"sweep/{sweep.id}"
     assert server.column(opened.id, "lost") == [False] * row["first_lost_frame"] + [True]
 
 
