@@ -16,7 +16,7 @@ def test_a_session_on_a_clip_becomes_a_sweep(watch: Callable[..., SessionPage], 
     sent = httpx.post(f"{server.url}/api/v1/uploads", files=[("file", ("ball.mp4", video(16)))], timeout=60)
     shown = watch(experiment="histogram", upload=sent.json()["id"], box=[10, 20, 10, 10], frames=None)
     what_is_brought_in_is_in_sight(shown)
-    link = shown.page.locator("header >> text=Sweep")
+    link = shown.page.locator("header >> [aria-label=Sweep]")
     link.wait_for()
     page.goto(link.get_attribute("href"))
     form = View(page)
