@@ -104,7 +104,7 @@ def test_lose_the_ball_go_back_and_save_it_with_another_tracker(watch: Watch, se
 
     shown.branch("apf")
     shown.until(lambda: "Auxiliary" in shown.page.inner_text("h1"), "the title names the new tracker")
-    shown.until(lambda: shown.page.locator(".chip").count() == 2, "both branches are listed")
+    shown.until(lambda: shown.page.locator(".branches .chip").count() == 2, "both branches are listed")
     shown.play_to_the_end()
     shown.until(lambda: shown.verdict in {"on target (by truth)", "hidden (by truth)"}, "the ball is held to the end")
 
@@ -126,8 +126,8 @@ def test_a_change_in_the_past_makes_a_branch(watch: Watch, server: Server) -> No
     particles = shown.page.locator(".controls").get_by_label("Particles", exact=True).first
     particles.fill("200")
     particles.press("Enter")
-    shown.until(lambda: shown.page.locator(".chip").count() == 2, "two branches are listed")
+    shown.until(lambda: shown.page.locator(".branches .chip").count() == 2, "two branches are listed")
     assert shown.session["branches"][1]["frame"] == 10
-    shown.page.locator(".chip").first.click()
+    shown.page.locator(".branches .chip").first.click()
     shown.until(lambda: shown.session["branch"] == shown.session["branches"][0]["id"], "the first branch is back")
     shown.stands_at(10)

@@ -54,7 +54,7 @@ def test_a_reload_keeps_everything(watch: Watch, server: Server) -> None:
     shown.page.reload()
     shown.ready()
     shown.stands_at(15)
-    shown.until(lambda: shown.page.locator(".chip").count() == 2, "both branches are listed")
+    shown.until(lambda: shown.page.locator(".branches .chip").count() == 2, "both branches are listed")
     shown.until(lambda: shown.page.inner_text(".amount") == "1", "the bookmark is counted again")
     shown.until(lambda: shown.page.inner_text(".readout dl") == verdict, "the numbers of this frame are the same")
     first = shown.session["branches"][0]["id"]
