@@ -67,6 +67,8 @@ export class WhatIf {
   /** @param {number} seconds */
   #open(seconds) {
     this.card.hidden = false;
+    // Below other cards it would open out of sight.
+    this.card.scrollIntoView({ block: "start" });
     this.opener.setAttribute("aria-expanded", "true");
     this.#lines.clear();
     this.#found = null;
