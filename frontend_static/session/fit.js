@@ -8,6 +8,7 @@ import { openDialog } from "../shared/dialog.js";
 import { fill, h } from "../shared/dom.js";
 import { number, parameterValue } from "../shared/format.js";
 import { followJob } from "../shared/jobs.js";
+import { explain } from "../shared/terms.js";
 import { attempt } from "../shared/toast.js";
 import { Commands } from "./commands.js";
 
@@ -136,11 +137,13 @@ function result(found, session, commands, close) {
   const runs = `${found.runs} runs${found.seeds > 1 ? `, ${found.seeds} of each setting` : ""}.`;
   const words = `${runs} Log evidence is how probable the filter had called what came next, in nats a frame: more is better.`;
   const again = session.computed + 1 < session.frames && "More frames may tell more: let the run go on, and fit again.";
+  const about = h("p", { class: "hint" }, words, " ", !found.kept && again);
+  explain(about, { experiment: session.recipe.experiment });
   return [
     h("p", { class: "fit-verdict", role: "status" }, found.verdict),
     found.caution && h("p", { class: "hint" }, found.caution),
     h("div", { class: "fit-table" }, h("table", {}, h("thead", {}, h("tr", {}, heads)), h("tbody", {}, numbers, found.halves.map(halfRows)))),
-    h("p", { class: "hint" }, words, " ", !found.kept && again),
+    about,
     h("footer", {}, h("button", { type: "button", on: { click: close } }, found.kept ? "Leave it as it is" : "Close"), found.kept && open),
   ];
 }

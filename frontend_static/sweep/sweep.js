@@ -9,6 +9,7 @@ import { notice } from "../shared/notice.js";
 import { presentationButton } from "../shared/presentation.js";
 import { Stream } from "../shared/stream.js";
 import { sourceCodeButton } from "../shared/source_code.js";
+import { explain } from "../shared/terms.js";
 import { themeButton } from "../shared/theme.js";
 import { sweepStream, sweeps } from "./api.js";
 import { bar } from "./bar.js";
@@ -103,6 +104,7 @@ function facts() {
   const words = [`${sweep.trials} ${sweep.trials === 1 ? "trial" : "trials"} of ${sweep.frames} frames`, `seed ${sweep.seed}`, ...fixed];
   if (pooled.length > 0) words.push(`pooled over ${pooled.join(" and ")}`);
   setText(part("facts"), `${words.join(", ")}. All methods meet the same seeds. Intervals are Wilson's, 95\u00a0%.`);
+  explain(part("facts"), { experiment: sweep.experiment });
 }
 
 /** The address names what is shown, so that a link shows the same. */

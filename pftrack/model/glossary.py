@@ -66,6 +66,17 @@ GLOSSARY = (
             Term("target", "what a tracker follows"),
             Term("tracker", "steps a state from one frame to the next"),
             Term("filter", "the mathematics inside a tracker: bootstrap, auxiliary, Kalman and others"),
+            Term(
+                "particle filter",
+                "a filter whose belief is many weighted guesses, so that it may have any shape",
+                ("particle filters",),
+            ),
+            Term(
+                "Kalman filter",
+                "exact for a linear model with Gaussian noise; extended and unscented ones approximate others",
+                ("Kalman filters",),
+            ),
+            Term("dynamics", "how a state is expected to move from one frame to the next, and how uncertain that is"),
             Term("run", "one source, one tracker, one seed, one timeline, from the first frame to the last"),
             Term("seed", "the number from which all random numbers of a run come"),
             Term("timeline", "the changes of parameters in a run, each with its frame"),
@@ -95,6 +106,11 @@ GLOSSARY = (
             Term("estimate", "the one state that a tracker reports for a frame"),
             Term("sigma", "the standard deviation of the estimate", ("noise σ",)),
             Term("log evidence", "the logarithm of how well the model expected the frames so far"),
+            Term(
+                "nat",
+                "the unit of log evidence: one nat more makes what was seen 2.72 times as probable",
+                ("nats",),
+            ),
             Term("band", "an interval that should hold the truth in a given share of the frames"),
             Term("hypothesis", "one of several states that a tracker keeps at once", ("hypotheses",)),
             Term(
@@ -132,8 +148,29 @@ GLOSSARY = (
             Term("residual", "what is found less what is expected of it", ("residuals",)),
             Term("mismatch", "how far a prediction is from what was measured, in standard deviations"),
             Term(
+                "Gaussian",
+                "the bell-shaped distribution; its mean and its covariance say all of it",
+                ("Gaussians", "normal distribution"),
+            ),
+            Term(
+                "covariance",
+                "how far numbers vary and how far they vary together, as a matrix; drawn as an ellipse",
+                ("covariances",),
+            ),
+            Term("prior", "what is believed of a state before the new picture is looked at", ("priors",)),
+            Term(
                 "posterior",
                 "all that is believed of the state after a frame: the particles with their weights, or a Gaussian",
+            ),
+            Term(
+                "smoothing",
+                "an estimate of an earlier frame that uses the frames after it as well",
+                ("smoothed", "smoother"),
+            ),
+            Term(
+                "outlier",
+                "a measurement that is wrong by far more than its noise explains",
+                ("outliers",),
             ),
         ),
     ),
@@ -142,6 +179,16 @@ GLOSSARY = (
         (
             Term("truth", "the true state of the target, known in a simulated scene or from a table"),
             Term("error", "distance between estimate and truth, in the unit of the experiment"),
+            Term(
+                "overlap",
+                "intersection over union of two boxes, from 0 for boxes apart to 1 for the same box",
+                ("IoU", "intersection over union"),
+            ),
+            Term(
+                "held",
+                "the run has its target in its last frames, by the truth, however often it was lost before",
+                ("hold",),
+            ),
             Term("lost", "the error is above the limit of the experiment; the truth decides"),
             Term("searching", "the tracker itself says that it has no target"),
             Term(
@@ -149,7 +196,7 @@ GLOSSARY = (
                 "how probable it is that the target is lost, told from what the tracker computes, without the truth",
                 ("loss probability", "probability that the target is lost", "P(lost)"),
             ),
-            Term("hidden", "something covers the target in this frame"),
+            Term("hidden", "something covers the target in this frame", ("occluded", "occlusion")),
             Term("measure", "one number for a whole run, such as the share of frames inside the true box"),
             Term("success", "a measure that the experiment names is good enough"),
             Term("suitability", "a number from 0 to 1: how well a tracker can follow a marked target"),
@@ -168,7 +215,33 @@ GLOSSARY = (
             Term("sweep", "a grid of conditions, each with several trials"),
             Term("axis", "a parameter that a sweep varies"),
             Term("condition", "one combination of the values of all axes"),
-            Term("trial", "one of several seeds of a condition"),
+            Term("trial", "one of several seeds of a condition", ("trials",)),
+            Term("pooled", "counted together, over all values of an axis that is not shown"),
+            Term(
+                "interval",
+                "the range in which a value lies with the given probability, such as 95 %, as far as the runs tell",
+                ("intervals", "95 % interval", "confidence interval"),
+            ),
+            Term(
+                "Wilson interval",
+                "the interval of a share that was counted in few runs; it stays within 0 and 1 and is true near both",
+                ("Wilson's interval", "Wilson's"),
+            ),
+            Term(
+                "baseline",
+                "what changes are compared with: the same settings without a change, on the same seeds",
+            ),
+            Term(
+                "McNemar's test",
+                "how probable it is by chance alone that so many runs hold with one of two settings only, seed by seed",
+                ("McNemar",),
+            ),
+            Term(
+                "Holm's correction",
+                "makes probabilities greater where several changes are tried, since one of many looks good by chance",
+                ("Holm",),
+            ),
+            Term("median", "the middle value: half of the values are below it", ("medians",)),
             Term("ensemble", "runs of the same settings that differ in nothing but their seeds", ("other seeds",)),
             Term(
                 "counterfactual",
@@ -189,11 +262,17 @@ GLOSSARY = (
         (
             Term("dashboard", "all pages that the server gives to a browser"),
             Term("session", "a run that somebody watches, with its branches and bookmarks"),
+            Term("bookmark", "a frame of a session that somebody marked, with a note", ("bookmarks",)),
             Term("worker", "the process that computes a session"),
             Term("drawing", "what is drawn over a picture: points, lines, ellipses, in named layers"),
             Term("flat view", "the picture with its drawing, in two dimensions"),
             Term("scrubber", "the bar below a session that shows the whole run"),
             Term("upload", "a recording that somebody gave to the server"),
+            Term(
+                "keyframe",
+                "a picture of a video that is stored whole, so that decoding can begin there",
+                ("keyframes",),
+            ),
             Term("saved run", "a run in a file (.pft)"),
             Term("export", "a file of another kind that is written from a run"),
             Term("manifest", "what an export says about itself: version, recipe, hashes, units, citation"),

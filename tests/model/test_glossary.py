@@ -43,6 +43,13 @@ def test_every_reading_is_explained(name: str) -> None:
     assert unknown == []
 
 
+def test_words_of_results_are_explained() -> None:
+    """What sweeps, fits, "What if" and the map of a loss say of their numbers is not left to a course of statistics."""
+    said = "nats, Wilson's, McNemar, Holm, 95 % interval, pooled, trials, hold, baseline, median, P(lost), NIS, IoU"
+    words = f"{said}, genealogy, branch, bookmark, keyframe, Gaussian, covariance, prior, smoothed, outlier, occlusion"
+    assert set(words.lower().split(", ")) <= set(forms(*GLOSSARY))
+
+
 @pytest.mark.parametrize("blank", [{"name": " "}, {"meaning": ""}, {"also": ("",)}])
 def test_no_term_is_blank(blank: dict[str, Any]) -> None:
     """A form without a letter would be found between all letters of a page."""

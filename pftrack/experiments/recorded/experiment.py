@@ -153,7 +153,6 @@ EXPERIMENT = Experiment(
     readings=READINGS,
     terms=(
         Term("targets", "how many targets something is said of in the frame"),
-        Term("overlap", "intersection over union of two boxes, from 0 for boxes apart to 1 for the same box"),
         Term("identity switch", "a frame in which a true target has another number of the tracker than before"),
     ),
     clip_about=("selected_target", "component_across", "component_down", "lost_distance"),
