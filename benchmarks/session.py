@@ -1,9 +1,10 @@
-"""Sessions: how soon one is seen, and how many run at once.
+"""Sessions: how soon one is seen, how many run at once, and what an exploration beside one takes from it.
 
 A real server in a process of its own. When a session is seen is measured in Debian's Chromium, headless with software
 rendering, and without a browser up to the first picture that the server hands out. The crowd is read by plain
 websockets, which draw nothing: each session has a reader of its diagnostics and one of its scene, and must compute and
-deliver 30 frames a second; the readers use the same cores.
+deliver 30 frames a second; the readers use the same cores. A session that has lost its target plays on, at 30 frames a
+second and as fast as it can, without and with an exploration of what would have saved it.
 """
 
 from _table import Size, arguments, progress, report, single_threaded
@@ -14,8 +15,10 @@ import asyncio  # noqa: E402
 import contextlib  # noqa: E402
 import json  # noqa: E402
 import tempfile  # noqa: E402
+import threading  # noqa: E402
 import time  # noqa: E402
 from collections.abc import Iterator  # noqa: E402
+from concurrent.futures import ThreadPoolExecutor  # noqa: E402
 from statistics import median  # noqa: E402
 from typing import Any  # noqa: E402
 
@@ -35,6 +38,10 @@ from websockets.asyncio.client import ClientConnection, connect  # noqa: E402
 from websockets.typing import Origin  # noqa: E402
 
 RATE_HZ = 30.0
+PILLAR_PX, LOST = 100, 20
+"""How wide the pillar is behind which the ball is lost, and a frame by which it is."""
+POLL_S = 0.5
+
 EXPERIMENT = "ball"
 
 # Notes on the page's own clock when a card was clicked, when a picture of the run could first be seen in the scene's
@@ -184,6 +191,39 @@ def measure_crowd(server: Server, count: int, seconds: float, settling: float) -
         server.end(session)
 
 
+def explore(server: Server, path: str, end: threading.Event) -> int:
+    """Explore what would have saved a session, again and again until the end, and return how many trials there were."""
+    trials = 0
+    while not end.is_set():
+        address = f"{path}/explorations"
+        name = server.ask("POST", address, {"kind": "what-if", "seconds": 60})["id"]
+        told: Any = {"state": "computing", "result": None}
+        while told["state"] == "computing" and not end.wait(POLL_S):
+            told = server.ask("GET", f"{address}/{name}")
+        trials += sum(each["runs"] for each in (told["result"] or {}).get("findings", ()))
+    return trials
+
+
+def measure_exploration(server: Server, seconds: float, settling: float) -> Iterator[dict[str, object]]:
+    """Measure a session that plays, without an exploration beside it and with one."""
+    for pace, speed in ((f"{RATE_HZ:g} frames/s", 1), ("full speed", 0)):
+        for beside in ("alone", "beside an exploration"):
+            progress(f"{pace}, {beside}")
+            session = server.start(play=False, occlusion_width_px=PILLAR_PX)
+            path = f"/api/v1/sessions/{session}"
+            for command in ({"action": "seek", "frame": LOST}, {"action": "speed", "speed": speed}, {"action": "play"}):
+                server.ask("POST", f"{path}/transport", command)
+            end = threading.Event()
+            with ThreadPoolExecutor(1) as threads:
+                exploring = None if beside == "alone" else threads.submit(explore, server, path, end)
+                [(computed, _)] = asyncio.run(crowd(server, [session], seconds, settling))
+                end.set()
+            yield row(f"{pace}, {beside}, frames computed a second", computed, None, RATE_HZ if speed else None)
+            if exploring is not None:
+                yield row(f"{pace}, trials of it a second", exploring.result() / (seconds + settling), None)
+            server.end(session)
+
+
 def measure_start(server: Server, repeats: int, reading: float) -> Iterator[dict[str, object]]:
     """Measure when a new session is seen."""
     progress("new sessions")
@@ -217,6 +257,7 @@ def main() -> None:
             rows = [
                 *measure_start(server, given.repeats, given.reading),
                 *measure_crowd(server, given.sessions, given.seconds, given.settling),
+                *measure_exploration(server, given.seconds, given.settling),
             ]
         finally:
             server.close()
