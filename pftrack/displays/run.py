@@ -33,6 +33,8 @@ def summary_lines(run: Run) -> dict[str, str]:
     diagnosis = diagnose(run)
     if diagnosis.lost:
         lines["Why"] = diagnosis.sentence
+        if run.explained is not None and run.explained.diagnosis.frame == diagnosis.frame:
+            lines["What if"] = run.explained.what_if.sentence
     if made.verdict.mean_error is not None:
         lines["Mean error"] = _with_unit(quantity(made.verdict.mean_error, experiment.unit), experiment.unit)
     for measure in experiment.run_measures:

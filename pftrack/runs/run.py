@@ -87,6 +87,7 @@ class Run:
         self.source = setup.open_source(self.seed, begun)
         self.frames = _check_length(frames, self.source.frame_count, experiment.frames)
         self.diagnostics: list[Diagnostics] = []
+        self._explained: Any = None
         self._keyframes = Keyframes()
         self._declared = {series.name: series for series in experiment.all_series()}
         self.current = self._compute(0, None)
@@ -244,6 +245,7 @@ class Run:
         elif following >= self.frames:
             raise EndOfRun(f"the run ends at frame {self.frames - 1}; go back to change what leads there, or restart")
         self.timeline = self.timeline.insert(Change(following, dict(values)))
+        self._explained = None  # trials may have gone beyond this frame
         return next(change for change in self.timeline.changes if change.frame == following)
 
     def is_only_drawn(self, values: Mapping[str, object]) -> bool:
@@ -442,6 +444,8 @@ class Run:
     def explain(self, frame: int | None = None, *, seeds: int = 0) -> Any:  # noqa: ANN401 - what explains runs lies above
         """Return why the target was lost, as far as the run has been computed: a `pftrack.explanation.Explanation`.
 
+        What would have saved the run is kept, and what notebooks and HTML exports show of it tells that as well.
+
         Args:
             frame: The frame to ask about; the first lasting loss if not given.
             seeds: With how many each change is tried that might have saved the run; 0 tries none.
@@ -449,7 +453,15 @@ class Run:
         Raises:
             ValueError: The frame has not been computed.
         """
-        return load(PRESENTERS, "explain")(self, frame, seeds=seeds)
+        found = load(PRESENTERS, "explain")(self, frame, seeds=seeds)
+        if found.what_if is not None:
+            self._explained = found
+        return found
+
+    @property
+    def explained(self) -> Any:  # noqa: ANN401 - what explains runs lies above
+        """The last explanation with what would have saved the run; None if none was asked for since the last change."""
+        return self._explained
 
     def _evaluated(self) -> EvaluatedRun:
         return evaluated_run(self.diagnostics, self.experiment.all_series(), judged=self.experiment.judges_loss)

@@ -10,6 +10,7 @@ import pytest
 
 import pftrack
 from pftrack.comparison import ComparisonError
+from pftrack.displays import run_html, summary_lines
 from pftrack.displays.sparkline import sparkline, track
 from pftrack.model.parameters import ParameterError
 from pftrack.runs.record import RecordError
@@ -148,3 +149,19 @@ def test_importing_the_library_loads_nothing_until_it_is_asked_for() -> None:
         assert getattr(pftrack, name) is not None
     with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
         _ = pftrack.nothing
+
+
+def test_what_would_have_saved_a_run_is_shown_once_it_was_asked() -> None:
+    """A lost run tells it after an explanation with seeds; its branches do not, and none is computed unasked."""
+    run = pftrack.run("ball", preset="too-wide", frames=20)
+    assert run.explain().what_if is None
+    assert (run.explained, "What if" in summary_lines(run)) == (None, False)
+    found = run.explain(seeds=1)
+    assert summary_lines(run)["What if"] == found.what_if.sentence
+    assert found.what_if.sentence in run_html(run)
+    twin = run.branch(17)
+    assert twin.explained is None
+    assert twin.explain(seeds=1) is twin.explained
+    twin.seek(twin.computed)
+    twin.change({"sample_count": 200})
+    assert twin.explained is None  # frames to come, which the trials had, are others now
