@@ -1,6 +1,6 @@
 /** The table beside the pictures: what differs between the runs, only that, and what came of them. */
 
-import { fill, h } from "../shared/dom.js";
+import { fill, h, setText } from "../shared/dom.js";
 import { count } from "../shared/format.js";
 import { outcomeLines } from "./outcome_text.js";
 
@@ -17,6 +17,8 @@ export class Table {
   #shown = "";
   #outcomes = h("tbody", {});
   #progress = h("p", { class: "hint", role: "status" });
+  /** Wherever the pictures stand, the figures are not what has come of the runs so far. */
+  #over = h("p", { class: "hint over", hidden: true });
   #why = h("details", { class: "hint", hidden: true }, h("summary", {}, "What the interval means"), h("p", {}, INTERVAL));
 
   /** @param {Outline} comparison */
@@ -34,6 +36,7 @@ export class Table {
         h("tbody", {}, settings.map((setting) => settingRow(setting, isShort))),
         this.#outcomes,
       ),
+      this.#over,
       settings.length === 0 && h("p", { class: "hint" }, "The runs have identical settings."),
       this.#progress,
       this.#why,
@@ -56,6 +59,8 @@ export class Table {
     this.#shown = now;
     const lines = outcomeLines(result, { unit, names: runs.map(({ name }) => name), measure });
     fill(this.#outcomes, lines.map(({ title, hint, cells }) => h("tr", {}, h("th", { scope: "row", title: hint }, title), cells.map(figure))));
+    setText(this.#over, `Over all ${count(result.frames, "frame")} in common.`);
+    this.#over.hidden = lines.length === 0;
     this.#why.hidden = result.paired.every(({ low }) => low === null);
   }
 }

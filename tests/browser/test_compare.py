@@ -135,6 +135,7 @@ def test_saved_runs_are_chosen_in_my_work(shown: ComparePage, server: Server) ->
     page.wait_for_url("**/compare#*")
     shown.ready(2)
     assert shown.row("Tracker") == ["Hard switching (h-SPF)", "Auxiliary (APF)"]
+    shown.page.locator(".comparison-table .over", has_text="Over all ").wait_for()
 
 
 def test_a_comparison_is_saved_under_a_name_and_opened_again(shown: ComparePage) -> None:

@@ -18,15 +18,15 @@ import { Scale } from "../../shared/figure/scale.js";
 
 /** @typedef {Partial<Record<RowName, [label: string, top: number, height: number]>>} Rows From top to bottom; px. */
 
-/** What each row is called, how high it is, and how much is free below it, px. */
+/** What each row is called, how high it is, and how much is free below it, px: from one name to the next is a line of letters. */
 const KINDS = /** @type {const} */ ({
   flags: ["", 12, 0],
   error: ["error", 34, 4],
   sigma: ["sigma", 24, 4],
-  ess: ["ESS", 6, 4],
-  proposal: ["proposal", 8, 4],
+  ess: ["ESS", 6, 5],
+  proposal: ["proposal", 8, 5],
   events: ["events", 14, 4],
-  loss: ["P(lost)", 8, 4],
+  loss: ["P(lost)", 8, 5],
   bands: ["hidden, lost", 10, 2],
   changes: ["changes", 16, 2],
 });
