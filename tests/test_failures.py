@@ -89,6 +89,14 @@ def test_a_failure_that_does_not_hold_is_found_out(wrong: dict[str, object], sai
         check()
 
 
+def test_a_failure_of_another_name_than_its_cause_is_found_out() -> None:
+    """One that has the name of a cause must be diagnosed as that; the symptom alone does not do."""
+    experiment = replace(find("ball"), failures=(ill("look-alike-capture"),))
+    check = next(check for check in experiment_checks(experiment) if str(check).endswith("(look-alike-capture)"))
+    with pytest.raises(CheckError, match="must be what the diagnosis says of its run, got: wrong-dynamics"):
+        check()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("shown", ALL, ids=lambda each: each.failure.id)
 def test_no_failure_is_an_accident_of_its_seed(shown: object) -> None:

@@ -85,7 +85,8 @@ class Failure:
     """A named failure of an experiment's trackers on its simulated scene.
 
     Attributes:
-        id: Name in commands and addresses.
+        id: Name in commands and addresses. If it is that of a cause (`pftrack.model.cause`), the diagnosis of the run
+            must come to that cause first; any other id names a way to fail of which the diagnosis knows nothing.
         title: The field's name for it.
         kind: What it has in common with others.
         diagnosis: What goes wrong and why, a sentence or two; frames in it are those of its own seed.

@@ -5,6 +5,7 @@ from functools import partial
 
 from pftrack.experiment import Experiment
 from pftrack.failures import Entry, FailureRun, run_failure
+from pftrack.model.cause import CAUSES
 from pftrack.testing.check import Check, demand
 
 __all__ = ["checks"]
@@ -29,6 +30,8 @@ def _fails_and_is_cured(shown: Entry) -> None:
     demand(frame + 1 < len(failure.rows), f"{name} must stand before its last frame, got {frame}")
     demand(not failure.rows[frame].is_lost, f"{name} must stand at a frame in which the target is held, got {frame}")
     demand(failure.rows[frame + 1].is_lost, f"{name} must stand at the frame before the loss, got {frame}")
+    told = failure.diagnosis.cause
+    demand(name == told or name not in CAUSES, f"{name} must be what the diagnosis says of its run, got: {told}")
     demand(_lost_at_end(failure) == AT_END, f"{name} must end with {AT_END} lost frames")
     demand(not cured.finding.shown, f"the cure of {name} must cure, got: {cured.finding.words}")
     demand(_lost_at_end(cured) == 0, f"the cure of {name} must hold the target in the last {AT_END} frames")
