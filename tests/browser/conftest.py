@@ -131,6 +131,8 @@ def unchosen(
     if server.token:
         context.request.get("./", params={"token": server.token})  # trades it for a cookie
     page = context.new_page()
+    # A browser remembers 250 files by itself, and the start page with what it fetches ahead has more.
+    page.add_init_script("performance.setResourceTimingBufferSize(1000)")
     page.on("pageerror", lambda error: complaints.hear(str(error)))
     page.on("console", lambda line: complaints.hear(line.text) if line.type == "error" else None)
     yield page

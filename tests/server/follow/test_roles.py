@@ -32,6 +32,7 @@ LOOKING = {
 STEERING = {
     "GET /api/v1/sessions/{session}/frame.png",
     "GET /api/v1/sessions/{session}/explanation",
+    "PUT /api/v1/sessions/{session}/inspection",
     "GET /session/{session}",
     "DELETE /api/v1/sessions/{session}",
     "PATCH /api/v1/sessions/{session}/parameters",
