@@ -64,7 +64,11 @@ GLOSSARY = (
             ),
             Term("scene", "a simulated world that a source shows; also the view in three dimensions of a session"),
             Term("target", "what a tracker follows"),
-            Term("tracker", "steps a state from one frame to the next"),
+            Term(
+                "tracker",
+                "steps a state from one frame to the next; where several are compared they are called methods",
+                ("trackers", "method", "methods"),
+            ),
             Term("filter", "the mathematics inside a tracker: bootstrap, auxiliary, Kalman and others"),
             Term(
                 "particle filter",
