@@ -1,5 +1,6 @@
 /** What stands on a page becomes an item of a lecture, without leaving the page. */
 
+import { absolute } from "../shared/address.js";
 import { api } from "../shared/api.js";
 import { savedOf } from "../shared/comparison_link.js";
 import { fill, h } from "../shared/dom.js";
@@ -40,7 +41,8 @@ async function list(choice, chosen) {
 
 /** @returns {Promise<Record<string, unknown>>} What the address says is shown, as a lecture's file has it. */
 async function itemHere() {
-  const saved = location.pathname.endsWith("/compare") ? savedOf(location) : null;
+  const isComparison = location.pathname === new URL(absolute("compare")).pathname;
+  const saved = isComparison ? savedOf(location) : null;
   if (saved !== null) {
     const { runs, position, arrangement } = await api.savedComparison(saved);
     return { comparison: { runs, position, arrangement } };

@@ -1,5 +1,6 @@
 /** What is found in a frame, as figures: the likelihood with its parts, a particle, what a step was made of. */
 
+import { gradient, viridis } from "../../shared/colours.js";
 import { h } from "../../shared/dom.js";
 import { number, quantity } from "../../shared/format.js";
 import { partElement } from "./parts.js";
@@ -30,7 +31,8 @@ export function card(found) {
  */
 export function colourBar([low, high]) {
   const title = "Log likelihood of the colours over the picture";
-  return h("div", { class: "colour-bar", title }, h("span", {}, number(low, 2)), h("i", {}), h("span", {}, number(high, 2)));
+  const bar = h("i", { style: `background: ${gradient(viridis)}` });
+  return h("div", { class: "colour-bar", title }, h("span", {}, number(low, 2)), bar, h("span", {}, number(high, 2)));
 }
 
 /** @param {InspectionPublic} found */
