@@ -144,6 +144,9 @@ def export_at(experiment: Experiment, path: Path, plot: str | None = None) -> Ru
         raise ExportError(f"{path} is a folder, not a file to write")
     # Of two with the same suffix the experiment's own comes last, and is meant.
     found = max(reversed(fitting), key=lambda one: len(one.suffix))
+    meant = next((one for one in (*BELIEVED, *TRUE) if name.endswith(f".{one.suffix}")), found)
+    if len(meant.suffix) > len(found.suffix):
+        raise ExportError(f"{path.name} would hold boxes ({meant.title}), and runs of {experiment.id} know of none")
     check_plot(experiment, found, plot)
     return found
 

@@ -173,6 +173,7 @@ def test_names_of_columns_and_suffixes_are_each_anothers(name: str) -> None:
     ("place", "plot", "words"),
     [
         ("run.docx", None, "can be exported as .csv, .parquet, .npz, .jsonl"),
+        ("run.mot.txt", None, "would hold boxes (Believed boxes, MOTChallenge text), and runs of ball know of none"),
         ("run.png", "eror", "has no plot 'eror', only error, sigma, ess, proposals"),
         ("run.csv", "error", "a plot can be written as a picture, .png or .svg; got .csv"),
         ("nowhere/run.csv", None, "there is no folder"),
