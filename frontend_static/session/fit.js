@@ -7,7 +7,7 @@ import { api, messageOf } from "../shared/api.js";
 import { openDialog } from "../shared/dialog.js";
 import { fill, h } from "../shared/dom.js";
 import { number, parameterValue } from "../shared/format.js";
-import { followJob } from "../shared/jobs.js";
+import { followJob, onMeter } from "../shared/jobs.js";
 import { explain } from "../shared/terms.js";
 import { attempt } from "../shared/toast.js";
 import { Commands } from "./commands.js";
@@ -57,7 +57,7 @@ export function fitDialog(store) {
             try {
               const begun = await api.fit(session.id, numbers);
               working = begun.id;
-              const job = await followJob(begun, "fitting", api.fitting, (share) => (meter.value = share), () => isWanted);
+              const job = await followJob(begun, "fitting", api.fitting, onMeter(meter), () => isWanted);
               working = null;
               if (job === null) return;
               if (job.found === null) ask(job.message ?? "The fit has failed.");

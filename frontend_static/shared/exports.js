@@ -5,7 +5,7 @@
 
 import { api, messageOf } from "./api.js";
 import { fill, h } from "./dom.js";
-import { followJob } from "./jobs.js";
+import { followJob, onMeter } from "./jobs.js";
 import { attempt, toast } from "./toast.js";
 
 /** @import { ExportJobPublic, ExportPublic } from "./messages.js" */
@@ -104,7 +104,7 @@ async function follow(begun, writing) {
   const row = h("li", { data: { writing: begun.id } }, words, meter, h("button", { type: "button", class: "quiet", on: { click: stop } }, "Stop"));
   writing.append(row);
   try {
-    const job = await followJob(begun, "writing", api.exporting, (share) => (meter.value = share), () => isWanted);
+    const job = await followJob(begun, "writing", api.exporting, onMeter(meter), () => isWanted);
     if (job === null) return;
     if (job.state === "failed") throw new Error(job.message ?? `${job.name} could not be written`);
     h("a", { href: job.file, download: job.name }).click();

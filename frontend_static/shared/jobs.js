@@ -14,19 +14,33 @@ const ASK_EVERY_MS = 400;
  * @param {T} begun
  * @param {string} working Its state while it goes on.
  * @param {(id: string) => Promise<T>} ask
- * @param {(share: number) => void} onStep Hears how much of it is done, 0 to 1.
+ * @param {(now: T|null) => void} tell Hears how far it is; null where the server does not answer and is asked again.
  * @param {() => boolean} isWanted
  * @returns {Promise<T|null>}
  */
-export async function followJob(begun, working, ask, onStep, isWanted) {
+export async function followJob(begun, working, ask, tell, isWanted) {
   let job = begun;
   while (job.state === working) {
     await after(ASK_EVERY_MS);
     if (!isWanted()) return null;
-    job = (await heard(ask(begun.id))) ?? job;
-    if (job.total > 0) onStep(job.done / job.total);
+    const now = await heard(ask(begun.id));
+    if (!isWanted()) return null;
+    tell(now);
+    job = now ?? job;
   }
   return isWanted() ? job : null;
+}
+
+/**
+ * Show on a meter how far a job is.
+ *
+ * @param {HTMLProgressElement} meter
+ * @returns {(now: Job|null) => void}
+ */
+export function onMeter(meter) {
+  return (now) => {
+    if (now !== null && now.total > 0) meter.value = now.done / now.total;
+  };
 }
 
 /**

@@ -5,7 +5,7 @@ import { api, messageOf, statusOf } from "../shared/api.js";
 import { fill, h, setText } from "../shared/dom.js";
 import { bytes } from "../shared/format.js";
 import { icon } from "../shared/icons.js";
-import { after } from "../shared/timing.js";
+import { followJob } from "../shared/jobs.js";
 import { attempt, toast } from "../shared/toast.js";
 import { progressWords } from "../shared/progress.js";
 import { cameraButton } from "./camera/dialog.js";
@@ -14,7 +14,7 @@ import { columnsForm } from "./columns.js";
 /** @import { OnProgress, Transfer } from "../shared/api.js" */
 /** @import { ImportPublic } from "../shared/messages.js" */
 
-const ASK_EVERY_MS = 500;
+const SILENT = "The server does not answer; trying again";
 
 const ACCEPTED = "video/*,image/*,.csv,.tsv,.txt,.xml,.json,text/csv,.pft";
 
@@ -211,16 +211,9 @@ export class DropZone {
     };
     this.#isBusy = true;
     try {
-      let job = begun;
-      tell(job);
-      while (job.state === "computing") {
-        await after(ASK_EVERY_MS);
-        if (!wanted) return;
-        const now = await heard(api.importing(id));
-        if (now === null) setText(words, "The server does not answer; trying again");
-        else tell((job = now));
-      }
-      if (!wanted) return;
+      tell(begun);
+      const job = await followJob(begun, "computing", api.importing, (now) => (now === null ? setText(words, SILENT) : tell(now)), () => wanted);
+      if (job === null) return;
       leaveAddress();
       if (job.run === null) throw new Error(job.message ?? "The run could not be imported");
       const run = await api.run(job.run);
@@ -244,21 +237,6 @@ export class DropZone {
       h("p", { class: "wrong", role: "alert" }, message),
       h("button", { type: "button", autofocus: true, on: { click: () => this.#invite() } }, "Choose another file"),
     );
-  }
-}
-
-/**
- * What the server has answered; null while it does not answer, as when it is started again.
- *
- * @template Answer
- * @param {Promise<Answer>} asked
- */
-async function heard(asked) {
-  try {
-    return await asked;
-  } catch (error) {
-    if (statusOf(error) === 0) return null;
-    throw error;
   }
 }
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias, get_args
 
+from pftrack.model.cause import CAUSES
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.parameters import Value
 from pftrack.model.recipe import Recipe
@@ -28,18 +29,7 @@ KINDS: Mapping[str, str] = dict(
 )
 """What failures have in common, with the words for it, in the order in which they are shown."""
 
-ORDER = (
-    "sample-impoverishment",
-    "overconfident-weights",
-    "look-alike-capture",
-    "wrong-dynamics",
-    "occlusion-longer-than-memory",
-    "degenerate-resampling",
-    "mirror-pose",
-    "shrinking-covariance",
-    "template-drift",
-    "detector-seized-by-background",
-)
+ORDER: tuple[str, ...] = tuple(CAUSES)[:-2]  # of the last two no run is an example
 """Ids of the failures that have a number of their own, whichever experiment shows them; all others come after."""
 
 
