@@ -135,7 +135,7 @@ def at_800_they_are_one_row(shown: SessionPage) -> None:
     tops = lambda: {round(on_screen(shown, place)["y"]) for place in page.locator(".panel").all()}  # noqa: E731
     shown.until(lambda: len(tops()) == 1, "the plots stand side by side")
     assert page.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0
-    assert on_screen(shown, page.locator(".scene"))["height"] > 250
+    assert on_screen(shown, page.locator(".scene"))["height"] > 230
     assert min(on_screen(shown, place)["width"] for place in page.locator(".panel").all()) >= 120
 
 
