@@ -52,7 +52,7 @@ HOMONYMS = {
 PLACES = {
     ("pftrack/counterfactuals/alternatives.py", "resampling"): "a role of parameters",
     ("pftrack/counterfactuals/alternatives.py", "sharpness"): "a role of parameters",
-    ("pftrack/fitting/fit.py", "sharpness"): "a role of parameters",
+    ("pftrack/fitting/halves.py", "sharpness"): "a role of parameters",
     ("pftrack/model/glossary.py", "resampling"): "a word of the field",
     ("pftrack/model/parameters.py", "resampling"): "a role of parameters",
     ("pftrack/model/parameters.py", "sharpness"): "a role of parameters",

@@ -1,7 +1,9 @@
 """Fitting: what is found is where the evidence is largest, and is kept only where the other half agrees."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -96,6 +98,25 @@ def test_sharpness_is_fitted_beside_the_level_of_the_picture() -> None:
     found = fit(run, ["red_spread"])
     assert found.kept
     assert found.numbers[0].after < 0.1
+
+
+def test_what_is_found_is_judged_by_luck_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs over both halves have no random numbers that a trial had, and a gain within two errors is not kept."""
+    begun: list[tuple[int, int]] = []
+
+    def begin(*parts: Any, seed: int, frames: int, **more: Any) -> Run:
+        begun.append((frames, seed))
+        return Run(*parts, seed=seed, frames=frames, **more)
+
+    run = signal("condensation", sample_count=20, assumed_noise_sd=0.3, frames=61)
+    monkeypatch.setattr("pftrack.fitting.halves.Run", begin)
+    found = fit(run, ["assumed_noise_sd"])
+    trials, judging = ({seed for frames, seed in begun if frames == end} for end in (31, 61))
+    assert len(trials) == found.seeds > 1
+    assert len(judging) == 2 * found.seeds
+    assert trials.isdisjoint(judging)
+    assert not replace(found, gain=0.19, gain_error=0.1).kept
+    assert replace(found, gain=0.21, gain_error=0.1).kept
 
 
 def test_what_is_right_is_left_alone() -> None:
