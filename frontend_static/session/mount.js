@@ -114,12 +114,24 @@ export class Mounted {
     this.#start.end();
   }
 
+  /** Look into the frame, or no more; one card at a time takes the place of the plots. */
+  #look() {
+    this.#why?.close();
+    this.#inspector?.toggle();
+  }
+
+  /** Ask why the target was lost. */
+  #ask() {
+    if (this.#inspector?.isOpen) this.#inspector.toggle();
+    this.#why?.open();
+  }
+
   #fill() {
     const { places } = this.#start;
     if (places.transport) transport(places.transport, this, this.#extras(places));
     if (places.scrubber) new Scrubber(places.scrubber, this);
     const why = places.why ? new Why(places.why, this) : null;
-    if (places.readout) readout(places.readout, this, why && whyButton(this, () => why.open()));
+    if (places.readout) readout(places.readout, this, why && whyButton(this, () => this.#ask()));
     this.#why = why;
     if (places.branches) branchLegend(places.branches, this);
     if (places.inspection && !this.store.isReadOnly) this.#inspector = new Inspector(places.inspection, this);
@@ -137,7 +149,7 @@ export class Mounted {
    * @param {SessionStart["places"]} places
    */
   #extras(places) {
-    const look = places.inspection && !this.store.isReadOnly && lookButton(() => this.#inspector?.toggle());
+    const look = places.inspection && !this.store.isReadOnly && lookButton(() => this.#look());
     return [look, !isParticipant && fileMenu(this), bookmarkMenu(this)];
   }
 
@@ -237,8 +249,8 @@ export class Mounted {
       event: (direction) => this.steering.event(direction),
       bookmark: () => this.commands.bookmark(),
       branch: () => this.#branch(),
-      inspect: () => this.#inspector?.toggle(),
-      why: () => this.#why?.open(),
+      inspect: () => this.#look(),
+      why: () => this.#ask(),
       truth: () => {
         if (!isParticipant) markTruth(this);
       },

@@ -25,6 +25,12 @@ def test_a_lost_session_says_why_and_leads_to_where_it_began(watch: Callable[...
     assert page.locator(".evidence canvas").count() == sum(len(sign["evidence"]) for sign in told["signs"])
     assert page.locator(".plots").is_hidden()
     check(page)
+    view.press("i")
+    page.locator(".inspection-card").wait_for()
+    assert page.locator(".why-sentence").is_hidden(), "one card at a time takes the place of the plots"
+    view.press("w")
+    page.locator(".why-sentence").wait_for()
+    assert page.locator(".inspection-card").is_hidden()
     page.locator(".sign button").first.click()
     view.until(lambda: view.position == told["signs"][0]["since"], "the run stands where it began")
     page.get_by_role("button", name="Back to the plots").click()
