@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.learning.guidance import Guidance
-from pftrack.loss.declaration import NOTHING_DECLARED, LossDeclaration
+from pftrack.loss_probability.declaration import NOTHING_DECLARED, LossDeclaration
 from pftrack.model.calibration import STANDARD_CALIBRATION, Calibration, Direction, reasons
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.drawing import Drawing
@@ -250,7 +250,7 @@ class Experiment:
         boxes: (state) -> the boxes that are believed of all targets of a frame, where there are several; else the one
             around the estimate is, of the role "extent".
         calibration: What its trackers say of their own error, and settings in which that is not to be believed.
-        loss: How probable it is that a tracker has lost its target, of those of which that can be told.
+        loss_probability: How probable it is that a tracker has lost its target, of those of which that can be told.
         failures: Named ways in which its trackers go wrong, each with what shows it and what cures it.
         terms: Words of its own that its plots, readings and measures use, for the glossary.
         clip_title: Name on the screen where a recording is tracked, by what it follows; the title if empty.
@@ -301,7 +301,7 @@ class Experiment:
     guidance: Guidance | None = None
     failures: tuple[Failure, ...] = ()
     calibration: Calibration = STANDARD_CALIBRATION
-    loss: LossDeclaration = NOTHING_DECLARED
+    loss_probability: LossDeclaration = NOTHING_DECLARED
     warm_frames: int = 2
     family: str = "Others"
     terms: tuple[Term, ...] = ()

@@ -16,7 +16,7 @@ from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.measures import Measure
 from pftrack.model.palette import BRANCHES, hexadecimal
 from pftrack.model.series import to_json
-from pftrack.runs.loss import before_loss
+from pftrack.runs.loss_intervals import before_loss
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import evaluated_run
 

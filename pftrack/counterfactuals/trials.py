@@ -10,7 +10,7 @@ from pftrack.counterfactuals.report import Finding, Report
 from pftrack.model.timeline import Change, Timeline
 from pftrack.runs.continuation import Continuation, Stretch, read_stretches
 from pftrack.runs.ensemble import other_seeds
-from pftrack.runs.loss import before_loss, first_loss, losses
+from pftrack.runs.loss_intervals import before_loss, first_loss, losses
 from pftrack.runs.run import Run
 
 __all__ = ["HORIZON_FRAMES", "JUDGED_FRAMES", "ROUNDS", "LossError", "find_loss", "what_if"]

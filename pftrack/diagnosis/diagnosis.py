@@ -12,7 +12,7 @@ from pftrack.diagnosis.rules import RULES, Rule, Sign
 from pftrack.experiment import Experiment, Step
 from pftrack.model.cause import CAUSES, CauseId
 from pftrack.model.diagnostics import Diagnostics
-from pftrack.runs.loss import first_loss
+from pftrack.runs.loss_intervals import first_loss
 
 __all__ = ["Diagnosis", "Evidence", "Followed", "diagnose", "diagnose_course"]
 

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from pftrack.diagnosis.course import Course, Flags, Numbers
-from pftrack.runs.loss import LASTING_FRAMES
+from pftrack.runs.loss_intervals import LASTING_FRAMES
 
 __all__ = ["FOLLOWING", "Moment", "middle"]
 

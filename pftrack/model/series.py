@@ -77,7 +77,7 @@ SeriesRole: TypeAlias = Literal[
 - "model_likeness": a number from 0 to 1, how like the first look of the target that model is.
 - "mirrored": a number, 1 where the estimate is nearer to a mirror image of the truth than to the truth, else 0.
 - "loss_probability": a number from 0 to 1, how probable it is that the target is lost; it is told from the rows of a
-  run (`pftrack.loss`), and no tracker reports it.
+  run (`pftrack.loss_probability`), and no tracker reports it.
 - "excess": a number, the largest error of what is believed over its stated deviation; declared where the estimate is
   not all that is believed.
 """

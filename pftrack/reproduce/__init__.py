@@ -30,7 +30,7 @@ from functools import partial
 from pathlib import Path
 from time import process_time
 
-from pftrack.reproduce import calibration, loss, signals
+from pftrack.reproduce import calibration, loss_probability, signals
 from pftrack.reproduce.ball import counts, maps, motion, occlusion, oracle, other_scene, sensitivity
 from pftrack.reproduce.costs import SECONDS
 from pftrack.reproduce.diagnosis import confusion as diagnosis
@@ -73,7 +73,7 @@ RESULTS: dict[str, Callable[[Pool, bool], list[Finding]]] = {
     "pose-filters": prism.pose_filters,
     "head": head.pose,
     "calibration": calibration.coverage,
-    "loss": loss.loss_probabilities,
+    "loss": loss_probability.loss_probabilities,
     "structure": structure.prism,
     "structure-face": structure.faces,
     "histogram": histogram.table,

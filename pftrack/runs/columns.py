@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pftrack.loss.declaration import LOSS_PROBABILITY
+from pftrack.loss_probability.declaration import LOSS_PROBABILITY
 from pftrack.model import series
 from pftrack.runs.loss_probability import loss_probabilities
 from pftrack.runs.run import Run

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.loss.model import Past
+from pftrack.loss_probability.model import Past
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.runs.run import Run
 
@@ -51,7 +51,7 @@ class LossAccount:
         tracker = run.tracker_at(start)
         if tracker != self._tracker:
             self._tracker, self._past = tracker, Past()
-        model = run.experiment.loss.model_of(tracker, recording=run.setup.footage is not None)
+        model = run.experiment.loss_probability.model_of(tracker, recording=run.setup.footage is not None)
         if model is None:
             return [np.nan] * len(rows)
         self._past, told = model.follow(self._past, rows)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiment import Experiment
-from pftrack.loss.declaration import LOSS_PROBABILITY
+from pftrack.loss_probability.declaration import LOSS_PROBABILITY
 from pftrack.model.series import Series
 from pftrack.runs.columns import PREFIX, columns_of
 from pftrack.runs.run import Run

@@ -18,7 +18,7 @@ experiment that keeps them works everywhere. Its tests need a few lines for that
 - `recordings`: a film of its own scene is tracked from a mark, as an upload is;
 - `counterfactuals`: other seeds from a frame on are branches with these, and all changes can be computed;
 - `failures`: each that it declares still fails in its own way, and its cure cures;
-- `loss`: a probability that the target is lost is one, however it is told;
+- `loss_probability`: a probability that the target is lost is one, however it is told;
 - `drawings`: they are finite, within reach of the picture, on declared layers and stable from frame to frame.
 """
 
@@ -30,7 +30,7 @@ from pftrack.testing import (
     drawings,
     failures,
     likelihoods,
-    loss,
+    loss_probability,
     marks,
     numbers,
     recordings,
@@ -58,7 +58,7 @@ def experiment_checks(experiment: Experiment, *, thorough: bool = False) -> tupl
         marks,
         recordings,
         failures,
-        loss,
+        loss_probability,
         drawings,
     )
     others = (check for family in families for check in family.checks(experiment))

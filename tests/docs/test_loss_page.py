@@ -1,16 +1,16 @@
 """The page of loss probabilities says what the record of reproduced results holds, and what is declared holds there."""
 
 from pftrack.experiments import EXPERIMENTS
-from pftrack.loss.declaration import MOST_ERROR
+from pftrack.loss_probability.declaration import MOST_ERROR
 from pftrack.reproduce import read_record
-from tools.loss import PAGE, page
+from tools.loss_probability import PAGE, page
 from tools.reproduction import RECORD
 
 ENTRIES = read_record(RECORD)
 
 
 def test_the_tables_are_written_from_the_record() -> None:
-    """`python -m tools.loss table` writes them."""
+    """`python -m tools.loss_probability table` writes them."""
     text = PAGE.read_text("utf-8")
     assert text == page(text, ENTRIES)
 
@@ -22,6 +22,6 @@ def test_all_that_is_declared_was_judged_and_is_calibrated() -> None:
         for one in ENTRIES["loss"].findings
         if "calibration error" in one.result and one.verdict != "not run"
     }
-    declared = [(name, tracker) for name in EXPERIMENTS.own for tracker in EXPERIMENTS[name].loss.models]
+    declared = [(name, tracker) for name in EXPERIMENTS.own for tracker in EXPERIMENTS[name].loss_probability.models]
     assert sorted(errors) == sorted(declared)
     assert max(errors.values()) <= MOST_ERROR

@@ -8,7 +8,7 @@ import pytest
 
 from pftrack.experiments import find
 from pftrack.model.recipe import Recipe
-from pftrack.runs.loss import approach
+from pftrack.runs.loss_intervals import approach
 from pftrack.runs.run import Change
 from pftrack_server.schemas.description import SessionDescription, TrackerPublic
 from pftrack_server.schemas.snapshot import ChangePublic, RunSnapshot

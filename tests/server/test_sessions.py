@@ -9,7 +9,7 @@ import httpx
 import pytest
 
 from pftrack.experiments import find
-from pftrack.runs.loss import before_loss
+from pftrack.runs.loss_intervals import before_loss
 from pftrack.runs.run import Change, Run
 from tests.server.asking import columns, get, timeline_of
 from tests.server.host import begin, error_of, steer

@@ -12,9 +12,9 @@ from pydantic import field_validator
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Step
 from pftrack.experiments import find
 from pftrack.experiments.sine.experiment import SineParameters
-from pftrack.loss.declaration import LossDeclaration
-from pftrack.loss.logistic import Logistic
-from pftrack.loss.model import LossModel
+from pftrack.loss_probability.declaration import LossDeclaration
+from pftrack.loss_probability.logistic import Logistic
+from pftrack.loss_probability.model import LossModel
 from pftrack.model.band import ALL, FlagBand
 from pftrack.model.calibration import Calibration
 from pftrack.model.drawing import Points, Primitive, WorldDrawing
@@ -367,7 +367,8 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     ),
     "its loss probability is one, told at once or frame by frame": (
         lambda: replace(
-            SOUND, loss=LossDeclaration(models={"kalman": LossModel(("evidence",), Logistic((), (), (), 0.0))})
+            SOUND,
+            loss_probability=LossDeclaration(models={"kalman": LossModel(("evidence",), Logistic((), (), (), 0.0))}),
         ),
         "the loss probability of kalman must weigh 6 features, got 0",
     ),

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.ball.calibration import CALIBRATION
 from pftrack.experiments.ball.failures import FAILURES
-from pftrack.experiments.ball.loss import LOSS
+from pftrack.experiments.ball.loss_probability import LOSS_DECLARATION
 from pftrack.experiments.ball.suitability import look_beside, suits
 from pftrack.experiments.sketch import (
     BY_SAMPLER,
@@ -337,7 +337,7 @@ EXPERIMENT = Experiment(
     exports=(GUIDANCE.export,),
     guidance=GUIDANCE,
     failures=FAILURES,
-    loss=LOSS,
+    loss_probability=LOSS_DECLARATION,
     example_sweep=ExampleSweep(  # a coarse map of Bando's conditions: 25 cells
         {"occlusion_width_px": (5, 30, 55, 80, 100), "distracter_radius_px": (1, 6, 11, 16, 20)},
         trackers=("h-spf", "s-spf", "pc-pf"),

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pftrack.experiment import ExampleSweep, Experiment, Setup, Step
 from pftrack.experiments.hand import findings, sketch, truth
 from pftrack.experiments.hand.calibration import CALIBRATION
-from pftrack.experiments.hand.loss import LOSS
+from pftrack.experiments.hand.loss_probability import LOSS_DECLARATION
 from pftrack.experiments.hand.marks import HandTips
 from pftrack.experiments.hand.presets import PRESETS
 from pftrack.experiments.hand.recording import FINDER, RecordedHandParameters, on_video, suits
@@ -134,7 +134,7 @@ EXPERIMENT = Experiment(
     ),
     worlds=(HAND_WORLD,),
     calibration=CALIBRATION,
-    loss=LOSS,
+    loss_probability=LOSS_DECLARATION,
     simulate=simulate,
     draw=draw,
     error=_distance,

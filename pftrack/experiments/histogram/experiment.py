@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pftrack.experiment import ExampleSweep, Experiment, Setup
 from pftrack.experiments.histogram.calibration import CALIBRATION
 from pftrack.experiments.histogram.failures import FAILURES
-from pftrack.experiments.histogram.loss import LOSS
+from pftrack.experiments.histogram.loss_probability import LOSS_DECLARATION
 from pftrack.experiments.histogram.measures import HELD_AT_END
 from pftrack.experiments.histogram.presets import PRESETS
 from pftrack.experiments.histogram.settings import PICTURES
@@ -152,7 +152,7 @@ EXPERIMENT = Experiment(
     frames=120,
     presets=PRESETS,
     failures=FAILURES,
-    loss=LOSS,
+    loss_probability=LOSS_DECLARATION,
     layers=LAYERS,
     worlds=(HISTOGRAM_WORLD,),
     calibration=CALIBRATION,

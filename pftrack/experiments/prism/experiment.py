@@ -34,7 +34,7 @@ from pftrack.experiments.pose.sketch import (
     true_marks,
 )
 from pftrack.experiments.prism.calibration import CALIBRATION
-from pftrack.experiments.prism.loss import LOSS
+from pftrack.experiments.prism.loss_probability import LOSS_DECLARATION
 from pftrack.experiments.sketch import SECOND_RUN, at_height, error_words
 from pftrack.geometry.camera import pinhole
 from pftrack.geometry.rotation import rotation
@@ -257,7 +257,7 @@ EXPERIMENT = Experiment(
     exports=(TrackedPrismParameters.guidance.export,),
     guidance=TrackedPrismParameters.guidance,
     calibration=CALIBRATION,
-    loss=LOSS,
+    loss_probability=LOSS_DECLARATION,
     filter_interface=FILTER_INTERFACE,
     plots=POSE_PLOTS,
     readings=POSE_READINGS,

@@ -14,7 +14,7 @@ from pftrack.model.recipe import Recipe
 from pftrack.reproduce.diagnosis.conditions import CONDITIONS
 from pftrack.reproduce.finding import Finding, Own, claim, not_run
 from pftrack.reproduce.pool import Pool
-from pftrack.runs.loss import LASTING_FRAMES, first_loss
+from pftrack.runs.loss_intervals import LASTING_FRAMES, first_loss
 from pftrack.runs.run import Run
 
 __all__ = ["CELL", "confusion", "judge_draw"]

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from pftrack.runs.loss import loss_start
+from pftrack.runs.loss_intervals import loss_start
 
 __all__ = ["History"]
 

@@ -1,7 +1,7 @@
 """Opening: from a row of a sweep to a live session that computes the same numbers, paused shortly before the loss."""
 
 from pftrack.model.recipe import Footage
-from pftrack.runs.loss import approach
+from pftrack.runs.loss_intervals import approach
 from pftrack.sweep import Plan
 from pftrack_server.errors import ConflictError, RefusedError
 from pftrack_server.schemas.spec import SessionSpec

@@ -27,7 +27,7 @@ def describe(run: Run) -> SessionDescription:
         subject=footage.title if footage else preset.title if preset else "",
         unit=experiment.unit,
         target=experiment.target,
-        series=[*experiment.all_series(), *experiment.loss.series_on(recording=footage is not None)],
+        series=[*experiment.all_series(), *experiment.loss_probability.series_on(recording=footage is not None)],
         plots=list(experiment.plots),
         readings=list(experiment.readings),
         measures=[MeasurePublic(**measure.as_dict()) for measure in experiment.measures_on(setup.footage)],

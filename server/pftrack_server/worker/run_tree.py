@@ -24,7 +24,7 @@ from pftrack.filter_files import (
     widen,
     with_digests,
 )
-from pftrack.loss.declaration import LOSS_PROBABILITY
+from pftrack.loss_probability.declaration import LOSS_PROBABILITY
 from pftrack.model.calibration import TITLES
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.drawing import Drawing

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pftrack.loss.features import KINDS, Memory, feature_names, remember
-from pftrack.loss.scenes import Scenes
-from pftrack.loss.signals import read_signals, signal_names
+from pftrack.loss_probability.features import KINDS, Memory, feature_names, remember
+from pftrack.loss_probability.scenes import Scenes
+from pftrack.loss_probability.signals import read_signals, signal_names
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.series import Hypotheses, Series
 

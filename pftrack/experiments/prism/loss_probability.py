@@ -1,12 +1,15 @@
-"""How probable it is that the prism's pose is lost: `python -m tools.loss fit prism` writes `loss.json`."""
+"""How probable it is that the prism's pose is lost.
+
+`python -m tools.loss_probability fit prism` fits it and writes `loss_probability.json`.
+"""
 
 from pathlib import Path
 
-from pftrack.loss.declaration import read_declaration
-from pftrack.loss.scenes import Scenes
+from pftrack.loss_probability.declaration import read_declaration
+from pftrack.loss_probability.scenes import Scenes
 from pftrack.trackers.prism import TRACKERS
 
-__all__ = ["LOSS"]
+__all__ = ["LOSS_DECLARATION"]
 
 SCENES = Scenes(
     {
@@ -21,4 +24,4 @@ SCENES = Scenes(
 )
 """Slow and fast turns, near to what can be seen and beyond it, measured well and badly."""
 
-LOSS = read_declaration(Path(__file__).with_name("loss.json"), TRACKERS, SCENES)
+LOSS_DECLARATION = read_declaration(Path(__file__).with_name("loss_probability.json"), TRACKERS, SCENES)

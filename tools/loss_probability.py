@@ -1,10 +1,11 @@
 """Fit the probabilities by which trackers say that their target is lost, and write the tables of their page.
 
-    python -m tools.loss fit ball     # fits those of the ball, judges them in other scenes, and writes its loss.json
-    python -m tools.loss table        # writes what `pftrack reproduce loss` found into docs/explanation/loss.md
+    python -m tools.loss_probability fit ball   # fits those of the ball, judges them, and writes its file
+    python -m tools.loss_probability table      # writes what `pftrack reproduce loss` found into the page
 
-Kept are those trackers whose expected calibration error in scenes that were not fitted is at most 0.05, and that were
-lost often enough there to tell; of the others that error is kept alone. A test compares page and record.
+The file is `loss_probability.json` in the experiment's package, the page docs/explanation/loss.md. Kept are those
+trackers whose expected calibration error in scenes that were not fitted is at most 0.05, and that were lost often
+enough there to tell; of the others that error is kept alone. A test compares page and record.
 """
 
 import subprocess
@@ -14,11 +15,20 @@ from typing import Annotated
 import typer
 
 from pftrack.experiments import EXPERIMENTS
-from pftrack.loss.declaration import write_models
-from pftrack.loss.model import LossModel
-from pftrack.loss.scenes import FIRST_JUDGED
+from pftrack.loss_probability.declaration import write_models
+from pftrack.loss_probability.model import LossModel
+from pftrack.loss_probability.scenes import FIRST_JUDGED
 from pftrack.reproduce import Entry, read_record
-from pftrack.reproduce.loss import Judgement, Witnessed, cases, fit_model, judge, scenes_of, signals_of, witness
+from pftrack.reproduce.loss_probability import (
+    Judgement,
+    Witnessed,
+    cases,
+    fit_model,
+    judge,
+    scenes_of,
+    signals_of,
+    witness,
+)
 from pftrack.reproduce.pool import Pool
 from tools.reproduction import RECORD
 
@@ -26,7 +36,7 @@ __all__ = ["PAGE", "describe", "judge_fit", "keep", "page", "path_of"]
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs/explanation/loss.md"
-BEGIN, END = "<!-- tools.loss: from here -->", "<!-- tools.loss: to here -->"
+BEGIN, END = "<!-- tools.loss_probability: from here -->", "<!-- tools.loss_probability: to here -->"
 
 COLUMNS = {
     "calibration error": "calibration error",
@@ -43,7 +53,7 @@ app = typer.Typer(add_completion=False)
 
 def path_of(experiment: str) -> Path:
     """Return the file in which the probabilities of an experiment are kept."""
-    return ROOT / "pftrack/experiments" / experiment / "loss.json"
+    return ROOT / "pftrack/experiments" / experiment / "loss_probability.json"
 
 
 def describe(tracker: str, judged: Judgement) -> str:

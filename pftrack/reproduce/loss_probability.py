@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from pftrack.experiment import Experiment
 from pftrack.experiments import EXPERIMENTS, find
-from pftrack.loss import scores
-from pftrack.loss.declaration import MOST_ERROR
-from pftrack.loss.logistic import Logistic, fit
-from pftrack.loss.model import LossModel, Past, follow_features
-from pftrack.loss.scenes import FIRST_JUDGED, Scenes
-from pftrack.loss.signals import signal_names
+from pftrack.loss_probability import scores
+from pftrack.loss_probability.declaration import MOST_ERROR
+from pftrack.loss_probability.logistic import Logistic, fit
+from pftrack.loss_probability.model import LossModel, Past, follow_features
+from pftrack.loss_probability.scenes import FIRST_JUDGED, Scenes
+from pftrack.loss_probability.signals import signal_names
 from pftrack.model.parameters import revise
 from pftrack.reproduce.finding import Finding, Own, claim, not_run
 from pftrack.reproduce.pool import Pool
@@ -101,7 +101,7 @@ class Judgement:
 def signals_of(experiment: Experiment, tracker: str) -> tuple[str, ...]:
     """Return the signals of a tracker."""
     chosen = experiment.trackers[tracker]
-    return signal_names(chosen.series, searches=chosen.searching is not None, more=experiment.loss.signals)
+    return signal_names(chosen.series, searches=chosen.searching is not None, more=experiment.loss_probability.signals)
 
 
 def cases(experiment: str, tracker: str, numbers: Iterable[int], signals: tuple[str, ...]) -> list[Case]:
@@ -159,7 +159,7 @@ def loss_probabilities(pool: Pool, full: bool) -> list[Finding]:
         return [not_run("loss", "a dozen scenes do not tell whether a probability is true")]
     findings = []
     for name in EXPERIMENTS.own:
-        declared = EXPERIMENTS[name].loss
+        declared = EXPERIMENTS[name].loss_probability
         for tracker, model in declared.models.items():
             numbers = range(FIRST_JUDGED, FIRST_JUDGED + scenes_of(EXPERIMENTS[name]).judged)
             findings += findings_of(
@@ -196,6 +196,6 @@ def scenes_of(experiment: Experiment) -> Scenes:
     Raises:
         ValueError: It has none.
     """
-    if experiment.loss.scenes is None:
+    if experiment.loss_probability.scenes is None:
         raise ValueError(f"{experiment.id} has no scenes in which a loss probability is fitted")
-    return experiment.loss.scenes
+    return experiment.loss_probability.scenes

@@ -1,12 +1,15 @@
-"""How probable it is that the window has lost its target: `python -m tools.loss fit histogram` writes `loss.json`."""
+"""How probable it is that the window has lost its target.
+
+`python -m tools.loss_probability fit histogram` fits it and writes `loss_probability.json`.
+"""
 
 from pathlib import Path
 
-from pftrack.loss.declaration import read_declaration
-from pftrack.loss.scenes import Scenes
+from pftrack.loss_probability.declaration import read_declaration
+from pftrack.loss_probability.scenes import Scenes
 from pftrack.trackers.histogram.step import TRACKERS
 
-__all__ = ["LOSS"]
+__all__ = ["LOSS_DECLARATION"]
 
 SCENES = Scenes(
     {
@@ -27,4 +30,4 @@ SCENES = Scenes(
 )
 """Lawns of all kinds, look-alikes of all shades, columns of all widths, and likelihoods from blunt to sharp."""
 
-LOSS = read_declaration(Path(__file__).with_name("loss.json"), TRACKERS, SCENES)
+LOSS_DECLARATION = read_declaration(Path(__file__).with_name("loss_probability.json"), TRACKERS, SCENES)

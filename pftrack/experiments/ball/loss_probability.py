@@ -1,12 +1,15 @@
-"""How probable it is that the ball is lost: fitted with `python -m tools.loss ball`, kept in `loss.json`."""
+"""How probable it is that the ball is lost.
+
+`python -m tools.loss_probability fit ball` fits it and writes `loss_probability.json`.
+"""
 
 from pathlib import Path
 
-from pftrack.loss.declaration import read_declaration
-from pftrack.loss.scenes import Scenes
+from pftrack.loss_probability.declaration import read_declaration
+from pftrack.loss_probability.scenes import Scenes
 from pftrack.trackers.ball.step import TRACKERS
 
-__all__ = ["LOSS"]
+__all__ = ["LOSS_DECLARATION"]
 
 SCENES = Scenes(
     {
@@ -26,4 +29,4 @@ SCENES = Scenes(
 )
 """Pillars of all widths, look-alikes of all sizes, slow and fast balls, few particles and many."""
 
-LOSS = read_declaration(Path(__file__).with_name("loss.json"), TRACKERS, SCENES)
+LOSS_DECLARATION = read_declaration(Path(__file__).with_name("loss_probability.json"), TRACKERS, SCENES)

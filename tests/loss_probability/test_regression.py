@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from pftrack.loss.logistic import Logistic, fit
-from pftrack.loss.scores import BINS, brier, calibration_error, delays, reliability, roc
+from pftrack.loss_probability.logistic import Logistic, fit
+from pftrack.loss_probability.scores import BINS, brier, calibration_error, delays, reliability, roc
 
 
 def test_a_single_feature_of_two_values_is_fitted_to_the_log_odds() -> None:

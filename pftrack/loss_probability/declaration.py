@@ -6,9 +6,9 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pftrack.loss.logistic import Logistic
-from pftrack.loss.model import LossModel
-from pftrack.loss.scenes import Scenes
+from pftrack.loss_probability.logistic import Logistic
+from pftrack.loss_probability.model import LossModel
+from pftrack.loss_probability.scenes import Scenes
 from pftrack.model.series import Reduction, Series
 from pftrack.model.tracker import Tracker
 

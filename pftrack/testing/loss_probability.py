@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from pftrack.experiment import Experiment
-from pftrack.loss.features import feature_names
-from pftrack.loss.model import Past
+from pftrack.loss_probability.features import feature_names
+from pftrack.loss_probability.model import Past
 from pftrack.testing.check import Check, demand, each_tracker, straight
 
 __all__ = ["checks"]
@@ -20,7 +20,7 @@ def checks(experiment: Experiment) -> Iterator[Check]:
 
 
 def _is_probability(experiment: Experiment, tracker: str) -> None:
-    declared = experiment.loss
+    declared = experiment.loss_probability
     for name in {*declared.models, *declared.refused, *declared.on_recordings}:
         demand(
             name in experiment.trackers, f"{experiment.id} has no tracker {name!r}, of which its loss probability is"

@@ -1,12 +1,15 @@
-"""How probable it is that a hand's pose is lost: `python -m tools.loss fit hand` writes `loss.json`."""
+"""How probable it is that a hand's pose is lost.
+
+`python -m tools.loss_probability fit hand` fits it and writes `loss_probability.json`.
+"""
 
 from pathlib import Path
 
-from pftrack.loss.declaration import read_declaration
-from pftrack.loss.scenes import Scenes
+from pftrack.loss_probability.declaration import read_declaration
+from pftrack.loss_probability.scenes import Scenes
 from pftrack.trackers.hand.step import TRACKERS
 
-__all__ = ["LOSS"]
+__all__ = ["LOSS_DECLARATION"]
 
 SCENES = Scenes(
     {"speed": (0.5, 3.0), "turn_deg": (-30.0, 30.0), "proportions": (0.0, 0.1), "edge_noise_px": (0.0, 2.0)},
@@ -17,4 +20,4 @@ SCENES = Scenes(
 )
 """All motions, slow and fast, of hands of several proportions, some behind a pillar."""
 
-LOSS = read_declaration(Path(__file__).with_name("loss.json"), TRACKERS, SCENES)
+LOSS_DECLARATION = read_declaration(Path(__file__).with_name("loss_probability.json"), TRACKERS, SCENES)

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.loss.features import Memory, remember
-from pftrack.loss.logistic import Logistic
-from pftrack.loss.signals import read_signals
+from pftrack.loss_probability.features import Memory, remember
+from pftrack.loss_probability.logistic import Logistic
+from pftrack.loss_probability.signals import read_signals
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.series import Series
 
