@@ -27,8 +27,9 @@ from pftrack.runs.record import OpenSequence
 from pftrack.runs.run import Change, Run
 from pftrack.sources.beliefs.recorder import Recorder, Sources
 from pftrack.sources.formats import is_beliefs
+from pftrack.sources.limits import DEFAULT_LIMITS
 from pftrack.sources.results.parts import Part, open_parts
-from pftrack.sources.sequence import DEFAULT_LIMITS, open_sequence
+from pftrack.sources.sequence import open_sequence
 
 __all__ = ["compare", "load", "record", "run"]
 

@@ -60,7 +60,7 @@ def otb(
         published,
     )
     from pftrack.experiments import EXPERIMENTS
-    from pftrack.sources.sequence import SourceError
+    from pftrack.sources.errors import SourceError
 
     chosen = experiment or next(one.id for one in EXPERIMENTS.values() if follows_boxes(one))
     followed, count = find_experiment(chosen), whole("--seeds", seeds, 1, 1000)

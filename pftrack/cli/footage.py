@@ -200,7 +200,8 @@ def path_from(video: Path, out: Path) -> str:
 
 def open_footage(stack: ExitStack, path: Path, *, square: bool | None = None) -> "FrameSequence":
     """Open a recording, with pixels made square or not as a run says; it is closed with the stack."""
-    from pftrack.sources.sequence import SourceError, open_sequence
+    from pftrack.sources.errors import SourceError
+    from pftrack.sources.sequence import open_sequence
 
     try:
         return stack.enter_context(closing(open_sequence(path, square=square)))

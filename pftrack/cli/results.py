@@ -89,8 +89,9 @@ def open_results(
 
 
 def _open_together(stack: ExitStack, file: Path, video: Path | None, truth: Path | None) -> "FrameSequence":
+    from pftrack.sources.errors import SourceError
+    from pftrack.sources.limits import DEFAULT_LIMITS
     from pftrack.sources.results.parts import Part, open_parts
-    from pftrack.sources.sequence import DEFAULT_LIMITS, SourceError
 
     named: dict[Part, Path | None] = {"clip": video, "results": file, "truth": truth}
     try:

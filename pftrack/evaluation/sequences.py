@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from pftrack.sources.formats import SourceError
+from pftrack.sources.errors import SourceError
 from pftrack.sources.results.numbers import rectangle
 
 __all__ = ["BenchmarkError", "BenchmarkSequence", "find_sequences"]

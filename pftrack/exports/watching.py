@@ -12,8 +12,8 @@ from pftrack.exports.viewers import Shown, show
 from pftrack.model.sequence import FrameIndex
 from pftrack.runs.run import Run
 from pftrack.sources.beliefs.sequence import BeliefSequence
-from pftrack.sources.formats import SourceError
-from pftrack.sources.sequence import DEFAULT_LIMITS
+from pftrack.sources.errors import SourceError
+from pftrack.sources.limits import DEFAULT_LIMITS
 
 __all__ = ["Watcher"]
 

@@ -19,7 +19,8 @@ from av.video.reformatter import VideoReformatter
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
-from pftrack.sources.formats import ALLOWED, Format, SourceError
+from pftrack.sources.errors import SourceError
+from pftrack.sources.formats import ALLOWED, Format
 
 __all__ = ["Decoder", "orientation_of", "stored_size"]
 

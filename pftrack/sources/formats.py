@@ -10,15 +10,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from pftrack.sources.errors import SourceError
+from pftrack.sources.limits import HEAD_BYTES
+from pftrack.sources.results.form import form_of
+from pftrack.sources.text import decode, delimiter_of
+
 __all__ = [
     "ALLOWED",
-    "HEAD_BYTES",
     "RECORDING_ENTRY",
     "TRACKS_COLUMNS",
     "Format",
-    "SourceError",
-    "decode",
-    "delimiter_of",
     "is_beliefs",
     "sniff",
 ]
@@ -40,13 +41,6 @@ SIDES = ({"w", "h"}, {"width", "height"})
 
 RECORDING_ENTRY = "recording.json"
 """Name of the first entry of a recording of beliefs."""
-
-HEAD_BYTES = 1024
-"""How much of a file `sniff` wants to see."""
-
-
-class SourceError(ValueError):
-    """A sequence of pictures that cannot be used; the message is one sentence: what was wrong, what is allowed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,22 +84,6 @@ def is_beliefs(path: Path) -> bool:
             return sniff(file.read(HEAD_BYTES)).kind == "beliefs"
     except (OSError, SourceError):
         return False
-
-
-def decode(data: bytes) -> str:
-    """Return text, by its mark of byte order, as UTF-8, or else as Windows has it in Western Europe."""
-    for mark, encoding in ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16")):
-        if data.startswith(mark):
-            return data.decode(encoding, "replace")
-    try:
-        return data.decode("utf-8")
-    except UnicodeDecodeError:
-        return data.decode("cp1252", "replace")
-
-
-def delimiter_of(line: str) -> str:
-    """Return what separates the cells of a table's header: the most frequent of comma, semicolon and tab."""
-    return max(",;\t", key=line.count)
 
 
 def _tracks(head: bytes) -> bool:
@@ -157,12 +135,6 @@ def _recording(head: bytes) -> bool:
     return head.startswith(b"PK\x03\x04") and head[30:].startswith(RECORDING_ENTRY.encode())
 
 
-def _results(head: bytes) -> bool:
-    from pftrack.sources.results.reading import form_of  # noqa: PLC0415 - which reads by what stands here
-
-    return form_of(head) is not None
-
-
 def _any_text(head: bytes) -> bool:
     printable = bytes(range(32, 127)) + b"\t\r\n"
     return not head.translate(None, printable)
@@ -183,7 +155,7 @@ _READABLE: tuple[tuple[Format, Callable[[bytes], bool]], ...] = (
     (Format("video", "MPEG-TS", "mpegts"), _transport_stream),
     (Format("tracks", "table of tracks", ""), _tracks),
     (Format("beliefs", "recording of beliefs", ""), _recording),
-    (Format("beliefs", "results of a tracker", "results"), _results),
+    (Format("beliefs", "results of a tracker", "results"), lambda head: form_of(head) is not None),
 )
 
 _KNOWN: tuple[tuple[str, Callable[[bytes], bool]], ...] = (

@@ -23,9 +23,10 @@ from PIL import Image, ImageOps
 
 from pftrack.model.sequence import FrameIndex
 from pftrack.sources.cache import BoundedCache
-from pftrack.sources.formats import HEAD_BYTES, SourceError, sniff
+from pftrack.sources.errors import SourceError
+from pftrack.sources.formats import sniff
+from pftrack.sources.limits import HEAD_BYTES, Limits, check_bytes, check_pixels
 from pftrack.sources.ordering import natural_order
-from pftrack.sources.sequence import Limits, check_bytes, check_pixels
 
 __all__ = ["ImageSequence", "natural_order"]
 

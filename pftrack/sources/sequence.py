@@ -10,41 +10,15 @@ What a file is, its content tells, never its name (`pftrack.sources.formats`).
 import hashlib
 import io
 import os
-from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
 from pftrack.model.sequence import FrameIndex, FrameSequence
-from pftrack.sources.formats import ALLOWED, HEAD_BYTES, Format, SourceError, sniff
+from pftrack.sources.errors import SourceError
+from pftrack.sources.formats import ALLOWED, Format, sniff
+from pftrack.sources.limits import DEFAULT_LIMITS, HEAD_BYTES, Limits, check_bytes
 
-__all__ = [
-    "DEFAULT_LIMITS",
-    "Limits",
-    "SourceError",
-    "check_bytes",
-    "check_pixels",
-    "open_sequence",
-]
-
-
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """How large a sequence may be.
-
-    Attributes:
-        frames: Most frames.
-        pixels: Most pixels of one picture.
-        file_bytes: Largest file, or all files of a folder together.
-        cache_bytes: Decoded pictures kept at hand by an open sequence.
-    """
-
-    frames: int = 20_000
-    pixels: int = 1920 * 1080 * 2
-    file_bytes: int = 512 * 1024**2
-    cache_bytes: int = 64 * 1024**2
-
-
-DEFAULT_LIMITS = Limits()
+__all__ = ["open_sequence"]
 
 
 def open_sequence(
@@ -127,28 +101,3 @@ def _inspect(file: BinaryIO, limits: Limits) -> Format:
     check_bytes(file.seek(0, os.SEEK_END), limits, "the file has")
     file.seek(0)
     return found
-
-
-def check_bytes(size_bytes: int, limits: Limits, subject: str) -> None:
-    """Refuse what is larger than the limits allow.
-
-    Raises:
-        SourceError: It is; the sentence begins with the subject.
-    """
-    if size_bytes > limits.file_bytes:
-        size, most = (f"{number / 1024**2:.4g} MiB" for number in (size_bytes, limits.file_bytes))
-        raise SourceError(f"{subject} {size}; at most {most} are allowed")
-
-
-def check_pixels(width: int, height: int, limits: Limits, subject: str) -> None:
-    """Refuse pictures that have more pixels than the limits allow, or none.
-
-    Raises:
-        SourceError: They have; the sentence begins with the subject.
-    """
-    if width <= 0 or height <= 0:
-        raise SourceError(f"{subject} no size that can be read; expected from 1 to {limits.pixels:,} pixels")
-    if width * height > limits.pixels:
-        raise SourceError(
-            f"{subject} {width} x {height} = {width * height:,} pixels; at most {limits.pixels:,} are allowed"
-        )

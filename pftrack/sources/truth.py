@@ -24,8 +24,10 @@ import numpy as np
 from pftrack.model.frame import Target
 from pftrack.model.marks import Box, Mark
 from pftrack.model.truth import Truth
-from pftrack.sources.formats import SourceError, decode
-from pftrack.sources.results.reading import form_of, read_results
+from pftrack.sources.errors import SourceError
+from pftrack.sources.results.form import form_of
+from pftrack.sources.results.reading import read_results
+from pftrack.sources.text import decode
 from pftrack.spreadsheet import csv_text
 
 __all__ = [

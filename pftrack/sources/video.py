@@ -26,8 +26,9 @@ from numpy.typing import NDArray
 from pftrack.model.sequence import FrameIndex
 from pftrack.sources.cache import BoundedCache
 from pftrack.sources.decoder import Decoder, orientation_of, stored_size
+from pftrack.sources.errors import SourceError
 from pftrack.sources.formats import Format
-from pftrack.sources.sequence import Limits, SourceError, check_pixels
+from pftrack.sources.limits import Limits, check_pixels
 from pftrack.sources.timing import measure
 
 __all__ = ["VideoSequence"]

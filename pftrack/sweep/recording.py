@@ -15,7 +15,8 @@ from pathlib import Path
 from pftrack.experiments import Setup
 from pftrack.model.recipe import Footage
 from pftrack.model.sequence import FrameIndex, FrameSequence
-from pftrack.sources.sequence import DEFAULT_LIMITS, Limits, open_sequence
+from pftrack.sources.limits import DEFAULT_LIMITS, Limits
+from pftrack.sources.sequence import open_sequence
 from pftrack.sweep.plan import Plan
 
 __all__ = ["Packed", "Recording", "pack", "setup_of"]

@@ -19,7 +19,7 @@ from pftrack.model.sequence import FrameSequence
 from pftrack.model.source import History
 from pftrack.rendering.film import FilmWriter
 from pftrack.runs.run import Run
-from pftrack.sources.formats import SourceError
+from pftrack.sources.errors import SourceError
 from pftrack.sources.hand import HandSceneParameters, HandSource
 from pftrack.sources.sequence import open_sequence
 

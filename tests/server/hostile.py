@@ -12,7 +12,7 @@ from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
-from pftrack.sources.sequence import DEFAULT_LIMITS
+from pftrack.sources.limits import DEFAULT_LIMITS
 from pftrack_server.tasks.functions import index_frames
 
 HARM = Path(f"/tmp/harm-of-{os.getuid()}")  # noqa: S108 - the same for a child without TMPDIR

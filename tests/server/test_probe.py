@@ -12,7 +12,9 @@ from PIL import Image
 
 from pftrack.model.sequence import FrameIndex
 from pftrack.process import Budget
-from pftrack.sources.sequence import DEFAULT_LIMITS, Limits, SourceError, open_sequence
+from pftrack.sources.errors import SourceError
+from pftrack.sources.limits import DEFAULT_LIMITS, Limits
+from pftrack.sources.sequence import open_sequence
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.queue import Queues
 from pftrack_server.uploads import probe as module

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.model.sequence import FrameIndex
-from pftrack.sources.sequence import Limits, open_sequence
+from pftrack.sources.limits import Limits
+from pftrack.sources.sequence import open_sequence
 from pftrack.sources.video import VideoSequence
 
 Film = Callable[..., Path]

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pftrack.sources.sequence import SourceError, open_sequence
+from pftrack.sources.errors import SourceError
+from pftrack.sources.sequence import open_sequence
 from tests.sources.test_images import saved
 
 

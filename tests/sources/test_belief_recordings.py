@@ -10,7 +10,8 @@ import pytest
 import pftrack
 from pftrack.rendering.film import FilmWriter
 from pftrack.sources.beliefs import content
-from pftrack.sources.sequence import SourceError, open_sequence
+from pftrack.sources.errors import SourceError
+from pftrack.sources.sequence import open_sequence
 
 FRAMES, COUNT = 6, 50
 

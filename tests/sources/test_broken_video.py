@@ -8,7 +8,9 @@ import av
 import numpy as np
 import pytest
 
-from pftrack.sources.sequence import Limits, SourceError, open_sequence
+from pftrack.sources.errors import SourceError
+from pftrack.sources.limits import Limits
+from pftrack.sources.sequence import open_sequence
 from tests.sources.films import Draw, Film, Read, opened
 
 # ---------------------------------------------------------------- cut short and damaged

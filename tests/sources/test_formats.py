@@ -2,7 +2,8 @@
 
 import pytest
 
-from pftrack.sources.formats import SourceError, sniff
+from pftrack.sources.errors import SourceError
+from pftrack.sources.formats import sniff
 
 
 @pytest.mark.parametrize(

@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from pftrack.model.sequence import FrameIndex
+from pftrack.sources.errors import SourceError
 from pftrack.sources.images import ImageSequence
+from pftrack.sources.limits import Limits
 from pftrack.sources.ordering import natural_order
-from pftrack.sources.sequence import Limits, SourceError, open_sequence
+from pftrack.sources.sequence import open_sequence
 
 Draw = Callable[..., NDArray[np.uint8]]
 

@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 
 import pftrack
-from pftrack.sources.results.reading import form_of, read_results
+from pftrack.sources.errors import SourceError
+from pftrack.sources.results.form import form_of
+from pftrack.sources.results.reading import read_results
 from pftrack.sources.results.spreadsheet import rename
 from pftrack.sources.results.table import FORMS, Box
 from pftrack.sources.results.writing import write_results
-from pftrack.sources.sequence import SourceError, open_sequence
+from pftrack.sources.sequence import open_sequence
 
 # Lines of MOT16's own example of a result, and of its ground truth (motchallenge.net/instructions).
 MOT = "1, 3, 794.27, 247.59, 71.245, 174.88, -1, -1, -1, -1\n1, 6, 1648.1, 119.61, 66.504, 163.24, -1, -1, -1, -1\n"

@@ -9,8 +9,9 @@ import pytest
 from pftrack.geometry.face_model import FEATURES, LINKS, mean_model
 from pftrack.model.parameters import Parameters
 from pftrack.model.source import History
-from pftrack.sources.formats import SourceError
-from pftrack.sources.sequence import Limits, open_sequence
+from pftrack.sources.errors import SourceError
+from pftrack.sources.limits import Limits
+from pftrack.sources.sequence import open_sequence
 from pftrack.sources.tracks.bodies import named_shape, normalise
 from pftrack.sources.tracks.recorded import RecordedTracks, body_of
 from pftrack.sources.tracks.sequence import TrackSequence

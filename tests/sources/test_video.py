@@ -13,7 +13,9 @@ import pytest
 
 from pftrack.model.sequence import FrameIndex
 from pftrack.sources.decoder import Decoder
-from pftrack.sources.sequence import Limits, SourceError, open_sequence
+from pftrack.sources.errors import SourceError
+from pftrack.sources.limits import Limits
+from pftrack.sources.sequence import open_sequence
 from pftrack.sources.video import VideoSequence
 from tests.sources.films import Draw, Film, Read, decoded, opened
 

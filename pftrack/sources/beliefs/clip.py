@@ -13,8 +13,9 @@ from typing import BinaryIO
 from pftrack.model.sequence import FrameIndex, FrameSequence
 from pftrack.sources.beliefs.archive import Entry
 from pftrack.sources.beliefs.content import Content
-from pftrack.sources.formats import HEAD_BYTES, SourceError, sniff
-from pftrack.sources.sequence import Limits, check_bytes
+from pftrack.sources.errors import SourceError
+from pftrack.sources.formats import sniff
+from pftrack.sources.limits import HEAD_BYTES, Limits, check_bytes
 
 __all__ = ["find_clip", "open_clip"]
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from pftrack.model.belief import Belief
 from pftrack.sources.beliefs.archive import ARRAYS, COLUMNS, VERSION, Entry, Stored, entries_of, read_array, shape_of
-from pftrack.sources.formats import RECORDING_ENTRY, SourceError
+from pftrack.sources.errors import SourceError
+from pftrack.sources.formats import RECORDING_ENTRY
 
 __all__ = ["About", "Content"]
 

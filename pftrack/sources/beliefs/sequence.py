@@ -19,8 +19,8 @@ from pftrack.model.belief import Plane
 from pftrack.model.sequence import FrameIndex, FrameSequence
 from pftrack.sources.beliefs.clip import find_clip, open_clip
 from pftrack.sources.beliefs.content import Content
-from pftrack.sources.formats import SourceError
-from pftrack.sources.sequence import Limits, check_pixels
+from pftrack.sources.errors import SourceError
+from pftrack.sources.limits import Limits, check_pixels
 
 __all__ = ["BeliefSequence"]
 

@@ -11,7 +11,7 @@
 
 Numbers are told apart by commas, semicolons, tabs or spaces. Inside, frames and pixels count from 0.
 
-- `table`: what a file says; `reading`: which form a file has, and its boxes; `writing`: the same forms back;
+- `table`: what a file says; `form`: which form it has; `reading`: its boxes; `writing`: the same forms back;
 - `numbers`: MOTChallenge, OTB and VOT; `spreadsheet`: CSV; `cvat`; `coco`;
 - `recording`: results with their clip and their truth as a recording of beliefs.
 """

@@ -9,8 +9,9 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from pftrack.sources.formats import SourceError, decode
+from pftrack.sources.errors import SourceError
 from pftrack.sources.results.table import Box, ResultTable, table_of
+from pftrack.sources.text import decode
 
 __all__ = ["read_coco"]
 

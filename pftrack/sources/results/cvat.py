@@ -3,7 +3,7 @@
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from pftrack.sources.formats import SourceError
+from pftrack.sources.errors import SourceError
 from pftrack.sources.results.table import Box, ResultTable, table_of
 
 __all__ = ["read_cvat"]

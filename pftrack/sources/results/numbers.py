@@ -4,8 +4,9 @@ import math
 import re
 from collections.abc import Sequence
 
-from pftrack.sources.formats import SourceError, decode
+from pftrack.sources.errors import SourceError
 from pftrack.sources.results.table import Box, Form, ResultTable, around, table_of
+from pftrack.sources.text import decode
 
 __all__ = ["form_of_lines", "numbers_of", "read_mot", "read_rows", "rectangle"]
 

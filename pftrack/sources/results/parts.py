@@ -13,10 +13,11 @@ from typing import BinaryIO, Literal, TypeAlias
 
 from pftrack.model.sequence import FrameIndex
 from pftrack.sources.beliefs.sequence import BeliefSequence
-from pftrack.sources.formats import HEAD_BYTES, Format, SourceError, sniff
+from pftrack.sources.errors import SourceError
+from pftrack.sources.formats import Format, sniff
+from pftrack.sources.limits import HEAD_BYTES, Limits, check_bytes
 from pftrack.sources.results.reading import read_results_file
 from pftrack.sources.results.recording import record_results
-from pftrack.sources.sequence import Limits, check_bytes
 
 __all__ = ["Part", "open_parts", "part_names", "parts_in"]
 

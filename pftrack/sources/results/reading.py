@@ -3,35 +3,18 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from pftrack.sources.formats import HEAD_BYTES, SourceError, decode
+from pftrack.sources.errors import SourceError
 from pftrack.sources.results.coco import read_coco
 from pftrack.sources.results.cvat import read_cvat
+from pftrack.sources.results.form import form_of
 from pftrack.sources.results.numbers import form_of_lines, read_mot, read_rows
-from pftrack.sources.results.spreadsheet import columns_in, header_of, read_csv
+from pftrack.sources.results.spreadsheet import read_csv
 from pftrack.sources.results.table import FORMS, Form, ResultTable
+from pftrack.sources.text import decode
 
-__all__ = ["LARGEST_FILE_BYTES", "form_of", "read_results", "read_results_file"]
+__all__ = ["LARGEST_FILE_BYTES", "read_results", "read_results_file"]
 
 LARGEST_FILE_BYTES = 64 * 1024 * 1024
-
-
-def form_of(data: bytes) -> Form | None:
-    """Return the form of a file by its beginning; None if it is none of results."""
-    text = decode(data[:HEAD_BYTES]).lstrip()
-    if not text.isprintable() and any(ord(letter) < 32 and not letter.isspace() for letter in text):
-        return None  # no text
-    if text.startswith("<"):
-        return "cvat" if "<annotations" in text else None
-    if text.startswith(("{", "[")):
-        return (
-            "coco" if any(f'"{name}"' in text for name in ("images", "annotations", "bbox", "info", "videos")) else None
-        )
-    lines = text.splitlines()
-    # The last line of a beginning may be cut short.
-    whole = lines[:-1] if len(data) >= HEAD_BYTES and len(lines) > 1 else lines
-    if (found := form_of_lines(whole)) is not None:
-        return found
-    return "csv" if lines and columns_in(header_of(text)) is not None else None
 
 
 def read_results(

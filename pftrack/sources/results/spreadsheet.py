@@ -7,8 +7,9 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from pftrack.sources.formats import SourceError, decode, delimiter_of
+from pftrack.sources.errors import SourceError
 from pftrack.sources.results.table import Box, ResultTable, around, table_of
+from pftrack.sources.text import decode, delimiter_of
 
 __all__ = ["COLUMNS", "NAMES", "Preview", "columns_in", "header_of", "preview", "read_csv", "rename"]
 

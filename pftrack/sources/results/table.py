@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias
 
-from pftrack.sources.formats import SourceError
+from pftrack.sources.errors import SourceError
 
 __all__ = ["FORMS", "Box", "Form", "ResultTable", "around", "table_of"]
 

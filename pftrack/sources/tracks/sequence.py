@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.model.sequence import FrameIndex
+from pftrack.sources.errors import SourceError
+from pftrack.sources.limits import Limits
 from pftrack.sources.overlay import paint_disc
-from pftrack.sources.sequence import Limits, SourceError
 from pftrack.sources.tracks.table import LARGEST_FILE_BYTES, read_tracks
 
 __all__ = ["TrackSequence"]

@@ -13,7 +13,7 @@ from starlette.responses import Response
 
 from pftrack.experiment import Experiment
 from pftrack.experiments import EXPERIMENTS
-from pftrack.sources.formats import SourceError
+from pftrack.sources.errors import SourceError
 from pftrack.sources.results.spreadsheet import COLUMNS, preview
 from pftrack.sources.truth import LARGEST_FILE_BYTES
 from pftrack_server.api.dependencies import (

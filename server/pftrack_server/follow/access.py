@@ -20,7 +20,8 @@ from pftrack_server import errors
 from pftrack_server.base_path import address_of, encode_path, route_path
 from pftrack_server.errors import ApiError, ForbiddenError
 from pftrack_server.follow.follows import Follows
-from pftrack_server.follow.participant import PREFIX, Participant
+from pftrack_server.follow.links import PREFIX
+from pftrack_server.follow.participant import Participant
 from pftrack_server.follow.places import LECTURER
 from pftrack_server.follow.roles import Standing, is_allowed
 from pftrack_server.frontend import FRONTEND

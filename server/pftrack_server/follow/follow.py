@@ -10,9 +10,8 @@ from typing import Any
 from pftrack_server.errors import ConflictError, ForbiddenError
 from pftrack_server.follow.addresses import NOTICE, Address
 from pftrack_server.follow.forks import Fork, Forks
-from pftrack_server.follow.links import Links
+from pftrack_server.follow.links import PREFIX, Links
 from pftrack_server.follow.listeners import NewestListener
-from pftrack_server.follow.participant import PREFIX
 from pftrack_server.follow.places import LECTURER, Places
 from pftrack_server.follow.poll import Poll
 from pftrack_server.follow.roles import Reach, Standing, is_allowed

@@ -15,7 +15,10 @@ from typing import Final, Literal, NamedTuple
 from itsdangerous import BadSignature, Signer
 from itsdangerous.encoding import base64_decode
 
-__all__ = ["Claim", "Links", "Role"]
+__all__ = ["PREFIX", "Claim", "Links", "Role"]
+
+PREFIX = "/f"
+"""Where the addresses of all links are, behind the server's base path."""
 
 Role = Literal["owner", "follower"]
 

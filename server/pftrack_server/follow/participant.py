@@ -9,10 +9,8 @@ from pftrack_server.follow.roles import Reach, Standing
 if TYPE_CHECKING:
     from pftrack_server.follow.follow import Follow
 
-__all__ = ["PREFIX", "Participant", "participant_of"]
+__all__ = ["Participant", "participant_of"]
 
-PREFIX = "/f"
-"""Where the addresses of all links are, behind the server's base path."""
 PARTICIPANT = "pftrack.participant"
 
 

@@ -17,7 +17,7 @@ from pftrack.model.export import ExportError
 from pftrack.model.parameters import ParameterError
 from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
-from pftrack.sources.sequence import SourceError
+from pftrack.sources.errors import SourceError
 from pftrack.sweep import SweepError
 from pftrack_server.base_path import route_path
 from pftrack_server.errors import ApiError, response, shape

@@ -28,7 +28,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from pftrack_server import errors
 from pftrack_server.base_path import address_of, encode_path, route_path
-from pftrack_server.follow.participant import PREFIX
+from pftrack_server.follow.links import PREFIX
 from pftrack_server.frontend import FRONTEND
 from pftrack_server.log import RateLimitedLogger
 from pftrack_server.settings import Settings

@@ -14,7 +14,7 @@ from pftrack.filter_files import FilterFileError
 from pftrack.model.parameters import ParameterError
 from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
-from pftrack.sources.sequence import SourceError
+from pftrack.sources.errors import SourceError
 from pftrack_server.errors import ApiError, shape
 from pftrack_server.system_errors import failure_message
 

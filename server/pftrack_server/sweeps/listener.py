@@ -7,25 +7,32 @@ came and went before. So the slowest browser costs a sweep nothing.
 import asyncio
 import time
 from collections.abc import AsyncIterator
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from pftrack_server.schemas.stream import Pong, encode
 from pftrack_server.schemas.sweep_messages import Cells, Hello, Progress
-from pftrack_server.schemas.sweep_views import CellsPublic, MapPublic
+from pftrack_server.schemas.sweep_views import CellsPublic, MapPublic, SweepPublic
 from pftrack_server.stream.listeners import Listener
-
-if TYPE_CHECKING:
-    from pftrack_server.sweeps.sweep import Sweep
 
 __all__ = ["SweepListener"]
 
 EVERY_S = 0.2
 
 
+class Watched(Protocol):
+    """What a listener asks of a sweep."""
+
+    def view(self) -> SweepPublic:
+        """Return it as everybody outside sees it."""
+
+    async def cells(self, x: str | None = None, y: str | None = None) -> CellsPublic:
+        """Return its map over one or two axes."""
+
+
 class SweepListener(Listener):
     """One page that watches a sweep."""
 
-    def __init__(self, sweep: "Sweep", x: str | None, y: str | None) -> None:
+    def __init__(self, sweep: Watched, x: str | None, y: str | None) -> None:
         super().__init__()
         self.news.clear()  # the greeting is not waited for
         self._sweep = sweep

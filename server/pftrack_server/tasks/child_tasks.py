@@ -17,7 +17,7 @@ from pftrack.model.export import ExportError
 from pftrack.model.parameters import ParameterError
 from pftrack.process import Budget, Ending, Fault, Outcome, Refusal, Reply, run_task
 from pftrack.runs.record import RecordError
-from pftrack.sources.sequence import SourceError
+from pftrack.sources.errors import SourceError
 from pftrack.sources.truth import TruthError
 from pftrack_server.errors import RefusedError, UnavailableError
 from pftrack_server.log import RateLimitedLogger

@@ -11,7 +11,7 @@ from pftrack.filter_files import trust
 from pftrack.model.export import find_export
 from pftrack.model.recipe import Recipe
 from pftrack.runs import record
-from pftrack.sources.sequence import Limits
+from pftrack.sources.limits import Limits
 from pftrack_server.tasks.functions import Steps, reopen_footage
 
 __all__ = ["Order", "write_export"]

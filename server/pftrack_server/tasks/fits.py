@@ -10,7 +10,7 @@ from pftrack.fitting import fit
 from pftrack.model.recipe import Recipe
 from pftrack.process import report
 from pftrack.runs import record
-from pftrack.sources.sequence import Limits
+from pftrack.sources.limits import Limits
 from pftrack_server.tasks.functions import Steps, reopen_footage
 
 __all__ = ["FitOrder", "fit_run"]

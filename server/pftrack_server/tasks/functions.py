@@ -33,7 +33,9 @@ from pftrack.rendering.heat import over
 from pftrack.runs import record
 from pftrack.runs.reproduction import departure, difference
 from pftrack.runs.run import Change, Run
-from pftrack.sources.sequence import Limits, SourceError, open_sequence
+from pftrack.sources.errors import SourceError
+from pftrack.sources.limits import Limits
+from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthError
 
 __all__ = [

@@ -16,12 +16,12 @@ import structlog
 
 from pftrack.model.sequence import FrameIndex
 from pftrack.process import MEBIBYTE
-from pftrack.sources.formats import HEAD_BYTES
+from pftrack.sources.errors import SourceError
 from pftrack.sources.images import natural_order
+from pftrack.sources.limits import DEFAULT_LIMITS, HEAD_BYTES, Limits
 from pftrack.sources.results.parts import part_names
 from pftrack.sources.results.reading import LARGEST_FILE_BYTES
 from pftrack.sources.results.spreadsheet import rename
-from pftrack.sources.sequence import DEFAULT_LIMITS, Limits, SourceError
 from pftrack_server.errors import ConflictError, DiskFullError
 from pftrack_server.settings import Settings
 from pftrack_server.store.disk_budget import mebibytes

@@ -9,7 +9,8 @@ from pathlib import Path
 
 from pftrack.model.sequence import FrameIndex
 from pftrack.process import MEBIBYTE, Budget, Ending, Refusal, Reply
-from pftrack.sources.sequence import Limits, SourceError
+from pftrack.sources.errors import SourceError
+from pftrack.sources.limits import Limits
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.functions import index_frames
 

@@ -9,7 +9,7 @@ from pftrack.filter_files import FilterFileError, trust
 from pftrack.model.parameters import ParameterError
 from pftrack.process import BlockingEnd, confine, leave_interrupts_to_parent
 from pftrack.runs.record import RecordError
-from pftrack.sources.sequence import SourceError
+from pftrack.sources.errors import SourceError
 from pftrack_server.worker.protocol import Failed, WorkerConfig
 from pftrack_server.worker.worker import Worker
 

@@ -41,7 +41,8 @@ from pftrack.model.timeline import Timeline, check_timeline, parameter_values
 from pftrack.runs import checkpoint, record
 from pftrack.runs.loss_probability import LossAccount
 from pftrack.runs.run import Change, Run
-from pftrack.sources.sequence import DEFAULT_LIMITS, open_sequence
+from pftrack.sources.limits import DEFAULT_LIMITS
+from pftrack.sources.sequence import open_sequence
 from pftrack_server.schemas.description import SessionDescription
 from pftrack_server.schemas.inspection import InspectionPublic, InspectionUpdate
 from pftrack_server.schemas.snapshot import Goal, Problem, RunSnapshot

@@ -20,7 +20,7 @@ from pftrack.process import BlockingEnd
 from pftrack.rendering import png, render
 from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
-from pftrack.sources.sequence import SourceError
+from pftrack.sources.errors import SourceError
 from pftrack.warming.watch import watch
 from pftrack_server.flat.codec import DrawingEncoder
 from pftrack_server.pictures import PictureEncoder
