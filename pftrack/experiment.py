@@ -1,8 +1,11 @@
-"""What an experiment is: a named wiring of source, trackers, parameters, drawing and measure."""
+"""What an experiment is: a named wiring of source, trackers, parameters, drawing and measure.
+
+Whoever declares one finds here what it is declared with: presets, setups of sources, and the steps that it draws.
+"""
 
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +14,6 @@ from pftrack.learning.guidance import Guidance
 from pftrack.loss_probability.declaration import NOTHING_DECLARED, LossDeclaration
 from pftrack.model.calibration import STANDARD_CALIBRATION, Calibration, Direction, reasons
 from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.drawing import Drawing
 from pftrack.model.export import Export
 from pftrack.model.failure import Failure
 from pftrack.model.finder import Finder
@@ -23,15 +25,14 @@ from pftrack.model.measures import HIT_RATE, Measure
 from pftrack.model.own_account import own_account
 from pftrack.model.parameters import Declaration, ParameterError, Parameters, Value, declarations
 from pftrack.model.plot import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading
+from pftrack.model.preset import ExampleSweep, Preset
 from pftrack.model.recipe import Footage
 from pftrack.model.references import Citation
-from pftrack.model.sequence import FrameSequence, Kind
+from pftrack.model.sequence import Kind
 from pftrack.model.series import Series, SeriesValue, join
-from pftrack.model.source import Source
-from pftrack.model.suitability import Suitability
-from pftrack.model.tour import Tour
+from pftrack.model.setup import OnVideo, Setup, Suits
+from pftrack.model.step import Draw, Step
 from pftrack.model.tracker import Tracker, with_readers
-from pftrack.model.truth import Truth
 from pftrack.model.world import World
 from pftrack.sources.results.table import Box
 from pftrack.sources.truth import BOXES, TruthKind
@@ -55,148 +56,6 @@ PICTURES: tuple[Kind, ...] = ("video", "gif", "images")
 
 INTERFACE = 2
 """Version of what an experiment and the library expect of each other: raised with every change that may break one."""
-
-
-@dataclass(frozen=True, slots=True)
-class Step:
-    """One frame of a run: what was seen, what is believed, and the numbers of both.
-
-    Attributes:
-        frame: What the source showed.
-        state: The tracker's posterior, of the kind that the experiment's trackers have.
-        diagnostics: The numbers.
-        parameters: In force in this frame.
-        tracker: Name of the tracker that took the step.
-        tracker_title: Its title, as the experiment of the run has it.
-    """
-
-    frame: Frame
-    state: Any
-    diagnostics: Diagnostics
-    parameters: Any
-    tracker: str
-    tracker_title: str
-
-
-@dataclass(frozen=True)
-class Preset:
-    """A named starting point that shows something.
-
-    Attributes:
-        name: Name in addresses.
-        title: What it shows, a few words.
-        tracker: Name of the tracker.
-        parameters: Values that differ from the defaults.
-        seed: Of the run.
-        about: Names of further parameters that it is about, worth turning while it is watched.
-        scene: Names of those that it sets and is not about: what a scene is made of, and what is known beforehand.
-        watch: What to look at when it is opened, a sentence or two; frames in it are those of its own seed.
-        tour: What a guided tour says of it, where it is known to lose its target.
-    """
-
-    name: str
-    title: str
-    tracker: str
-    parameters: Mapping[str, Value] = field(default_factory=dict)
-    seed: int = 0
-    about: tuple[str, ...] = ()
-    watch: str = ""
-    scene: tuple[str, ...] = ()
-    tour: Tour | None = None
-
-    @property
-    def subjects(self) -> tuple[str, ...]:
-        """Names of all parameters that it is about: those that it sets beyond the scene's, then the further ones."""
-        set_here = (name for name in self.parameters if name not in self.scene)
-        return tuple(dict.fromkeys((*set_here, *self.about)))
-
-
-@dataclass(frozen=True)
-class ExampleSweep:
-    """A sweep that is worth starting as it stands.
-
-    Attributes:
-        axes: Values of the parameters that are varied, by name.
-        trackers: Names of the trackers that are compared.
-        trials: Runs of each tracker in each condition.
-        frames: Length of a run.
-    """
-
-    axes: Mapping[str, tuple[Value, ...]]
-    trackers: tuple[str, ...]
-    trials: int
-    frames: int
-
-
-@dataclass(frozen=True)
-class Setup:
-    """A source wired for one experiment, with the defaults that suit it.
-
-    Attributes:
-        open_source: (seed, parameters of frame 0) -> source.
-        parameters: Defaults in force for this source; one flat model of scene and tracker.
-        footage: What a recipe says of the recording, with the target where it was marked or found; None for a
-            simulated scene.
-        success: Name of the measure that decides on success, a share: its frames that miss are counted against the
-            parameter with the role "loss_share".
-        units: Parameters of frame 0 -> units that this source has for itself, by the name of a plot, and by "estimate"
-            that of the estimate and its error; None where the experiment's own hold.
-        beside: (frame, state, parameters) -> the value of `BESIDE`, where a target's likelihood is one of places.
-    """
-
-    open_source: Callable[[int, Any], Source[Any]]
-    parameters: Parameters
-    footage: Footage | None = None
-    success: str = HIT_RATE.name
-    units: Callable[[Any], Mapping[str, str]] | None = None
-    beside: Callable[[Frame, Any, Any], float] | None = None
-
-
-class Draw(Protocol):
-    """Draw a frame."""
-
-    def __call__(self, step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
-        """Return what is to be seen.
-
-        Args:
-            step: The frame.
-            past: The run's diagnostics up to this frame, or further.
-            other: The diagnostics of the same frame in a second run, if there is one to compare with.
-        """
-
-
-class OnVideo(Protocol):
-    """Wire a recording for an experiment."""
-
-    def __call__(
-        self, sequence: FrameSequence, mark: Mark | None, *, start: int = 0, truth: Truth | None = None
-    ) -> Setup:
-        """Return the setup of a recording.
-
-        Args:
-            sequence: The pictures.
-            mark: The target in the picture `start`, of a kind that the experiment takes; None to have it found, where
-                that can be done, or where nothing is to be marked.
-            start: Number of the picture to start at, or to look for the target from.
-            truth: By number of the picture, where it is known.
-
-        Raises:
-            ParameterError: The mark or the start is not within the recording.
-            ValueError: There is no target in it.
-        """
-
-
-class Suits(Protocol):
-    """Look whether a target in a recording can be followed, before it is tracked."""
-
-    def __call__(self, sequence: FrameSequence, footage: Footage, parameters: Any) -> Suitability:  # noqa: ANN401 - the experiment's own model
-        """Return how suitable it is.
-
-        Args:
-            sequence: The pictures.
-            footage: What a setup says of the recording: where it starts, and the target's mark there.
-            parameters: Of frame 0.
-        """
 
 
 @dataclass(frozen=True)

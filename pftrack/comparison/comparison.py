@@ -229,5 +229,5 @@ def _decisive(run: Run) -> Measure:
 
 def _values(run: Run, rows: Sequence[Diagnostics]) -> NDArray[np.float64]:
     """Return what that measure says of each frame, 1 or 0, NaN where it is not known."""
-    course = evaluated_run(rows, run.experiment.all_series(), judged=run.experiment.judges_loss)
+    course = evaluated_run(run.experiment, rows)
     return _decisive(run).values(course)

@@ -128,7 +128,7 @@ def evaluate_sequence(
         for seed in range(seeds):
             run = Run(experiment, setup, tracker=tracker, seed=seed, frames=sequence.frames, timeline=changes)
             run.finish()
-            course = evaluated_run(run.diagnostics, experiment.all_series(), judged=experiment.judges_loss)
+            course = evaluated_run(experiment, run.diagnostics)
             found = evaluate((SUCCESS, PRECISION), course)
             if SUCCESS.name not in found:
                 raise BenchmarkError(f"{run.tracker} of {experiment.id} believes in no box, which overlap needs")

@@ -102,6 +102,10 @@ class Timeline:
                 timeline = _append(timeline, later)
         return timeline
 
+    def in_force_until(self, frame: int) -> tuple[tuple[str, Any], ...]:
+        """Return each tracker, by name, and the parameters with it that are in force in any frame up to one."""
+        return tuple((one.tracker, one.parameters) for one in self.segments if one.start <= frame)
+
     def changes_until(self, frame: int) -> tuple[Change, ...]:
         """Return the changes up to a frame: those that a branch leaving there has as well."""
         return tuple(change for change in self.changes if change.frame <= frame)

@@ -1,9 +1,6 @@
 """Runs: one source folded through one tracker.
 
-A run is a seed and a timeline of parameter changes; everything else follows from them. The fold
-
-    state_t = step(state_{t-1}, frame_t, parameters_t, random numbers of (seed, t))
-
+A run is a seed and a timeline of parameter changes; everything else follows from them. The fold (`pftrack.runs.fold`)
 is pure, so it can be entered anywhere: the run keeps whole states at keyframes, and `seek` restores the nearest one
 and repeats the few steps from there, to the same numbers. A change of a parameter takes effect in the next frame; the
 past is the past, and a change to it makes a `branch`.
@@ -12,7 +9,6 @@ past is the past, and a change to it makes a `branch`.
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from os import PathLike
 from pathlib import Path
-from statistics import median
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, cast
 
@@ -21,20 +17,19 @@ import numpy as np
 from pftrack.entry_points import PRESENTERS, load
 from pftrack.experiment import Experiment, Setup, Step
 from pftrack.model.calibration import Direction
-from pftrack.model.diagnostics import Diagnostics, diagnose
+from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.export import Exported
-from pftrack.model.frame import Frame
-from pftrack.model.measures import EvaluatedRun, evaluate
+from pftrack.model.measures import evaluate
 from pftrack.model.parameters import ParameterError, flat, with_role
 from pftrack.model.recipe import Recipe
 from pftrack.model.timeline import LONGEST_RUN, Change, Timeline
 from pftrack.model.tracker import TrackState
-from pftrack.numerics.random import LARGEST_KEY, LARGEST_SEED, Purpose, Stream
+from pftrack.numerics.random import LARGEST_KEY, LARGEST_SEED
 from pftrack.runs.checkpoint import Checkpoint
+from pftrack.runs.fold import Fold
 from pftrack.runs.keyframes import Keyframes
-from pftrack.runs.measurements import measurements
-from pftrack.runs.scoring import allowed_loss, estimates_hash, evaluated_run, judge, judge_state
-from pftrack.runs.summary import Summary
+from pftrack.runs.scoring import estimates_hash, evaluated_run
+from pftrack.runs.summary import Summary, summarise
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -84,12 +79,12 @@ class Run:
         )
         begun = self.parameters_at(0)
         self.experiment = experiment if setup.units is None else experiment.with_units(setup.units(begun))
-        self.source = setup.open_source(self.seed, begun)
+        self.source = setup.open_source(seed, begun)
         self.frames = _check_length(frames, self.source.frame_count, experiment.frames)
         self.diagnostics: list[Diagnostics] = []
         self._explained: Any = None
         self._keyframes = Keyframes()
-        self._declared = {series.name: series for series in experiment.all_series()}
+        self._fold = Fold(self.experiment, setup, self.source, seed)
         self.current = self._compute(0, None)
 
     @classmethod
@@ -152,8 +147,7 @@ class Run:
 
     def seed_at(self, frame: int) -> int:
         """Return the seed of the tracker's random numbers in a frame: the run's, unless a change has set another."""
-        changed = self.timeline.seed_at(frame)
-        return self.seed if changed is None else changed
+        return self._fold.seed_at(frame, self.timeline)
 
     def advance(self) -> Step:
         """Compute the next frame and return it.
@@ -196,7 +190,7 @@ class Run:
             raise ParameterError("frame", frame, f"a whole number between 0 and {self.frames - 1}")
         if frame < self.position or self._keyframes.latest(frame)[0] > self.position:
             index, state = self._keyframes.latest(frame)
-            self.current = self._make_step(index, state)
+            self.current = self._recall_step(index, state)
             yield self.current
         while self.position < frame:
             yield self.advance()
@@ -214,7 +208,7 @@ class Run:
         if not 0 <= first <= last <= self.computed:
             raise ParameterError("frame", first, f"a whole number between 0 and {self.computed}, and the last after it")
         index, state = self._keyframes.latest(first)
-        step = self.current if index < self.position <= first else self._make_step(index, state)
+        step = self.current if index < self.position <= first else self._recall_step(index, state)
         while True:
             if step.frame.index >= first:
                 yield step
@@ -325,23 +319,15 @@ class Run:
         frames, last = sorted(checkpoint.states), len(checkpoint.diagnostics) - 1
         if len(frames) < 2 or (frames[0], frames[-1]) != (0, last):
             return False
-        if checkpoint.recipe != self._past(last) or not self._agrees(checkpoint, frames[-2]):
+        if checkpoint.recipe != self._past(last):
+            return False
+        before = frames[-2]
+        if not self._fold.agrees(checkpoint.states[before], checkpoint.diagnostics[before + 1], self.timeline):
             return False
         self.diagnostics = list(checkpoint.diagnostics)
         for frame in frames:
             self._keyframes.offer(frame, checkpoint.states[frame])
         return True
-
-    def _agrees(self, checkpoint: Checkpoint, index: int) -> bool:
-        following = index + 1
-        tracker = self.experiment.trackers[self.tracker_at(following)]
-        rng = Stream(self.seed_at(following), following, Purpose.TRACK)
-        try:
-            state = tracker.step(checkpoint.states[index], self._frame(following), self.parameters_at(following), rng)
-        except Exception:  # noqa: BLE001 - it was made for another version, and may fail in any way
-            return False
-        row = checkpoint.diagnostics[following]
-        return tuple((self.experiment.scale * state.estimate).tolist()) == row.estimate
 
     def _past(self, frame: int) -> str:
         """Return the recipe as far as the frames up to one know of it, as JSON."""
@@ -359,16 +345,14 @@ class Run:
 
         Empty if they are.
         """
-        segments = self.timeline.segments
-        in_force = ((one.tracker, one.parameters) for one in segments if one.start <= self.computed)
-        return self.experiment.miscalibration(*in_force)
+        return self.experiment.miscalibration(*self.timeline.in_force_until(self.computed))
 
     def measures(self) -> Mapping[str, float | int]:
         """Return the measures of the run so far that it has a truth for, by name."""
         measures = self.experiment.measures_on(self.setup.footage)
         if measures == self.experiment.run_measures and all(row.truth is None for row in self.diagnostics):
             return {}
-        return evaluate(measures, self._evaluated())
+        return evaluate(measures, evaluated_run(self.experiment, self.diagnostics))
 
     def summary(self) -> Summary:
         """Return what came of the run so far.
@@ -376,23 +360,7 @@ class Run:
         Success and measures count the frames whose truth is known; where there are none, success is None and no
         measure is known.
         """
-        parameters = self.parameters_at(self.computed)
-        course = self._evaluated()
-        decisive = self.experiment.measure_named(self.setup.success)
-        return Summary(
-            experiment=self.experiment.id,
-            tracker=self.tracker,
-            seed=self.seed,
-            frames=len(self.diagnostics),
-            parameters=flat(self.parameters_at(0)),
-            changes=self.timeline.changes,
-            unit=self.experiment.unit,
-            verdict=judge(course, decisive, allowed_loss(parameters)),
-            measures=evaluate(self.experiment.measures_on(self.setup.footage), course),
-            step_ms_median=median(row.step_ms for row in self.diagnostics[1:]) if self.computed else None,
-            miscalibration=self.miscalibration,
-            estimates_sha256=self.estimates_sha256,
-        )
+        return summarise(self.experiment, self.setup, self.timeline, self.seed, self.diagnostics)
 
     def save(self, path: str | PathLike[str], *, states: bool = False) -> None:
         """Write the run to a file from which it can be computed again; `pftrack.load` reads it.
@@ -463,47 +431,18 @@ class Run:
         """The last explanation with what would have saved the run; None if none was asked for since the last change."""
         return self._explained
 
-    def _evaluated(self) -> EvaluatedRun:
-        return evaluated_run(self.diagnostics, self.experiment.all_series(), judged=self.experiment.judges_loss)
-
-    def _frame(self, index: int) -> Frame:
-        return self.source.frame(index, self.timeline.history)
-
     def _compute(self, index: int, previous: TrackState | None) -> Step:
-        parameters, name = self.parameters_at(index), self.tracker_at(index)
-        tracker = self.experiment.trackers[name]
-        frame = self._frame(index)
+        frame = self._fold.frame(index, self.timeline)
         begun = perf_counter()
-        if previous is None:
-            rng = Stream(self.seed, index, Purpose.START)
-            state = tracker.start(self.source.start, frame, parameters, rng)
-        else:
-            rng = Stream(self.seed_at(index), index, Purpose.TRACK)
-            state = tracker.step(previous, frame, parameters, rng)
+        state = self._fold.state(frame, previous, self.timeline)
         step_ms = 1e3 * (perf_counter() - begun)
-        if index < len(self.diagnostics):
-            return self._make_step(index, state, frame)
-        row = diagnose(
-            frame,
-            state,
-            judge_state(self.experiment, state, frame.target, parameters),
-            step_ms,
-            scale=self.experiment.scale,
-            searching=tracker.searching(state) if tracker.searching else None,
-            series=measurements(self.experiment, self._declared, tracker, frame, state, self._beside(frame, state)),
-        )
-        self.diagnostics.append(row)
-        self._keyframes.offer(index, state)
-        return self._make_step(index, state, frame)
+        if index == len(self.diagnostics):
+            self.diagnostics.append(self._fold.diagnose(frame, state, self.timeline, step_ms))
+            self._keyframes.offer(index, state)
+        return self._fold.step(frame, state, self.diagnostics[index], self.timeline)
 
-    def _beside(self, frame: Frame, state: TrackState) -> Callable[[], float] | None:
-        beside, parameters = self.setup.beside, self.parameters_at(frame.index)
-        return None if beside is None else lambda: beside(frame, state, parameters)
-
-    def _make_step(self, index: int, state: TrackState, frame: Frame | None = None) -> Step:
-        row, name = self.diagnostics[index], self.tracker_at(index)
-        title = self.experiment.trackers[name].title
-        return Step(frame or self._frame(index), state, row, self.parameters_at(index), name, title)
+    def _recall_step(self, index: int, state: TrackState) -> Step:
+        return self._fold.step(self._fold.frame(index, self.timeline), state, self.diagnostics[index], self.timeline)
 
 
 def _check_seed(seed: int) -> int:

@@ -119,21 +119,15 @@ def judge(course: EvaluatedRun, decisive: Measure, allowed_share: float) -> Verd
     return Verdict(len(known), mean_error, success, name, count, first)
 
 
-def evaluated_run(rows: Sequence[Diagnostics], declared: Sequence[Series], *, judged: bool) -> EvaluatedRun:
-    """Return a run beside its truth.
-
-    Args:
-        rows: Of all its frames.
-        declared: Series that they may have.
-        judged: Whether the experiment has a notion of lost.
-    """
+def evaluated_run(experiment: Experiment, rows: Sequence[Diagnostics]) -> EvaluatedRun:
+    """Return a run beside its truth, from the numbers of all its frames."""
     unknown = (np.nan,) * len(rows[0].estimate)
-    extent = extent_series(declared)
+    extent = extent_series(experiment.all_series())
     return EvaluatedRun(
         np.array([row.estimate for row in rows]),
         np.array([row.truth or unknown for row in rows]),
         np.array([np.nan if row.error is None else row.error for row in rows]),
-        np.array([bool(row.lost) for row in rows]) if judged else None,
+        np.array([bool(row.lost) for row in rows]) if experiment.judges_loss else None,
         np.array([row.extent or (np.nan, np.nan) for row in rows]),
         np.array([(extent and row.vector(extent)) or (np.nan, np.nan) for row in rows]),
         np.array([np.nan if row.searching is None else float(row.searching) for row in rows]),

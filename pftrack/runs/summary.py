@@ -1,16 +1,21 @@
 """Summaries: what came of a run, for a table, a file and a batch."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from statistics import median
 from typing import Any
 
-from pftrack.model.calibration import DIRECTIONS, Direction
-from pftrack.model.measures import HIT_RATE
-from pftrack.model.parameters import Value
-from pftrack.model.timeline import Change
-from pftrack.runs.scoring import Verdict
+import numpy as np
 
-__all__ = ["Summary"]
+from pftrack.experiment import Experiment, Setup
+from pftrack.model.calibration import DIRECTIONS, Direction
+from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.measures import HIT_RATE, evaluate
+from pftrack.model.parameters import Value, flat
+from pftrack.model.timeline import Change, Timeline
+from pftrack.runs.scoring import Verdict, allowed_loss, estimates_hash, evaluated_run, judge
+
+__all__ = ["Summary", "summarise"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,3 +73,33 @@ class Summary:
             **{direction: self.miscalibration.get(direction) for direction in DIRECTIONS},
             "estimates_sha256": self.estimates_sha256,
         }
+
+
+def summarise(
+    experiment: Experiment, setup: Setup, timeline: Timeline, seed: int, rows: Sequence[Diagnostics]
+) -> Summary:
+    """Return what came of a run.
+
+    Args:
+        experiment: Its wiring.
+        setup: Its source.
+        timeline: Its changes.
+        seed: Of all randomness.
+        rows: The numbers of the frames that it has computed.
+    """
+    course, last = evaluated_run(experiment, rows), len(rows) - 1
+    decisive = experiment.measure_named(setup.success)
+    return Summary(
+        experiment=experiment.id,
+        tracker=timeline.tracker_at(0),
+        seed=seed,
+        frames=len(rows),
+        parameters=flat(timeline.parameters_at(0)),
+        changes=timeline.changes,
+        unit=experiment.unit,
+        verdict=judge(course, decisive, allowed_loss(timeline.parameters_at(last))),
+        measures=evaluate(experiment.measures_on(setup.footage), course),
+        step_ms_median=median(row.step_ms for row in rows[1:]) if last else None,
+        miscalibration=experiment.miscalibration(*timeline.in_force_until(last)),
+        estimates_sha256=estimates_hash(np.array([row.estimate for row in rows])),
+    )

@@ -82,7 +82,7 @@ def _series_are_declared(experiment: Experiment, tracker: str) -> None:
 
 def _measures_are_numbers(experiment: Experiment, tracker: str) -> None:
     run = straight(experiment, tracker).run
-    course = evaluated_run(run.diagnostics, experiment.all_series(), judged=experiment.judges_loss)
+    course = evaluated_run(experiment, run.diagnostics)
     for measure in experiment.run_measures:
         values = measure.frames(course)
         shape, kind = np.shape(values), np.asarray(values).dtype

@@ -1,5 +1,6 @@
 """The page of a run, opened from a file while the network is off."""
 
+import dataclasses
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,7 @@ import pytest
 
 from pftrack import entry_points
 from pftrack.displays.readings import format_reading
+from pftrack.experiments import find
 from pftrack.model.export import ExportError
 from pftrack.model.frame import Frame
 from pftrack.model.recipe import Recipe
@@ -165,19 +167,23 @@ class _Noise:
         self._source = source
 
     def frame(self, index: int, history: Any) -> Frame:
-        from dataclasses import replace
-
         rng = np.random.default_rng(index)
         coarse = rng.integers(0, 255, (48, 64, 3), dtype=np.uint8).repeat(10, 0).repeat(10, 1)
         fine = rng.integers(0, 40, coarse.shape, dtype=np.uint8)
-        return replace(self._source.frame(index, history), image_rgb=np.clip(coarse + fine, 0, 255).astype(np.uint8))
+        image_rgb = np.clip(coarse + fine, 0, 255).astype(np.uint8)
+        return dataclasses.replace(self._source.frame(index, history), image_rgb=image_rgb)
 
 
 @pytest.mark.slow
 def test_300_frames_of_a_recording_are_under_10_mb(tmp_path: Path) -> None:
     """Pictures of 640 x 480 px with noise in them and 800 particles a frame stay under 10 MB."""
-    run = make(Recipe(experiment="ball", frames=300))
-    run.source = _Noise(run.source)  # type: ignore[assignment]
+    ball = find("ball")
+    setup = ball.simulate()
+
+    def open_noise(seed: int, parameters: Any) -> Any:
+        return _Noise(setup.open_source(seed, parameters))
+
+    run = Run(ball, dataclasses.replace(setup, open_source=open_noise), frames=300)
     run.finish()
     run.export(tmp_path / "run.html")
     assert 5e6 < (tmp_path / "run.html").stat().st_size < 10e6
