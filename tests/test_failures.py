@@ -2,11 +2,12 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from pftrack.experiments import EXPERIMENTS, find
-from pftrack.failures import entry, gallery, run_failure
-from pftrack.model.failure import KINDS, ORDER, Cure, Failure, Finding
+from pftrack.failures import entry, gallery, measure, run_failure
+from pftrack.model.failure import KINDS, ORDER, Cure, Failure
 from pftrack.model.timeline import Change
 from pftrack.testing import CheckError, experiment_checks
 
@@ -60,9 +61,29 @@ def test_a_cure_changes_the_beginning_alone() -> None:
     assert failure.recipe("ball", seed=4).seed == 4
 
 
-def test_a_finding_says_its_numbers() -> None:
-    """The sentence has each number in its place and in its format."""
-    assert Finding(True, "{a:.1f} of {b:.0f}", {"a": 1.26, "b": 3}).words == "1.3 of 3"
+def test_what_shows_a_failure_is_measured_in_both_runs() -> None:
+    """The columns that the diagnosis is said from, from the loss to the end, in the failing and the cured run."""
+    failing, cured = (run_failure(QUICK, cured=it) for it in (False, True))
+    assert (failing.shown, cured.shown) == (True, False)
+    assert failing.sign is not None
+    assert failing.finding == failing.sign.words
+    assert cured.finding == "The target is not lost in any frame."
+    told = {each.title: each for each in measure(failing, cured)}
+    error = told["distance from the truth"]
+    assert (error.unit, error.failing) == ("px", np.median([row.error for row in failing.rows[7:]]))
+    assert error.cured == np.median([row.error for row in cured.rows[7:]])
+    assert measure(cured, cured) == ()
+
+
+def test_a_flag_is_measured_as_a_share_of_frames() -> None:
+    """Of what holds or does not in a frame the share of the frames is told; what is found again is told as found."""
+    shown = entry(EXPERIMENTS, "mirror-pose")
+    failing, cured = (run_failure(shown, cured=it) for it in (False, True))
+    (share,) = (each for each in measure(failing, cured) if each.title == "mirror image")
+    mirrored = [row.number("mirrored") == 1.0 for row in failing.rows[19:]]
+    assert (share.unit, share.failing) == ("%", pytest.approx(100 * sum(mirrored) / len(mirrored)))
+    assert share.cured < 50 < share.failing
+    assert cured.finding.startswith("The target is lost in 15 of 51 frames, first in frame 7, and followed again")
 
 
 def test_two_failures_of_one_id_are_refused() -> None:
@@ -75,7 +96,14 @@ def test_two_failures_of_one_id_are_refused() -> None:
     ("wrong", "said"),
     [
         ({"cure": Cure("", {})}, "the cure of a must cure"),
-        ({"parameters": {}, "tracker": "condensation"}, "a must fail as its symptom says"),
+        (
+            {"parameters": {}, "tracker": "condensation"},
+            "a must be diagnosed as wrong dynamics, got: Lost in frame 16",
+        ),
+        (
+            {"cause": "look-alike-capture"},
+            "a must be diagnosed as look-alike capture, got: Lost in frame 7",
+        ),
         ({"frame": 20}, "a must stand at a frame in which the target is held, got 20"),
         ({"frame": 3}, "a must stand at the frame before the loss, got 3"),
         ({"frame": 59}, "a must stand before its last frame, got 59"),
@@ -89,22 +117,14 @@ def test_a_failure_that_does_not_hold_is_found_out(wrong: dict[str, object], sai
         check()
 
 
-def test_a_failure_of_another_name_than_its_cause_is_found_out() -> None:
-    """One that has the name of a cause must be diagnosed as that; the symptom alone does not do."""
-    experiment = replace(find("ball"), failures=(ill("look-alike-capture"),))
-    check = next(check for check in experiment_checks(experiment) if str(check).endswith("(look-alike-capture)"))
-    with pytest.raises(CheckError, match="must be what the diagnosis says of its run, got: wrong-dynamics"):
-        check()
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("shown", ALL, ids=lambda each: each.failure.id)
 def test_no_failure_is_an_accident_of_its_seed(shown: object) -> None:
     """On ten other seeds at least half of the runs fail in the same way, and of the cured ones nine of ten do not."""
     assert isinstance(shown, type(QUICK))
     seeds = range(100, 110)
-    fails = [run_failure(shown, seed=seed).finding.shown for seed in seeds]
+    fails = [run_failure(shown, seed=seed).shown for seed in seeds]
     cured = [run_failure(shown, cured=True, seed=seed) for seed in seeds]
-    well = [not done.finding.shown and not done.rows[-1].is_lost for done in cured]
+    well = [not done.shown and not done.rows[-1].is_lost for done in cured]
     assert sum(fails) >= 5
     assert sum(well) >= 9

@@ -1,9 +1,10 @@
 /** One of the two runs of a failure: what is said of it, and a place for its picture. */
 
 import { fill, h } from "../shared/dom.js";
+import { quantity } from "../shared/format.js";
 import { linkTo } from "../shared/share_link.js";
 import { tokens } from "../shared/theme.js";
-import { settings } from "./difference_text.js";
+import { settings, withUnit } from "./difference_text.js";
 
 /** @import { FailureResult, FailurePublic } from "../shared/messages.js" */
 /** @typedef {"failing"|"cured"} Side */
@@ -34,6 +35,7 @@ export function column(failure, side) {
   const colour = tokens(COLOURS[side])[COLOURS[side]];
   const place = h("div", { class: "failure-view" });
   const measured = h("p", { class: "measured", role: "status" }, h("span", { class: "bone shimmer" }));
+  const numbers = h("div", { class: "failure-numbers" });
   const element = h(
     "section",
     { class: "failure-column", "aria-label": HEADS[side], data: { side } },
@@ -49,18 +51,35 @@ export function column(failure, side) {
       ),
       h("p", {}, side === "failing" ? failure.diagnosis : failure.cure),
       measured,
+      numbers,
     ),
     place,
   );
   const tell = (/** @type {string} */ sentence) => fill(measured, sentence);
-  return { element, place, side, name: HEADS[side], setting, colour, tell, show: (course) => fill(measured, ...told(course[side])) };
+  const show = (/** @type {FailureResult} */ course) => {
+    fill(measured, told(course[side]));
+    fill(numbers, ...numbersOf(course, side));
+  };
+  return { element, place, side, name: HEADS[side], setting, colour, tell, show };
 }
 
 /**
- * What was measured in a run, and why it was lost where it was.
+ * Why a run is lost where it stays so, and what was found in its numbers.
  *
  * @param {FailureResult[Side]} run
  */
 function told({ finding, why, lost }) {
-  return [finding, lost.at(-1) && h("span", { class: "why" }, ` By its numbers alone: ${why}`)];
+  return lost.at(-1) ? [h("strong", {}, why), ` ${finding}`] : finding;
+}
+
+/**
+ * What shows the failure, as it is in one of the runs from the loss on.
+ *
+ * @param {FailureResult} course
+ * @param {Side} side
+ */
+function numbersOf({ frame, measured }, side) {
+  const words = (/** @type {FailureResult["measured"][number]} */ it) => withUnit(quantity(it[side], it.unit), it.unit);
+  const terms = measured.map((it) => h("div", {}, h("dt", {}, it.title), h("dd", {}, words(it))));
+  return measured.length ? [h("p", { class: "hint" }, `From frame ${frame} on`), h("dl", {}, terms)] : [];
 }

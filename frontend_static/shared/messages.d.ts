@@ -573,6 +573,8 @@ export interface FailurePublic {
   title: string;
   kind: string;
   kind_title: string;
+  /** What the diagnosis of its run comes to first */
+  cause: "sample-impoverishment" | "overconfident-weights" | "look-alike-capture" | "wrong-dynamics" | "occlusion-longer-than-memory" | "degenerate-resampling" | "mirror-pose" | "shrinking-covariance" | "template-drift" | "detector-seized-by-background" | "target-not-in-the-picture" | "unclear";
   experiment: string;
   experiment_title: string;
   /** What goes wrong and why */
@@ -593,6 +595,10 @@ export interface FailurePublic {
 /** Both runs of a failure, computed on this server. */
 export interface FailureResult {
   unit: string;
+  /** In which the target is lost; null if it is not lost here */
+  frame: number | null;
+  /** From that frame on: medians, and shares of frames in % */
+  measured: MeasuredPublic[];
   failing: FailureRun;
   cured: FailureRun;
 }
@@ -605,8 +611,9 @@ export interface FailureRun {
   lost: boolean[];
   /** Whether the run fails in this way */
   shown: boolean;
-  /** What was measured, a sentence with its numbers */
+  /** What was found in its numbers, a sentence */
   finding: string;
+  /** What the sentence is said from; empty where it does not fail so */
   numbers: Record<string, unknown>;
   /** Why its target was lost, told from its numbers alone, a sentence */
   why: string;
@@ -1204,6 +1211,14 @@ export interface MeasurePublic {
   better: "higher" | "lower";
   /** Author, title and year of whoever defined it; empty for the project's own */
   source: string;
+}
+
+/** What shows a failure, in its run and in the cured one; null where a run has no such number. */
+export interface MeasuredPublic {
+  title: string;
+  unit: string;
+  failing: number | null;
+  cured: number | null;
 }
 
 /** What one follower alone is told. */

@@ -1,5 +1,6 @@
 """`failures`: the gallery of failures, one of its runs in words and numbers, and both of its runs as a figure."""
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,7 +11,7 @@ from pftrack.cli.listing import Json
 from pftrack.cli.output import emit, note, suffix_of, table, whole, wrong_use
 
 if TYPE_CHECKING:
-    from pftrack.failures import Entry, FailureRun
+    from pftrack.failures import Entry, FailureRun, Measured
 
 __all__ = ["register"]
 
@@ -49,21 +50,39 @@ def run(
     json: Json = False,
 ) -> None:
     """Compute the run of a failure, or the cured one, and say what is measured in it."""
-    from pftrack.failures import run_failure
+    from pftrack.failures import measure, run_failure
+    from pftrack.model.series import to_json
     from pftrack.numerics.random import LARGEST_SEED
 
     found = _entry(failure)
     chosen = None if seed is None else whole("--seed", seed, 0, LARGEST_SEED)
     with compiling():
-        done = run_failure(found, cured=cured, seed=chosen)
-    lost = [row.frame for row in done.rows if row.is_lost]
-    why = done.diagnosis.sentence
+        runs = [run_failure(found, cured=it, seed=chosen) for it in (False, True)]
+    done, measured = runs[cured], measure(*runs)
     if json:
-        measured = {"shown": done.finding.shown, "finding": done.finding.words, "numbers": done.finding.numbers}
-        recipe = done.recipe.model_dump(mode="json", exclude={"footage"})
-        emit({**_about(found), "cured": cured, "recipe": recipe, **measured, "lost_frames": lost, "why": why})
+        numbers = done.sign.numbers if done.sign else {}
+        emit(
+            {
+                **_about(found),
+                "cured": cured,
+                "recipe": done.recipe.model_dump(mode="json", exclude={"footage"}),
+                "shown": done.shown,
+                "finding": done.finding,
+                "numbers": {name: to_json(number) for name, number in numbers.items()},
+                "measured": [
+                    {"title": it.title, "unit": it.unit, "failing": to_json(it.failing), "cured": to_json(it.cured)}
+                    for it in measured
+                ],
+                "lost_frames": [row.frame for row in done.rows if row.is_lost],
+                "why": done.diagnosis.sentence,
+            }
+        )
         return
-    _tell(found, done, lost, cured=cured)
+    _tell(found, done, cured=cured)
+    if measured:
+        typer.echo(f"\nFrom frame {runs[0].diagnosis.frame} on")
+        table("", ("", "fails", "cured"), [(_what(it), _digits(it.failing), _digits(it.cured)) for it in measured])
+    typer.echo(f"\n{'The run that fails' if cured else 'With its cure'}: {_command(found, cured=not cured)}")
 
 
 @group.command()
@@ -97,18 +116,27 @@ def _entry(name: str) -> "Entry":
         raise wrong_use(str(error.args[0])) from None
 
 
-def _tell(entry: "Entry", done: "FailureRun", lost: list[int], *, cured: bool) -> None:
+def _tell(entry: "Entry", done: "FailureRun", *, cured: bool) -> None:
     failure = entry.failure
     how = f"{entry.experiment.title}, {entry.experiment.trackers[done.recipe.tracker or ''].title}"
     typer.echo(f"{entry.number}  {failure.title}{', cured' if cured else ''}\n{how}, seed {done.recipe.seed}\n")
     typer.echo(failure.cure.text if cured else failure.diagnosis)
-    typer.echo(f"\nMeasured: {done.finding.words}")
-    typer.echo(f"It {'fails' if done.finding.shown else 'does not fail'} in this way.")
-    typer.echo(f"Lost in {len(lost)} of {len(done.rows)} frames" + (f", first in frame {lost[0]}." if lost else "."))
-    if lost:
-        typer.echo(f"By its numbers alone: {done.diagnosis.sentence}")
-    other = f"pftrack failures run {failure.id}" + ("" if cured else " --cured")
-    typer.echo(f"\n{'The run that fails' if cured else 'With its cure'}: {other}")
+    typer.echo(f"\nIt {'fails' if done.shown else 'does not fail'} in this way.")
+    if done.diagnosis.lost:
+        typer.echo(done.diagnosis.sentence)
+    typer.echo(done.finding)
+
+
+def _what(it: "Measured") -> str:
+    return f"{it.title}, {it.unit}" if it.unit else it.title
+
+
+def _digits(number: float) -> str:
+    return f"{number:.3g}" if math.isfinite(number) else ""
+
+
+def _command(entry: "Entry", *, cured: bool) -> str:
+    return f"pftrack failures run {entry.failure.id}" + (" --cured" if cured else "")
 
 
 def _about(entry: "Entry") -> dict[str, object]:
@@ -118,6 +146,7 @@ def _about(entry: "Entry") -> dict[str, object]:
         "id": failure.id,
         "title": failure.title,
         "kind": failure.kind,
+        "cause": failure.cause,
         "experiment": entry.experiment.id,
         "tracker": failure.tracker,
         "seed": failure.seed,

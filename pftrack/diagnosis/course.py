@@ -31,11 +31,13 @@ class Column:
         name: Attribute of `Course`.
         title: What it is, a few words.
         unit: Of its numbers; "run" for the run's own unit, empty for pure numbers.
+        is_flag: Whether it is 0 or 1 in each frame.
     """
 
     name: str
     title: str
     unit: str = ""
+    is_flag: bool = False
 
 
 COLUMNS = {
@@ -48,10 +50,10 @@ COLUMNS = {
         Column("ess_share", "ESS over the particles"),
         Column("distinct", "different particles"),
         Column("kept", "model's likeness to the first look"),
-        Column("hidden", "out of sight"),
-        Column("searching", "searching"),
-        Column("mirrored", "mirror image"),
-        Column("outside", "beyond the picture"),
+        Column("hidden", "out of sight", is_flag=True),
+        Column("searching", "searching", is_flag=True),
+        Column("mirrored", "mirror image", is_flag=True),
+        Column("outside", "beyond the picture", is_flag=True),
         Column("step", "way of the estimate a frame", "run"),
         Column("true_step", "way of the target a frame", "run"),
     )
@@ -108,6 +110,11 @@ class Course:
     def __len__(self) -> int:
         """Return the number of frames L."""
         return len(self.error)
+
+    def unit_of(self, name: str) -> str:
+        """Return the unit of a column (`COLUMNS`); empty for pure numbers."""
+        unit = COLUMNS[name].unit
+        return self.unit if unit == "run" else unit
 
     @cached_property
     def ess_share(self) -> Numbers:

@@ -14,7 +14,7 @@ from pftrack.model.cause import CAUSES, CauseId
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.runs.loss_intervals import first_loss
 
-__all__ = ["Diagnosis", "Evidence", "Followed", "diagnose", "diagnose_course"]
+__all__ = ["Diagnosis", "Evidence", "Followed", "course_of_run", "diagnose", "diagnose_course"]
 
 LEAD_IN, LEAD_OUT = 12, 12
 """So many frames before the first sign and after the moment belong to the evidence."""
@@ -144,10 +144,14 @@ def diagnose(run: Followed, frame: int | None = None) -> Diagnosis:
     Raises:
         ValueError: The frame has not been computed.
     """
+    return diagnose_course(course_of_run(run), frame)
+
+
+def course_of_run(run: Followed) -> Course:
+    """Return the course of a run, as far as it has been computed."""
     experiment, image = run.experiment, run.current.frame.image_rgb
     size = (image.shape[1], image.shape[0]) if image is not None and experiment.unit == "px" else None
-    course = course_of(run.diagnostics, experiment.all_series(), unit=experiment.unit, size=size)
-    return diagnose_course(course, frame)
+    return course_of(run.diagnostics, experiment.all_series(), unit=experiment.unit, size=size)
 
 
 def diagnose_course(course: Course, frame: int | None = None, rules: Sequence[Rule] = RULES) -> Diagnosis:
@@ -191,13 +195,8 @@ def _evidence(course: Course, sign: Sign, at: int) -> tuple[Evidence, ...]:
     for name in sign.evidence:
         values = getattr(course, name)[first:behind]
         if np.isfinite(values).any():
-            column = COLUMNS[name]
-            unit = course.unit if column.unit == "run" else column.unit
-            shown.append(
-                Evidence(
-                    name, column.title, unit, first, tuple(_finite(value) for value in values.tolist()), sign.since
-                )
-            )
+            column, numbers = COLUMNS[name], tuple(_finite(value) for value in values.tolist())
+            shown.append(Evidence(name, column.title, course.unit_of(name), first, numbers, sign.since))
     return tuple(shown)
 
 

@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from pftrack.diagnosis.course import Flags
+from pftrack.diagnosis.course import Course, Flags, Numbers
 from pftrack.diagnosis.moment import FOLLOWING, Moment, middle
 from pftrack.model.cause import CauseId
 
@@ -125,9 +125,9 @@ def alike_particles(moment: Moment) -> Sign | None:
             "sample-impoverishment",
             since,
             1.0,
-            "Since frame {since:.0f} {few:.0f} or fewer of {count:.0f} particles differ in what no noise renews; in "
-            "frame {frame:.0f} it is {left:.0f}.",
-            {"since": since, "few": FEW_DIFFERENT, "count": count, "left": left, "frame": frame},
+            "Of {count:.0f} particles {left:.0f} differ in what no noise renews when the target is lost, and {few:.0f} "
+            "or fewer since frame {since:.0f}: where it may go otherwise, there is none.",
+            {"since": since, "few": FEW_DIFFERENT, "count": count, "left": left},
             ("distinct", "error", "fit"),
         )
     effective = middle(course.ess[moment.usual])
@@ -148,13 +148,15 @@ def sure_of_nothing(moment: Moment) -> Sign | None:
     """Ask whether weights prefer some particles where nothing of the target is seen."""
     course = moment.course
     blind = moment.unseen & ~(course.outside == 1.0)
-    share = middle(course.ess_share[moment.around][blind[moment.around]])
-    if not (share < OPINIONATED and np.count_nonzero(blind[moment.around]) >= 3):
+    hides = course.hidden[moment.near] == 1.0
+    # What is only half covered is still told from the rest, and rightly: where it is known, all of it must be hidden.
+    window, nothing = (moment.near, blind & (course.hidden == 1.0)) if hides.any() else (moment.around, blind)
+    share = middle(course.ess_share[window][nothing[window]])
+    if not (share < OPINIONATED and np.count_nonzero(nothing[window]) >= 3):
         return None
     grown = middle(course.deviation[moment.after]) / middle(course.deviation[moment.usual])
-    hides = course.hidden[moment.near]
     # Where it is in sight, the particles are elsewhere, and which of them is the least wrong says nothing of weights.
-    if not (hides == 1.0).any() if np.isfinite(hides).any() else not grown < GROWN:
+    if not hides.any() if np.isfinite(course.hidden[moment.near]).any() else not grown < GROWN:
         return None
     since = moment.since(blind)
     return Sign(
@@ -164,24 +166,26 @@ def sure_of_nothing(moment: Moment) -> Sign | None:
         "Since frame {since:.0f} the picture does not show the target where it is believed to be, and yet the weights "
         "prefer some places: the ESS is {share:.0%} of the particles, where all should count alike.",
         {"since": since, "share": share},
-        ("ess_share", "fit", "deviation"),
+        ("ess_share", "fit", "deviation", "error"),
     )
 
 
 def mirror_image(moment: Moment) -> Sign | None:
     """Ask whether the estimate is the mirror image of the truth."""
     mirrored = moment.course.mirrored == 1.0
-    if not mirrored[moment.before.start : moment.frame + 2 * FOLLOWING].any():
+    window = mirrored[moment.before.start : moment.frame + 2 * FOLLOWING]
+    if not window.any():
         return None
+    first = moment.before.start + int(np.argmax(window))
     # Near the pose at which both are one, neither is nearer: it is lost before that can be told.
     since = min(moment.since(mirrored), moment.frame)
     return Sign(
         "mirror-pose",
         since,
         1.0,
-        "Since frame {since:.0f} the estimate is nearer to the mirror image of the target than to the target, and the "
-        "camera cannot tell one from the other.",
-        {"since": since},
+        "Since frame {since:.0f} the estimate is nearer to the mirror image of the target than to the target; then it "
+        "is {off:.1f}{unit} off, and the camera cannot tell one from the other.",
+        {"since": since, "off": float(moment.course.error[first])},
         ("mirrored", "error", "fit"),
     )
 
@@ -306,12 +310,14 @@ def out_of_sight(moment: Moment) -> Sign | None:
         "occlusion-longer-than-memory",
         since,
         min(1.0, length / 4),
-        "From frame {since:.0f} on the target goes out of sight, where it is for {frames:.0f} frames; in frame "
-        "{frame:.0f} the deviation has grown from {usual:.1f} to {deviation:.1f}{unit}, and the error is "
-        "{error:.1f}{unit}.",
+        "From frame {since:.0f} on the target goes out of sight, where it is for {frames:.0f} frames. It goes "
+        "{true:.1f}{unit} on meanwhile, and the estimate {believed:.1f}{unit}; in frame {frame:.0f} the deviation has "
+        "grown from {usual:.1f} to {deviation:.1f}{unit}, and the error is {error:.1f}{unit}.",
         {
             "since": since,
             "frames": length,
+            "true": _way(course.truths[begun : begun + length]),
+            "believed": _way(course.estimates[begun : begun + length]),
             "frame": moment.frame,
             "usual": middle(course.deviation[moment.usual]),
             "deviation": float(course.deviation[moment.frame]),
@@ -368,14 +374,14 @@ def left_behind(moment: Moment) -> Sign | None:
         return None
     far = course.error > 0.5 * course.error[moment.frame]
     since = min(moment.since(far, gap=0), moment.since(moment.unseen, gap=0))
-    true, believed = (middle(steps[since : moment.frame + 1]) for steps in (course.true_step, course.step))
+    true, believed = _paces(course, since, moment.frame)
     return Sign(
         "wrong-dynamics",
         since,
         0.8,
         "Since frame {since:.0f} the target, in full sight, goes {true:.1f}{unit} a frame and the estimate "
-        "{believed:.1f}{unit}; in frame {frame:.0f} they are {error:.1f}{unit} apart, and no "
-        "particle is left where the target is seen.",
+        "{believed:.1f}{unit} that way; in frame {frame:.0f} they are {error:.1f}{unit} apart, and nothing of what is "
+        "believed is left where the target is seen.",
         {
             "since": since,
             "true": true,
@@ -404,6 +410,21 @@ RULES: tuple[Rule, ...] = (
     left_behind,
 )
 """All of them; of two signs since the same frame the one whose rule comes first is told first."""
+
+
+def _way(places: Numbers) -> float:
+    """Return how far it is from the first to the last of places (n, d)."""
+    return float(np.sqrt(np.square(places[-1] - places[0]).sum())) if len(places) else np.nan
+
+
+def _paces(course: Course, since: int, frame: int) -> tuple[float, float]:
+    """Return how far the target goes a frame between two frames, and how far the estimate goes in that direction."""
+    first, frames = max(since - 1, 0), min(frame, frame - since + 1)
+    goes, follows = (places[frame] - places[first] for places in (course.truths, course.estimates))
+    length = float(np.sqrt(np.square(goes).sum()))
+    if not (length > 0.0 and goes.shape == follows.shape):
+        return middle(course.true_step[since : frame + 1]), middle(course.step[since : frame + 1])
+    return length / frames, float(goes @ follows) / length / frames
 
 
 def _stretch(holds: Flags, first: int) -> int:

@@ -206,10 +206,10 @@ GLOSSARY = (
             Term("suitability", "a number from 0 to 1: how well a tracker can follow a marked target"),
             Term("series", "what a tracker or an experiment measures in every frame"),
             Term("reading", "a line of numbers for one frame, beside the picture"),
-            Term("failure", "a named way to fail, with a symptom that can be measured"),
+            Term("failure", "a named way to fail, whose cause the diagnosis can tell from the run"),
             Term("diagnosis", "what went wrong with a run, since when, and the numbers that this is said from"),
             Term("sign", "that a cause of a loss is at work, by numbers of the run", ("signs",)),
-            Term("cure", "the change that removes the symptom"),
+            Term("cure", "the change with which a run no longer fails so"),
         ),
     ),
     Section(

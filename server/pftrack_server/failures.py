@@ -40,6 +40,7 @@ def public(shown: Entry) -> FailurePublic:
         title=failure.title,
         kind=failure.kind,
         kind_title=KINDS[failure.kind],
+        cause=failure.cause,
         experiment=experiment.id,
         experiment_title=experiment.title,
         diagnosis=failure.diagnosis,

@@ -78,8 +78,11 @@ def test_a_failure_and_its_cure_are_watched_in_step(failure: FailurePage, server
     failure.until(
         lambda: failure.verdict("failing") == "on target (by truth)", "the target is held in the frame before"
     )
-    failure.until(lambda: "the estimate 4.4 px" in failure.measured("failing"), "what is measured is told")
-    failure.until(lambda: "the estimate 27.3 px" in failure.measured("cured"), "of the cured run as well")
+    failure.until(lambda: "the estimate 3.8 px that way" in failure.measured("failing"), "what is measured is told")
+    failure.until(lambda: "not lost in any frame" in failure.measured("cured"), "of the cured run as well")
+    numbers = [page.inner_text(f"[data-side={side}] .failure-numbers") for side in ("failing", "cured")]
+    assert all("distance from the truth" in each for each in numbers)
+    assert numbers[0] != numbers[1]
     heights = reading_heights(page)
     assert "Tracker Guided diffusion" in page.inner_text("[data-side=failing] h2")
     assert "Tracker Condensation" in page.inner_text("[data-side=cured] h2")

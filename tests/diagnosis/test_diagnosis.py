@@ -6,7 +6,6 @@ import pytest
 
 import pftrack
 from pftrack.diagnosis import Course, course_of, diagnose, diagnose_course
-from pftrack.experiments import find
 from pftrack.model.cause import CAUSES, CauseId
 from pftrack.model.parameters import Value
 from pftrack.runs.run import Run
@@ -92,9 +91,3 @@ def test_without_truth_lost_is_the_trackers_own_word() -> None:
     silent = diagnose_course(without_truth(ball("h-spf")))
     assert (silent.frame, silent.witness) == (None, "")
     assert silent.sentence.startswith("Nobody says whether the target is lost")
-
-
-def test_every_failure_that_has_a_name_is_a_cause() -> None:
-    """What experiments declare as failures and what a diagnosis can say have the same names."""
-    named = {failure.id for name in ("ball", "histogram", "linkage") for failure in find(name).failures}
-    assert named <= set(CAUSES)

@@ -43,7 +43,7 @@ def test_a_failure_says_what_its_cure_changes(client: httpx.Client) -> None:
 
 
 def test_what_its_runs_come_to_is_computed_here(client: httpx.Client, server: Server) -> None:
-    """The course has an error and a verdict for each frame of both runs, and what the symptom measures in them.
+    """The course has an error and a verdict for each frame of both runs, and what shows the failure in them.
 
     It is computed once: another start of the server has it from the disk.
     """
@@ -55,6 +55,10 @@ def test_what_its_runs_come_to_is_computed_here(client: httpx.Client, server: Se
     assert (failing["lost"][6], failing["lost"][7]) == (False, True)
     assert not any(cured["lost"])
     assert f"{failing['numbers']['believed']:.1f} px" in failing["finding"]
+    assert cured["finding"] == "The target is not lost in any frame."
+    assert course["frame"] == 7
+    error = next(it for it in course["measured"] if it["title"] == "distance from the truth")
+    assert error["failing"] > 10 * error["cured"]
     assert client.get("/api/v1/failures/wrong-dynamics/course").json() == course
 
     async def would_compute(name: str) -> None:

@@ -36,6 +36,6 @@ def show_failure(failure: AFailure) -> FailurePublic:
 
 @router.get("/{failure}/course")
 async def course_of_failure(failure: AFailure, services: TheServices) -> FailureResult:
-    """Tell how its run and the cured one went: their errors, and what the failure's symptom measures in them."""
+    """Tell how its run and the cured one went: their errors, and what shows the failure in their numbers."""
     course = await services.results.get(failure.experiment.id, run_with_and_without_cure, failure.failure.id)
     return FailureResult.model_validate(course)

@@ -4,10 +4,11 @@ from typing import Any
 
 from pydantic import BaseModel, Field
 
+from pftrack.model.cause import CauseId
 from pftrack.model.parameters import Value
 from pftrack.model.recipe import Recipe
 
-__all__ = ["DifferencePublic", "FailureNeighbour", "FailurePublic", "FailureResult", "FailureRun"]
+__all__ = ["DifferencePublic", "FailureNeighbour", "FailurePublic", "FailureResult", "FailureRun", "MeasuredPublic"]
 
 
 class DifferencePublic(BaseModel):
@@ -34,6 +35,7 @@ class FailurePublic(BaseModel):
     title: str
     kind: str
     kind_title: str
+    cause: CauseId = Field(description="What the diagnosis of its run comes to first")
     experiment: str
     experiment_title: str
     diagnosis: str = Field(description="What goes wrong and why")
@@ -53,14 +55,25 @@ class FailureRun(BaseModel):
     errors: list[float | None] = Field(description="Of each frame; null where the truth is unknown")
     lost: list[bool] = Field(description="Whether the target is lost in a frame")
     shown: bool = Field(description="Whether the run fails in this way")
-    finding: str = Field(description="What was measured, a sentence with its numbers")
-    numbers: dict[str, Any]
+    finding: str = Field(description="What was found in its numbers, a sentence")
+    numbers: dict[str, Any] = Field(description="What the sentence is said from; empty where it does not fail so")
     why: str = Field(description="Why its target was lost, told from its numbers alone, a sentence")
+
+
+class MeasuredPublic(BaseModel):
+    """What shows a failure, in its run and in the cured one; null where a run has no such number."""
+
+    title: str
+    unit: str
+    failing: float | None
+    cured: float | None
 
 
 class FailureResult(BaseModel):
     """Both runs of a failure, computed on this server."""
 
     unit: str
+    frame: int | None = Field(description="In which the target is lost; null if it is not lost here")
+    measured: list[MeasuredPublic] = Field(description="From that frame on: medians, and shares of frames in %")
     failing: FailureRun
     cured: FailureRun

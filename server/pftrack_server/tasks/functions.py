@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiments import EXPERIMENTS, find
-from pftrack.failures import FailureRun, entry, run_failure
+from pftrack.failures import FailureRun, entry, measure, run_failure
 from pftrack.filter_files import trust
 from pftrack.model.finder import Sighting
 from pftrack.model.marks import read_mark
@@ -106,18 +106,23 @@ def draw_experiment(experiment_id: str) -> dict[str, Any]:
 def run_with_and_without_cure(failure_id: str) -> dict[str, Any]:
     """Return how the run of a failure went, and the cured one."""
     shown = entry(EXPERIMENTS, failure_id)
-    failing, cured = (_run_json(run_failure(shown, cured=cured)) for cured in (False, True))
-    return {"unit": shown.experiment.unit, "failing": failing, "cured": cured}
+    failing, cured = (run_failure(shown, cured=it) for it in (False, True))
+    measured = [
+        {"title": it.title, "unit": it.unit, "failing": to_json(it.failing), "cured": to_json(it.cured)}
+        for it in measure(failing, cured)
+    ]
+    both = {"failing": _run_json(failing), "cured": _run_json(cured)}
+    return {"unit": shown.experiment.unit, "frame": failing.diagnosis.frame, "measured": measured, **both}
 
 
 def _run_json(done: FailureRun) -> dict[str, Any]:
-    finding = done.finding
+    numbers = done.sign.numbers if done.sign else {}
     return {
         "errors": [to_json(math.nan if row.error is None else row.error) for row in done.rows],
         "lost": [row.is_lost for row in done.rows],
-        "shown": finding.shown,
-        "finding": finding.words,
-        "numbers": {name: to_json(number) for name, number in finding.numbers.items()},
+        "shown": done.shown,
+        "finding": done.finding,
+        "numbers": {name: to_json(number) for name, number in numbers.items()},
         "why": done.diagnosis.sentence,
     }
 
