@@ -1,9 +1,9 @@
 """Runs: one source folded through one tracker.
 
-A run is a seed and a timeline of parameter changes; everything else follows from them. The fold (`pftrack.runs.fold`)
-is pure, so it can be entered anywhere: the run keeps whole states at keyframes, and `seek` restores the nearest one
-and repeats the few steps from there, to the same numbers. A change of a parameter takes effect in the next frame; the
-past is the past, and a change to it makes a `branch`.
+A run is a seed and a timeline of parameter changes; everything else follows from them. The recursion
+(`pftrack.runs.recursion`) is pure, so it can be entered anywhere: the run keeps whole states at keyframes, and `seek`
+restores the nearest one and repeats the few steps from there, to the same numbers. A change of a parameter takes effect
+in the next frame; the past is the past, and a change to it makes a `branch`.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -26,8 +26,8 @@ from pftrack.model.timeline import LONGEST_RUN, Change, Timeline
 from pftrack.model.tracker import TrackState
 from pftrack.numerics.random import LARGEST_KEY, LARGEST_SEED
 from pftrack.runs.checkpoint import Checkpoint
-from pftrack.runs.fold import Fold
 from pftrack.runs.keyframes import Keyframes
+from pftrack.runs.recursion import Recursion
 from pftrack.runs.scoring import estimates_hash, evaluated_run
 from pftrack.runs.summary import Summary, summarise
 
@@ -84,7 +84,7 @@ class Run:
         self.diagnostics: list[Diagnostics] = []
         self._explained: Any = None
         self._keyframes = Keyframes()
-        self._fold = Fold(self.experiment, setup, self.source, seed)
+        self._recursion = Recursion(self.experiment, setup, self.source, seed)
         self.current = self._compute(0, None)
 
     @classmethod
@@ -147,7 +147,7 @@ class Run:
 
     def seed_at(self, frame: int) -> int:
         """Return the seed of the tracker's random numbers in a frame: the run's, unless a change has set another."""
-        return self._fold.seed_at(frame, self.timeline)
+        return self._recursion.seed_at(frame, self.timeline)
 
     def advance(self) -> Step:
         """Compute the next frame and return it.
@@ -322,7 +322,7 @@ class Run:
         if checkpoint.recipe != self._past(last):
             return False
         before = frames[-2]
-        if not self._fold.agrees(checkpoint.states[before], checkpoint.diagnostics[before + 1], self.timeline):
+        if not self._recursion.agrees(checkpoint.states[before], checkpoint.diagnostics[before + 1], self.timeline):
             return False
         self.diagnostics = list(checkpoint.diagnostics)
         for frame in frames:
@@ -432,17 +432,19 @@ class Run:
         return self._explained
 
     def _compute(self, index: int, previous: TrackState | None) -> Step:
-        frame = self._fold.frame(index, self.timeline)
+        frame = self._recursion.frame(index, self.timeline)
         begun = perf_counter()
-        state = self._fold.state(frame, previous, self.timeline)
+        state = self._recursion.state(frame, previous, self.timeline)
         step_ms = 1e3 * (perf_counter() - begun)
         if index == len(self.diagnostics):
-            self.diagnostics.append(self._fold.diagnose(frame, state, self.timeline, step_ms))
+            self.diagnostics.append(self._recursion.diagnose(frame, state, self.timeline, step_ms))
             self._keyframes.offer(index, state)
-        return self._fold.step(frame, state, self.diagnostics[index], self.timeline)
+        return self._recursion.step(frame, state, self.diagnostics[index], self.timeline)
 
     def _recall_step(self, index: int, state: TrackState) -> Step:
-        return self._fold.step(self._fold.frame(index, self.timeline), state, self.diagnostics[index], self.timeline)
+        return self._recursion.step(
+            self._recursion.frame(index, self.timeline), state, self.diagnostics[index], self.timeline
+        )
 
 
 def _check_seed(seed: int) -> int:

@@ -3,53 +3,39 @@
 It knows neither pipe nor clock: the worker drives it, and tests can too.
 """
 
-import dataclasses
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from pftrack.experiment import Experiment, Setup, Step
-from pftrack.experiments import find
+from pftrack.experiment import Experiment, Setup
 from pftrack.explanation import explain
 from pftrack.exports.formats import exporting, exports_of
 from pftrack.files import free_bytes
-from pftrack.filter_files import (
-    FilterFileError,
-    digest_of,
-    extend,
-    new_defaults,
-    trust,
-    widen,
-    with_digests,
-)
+from pftrack.filter_files import digest_of, extend, new_defaults, trust, widen, with_digests
 from pftrack.loss_probability.declaration import LOSS_PROBABILITY
 from pftrack.model.calibration import TITLES
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.drawing import Drawing
 from pftrack.model.export import find_export
-from pftrack.model.faults import without_faults
-from pftrack.model.layer import Key
-from pftrack.model.legend import drawn_keys
-from pftrack.model.palette import COLOURS
-from pftrack.model.parameters import ParameterError, Parameters, declarations, flat, limit_particles, revise, with_role
-from pftrack.model.recipe import Footage, Recipe
-from pftrack.model.sequence import FrameIndex, FrameSequence
+from pftrack.model.parameters import ParameterError, declarations, flat, with_role
+from pftrack.model.recipe import Recipe
 from pftrack.model.suitability import BESIDE, describe_course
 from pftrack.model.timeline import Timeline, check_timeline, parameter_values
 from pftrack.runs import checkpoint, record
 from pftrack.runs.loss_probability import LossAccount
 from pftrack.runs.run import Change, Run
-from pftrack.sources.limits import DEFAULT_LIMITS
-from pftrack.sources.sequence import open_sequence
 from pftrack_server.schemas.description import SessionDescription
 from pftrack_server.schemas.inspection import InspectionPublic, InspectionUpdate
-from pftrack_server.schemas.snapshot import Goal, Problem, RunSnapshot
+from pftrack_server.schemas.snapshot import Goal, RunSnapshot
 from pftrack_server.worker.description import describe
-from pftrack_server.worker.looking import Looking
+from pftrack_server.worker.filter_versions import changes_between, usable_filters, uses
+from pftrack_server.worker.frame_view import FrameView
+from pftrack_server.worker.particle_limit import limit_change, limit_recipe
 from pftrack_server.worker.protocol import WorkerConfig
-from pftrack_server.worker.timeline_view import threshold_views, timeline_view
+from pftrack_server.worker.timeline_view import describe_timeline
+from pftrack_server.worker.wiring import wire
 
 __all__ = ["RunTree"]
 
@@ -78,7 +64,6 @@ class RunTree:
             LookupError: There is no such experiment.
         """
         self._recipe = recipe = with_digests(config.run.recipe)
-        self.problem: Problem | None = None
         self._max_particles = config.max_particles
         self._on_step = on_step
         self._states = Path(config.states) if config.states else None
@@ -87,17 +72,17 @@ class RunTree:
         if frames is not None and frames > config.max_frames:
             raise ParameterError("frames", frames, f"at most {config.max_frames} on this server")
         # That of the recording alone, to which what filters bring is added.
-        self._bare = self._wire(config)
-        self._adopt(self._usable(recipe))
+        self._bare = wire(config)
+        filters, self.problem = usable_filters(recipe)
+        self._adopt(filters)
         recipe = self._recipe
         self.active = config.run.branch
         self._runs: dict[str, Run] = {}  # the one that was active last comes last
         self._left: dict[str, str] = {}
         self.restarts = 0
-        self._looking = Looking()
+        self._view = FrameView()
         self._loss = LossAccount()
         self._course: tuple[Timeline | None, dict[str, Any]] = None, {}
-        self._legend: tuple[str, dict[tuple[str, Key], None]] = "", {}
         self._measured: tuple[tuple[str, int, int], dict[str, float | int]] = ("", 0, -1), {}
         self._runs[self.active] = self._begin(recipe)
         check_timeline(recipe.timeline, self.run.frames)
@@ -164,7 +149,7 @@ class RunTree:
         tracker, parameters = run.tracker_at(following), run.parameters_at(following)
         # Most frames have the timeline of the frame before.
         if self._course[0] is not run.timeline:
-            self._course = run.timeline, self._told_course()
+            self._course = run.timeline, describe_timeline(run)
         return RunSnapshot(
             branch=self.active,
             second=self.second,
@@ -177,16 +162,6 @@ class RunTree:
             computed=run.computed,
             branch_point=self.branch_point,
         )
-
-    def _told_course(self) -> dict[str, Any]:
-        """Return what is told of the recipe of the active branch, without the truth, and of its timeline."""
-        run = self.run
-        changes, first = run.timeline.changes, {**flat(run.parameters_at(0)), "tracker": run.tracker, "seed": run.seed}
-        return {
-            "recipe": with_digests(run.recipe.with_footage(truth=None)),
-            "timeline": timeline_view(changes, first),
-            "thresholds": threshold_views(changes, first, self.experiment.declarations(type(self._setup.parameters))),
-        }
 
     def forward(self) -> dict[str, Any] | None:
         """Go to the next frame; return its diagnostics when it had to be computed."""
@@ -259,20 +234,7 @@ class RunTree:
 
     def drawing(self) -> Drawing:
         """Return what is to be seen of the frame that is shown, without what no viewer can show."""
-        step = self._step_to_draw()
-        past = self.run.diagnostics[: step.frame.index + 1]
-        drawing = without_faults(self.experiment.draw(step, past, self.other))
-        if self._looking.is_drawn:
-            drawing = self._looking.draw(self.run, drawing)
-        drawn = dict.fromkeys(drawn_keys(drawing, self.experiment.layers))
-        if self._legend[0] != step.tracker:
-            self._legend = step.tracker, {}
-        # What a method has drawn once stays in its legend, which would flicker otherwise; its first belief, which may
-        # be of another kind than all that follow, does not.
-        if step.frame.index > 0:
-            self._legend[1].update(drawn)
-        legend = sorted({**self._legend[1], **drawn}, key=lambda entry: list(COLOURS).index(entry[1].colour))
-        return dataclasses.replace(drawing, legend=tuple(legend))
+        return self._view.draw(self.run, self.other)
 
     def inspect(self, wanted: InspectionUpdate) -> InspectionPublic:
         """Look at something in the frame that is shown, and draw it from now on.
@@ -280,22 +242,11 @@ class RunTree:
         Raises:
             ParameterError: There is no such thing to look at; what was looked at before still is.
         """
-        image = self.run.current.frame.image_rgb
-        if image is None:
-            step = self._step_to_draw()
-            drawing = self.experiment.draw(step, self.run.diagnostics[: step.frame.index + 1])
-            return self._looking.look(self.run, wanted, (drawing.width, drawing.height))
-        return self._looking.look(self.run, wanted, (image.shape[1], image.shape[0]))
+        return self._view.inspect(self.run, wanted)
 
     def redraws(self, values: Mapping[str, object]) -> bool:
         """Return whether a change of these shows in the frame that is shown, and not from the next one on."""
         return any(item.name in values for item in with_role(type(self._setup.parameters), "drawing"))
-
-    def _step_to_draw(self) -> Step:
-        """Return the step that is shown, with what is only drawn as it is in force from the next frame on."""
-        step, following = self.run.current, self.run.parameters_at(self.run.position + 1)
-        shown = {item.name: getattr(following, item.name) for item in with_role(type(following), "drawing")}
-        return dataclasses.replace(step, parameters=step.parameters.model_copy(update=shown)) if shown else step
 
     def export(self, name: str, path: Path, plot: str | None) -> None:
         """Write a file of the run, or of the frame that is shown, one of those that are offered."""
@@ -331,7 +282,7 @@ class RunTree:
         Raises:
             ParameterError: A value is refused; nothing has changed then.
         """
-        self._limit_particles(values, self.run.position + 1)
+        self._limit(values, self.run.position + 1)
         fixed = {item.name for item in declarations(type(self._setup.parameters)) if not item.live}
         if fixed & values.keys():
             self._restart(values)
@@ -348,7 +299,7 @@ class RunTree:
         """
         if not 0 <= frame <= self.run.computed:
             raise ParameterError("frame", frame, f"a frame computed already, 0 to {self.run.computed}")
-        self._limit_particles(values, frame)
+        self._limit(values, frame)
         self._runs[name] = self.run.branch(frame, values, on_step=self._on_step)
         self._left[name] = self.active
         self._show(name)
@@ -398,17 +349,17 @@ class RunTree:
         versions = self._recipe.filters.get(name, ())
         if versions[-1:] == (digest_of(text),):
             return
-        if not any(_uses(run, name) for run in self._runs.values()):
+        if not any(uses(run, name) for run in self._runs.values()):
             versions = ()  # nobody needs them
         self._adopt({**self._recipe.filters, name: (*versions, digest_of(text))})
-        used = _uses(self.run, name)
+        used = uses(self.run, name)
         run = self.run.rewire(self.experiment, self._setup)
         frame = 0 if self.ended else run.position
         following = run.position + 1
         values = new_defaults(name, self._recipe.filters[name], flat(run.parameters_at(following)))
         if used:
             # A branch shares what was in force in its frame; what was chosen since is not given up for a new text.
-            values = {**_changed(run, frame, following), **values}
+            values = {**changes_between(run, frame, following), **values}
             self._runs[branch] = run.branch(frame, values, on_step=self._on_step)
             self._left[branch] = self.active
             self._show(branch)
@@ -416,20 +367,6 @@ class RunTree:
             # No number hangs on it, so it is in force from the beginning.
             run.timeline = run.timeline.insert(Change(0, values)) if versions else run.timeline
             self._runs[self.active] = run
-
-    def _usable(self, recipe: Recipe) -> Mapping[str, tuple[str, ...]]:
-        """Return the filters of a recipe; where the run needs none that cannot be used, without those."""
-        needed = {recipe.tracker, *(change.values.get("tracker") for change in recipe.timeline)}
-        usable = dict(recipe.filters)
-        for name, texts in recipe.filters.items():
-            try:
-                extend(recipe.experiment, {name: texts})
-            except FilterFileError as error:
-                if name in needed:
-                    raise
-                self.problem = Problem(file=error.file, line=error.line, text=error.problem)
-                del usable[name]
-        return usable
 
     def _adopt(self, filters: Mapping[str, tuple[str, ...]]) -> None:
         """Have the trackers of these filters at hand.
@@ -464,54 +401,10 @@ class RunTree:
         self.restarts += 1
 
     def _begin(self, recipe: Recipe) -> Run:
-        changes: dict[int, dict[str, object]] = {0: {}}
-        for change in recipe.timeline:
-            changes.setdefault(change.frame, {}).update(change.values)
-        parameters, name = self._setup.parameters, recipe.tracker or self.experiment.default_tracker
-        for frame in sorted(changes):
-            parameters, name = self._limit_values(parameters, name, changes[frame])
+        limit_recipe(self.experiment, self._setup.parameters, recipe, self._max_particles)
         return Run.from_recipe(recipe, self.experiment, self._setup)
 
-    def _wire(self, config: WorkerConfig) -> Setup:
-        """Wire the recipe's footage, which is the upload, or the simulated scene."""
-        footage, experiment = config.run.recipe.footage, find(config.run.recipe.experiment)
-        if footage is None or config.video is None:
-            return experiment.simulate()
-        video = Path(config.video)
-        limits = dataclasses.replace(DEFAULT_LIMITS, frames=config.max_frames, pixels=config.max_pixels)
-        index = FrameIndex.from_json(config.index) if config.index else None
-
-        def open_sequence_of(footage: Footage) -> FrameSequence:
-            return open_sequence(video, limits, index=index, square=footage.square)
-
-        setup = record.wire(experiment, footage, open_sequence_of)
-        if setup.footage is None or not footage.name:
-            return setup
-        # A saved run speaks of the recording by the name that people know.
-        return dataclasses.replace(setup, footage=setup.footage.model_copy(update={"name": footage.name}))
-
-    def _limit_particles(self, values: Mapping[str, object], frame: int) -> None:
+    def _limit(self, values: Mapping[str, object], frame: int) -> None:
         """Refuse a change of what is in force in a frame of the active branch, if it makes too many particles."""
         run = self.run
-        self._limit_values(run.parameters_at(frame), run.tracker_at(frame), values)
-
-    def _limit_values(
-        self, parameters: Parameters, tracker: str, values: Mapping[str, object]
-    ) -> tuple[Parameters, str]:
-        """Return parameters and tracker after a change; refuse those with more particles than are allowed."""
-        tracker = str(values.get("tracker", tracker))
-        changed = revise(parameters, parameter_values(values))
-        limit_particles(self.experiment.declarations(type(changed)), flat(changed), tracker, self._max_particles)
-        return changed, tracker
-
-
-def _changed(run: Run, frame: int, later: int) -> dict[str, Any]:
-    """Return what is in force in a later frame and was not in an earlier one."""
-    before, chosen = flat(run.parameters_at(frame)), flat(run.parameters_at(later))
-    values: dict[str, Any] = {name: value for name, value in chosen.items() if value != before[name]}
-    tracker = run.tracker_at(later)
-    return values if tracker == run.tracker_at(frame) else {"tracker": tracker, **values}
-
-
-def _uses(run: Run, tracker: str) -> bool:
-    return any(each.tracker == tracker for each in run.timeline.segments)
+        limit_change(self.experiment, run.parameters_at(frame), run.tracker_at(frame), values, self._max_particles)

@@ -1,14 +1,28 @@
 """The view of a timeline: what each change did, and the thresholds as they changed, so that a page computes neither."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
-from pftrack.model.parameters import Declaration, Value
+from pftrack.filter_files import with_digests
+from pftrack.model.parameters import Declaration, Value, flat
 from pftrack.model.timeline import Change
+from pftrack.runs.run import Run
 from pftrack_server.schemas.snapshot import ChangePublic, ThresholdPublic, ThresholdStep
 
-__all__ = ["threshold_views", "timeline_view"]
+__all__ = ["describe_timeline", "threshold_views", "timeline_view"]
 
 TRACKER = "tracker"
+
+
+def describe_timeline(run: Run) -> dict[str, Any]:
+    """Return what a snapshot tells of a run's recipe, without the truth, and of its timeline, by field."""
+    changes, first = run.timeline.changes, {**flat(run.parameters_at(0)), "tracker": run.tracker, "seed": run.seed}
+    declared = run.experiment.declarations(type(run.setup.parameters))
+    return {
+        "recipe": with_digests(run.recipe.with_footage(truth=None)),
+        "timeline": timeline_view(changes, first),
+        "thresholds": threshold_views(changes, first, declared),
+    }
 
 
 def timeline_view(timeline: Sequence[Change], first: Mapping[str, Value]) -> list[ChangePublic]:

@@ -1,4 +1,4 @@
-"""The fold: how each state of a run comes out of the one before.
+"""The recursion: how each state of a run comes out of the one before.
 
     state_t = step(state_{t-1}, frame_t, parameters_t, random numbers of (seed, t))
 
@@ -20,11 +20,11 @@ from pftrack.numerics.random import Purpose, Stream
 from pftrack.runs.measurements import measurements
 from pftrack.runs.scoring import judge_state
 
-__all__ = ["Fold"]
+__all__ = ["Recursion"]
 
 
 @dataclass(frozen=True, slots=True)
-class Fold:
+class Recursion:
     """A source folded through trackers.
 
     Attributes:
@@ -45,7 +45,7 @@ class Fold:
         object.__setattr__(self, "_declared", {series.name: series for series in self.experiment.all_series()})
 
     def seed_at(self, index: int, timeline: Timeline) -> int:
-        """Return the seed of the tracker's random numbers in a frame: the fold's, unless a change has set another."""
+        """Return the seed of the tracker's random numbers in a frame: the run's, unless a change has set another."""
         changed = timeline.seed_at(index)
         return self.seed if changed is None else changed
 
