@@ -356,6 +356,8 @@ export interface Editor {
 export interface EnsemblePublic {
   runs: number;
   frames: number;
+  /** How many of the runs have come to each frame so far */
+  computed: number[];
   unit: string;
   /** Error below which 10 % of the runs are, by frame */
   low: (number | null)[];
@@ -503,6 +505,8 @@ export interface ExplorationCreate {
   kind: "what-if" | "ensemble";
   /** Of what-if, in the loss that is meant; the first that lasts if not given */
   frame?: number | null;
+  /** Of ensemble, whether each run sees what its own seed makes of the scene */
+  scene?: "same" | "other";
   /** After so long it ends with what it has found */
   seconds?: number;
 }

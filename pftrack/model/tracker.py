@@ -1,7 +1,7 @@
 """What a tracker is, and what its states offer to whoever runs, records and watches it."""
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol, TypeAlias
 
@@ -15,9 +15,10 @@ from pftrack.model.likelihood import ObservationLikelihood
 from pftrack.model.parameters import Declaration
 from pftrack.model.part import Part
 from pftrack.model.series import Series, SeriesValue
+from pftrack.model.source import History
 from pftrack.numerics.random import Stream
 
-__all__ = ["Evidence", "Fold", "TrackState", "Tracker", "nothing", "with_readers"]
+__all__ = ["EnsembleStep", "Evidence", "Fold", "TrackState", "Tracker", "nothing", "with_readers"]
 
 
 class TrackState(Protocol):
@@ -84,6 +85,9 @@ Evidence: TypeAlias = Literal["", "relative", "normalised"]
 """
 
 
+EnsembleStep: TypeAlias = Callable[[Any, Iterable[Frame], History[Any], Sequence[int]], Iterator[NDArray[np.float64]]]
+
+
 @dataclass(frozen=True)
 class Tracker:
     """A named way of tracking.
@@ -96,6 +100,9 @@ class Tracker:
         step: (state, frame, parameters, rng) -> state of that frame.
         fold: (state, pictures (L, height, width, 3), parameters, seed, index of the first) -> what comes of them, the
             same as of L steps but faster; None if these parameters do not allow it.
+        ensemble: (state, frames to come, history of parameters, seeds) -> for each of these frames the estimates
+            (N, tracked) that steps come to with each of the N seeds, faster than by steps and without their states;
+            None for a tracker that knows no faster way.
         series: What it reports of its states.
         measure: (state) -> the values of these series, by name; those that a state does not have are left out.
         searching: (state) -> whether it has lost the target by its own account and looks for it; None for a tracker
@@ -115,6 +122,7 @@ class Tracker:
     start: Callable[[Target, Frame, Any, Stream], TrackState]
     step: Callable[[Any, Frame, Any, Stream], TrackState]
     fold: Callable[[Any, NDArray[np.uint8], Any, int, int], Fold | None] | None = None
+    ensemble: EnsembleStep | None = None
     series: tuple[Series, ...] = ()
     measure: Callable[[Any], Mapping[str, SeriesValue]] = nothing
     searching: Callable[[Any], bool | None] | None = None

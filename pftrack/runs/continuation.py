@@ -1,14 +1,16 @@
 """Continuations: what becomes of many runs from a frame on, that differ in nothing but their seeds.
 
 A run that is watched is one of many that might have been. Here they are computed together: those that see the same
-pictures read them once, and a tracker that can takes many frames at a time. The numbers are those of live runs, to the
-bit: any of them can be opened as a branch (`Run.branch` with `seed` among the changes) or as a run of that seed.
+pictures read them once, and a tracker that can takes many frames, or many seeds, at a time. The numbers are those of
+live runs, to the bit: any of them can be opened as a branch (`Run.branch` with `seed` among the changes) or as a run of
+that seed.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
+from itertools import tee
 from time import perf_counter
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,17 +19,20 @@ from pftrack.experiment import Experiment
 from pftrack.model.frame import Frame
 from pftrack.model.source import Source
 from pftrack.model.timeline import Timeline
-from pftrack.model.tracker import Tracker, TrackState
+from pftrack.model.tracker import EnsembleStep, Tracker, TrackState
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.runs.scoring import judge_estimates, judge_state
 
-__all__ = ["Continuation", "Stretch", "read_stretches"]
+__all__ = ["STRETCH_BYTES", "Continuation", "Courses", "Stretch", "go_on", "read_stretches"]
 
 STRETCH_BYTES = 64 * 1024 * 1024
 """Pictures that are held at a time."""
 
-LONGEST_STRETCH = 64
-"""Frames that are held at a time: after so many, whoever waits is told how far it is."""
+Courses: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64]]
+"""Errors and verdicts (N, L) of N runs in L frames, as `Continuation` has those of one."""
+
+SHORTEST_STRETCH, LONGEST_STRETCH = 4, 64
+"""Frames that are held at a time: after so many, whoever waits is told how far it is. The first are soon there."""
 
 
 class Stretch:
@@ -50,6 +55,11 @@ class Stretch:
         """Index after the last frame."""
         return self.frames[-1].index + 1
 
+    @property
+    def nbytes(self) -> int:
+        """How much memory the pictures take, bytes."""
+        return sum(frame.image_rgb.nbytes for frame in self.frames if frame.image_rgb is not None)
+
     @cached_property
     def pictures_rgb(self) -> NDArray[np.uint8] | None:
         """The pictures (L, height, width, 3); None of a signal."""
@@ -58,17 +68,17 @@ class Stretch:
 
 
 def read_stretches(source: Source[Any], timeline: Timeline, first: int, last: int) -> Iterator[Stretch]:
-    """Read the frames first..last of a source, as many at a time as may be held."""
-    start = first
+    """Read the frames first..last of a source, a few at first, and then as many at a time as may be held."""
+    start, length = first, SHORTEST_STRETCH
     while start <= last:
         frame = source.frame(start, timeline.history)
-        held = LONGEST_STRETCH
+        held = length
         if frame.image_rgb is not None:
             held = min(max(STRETCH_BYTES // frame.image_rgb.nbytes, 1), held)
         end = min(start + held - 1, last)
         frames = [frame, *(source.frame(index, timeline.history) for index in range(start + 1, end + 1))]
         yield Stretch(frames)
-        start = end + 1
+        start, length = end + 1, min(2 * length, LONGEST_STRETCH)
 
 
 class Continuation:
@@ -106,6 +116,11 @@ class Continuation:
         made = cls(experiment, timeline, seed, state)
         made._keep_state(tracker, frame, parameters)
         return made
+
+    @property
+    def state(self) -> TrackState:
+        """Of the last frame."""
+        return self._state
 
     @property
     def errors(self) -> NDArray[np.float64]:
@@ -169,3 +184,63 @@ class Continuation:
             lost = tracker.searching(self._state)
         self._errors.append(np.array([np.nan if error is None else error]))
         self._lost.append(np.array([np.nan if lost is None else float(lost)]))
+
+
+def go_on(
+    experiment: Experiment,
+    timeline: Timeline,
+    seeds: Sequence[int],
+    state: TrackState,
+    stretches: Iterable[Stretch],
+    *,
+    first: int,
+) -> Iterator[Courses]:
+    """Let runs of many seeds go on from one state, and yield what came of each stretch.
+
+    Args:
+        experiment: The wiring.
+        timeline: Parameters and trackers in force in all runs; of its seeds none counts.
+        seeds: (N,) one a run.
+        state: Of the frame before the first.
+        stretches: The frames to come, which all runs see.
+        first: Index of the first of them.
+    """
+    step = _all_at_once(experiment, timeline, first)
+    if step is not None:
+        yield from _go_on_together(step, experiment, timeline, seeds, state, stretches)
+        return
+    made = [Continuation(experiment, timeline, seed, state) for seed in seeds]
+    for stretch in stretches:
+        for each in made:
+            each.take(stretch)
+        length = stretch.end - stretch.first
+        yield np.stack([each.errors[-length:] for each in made]), np.stack([each.lost[-length:] for each in made])
+
+
+def _all_at_once(experiment: Experiment, timeline: Timeline, first: int) -> EnsembleStep | None:
+    """Return how a tracker takes all seeds at once from a frame on; None where that cannot be done."""
+    names = {timeline.tracker_at(max(segment.start, first)) for segment in timeline.segments}
+    tracker = experiment.trackers[timeline.tracker_at(first)]
+    judged_by_estimates = experiment.missed is None and tracker.searching is None
+    return tracker.ensemble if len(names) == 1 and judged_by_estimates else None
+
+
+def _go_on_together(
+    step: EnsembleStep,
+    experiment: Experiment,
+    timeline: Timeline,
+    seeds: Sequence[int],
+    state: TrackState,
+    stretches: Iterable[Stretch],
+) -> Iterator[Courses]:
+    ahead, again = tee(stretches)
+    frames = (frame for stretch in ahead for frame in stretch.frames)
+    found = step(state, frames, timeline.history, seeds)
+
+    def judge(frame: Frame) -> Courses:
+        estimates = next(found)
+        return judge_estimates(experiment, estimates, [frame] * len(estimates), timeline.parameters_at(frame.index))
+
+    for stretch in again:
+        errors, lost = zip(*map(judge, stretch.frames), strict=True)
+        yield np.stack(errors, axis=1), np.stack(lost, axis=1)

@@ -5,7 +5,7 @@ import pytest
 
 from pftrack.experiments import find
 from pftrack.runs.continuation import Continuation, read_stretches
-from pftrack.runs.ensemble import Ensemble, ensemble, other_seeds
+from pftrack.runs.ensemble import Ensemble, ensemble, ensembling, other_seeds
 from pftrack.runs.run import Change, Run
 
 FRAMES = 24
@@ -62,20 +62,55 @@ def test_seeds_that_are_none_are_refused(frame: int, seed: Any) -> None:
         ("ball", "kalman", {"process_noise_px": 6}),  # takes them one by one
         ("histogram", "condensation", {"tracker": "apf"}),  # gives an account of its own
         ("linkage", "particles", {"sample_count": 30}),  # judges states and not estimates
+        ("trajectories", "nlng", {"selected_track": 5}),  # takes all seeds at once, for the selected tracks alone
+        ("trajectories", "lng", {"new_corners": True, "largest_cost": 3}),  # corners give their places to others
+        ("trajectories", "lg", {"tracker": "lng"}),  # and one by one where the tracker changes
     ],
 )
-def test_runs_of_an_ensemble_are_runs_of_their_seeds(experiment: str, tracker: str, changed: dict[str, Any]) -> None:
-    """Errors and verdicts of every frame are those of a run with that seed and the same changes, to the bit."""
+def test_runs_of_an_ensemble_are_runs_with_their_seeds(experiment: str, tracker: str, changed: dict[str, Any]) -> None:
+    """Errors and verdicts of every frame are those of a run with that seed from frame 1 on, to the bit."""
     run = begin(experiment, tracker)
     run.seek(9)
     run.change(changed)
     found = ensemble(run, runs=3)
     assert found.seeds == other_seeds(run.seed, 3) == (4, 5, 6)
+    assert found.computed.tolist() == [3] * FRAMES
     for seed, errors, lost in zip(found.seeds, found.errors, found.lost, strict=True):
+        live = begin(experiment, tracker)
+        live.change({"seed": seed})
+        live.seek(9)
+        live.change(changed)
+        np.testing.assert_array_equal(errors, errors_of(live))
+        np.testing.assert_array_equal(lost, lost_of(live))
+
+
+@pytest.mark.parametrize(
+    ("experiment", "tracker"),
+    [("ball", "h-spf"), ("histogram", "condensation")],  # the scene has noise, has none
+)
+def test_runs_on_other_scenes_are_runs_of_their_seeds(experiment: str, tracker: str) -> None:
+    """Where each sees what its seed makes of the scene, they are the runs that have these seeds, to the bit."""
+    run = begin(experiment, tracker)
+    run.seek(9)
+    run.change({"sample_count": 60})
+    found = ensemble(run, runs=3, scene="other")
+    for seed, errors in zip(found.seeds, found.errors, strict=True):
         live = begin(experiment, tracker, seed=seed)
         live.timeline = run.timeline
         np.testing.assert_array_equal(errors, errors_of(live))
-        np.testing.assert_array_equal(lost, lost_of(live))
+
+
+def test_few_runs_come_to_the_end_before_the_others_begin() -> None:
+    """An ensemble grows by frames and then by runs, and what is known of a frame does not change but for those."""
+    run = begin("ball", "h-spf", sample_count=60)
+    grown = list(ensembling(run, other_seeds(run.seed, 5), FRAMES, rounds=(2, 9)))
+    assert {tuple(sorted(set(each.computed.tolist()))) for each in grown} == {(2,), (2, 5), (5,)}
+    half = next(each for each in grown if each.computed.tolist() == [2] * FRAMES)
+    np.testing.assert_array_equal(half.errors[:2], grown[-1].errors[:2])
+    mixed = next(each for each in grown if set(each.computed.tolist()) == {2, 5})
+    for each, columns in ((half, mixed.computed == 2), (grown[-1], mixed.computed == 5)):
+        np.testing.assert_array_equal(mixed.quantiles[:, columns], each.quantiles[:, columns])
+        np.testing.assert_array_equal(mixed.holding[columns], each.holding[columns])
 
 
 def test_a_continuation_is_a_branch_with_its_seed() -> None:
@@ -97,7 +132,7 @@ def test_quantiles_and_share_by_hand() -> None:
     order = np.random.default_rng(2).permutation(10)
     errors = np.array([[float(k + 1), np.nan, np.inf if k > 7 else 0.0] for k in order])
     lost = np.array([[float(k < 3), np.nan, 0.0] for k in range(10)])
-    found = Ensemble(tuple(range(10)), errors, lost, "px")
+    found = Ensemble(tuple(range(10)), errors, lost, np.full(3, 10), "px")
     np.testing.assert_array_equal(found.quantiles, [[1, np.nan, 0], [5, np.nan, 0], [9, np.nan, np.inf]])
     np.testing.assert_allclose(found.holding, [0.7, np.nan, 1.0])
     told = found.as_dict()

@@ -12,7 +12,7 @@ import { WhatIf } from "./what_if.js";
 
 /** A slider that is dragged changes twenty times a second. */
 const SETTLE_MS = 150;
-const HINT = "Forty runs of the same settings with other seeds: 10, 50 and 90 % of their errors behind the curve";
+const HINT = "Forty runs of the same settings on the same scene with other random numbers: 10, 50 and 90 % of their errors behind the curve";
 const TOPICS = /** @type {const} */ (["branch", "history", "position", "recipe", "restarts", "state", "connection", "timeline"]);
 
 /**
@@ -77,10 +77,11 @@ class OtherSeeds {
     }
     const { ensemble } = store;
     if (ensemble === null) return;
-    const share = ensemble.holding[store.known.position];
+    const { [store.known.position]: share } = ensemble.holding;
+    const { [store.known.position]: runs = 0 } = ensemble.computed;
     if (share === undefined) this.#say("not there yet");
-    else if (share === null) this.#say(`${ensemble.runs} runs`);
-    else this.#say(`${Math.round(share * ensemble.runs)} of ${ensemble.runs} hold in this frame`);
+    else if (share === null) this.#say(`${runs} runs`);
+    else this.#say(`${Math.round(share * runs)} of ${runs} hold in this frame`);
   }
 
   #toggle() {

@@ -24,7 +24,7 @@ from pftrack.numerics.random import standard_normals, uniforms
 from pftrack.numerics.sums import inner_product, total
 from pftrack.resampling import systematic_parents
 
-__all__ = ["MOST_PARTICLES", "Cloud", "Law", "Moments", "nothing", "step", "without"]
+__all__ = ["MOST_PARTICLES", "Cloud", "Law", "Moments", "nothing", "select", "step", "without"]
 
 MOST_PARTICLES = 20_000
 """Of one track: a tree numbers its nodes with 16 bits."""
@@ -158,6 +158,25 @@ def without(belief: Cloud, gone: NDArray[np.bool_]) -> Cloud:
     return replace(belief, offsets=offsets, logs=logs, known=np.where(gone, 0, belief.known))
 
 
+def select(belief: Cloud, tracks: NDArray[np.int64]) -> Cloud:
+    """Return the belief of some of the tracks, given by their numbers (M,), in that order; any may be there again."""
+    rows = belief.offsets[tracks]
+    lengths = rows[:, -1] - rows[:, 0]
+    nodes = _pieces(rows[:, 0], lengths)
+    sizes = belief.offsets[:, 1] - belief.offsets[:, 0]
+    logs = belief.logs
+    if len(logs):
+        logs = logs[_pieces((np.cumsum(sizes) - sizes)[tracks], sizes[tracks])]
+    offsets = rows + (np.cumsum(lengths) - lengths - rows[:, 0])[:, None]
+    return Cloud(offsets, belief.nodes[nodes], belief.parents[nodes], belief.counts[nodes], logs, belief.known[tracks])
+
+
+def _pieces(begins: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the numbers of consecutive places (sum of lengths,), given where each piece of them begins."""
+    numbers = [np.arange(begin, begin + length) for begin, length in zip(begins, lengths, strict=True)]
+    return np.concatenate([np.zeros(0, np.int64), *numbers])
+
+
 def step(
     before: Cloud,
     observed: NDArray[np.float64],
@@ -168,7 +187,7 @@ def step(
     lag: int,
     by_mode: bool,
     numbers: NDArray[np.int64],
-    stream: tuple[int, int, int],
+    stream: tuple[int | NDArray[np.int64], int, int],
 ) -> tuple[Cloud, Moments]:
     """Predict all tracks by one frame and weigh them by their measurements.
 
@@ -183,8 +202,9 @@ def step(
         lag: How many frames before this one are kept.
         by_mode: Whether estimates are modes of histograms; otherwise they are means.
         numbers: (K,) by which the tracks draw their random numbers.
-        stream: Seed, frame and purpose of these.
+        stream: Seed, frame and purpose of these; the seed is one for all, or (K,) one for each track.
     """
+    seeds, frame, purpose = stream
     offsets, nodes, parents, counts, logs, known, *moments = _step_particles(
         before.offsets,
         before.nodes,
@@ -203,7 +223,9 @@ def step(
         max(lag, 1) + 1,
         by_mode,
         numbers,
-        *stream,
+        np.ascontiguousarray(np.broadcast_to(np.asarray(seeds, np.int64), len(observed))),
+        frame,
+        purpose,
     )
     return Cloud(offsets, nodes, parents, counts, logs, known), Moments(*moments)
 
@@ -330,7 +352,7 @@ def _step_particles(
     ages: int,
     by_mode: bool,
     numbers: NDArray[np.int64],
-    seed: int,
+    seeds: NDArray[np.int64],
     frame: int,
     purpose: int,
 ) -> tuple[
@@ -363,7 +385,7 @@ def _step_particles(
             continue
         own_logs = logs[old_log : old_log + standing] if logs.shape[0] > 0 else logs
         old_log += standing
-        draw = DRAWS * numbers[track]
+        seed, draw = seeds[track], DRAWS * numbers[track]
         old_nodes, old_parents = nodes, parents
         if standing > 0:
             own = came_from(counts[row[0] : row[1]], count)

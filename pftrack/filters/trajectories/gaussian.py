@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.elementary import logarithms
 
-__all__ = ["Gaussians", "begin", "log_likelihoods", "nothing", "smooth", "step", "without"]
+__all__ = ["Gaussians", "begin", "log_likelihoods", "nothing", "select", "smooth", "step", "without"]
 
 LOG_2_PI = 1.8378770664093453
 
@@ -107,6 +107,11 @@ def without(belief: Gaussians, gone: NDArray[np.bool_]) -> Gaussians:
     """Return the belief with some of the tracks (K,) as if they had not begun."""
     means = np.where(gone[:, None, None], np.nan, belief.means)
     return replace(belief, means=means, covariances=np.where(gone[:, None], np.nan, belief.covariances))
+
+
+def select(belief: Gaussians, tracks: NDArray[np.int64]) -> Gaussians:
+    """Return the belief of some of the tracks, given by their numbers (M,), in that order; any may be there again."""
+    return Gaussians(belief.means[:, tracks], belief.covariances[:, tracks], belief.drives[:, tracks])
 
 
 @compiled

@@ -81,6 +81,11 @@ class Corners:
         """How much memory they take, bytes."""
         return 3 * self.templates.nbytes + 5 * self.places.nbytes
 
+    def select(self, numbers: NDArray[np.int64]) -> "Corners":
+        """Return some of the corners, given by their numbers (M,), in that order."""
+        arrays: dict[str, Any] = {name: it[numbers] for name, it in vars(self).items() if isinstance(it, np.ndarray)}
+        return replace(self, **arrays)
+
 
 def begin(
     image_rgb: NDArray[np.uint8], parameters: CornerParameters, points: NDArray[np.float64] | None = None

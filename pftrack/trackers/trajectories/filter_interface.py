@@ -16,9 +16,10 @@ from pftrack.numerics.random import Generator, Purpose, Stream
 from pftrack.particles import ParticleSet
 from pftrack.trackers import reports
 from pftrack.trackers.filter_interface import FilterInterface, Update
+from pftrack.trackers.trajectories.methods import gaussian_method
 from pftrack.trackers.trajectories.parameters import TrajectoriesTrackerParameters
 from pftrack.trackers.trajectories.state import TrajectoriesState
-from pftrack.trackers.trajectories.step import COMMON, gaussian_method, measure, start, step
+from pftrack.trackers.trajectories.step import COMMON, measure, start, step
 
 __all__ = ["FILTER_INTERFACE"]
 

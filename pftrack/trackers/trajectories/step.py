@@ -1,6 +1,6 @@
 """The trackers of trajectories, by name: one step for all of them, which differ in the law of the noise."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from typing import TypeAlias
@@ -8,31 +8,24 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.filters.trajectories import cloud, gaussian
+from pftrack.filters.trajectories import gaussian
 from pftrack.filters.trajectories.cloud import Cloud
-from pftrack.filters.trajectories.gaussian import Gaussians
 from pftrack.filters.trajectories.modes import logs_mode
-from pftrack.filters.trajectories.whole import beginnings
 from pftrack.model.frame import Frame, Target
 from pftrack.model.series import Interval, Series, SeriesValue
 from pftrack.model.tracker import Tracker
 from pftrack.numerics.elementary import exponential
 from pftrack.numerics.random import Stream
 from pftrack.sources.trajectories.target import TrajectoriesTarget
-from pftrack.trackers.trajectories.corner_parameters import CornerParameters
-from pftrack.trackers.trajectories.corners import Corners, begin, follow
+from pftrack.trackers.trajectories.ensemble import ensemble
+from pftrack.trackers.trajectories.methods import Draw, Method, cloud_method, gaussian_method, without
+from pftrack.trackers.trajectories.observing import Observation
 from pftrack.trackers.trajectories.parameters import TrajectoriesTrackerParameters
-from pftrack.trackers.trajectories.state import BLOCK, KEPT_FRAMES, Belief, TrajectoriesState
+from pftrack.trackers.trajectories.state import BLOCK, KEPT_FRAMES, TrajectoriesState
 
-__all__ = ["COMMON", "TRACKERS", "gaussian_method", "measure", "start", "step"]
+__all__ = ["COMMON", "TRACKERS", "measure", "start", "step"]
 
 P: TypeAlias = TrajectoriesTrackerParameters
-
-Method: TypeAlias = Callable[[Belief, NDArray[np.float64], P, Stream], tuple[Belief, "Taken"]]
-
-Taken: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
-"""Positions (A, K, 2) of this frame and those before it given all, the newest as it is filtered (K, 2), its standard
-deviations (K, 2), and log densities (K,)."""
 
 TAIL = 0.05
 """Of a posterior, left out on either side of an interval."""
@@ -61,8 +54,8 @@ def start(method: Method, target: Target, frame: Frame, parameters: P, rng: Stre
     """Begin with the first frame: each track that is measured in it with two positions about its measurement."""
     if not isinstance(target, TrajectoriesTarget):
         raise TypeError(f"a tracker of trajectories follows many points, got a {type(target).__name__}")
-    corners, observed = _begin(target, frame, parameters)
-    count = len(observed)
+    seen = Observation.first(target, frame, parameters)
+    count = len(seen.points)
     none = np.zeros((0, count, 2))
     state = TrajectoriesState(
         belief=gaussian.nothing(count),
@@ -78,26 +71,23 @@ def start(method: Method, target: Target, frame: Frame, parameters: P, rng: Stre
         outlier_px=parameters.outlier_px,
         paper=target.paper,
         origin=target.origin,
-        corners=corners,
+        corners=seen.corners,
     )
-    return _take(method, state, observed, frame.index, parameters, rng)
+    return _take(method, state, seen.points, frame.index, parameters, rng)
 
 
 def step(method: Method, state: TrajectoriesState, frame: Frame, parameters: P, rng: Stream) -> TrajectoriesState:
     """Take a further frame."""
-    if state.corners is None:
-        return _take(method, state, _measure(frame), frame.index, parameters, rng)
-    image, matching = _picture(frame, parameters)
-    corners, observed = follow(state.corners, image, matching, frame.index)
-    state = _begin_again(state, corners.born == frame.index)
-    state = replace(state, belief=_without(state.belief, corners.gone), corners=corners)
-    return _take(method, state, observed, frame.index, parameters, rng)
+    seen = Observation.following(state.corners, frame, parameters)
+    state = _begin_again(state, seen.again)
+    state = replace(state, belief=without(state.belief, seen.gone), corners=seen.corners)
+    return _take(method, state, seen.points, frame.index, parameters, rng)
 
 
 def _take(
     method: Method, state: TrajectoriesState, observed: NDArray[np.float64], index: int, parameters: P, rng: Stream
 ) -> TrajectoriesState:
-    belief, (past, filtered, sds, densities) = method(state.belief, observed, parameters, rng)
+    belief, (past, filtered, sds, densities) = method(state.belief, observed, parameters, Draw.of(rng, len(observed)))
     reach = min(parameters.lag_frames, len(past) - 1, len(state.raw))
     state = _settle(state)
     smoothed = _append(state.smoothed, filtered)
@@ -121,19 +111,6 @@ def _take(
     )
 
 
-def _begin(target: TrajectoriesTarget, frame: Frame, parameters: P) -> tuple[Corners | None, NDArray[np.float64]]:
-    """Return the corners of a picture, and where they are; or the measurements, where there is no picture."""
-    if frame.image_rgb is None:
-        return None, _measure(frame)
-    return begin(*_picture(frame, parameters), target.start_px)
-
-
-def _picture(frame: Frame, parameters: object) -> tuple[NDArray[np.uint8], CornerParameters]:
-    if frame.image_rgb is None or not isinstance(parameters, CornerParameters):
-        raise ValueError("corners are followed in pictures, with parameters of matching; got a frame or values without")
-    return frame.image_rgb, parameters
-
-
 def _begin_again(state: TrajectoriesState, again: NDArray[np.bool_]) -> TrajectoriesState:
     """Forget the past of the tracks (K,) whose corners have given their places to others."""
     if not again.any():
@@ -142,22 +119,7 @@ def _begin_again(state: TrajectoriesState, again: NDArray[np.bool_]) -> Trajecto
     for values in rows.values():
         values[:, again] = np.nan
     first = np.where(again[:, None], np.nan, state.first)
-    return replace(state, belief=_without(state.belief, again), first=first, **rows)
-
-
-def _without(belief: Belief, ended: NDArray[np.bool_]) -> Belief:
-    """Believe nothing any more of some tracks (K,): each begins again with its next measurement."""
-    if not ended.any():
-        return belief
-    return cloud.without(belief, ended) if isinstance(belief, Cloud) else gaussian.without(belief, ended)
-
-
-def _measure(frame: Frame) -> NDArray[np.float64]:
-    """Return the measurements (K, 2) of a frame, both NaN where either is missing."""
-    if frame.measurements is None:
-        raise ValueError("a tracker of trajectories needs measured points, got a frame without them")
-    points = frame.measurements.points_px
-    return np.where(np.isfinite(points).all(axis=1, keepdims=True), points, np.nan)
+    return replace(state, belief=without(state.belief, again), first=first, **rows)
 
 
 def _append(rows: NDArray[np.float64], row: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -172,56 +134,6 @@ def _settle(state: TrajectoriesState) -> TrajectoriesState:
     oldest = np.stack([state.raw, state.filtered, state.smoothed], axis=2)[KEPT_FRAMES:]
     block = np.ascontiguousarray(oldest[::-1], dtype=np.float32)
     return replace(state, settled=(*state.settled, block), **recent)
-
-
-def gaussian_method(belief: Belief, observed: NDArray[np.float64], parameters: P, _rng: Stream) -> tuple[Belief, Taken]:
-    """Take a frame by the Kalman filter and smooth by its exact smoother."""
-    if isinstance(belief, Cloud):
-        means, covariances = belief.moments()
-        belief = Gaussians(means[None], covariances[None], np.zeros((1, len(means))))
-    count = len(observed)
-    belief, densities = gaussian.step(
-        belief,
-        observed,
-        np.full(count, float(parameters.noise_variance_px2)),
-        np.full(count, float(parameters.drive_variance_px2)),
-        lag=parameters.lag_frames,
-        start_sd=parameters.start_spread_px,
-    )
-    past, _ = gaussian.smooth(belief)
-    sds = np.repeat(np.sqrt(belief.covariances[0, :, :1]), 2, axis=1)
-    return belief, (past, belief.means[0, :, :, 0], sds, densities)
-
-
-def cloud_method(
-    learned: bool, belief: Belief, observed: NDArray[np.float64], parameters: P, rng: Stream
-) -> tuple[Belief, Taken]:
-    """Take a frame by particles with Cauchy noise, whose scale and that of the motion are learned or not."""
-    count = len(observed)
-    if isinstance(belief, Gaussians):
-        followed = np.isfinite(belief.means[0, :, 0, 0])
-        fresh = gaussian.begin(belief.means[0], belief.covariances[0], observed, parameters.start_spread_px)
-        beginning = (*fresh, followed.astype(np.int64))
-        belief = cloud.nothing(count)
-    else:
-        beginning = beginnings(belief, observed, parameters.start_spread_px)
-    belief, moments = cloud.step(
-        belief,
-        observed,
-        cloud.Law(
-            np.full(count, float(parameters.noise_variance_px2)),
-            np.full(count, float(parameters.drive_variance_px2)),
-            learned=learned,
-            drift=float(parameters.law_drift),
-        ),
-        beginning,
-        count=parameters.sample_count,
-        lag=parameters.lag_frames,
-        by_mode=parameters.point_estimate == "mode",
-        numbers=np.arange(count),
-        stream=(rng.seed, rng.frame, rng.purpose.value),
-    )
-    return belief, (moments.past, moments.estimates, moments.sds, moments.densities)
 
 
 def measure(state: TrajectoriesState) -> Mapping[str, SeriesValue]:
@@ -277,6 +189,7 @@ def _tracker(name: str, title: str, description: str, method: Method, *series: S
         description,
         partial(start, method),
         partial(step, method),
+        ensemble=partial(ensemble, method),
         series=(*COMMON, *series),
         measure=measure,
         reads=(),

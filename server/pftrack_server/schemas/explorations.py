@@ -7,6 +7,7 @@ from pydantic import BaseModel, Field
 from pftrack.counterfactuals.alternatives import Kind
 from pftrack.counterfactuals.report import Verdict
 from pftrack.model.parameters import Value
+from pftrack.runs.ensemble import Scene
 from pftrack_server.schemas.body import FrameNumber, RequestBody
 
 __all__ = ["EnsemblePublic", "ExplorationCreate", "ExplorationPublic", "FindingPublic", "WhatIfPublic"]
@@ -22,6 +23,7 @@ class ExplorationCreate(RequestBody):
     frame: FrameNumber | None = Field(
         None, description="Of what-if, in the loss that is meant; the first that lasts if not given"
     )
+    scene: Scene = Field("same", description="Of ensemble, whether each run sees what its own seed makes of the scene")
     seconds: float = Field(20.0, ge=1.0, le=LONGEST_S, description="After so long it ends with what it has found")
 
 
@@ -64,6 +66,7 @@ class EnsemblePublic(BaseModel):
 
     runs: int
     frames: int
+    computed: list[int] = Field(description="How many of the runs have come to each frame so far")
     unit: str
     low: list[float | None] = Field(description="Error below which 10 % of the runs are, by frame")
     middle: list[float | None]

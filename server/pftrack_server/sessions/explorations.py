@@ -87,7 +87,7 @@ class Explorations(Jobs[_About, Result]):
             if body.kind == "what-if":
                 asked: tuple[Any, ...] = (explore_changes, config, computed, body.frame, body.seconds)
             else:
-                asked = (explore_seeds, config, LONGEST_BAND, body.seconds)
+                asked = (explore_seeds, config, LONGEST_BAND, body.scene, body.seconds)
             ended = lambda: not session.live  # noqa: E731 - asked ten times a second
             return _read(body, await self._tasks.run_beside(*asked, budget=budget, on_step=keep, stopped=ended))
 

@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 from pftrack.counterfactuals import what_if
 from pftrack.filter_files import trust
 from pftrack.model.parameters import ParameterError, Parameters, flat, limit_particles
-from pftrack.runs.ensemble import RUNS, ensembling, other_seeds
+from pftrack.runs.ensemble import RUNS, Scene, ensembling, other_seeds
 from pftrack_server.worker.protocol import WorkerConfig
 from pftrack_server.worker.run_tree import RunTree
 
@@ -45,17 +45,18 @@ def explore_changes(config: WorkerConfig, computed: int, frame: int | None, seco
     return (yield from _tell(what_if(run, frame, allow=allow), lambda report: report.as_dict(), seconds))
 
 
-def explore_seeds(config: WorkerConfig, frames: int, seconds: float) -> Growing:
+def explore_seeds(config: WorkerConfig, frames: int, scene: Scene, seconds: float) -> Growing:
     """Carry out runs of the same settings with other seeds, and tell of them as they go on.
 
     Args:
         config: What makes the run.
         frames: How far they go.
+        scene: What they see.
         seconds: After so long they end where they are.
     """
     run = _run(config)
     seeds = other_seeds(run.seed, RUNS)
-    growing = ensembling(run.experiment, run.setup, run.timeline, seeds, min(frames, run.frames))
+    growing = ensembling(run, seeds, min(frames, run.frames), scene=scene)
     return (yield from _tell(growing, lambda found: found.as_dict(), seconds))
 
 
