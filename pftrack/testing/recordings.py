@@ -36,7 +36,10 @@ from pftrack.testing.repeatability import FEW, demand_equal
 
 __all__ = ["checks"]
 
-LATER = FRAMES // 3
+LENGTH = 2 * FRAMES // 3
+"""Of the film: a run on it does in all of its frames what one on the scene does, and the scene's are longer."""
+
+LATER = LENGTH // 2
 """The picture at which a run that does not begin with the film begins."""
 
 
@@ -52,7 +55,7 @@ def checks(experiment: Experiment) -> Iterator[Check]:
 
 
 @contextmanager
-def _film(experiment: Experiment, frames: int = FRAMES) -> Iterator[tuple[FrameSequence, list[Target | None]]]:
+def _film(experiment: Experiment, frames: int = LENGTH) -> Iterator[tuple[FrameSequence, list[Target | None]]]:
     """Write the simulated scene to a file, and give its pictures as a decoder has them, and where the target is."""
     course = straight(experiment, experiment.default_tracker)
     run, steps = course.run, course.steps[:frames]

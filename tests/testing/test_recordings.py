@@ -64,7 +64,7 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
         lambda: wiring(lambda setup: replace(setup, footage=setup.footage.model_copy(update={"sha256": "0" * 64}))),
         "the footage of a recording with a box must have the hash of its file, got",
     ),
-    "a frame too few": (lambda: wiring(shorter), "has 12 pictures to track, and the run has 11 frames"),
+    "a frame too few": (lambda: wiring(shorter), "has 8 pictures to track, and the run has 7 frames"),
     "an estimate that is no number": (
         lambda: wiring(at_sea),
         r"the estimate in frame 0 of a recording with a box with the tracker h-spf is \(nan, nan\)",
@@ -106,7 +106,7 @@ def test_the_film_is_of_the_scene(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(RecordingSource, "__init__", _noting(starts, RecordingSource.__init__))
     recordings._a_film_is_tracked(BALL)
     (sequence, first), (_, later) = starts[0], starts[-1]
-    assert sequence.frame_count == 12
+    assert sequence.frame_count == 8
     assert first.tolist() == pytest.approx([60.0, 120.0], abs=0.5)
     assert later[0] > 60.5
 

@@ -107,7 +107,7 @@ def test_extreme_parameters_do_no_harm(tracker: str) -> None:
         {"ball_radius_px": 60, "image_noise_sd": 100, "red_spread": 0.001},
         {"resampling_threshold": 0.0, "background_level": 0.0},
     ):
-        run = Run(BALL, BALL.simulate(), tracker=tracker, seed=5, frames=40, timeline=(Change(0, parameters),))
+        run = Run(BALL, BALL.simulate(), tracker=tracker, seed=5, frames=12, timeline=(Change(0, parameters),))
         run.finish()
         assert np.isfinite([row.estimate for row in run.diagnostics]).all()
         assert np.isfinite([row.sigma for row in run.diagnostics]).all()
