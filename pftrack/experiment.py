@@ -22,7 +22,7 @@ from pftrack.model.glossary import Section, Term
 from pftrack.model.layer import Layer
 from pftrack.model.marks import Mark, read_mark
 from pftrack.model.measures import HIT_RATE, Measure
-from pftrack.model.own_account import own_account
+from pftrack.model.own_account import MEAN_LOSS_PROBABILITY, own_account
 from pftrack.model.parameters import Declaration, ParameterError, Parameters, Value, declarations
 from pftrack.model.plot import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading
 from pftrack.model.preset import ExampleSweep, Preset
@@ -241,9 +241,15 @@ class Experiment:
         plots = tuple(replace(plot, unit=units.get(plot.id, plot.unit)) for plot in self.plots)
         return replace(self, unit=units.get("estimate", self.unit), plots=plots)
 
-    def measures_on(self, footage: Footage | None) -> tuple[Measure, ...]:
-        """Return the measures of a run on a recording, or on the scene: without truth, by its own account alone."""
-        return self.run_measures if footage is None or footage.is_labelled else own_account(self.unit)
+    def measures_on(self, footage: Footage | None, *, loss_probability: bool = False) -> tuple[Measure, ...]:
+        """Return the measures of a run on a recording, or on the scene: without truth, by its own account alone.
+
+        Args:
+            footage: The recording, if it is on one.
+            loss_probability: Whether how probable it is that the target is lost was asked for.
+        """
+        known = self.run_measures if footage is None or footage.is_labelled else own_account(self.unit)
+        return (*known, MEAN_LOSS_PROBABILITY) if loss_probability else known
 
     def parameters_on(self, kind: Kind | None) -> Parameters:
         """Return the parameters of runs on a kind of recording, before they are fitted to it; of the scene if None.

@@ -394,6 +394,8 @@ export interface EstimateRequest {
   /** Length of a run. */
   frames?: number | null;
   seed?: number;
+  /** Whether how probable it is that the target is lost is measured as well. */
+  loss_probability?: boolean;
   /** Parameters that differ from the defaults in every run. */
   parameters?: Record<string, unknown>;
   /** The recording on which all runs are, as a recipe has it; the simulated scene if not given. */
@@ -455,6 +457,8 @@ export interface ExperimentDetail {
   layers: Layer[];
   worlds: World[];
   schema: Record<string, unknown>;
+  /** Trackers that can tell how probable it is that the target is lost */
+  loss_trackers: string[];
 }
 
 /** An experiment as the start page shows it. */
@@ -2069,6 +2073,8 @@ export interface SweepCreate {
   /** Length of a run. */
   frames?: number | null;
   seed?: number;
+  /** Whether how probable it is that the target is lost is measured as well. */
+  loss_probability?: boolean;
   /** Parameters that differ from the defaults in every run. */
   parameters?: Record<string, unknown>;
   /** The recording on which all runs are, as a recipe has it; the simulated scene if not given. */
@@ -2100,6 +2106,7 @@ export interface SweepPublic {
   frames: number;
   recording: string | null;
   seed: number;
+  loss_probability: boolean;
   parameters: Record<string, boolean | number | string>;
   fixed: AxisPublic[];
   runs: number;

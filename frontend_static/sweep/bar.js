@@ -71,9 +71,9 @@ function buttons(store, downloads) {
     if (answer) store.take(answer);
   };
   const [cancel, resume] = [act(() => sweeps.cancel(sweep.id)), act(() => sweeps.resume(sweep.id))];
-  const { experiment, trials, frames, seed, parameters } = sweep;
+  const { experiment, trials, frames, seed, parameters, loss_probability } = sweep;
   const axes = sweep.axes.map(({ name, values }) => ({ name, values }));
-  const again = { experiment, axes, trackers: sweep.trackers.map(({ id }) => id), trials, frames, seed, parameters };
+  const again = { experiment, axes, trackers: sweep.trackers.map(({ id }) => id), trials, frames, seed, parameters, loss_probability };
   return [
     sweep.state === "running" && h("button", { type: "button", data: { role: "cancel" }, on: { click: cancel } }, "Cancel"),
     sweep.state === "stopped" && h("button", { type: "button", class: "primary", data: { role: "resume" }, on: { click: resume } }, "Resume"),

@@ -25,6 +25,7 @@ export class PlanForm {
   #fixedList = h("div", {});
   #methods;
   #amounts;
+  #loss;
   #title;
   #form;
   #size;
@@ -49,6 +50,7 @@ export class PlanForm {
       frames: amount("Frames of a run", plan.frames ?? (upload ? upload.frames - (plan.footage?.start ?? 0) : experiment.frames), 1, changed),
       seed: amount("Seed", plan.seed ?? 0, 0, changed),
     };
+    this.#loss = h("input", { type: "checkbox", checked: plan.loss_probability, on: { change: changed } });
     this.#title = h("input", { type: "text", value: plan.title ?? "", maxlength: 200, placeholder: "Generated from the plan", "aria-label": "Title" });
     this.#form = this.#layout(this.#chooser(upload ? experiments.map((each) => ({ ...each, title: each.clip_title })) : experiments, choose), upload);
     this.#size = new SizeCard(this.#form, () => this.#read(), (estimate) => this.#axes.forEach((axis) => axis.preview(estimate)));
@@ -91,6 +93,7 @@ export class PlanForm {
       trials: this.#amounts.trials.read(),
       frames: this.#amounts.frames.read(),
       seed: this.#amounts.seed.read(),
+      loss_probability: this.#loss.checked,
       parameters: Object.fromEntries(this.#fixed.map((row) => [row.name, row.read()])),
     };
   }
@@ -198,6 +201,7 @@ export class PlanForm {
           Object.entries(this.#amounts).map(([name, one]) => field(name, one.title, one.input)),
           h("div", { class: "grow" }, field("title", "Title (optional)", this.#title)),
         ),
+        this.#lossPart(),
       ),
       h(
         "section",
@@ -209,6 +213,16 @@ export class PlanForm {
         this.#adder("add-fixed", "Fix a parameter", () => this.#addFixed(this.#unused([...NUMBERS, "choice"]))),
       ),
     );
+  }
+
+  /** Whether how probable a loss is is measured, where any method can tell. */
+  #lossPart() {
+    const able = this.#methods.filter(({ box }) => this.#experiment.loss_trackers.includes(box.value));
+    if (able.length === 0) return null;
+    const who = able.length === this.#methods.length ? "" : ` Only some methods can tell: ${able.map(({ label }) => label.textContent).join(", ")}.`;
+    const hint = `As the methods say themselves, without a look at the truth.${who} Fast methods take longer for it, see the estimate.`;
+    const label = h("label", { class: "check" }, this.#loss, "Measure how probable it is that the target is lost, too");
+    return h("div", { data: { field: "loss_probability" } }, label, wrong(), h("p", { class: "hint" }, hint));
   }
 
   /**

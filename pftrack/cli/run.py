@@ -255,6 +255,7 @@ def compute_run(run: "Run", video_out: Path | None, *, frames: int) -> dict[str,
     from pftrack.model.faults import without_faults
     from pftrack.rendering import render_beside
     from pftrack.rendering.film import FilmWriter
+    from pftrack.runs.loss_probability import measure_loss_probability
     from pftrack.runs.scoring import reductions
 
     with ExitStack() as stack:
@@ -269,7 +270,7 @@ def compute_run(run: "Run", video_out: Path | None, *, frames: int) -> dict[str,
     said = run.experiment.report(run.diagnostics) if run.experiment.report else {}
     kept = reductions(run.experiment.all_series(), run.diagnostics[1:])
     known = {name: value for name, value in kept.items() if value is not None}
-    return {**run.summary().as_dict(), **known, **said}
+    return {**run.summary().as_dict(), **measure_loss_probability(run), **known, **said}
 
 
 def print_summary(summary: Mapping[str, object], run: "Run", *, json: bool) -> None:

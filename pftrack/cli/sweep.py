@@ -5,6 +5,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from math import isnan
 from pathlib import Path
 from time import perf_counter
@@ -88,6 +89,9 @@ def run(
         typer.Option("--set", metavar="NAME=VALUE", help="A parameter's value in all runs; may be repeated."),
     ] = None,
     seed: Annotated[str, typer.Option(metavar="SEED", help="Of all seeds.")] = "0",
+    loss_probability: Annotated[
+        bool, typer.Option("--loss-probability", help="Measure how probable it is that the target is lost, too.")
+    ] = False,
     jobs: Jobs = None,
     cluster: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Of a Dask scheduler, whose workers compute instead.")
@@ -109,7 +113,7 @@ def run(
         raise wrong_use("--cluster computes on its own workers and takes no --jobs")
     said = FootageOptions.of(video, tracks, mark, box, points, start, truth)
     planned = [experiment, preset, axes, trackers, frames, assignments, out, *said.marks, start, truth]
-    if resume is not None and (dry_run or any(it is not None for it in planned)):
+    if resume is not None and (dry_run or loss_probability or any(it is not None for it in planned)):
         raise wrong_use(
             "--resume continues the plan of its file and cannot be combined with a plan, --out or --dry-run"
         )
@@ -124,6 +128,7 @@ def run(
             chosen, filters = read_filters([name.strip() for name in trackers.split(",")] if trackers else [])
             found = with_filters(found, filters)
             plan = plan_of(found, begin, axes or [], chosen, trials, frames, assignments or [], seed, swept)
+            plan = replace(plan, loss_probability=loss_probability)
         except SweepError as error:
             raise wrong_use(str(error)) from None
         if dry_run:
@@ -305,20 +310,22 @@ def _compute(
 
 
 def _print(result: "Result", seconds: float) -> None:
+    from pftrack.model.own_account import MEAN_LOSS_PROBABILITY
     from pftrack.sweep import cells
 
     rows = []
-    said = () if result.plan.has_truth else result.plan.measures
+    plan, judged = result.plan, result.plan.has_truth
+    said = [it for it in plan.measures if not judged or it is MEAN_LOSS_PROBABILITY]
     for name, found in cells(result).items():
         rate = f"{found.rate[0, 0]:.3f}" if found.judged[0, 0] else ""
         interval = f"{found.low[0, 0]:.3f} to {found.high[0, 0]:.3f}" if found.judged[0, 0] else ""
         error = "" if isnan(found.mean_error[0, 0]) else f"{found.mean_error[0, 0]:.4g}"
         by_itself = (found.measures[it.name][0, 0] for it in said)
-        numbers = ["" if isnan(it) else f"{it:.4g}" for it in by_itself] if said else [rate, interval, error]
-        rows.append((name, f"{found.runs[0, 0]:,}", *numbers))
-    columns = [it.title.lower() for it in said] or ["success", "95 % interval", "mean error"]
+        numbers = ["" if isnan(it) else f"{it:.4g}" for it in by_itself]
+        rows.append((name, f"{found.runs[0, 0]:,}", *((rate, interval, error) if judged else ()), *numbers))
+    columns = [*(("success", "95 % interval", "mean error") if judged else ()), *(it.title.lower() for it in said)]
     table("", ("tracker", "runs", *columns), rows)
-    typer.echo(f"\n{result.plan.runs:,} rows in {result.path}, {_duration(seconds)}")
+    typer.echo(f"\n{plan.runs:,} rows in {result.path}, {_duration(seconds)}")
 
 
 class _Shown:

@@ -9,7 +9,7 @@ from typing import Any
 from pftrack.loss_probability.logistic import Logistic
 from pftrack.loss_probability.model import LossModel
 from pftrack.loss_probability.scenes import Scenes
-from pftrack.model.series import Reduction, Series
+from pftrack.model.series import Series
 from pftrack.model.tracker import Tracker
 
 __all__ = [
@@ -26,7 +26,6 @@ LOSS_PROBABILITY = Series(
     "loss_probability",
     "probability that the target is lost",
     role="loss_probability",
-    reductions=(Reduction("mean_loss_probability", "mean probability that the target is lost", "mean"),),
 )
 """Of each tracker that has a model; what general code does with it, it does by its role."""
 
@@ -57,12 +56,16 @@ class LossDeclaration:
 
     def model_of(self, tracker: str, *, recording: bool) -> LossModel | None:
         """Return what says it of a tracker, in a scene or on a recording; None where nothing does."""
-        return self.models.get(tracker) if not recording or tracker in self.on_recordings else None
+        return self.models_on(recording=recording).get(tracker)
+
+    def models_on(self, *, recording: bool) -> Mapping[str, LossModel]:
+        """Return what says it of all trackers of which it is known, in scenes or on recordings, by their names."""
+        known = self.models.items()
+        return {name: model for name, model in known if not recording or name in self.on_recordings}
 
     def series_on(self, *, recording: bool) -> tuple[Series, ...]:
         """Return what is told of runs in scenes or on recordings: the probability, where any tracker has it there."""
-        told = self.on_recordings if recording else self.models
-        return (LOSS_PROBABILITY,) if told else ()
+        return (LOSS_PROBABILITY,) if self.models_on(recording=recording) else ()
 
 
 NOTHING_DECLARED = LossDeclaration()

@@ -79,6 +79,8 @@ class EvaluatedRun:
         searching: (L,) 1 where the tracker looks for its target by its own account, else 0, NaN for one that does not
             say; None where that is not kept.
         deviations: (L,) root mean square of the posterior standard deviations; None where they are not kept.
+        loss_probabilities: (L,) how probable it is that the target is lost, NaN where that is not known; None where it
+            was not asked for.
     """
 
     estimates: NDArray[np.float64]
@@ -89,6 +91,7 @@ class EvaluatedRun:
     believed: NDArray[np.float64]
     searching: NDArray[np.float64] | None = None
     deviations: NDArray[np.float64] | None = None
+    loss_probabilities: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True, slots=True)

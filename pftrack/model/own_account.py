@@ -1,7 +1,8 @@
-"""What a tracker says of itself, as measures of a run on a recording of which no truth is known.
+"""What a tracker says of itself, as measures of a run: of all that are on a recording of which no truth is known.
 
 It may be wrong: a tracker that follows the wrong thing says that it follows. So these numbers compare trackers and
-parameters, and prove nothing.
+parameters, and prove nothing. How true its probability is that the target is lost was measured
+(`pftrack.loss_probability`); it is a measure of any run where a sweep asks for it.
 """
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from pftrack.model.measures import EvaluatedRun, Measure
 
-__all__ = ["own_account"]
+__all__ = ["MEAN_LOSS_PROBABILITY", "own_account"]
 
 
 def own_account(unit: str) -> tuple[Measure, ...]:
@@ -36,6 +37,23 @@ def own_account(unit: str) -> tuple[Measure, ...]:
             better="lower",
         ),
     )
+
+
+def _loss_probability(course: EvaluatedRun) -> NDArray[np.float64]:
+    if course.loss_probabilities is None:
+        return np.full(len(course.errors), np.nan)
+    return course.loss_probabilities
+
+
+MEAN_LOSS_PROBABILITY = Measure(
+    "mean_loss_probability",
+    "Probability that the target is lost",
+    "Mean over the frames after the first of the probability that the target is lost, as the tracker can tell without "
+    "a look at the truth; unknown for one that cannot.",
+    "mean",
+    _loss_probability,
+    better="lower",
+)
 
 
 def _following(course: EvaluatedRun) -> NDArray[np.float64]:

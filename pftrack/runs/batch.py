@@ -20,6 +20,7 @@ from pftrack.model.series import reduce
 from pftrack.model.source import History, Source
 from pftrack.model.tracker import Tracker, TrackState
 from pftrack.numerics.random import Purpose, Stream
+from pftrack.runs.loss_probability import measure_loss_probability
 from pftrack.runs.run import Change, Run
 from pftrack.runs.scoring import allowed_loss, estimates_hash, extent_series, judge, reductions
 
@@ -85,6 +86,7 @@ def outcomes(
     trackers: Sequence[str],
     seeds: Sequence[int],
     frames: int,
+    loss_probability: bool = False,
 ) -> list[list[Outcome]]:
     """Carry out all runs of one condition.
 
@@ -95,6 +97,8 @@ def outcomes(
         trackers: Names of the trackers.
         seeds: One a trial; every tracker meets the same.
         frames: Length of a run; a recording that is shorter ends earlier.
+        loss_probability: Whether how probable it is that the target is lost is among the measures. It takes the rows of
+            all frames, so that a tracker that has it takes them one by one.
 
     Returns:
         The outcomes by seed, and for each seed by tracker.
@@ -107,12 +111,19 @@ def outcomes(
     frames = min(frames, source.frame_count or frames)
     groups = [[seed] for seed in seeds] if source.noisy else [list(seeds)]
     known: dict[tuple[int, str], Outcome] = {}
+    asked = {
+        name
+        for name in trackers
+        if loss_probability
+        and experiment.loss_probability.model_of(name, recording=setup.footage is not None) is not None
+    }
     for group in groups:
-        known |= _fold(experiment, setup, parameters, trackers, group, frames)
-    return [
-        [known.get((seed, name)) or _live(experiment, setup, values, name, seed, frames) for name in trackers]
-        for seed in seeds
-    ]
+        known |= _fold(experiment, setup, parameters, [name for name in trackers if name not in asked], group, frames)
+
+    def carry_out(seed: int, name: str) -> Outcome:
+        return known.get((seed, name)) or _live(experiment, setup, values, name, seed, frames, measured=name in asked)
+
+    return [[carry_out(seed, name) for name in trackers] for seed in seeds]
 
 
 def _fold(
@@ -259,8 +270,16 @@ class _Folding:
 
 
 def _live(
-    experiment: Experiment, setup: Setup, values: Mapping[str, Value], tracker: str, seed: int, frames: int
+    experiment: Experiment,
+    setup: Setup,
+    values: Mapping[str, Value],
+    tracker: str,
+    seed: int,
+    frames: int,
+    *,
+    measured: bool,
 ) -> Outcome:
+    """Carry out a run frame by frame, measured by the probability that its target is lost as well or not."""
     timeline = (Change(0, values),)
     run = Run(experiment, setup, tracker=tracker, seed=seed, frames=frames, timeline=timeline)
     run.finish()
@@ -275,6 +294,6 @@ def _live(
         verdict.labelled_frames,
         float(np.mean([row.step_ms for row in rows])) if rows else 0.0,
         summary.estimates_sha256,
-        summary.measures,
+        {**summary.measures, **measure_loss_probability(run)} if measured else summary.measures,
         reductions(experiment.all_series(tracker), rows),
     )

@@ -3,7 +3,8 @@
 It is told from the rows when it is asked for: a run costs nothing for it, and runs of earlier versions have it, too.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,9 +12,12 @@ from numpy.typing import NDArray
 
 from pftrack.loss_probability.model import Past
 from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.measures import evaluate
+from pftrack.model.own_account import MEAN_LOSS_PROBABILITY
 from pftrack.runs.run import Run
+from pftrack.runs.scoring import evaluated_run
 
-__all__ = ["LossAccount", "loss_probabilities"]
+__all__ = ["LossAccount", "loss_probabilities", "measure_loss_probability"]
 
 
 def loss_probabilities(run: Run) -> NDArray[np.float64]:
@@ -23,6 +27,12 @@ def loss_probabilities(run: Run) -> NDArray[np.float64]:
     takes over begins anew: its first frame has none, either.
     """
     return np.array(LossAccount().follow(run))
+
+
+def measure_loss_probability(run: Run) -> Mapping[str, float | int]:
+    """Return the mean of these as a measure of the run, by its name; empty where no frame has one."""
+    course = evaluated_run(run.experiment, run.diagnostics)
+    return evaluate((MEAN_LOSS_PROBABILITY,), replace(course, loss_probabilities=loss_probabilities(run)))
 
 
 class LossAccount:

@@ -65,6 +65,7 @@ class Plan:
         footage: The recording on which all runs are, with the target in it; None for the simulated scene.
         kind: Of the recording.
         filters: Texts of files with filters, by the names of their trackers; see `Recipe`.
+        loss_probability: Whether how probable it is that the target is lost is measured as well.
 
     Raises:
         SweepError: Anything of it is unknown, out of bounds, given twice or too much.
@@ -80,6 +81,7 @@ class Plan:
     footage: Footage | None = None
     kind: Kind | None = None
     filters: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    loss_probability: bool = False
 
     def __post_init__(self) -> None:
         try:
@@ -105,6 +107,7 @@ class Plan:
                 f"a sweep has at most {MOST_RUNS:,} runs; {sizes} x {len(self.trackers)} trackers x {self.trials:,} "
                 f"trials are {self.runs:,}"
             )
+        self._check_loss_probability()
         self._check_possible()
 
     @cached_property
@@ -130,7 +133,7 @@ class Plan:
     @property
     def measures(self) -> tuple[Measure, ...]:
         """What its runs are measured by, beside success and error."""
-        return self.wiring.measures_on(self.footage)
+        return self.wiring.measures_on(self.footage, loss_probability=self.loss_probability)
 
     def setup(self, open_recording: OpenSequence | None = None) -> Setup:
         """Return what all its runs are on.
@@ -240,6 +243,7 @@ class Plan:
             "frames": self.frames,
             "values": dict(self.values),
             **recording,
+            **({"loss_probability": True} if self.loss_probability else {}),
             **({"filters": {name: list(texts) for name, texts in self.filters.items()}} if self.filters else {}),
         }
 
@@ -261,6 +265,7 @@ class Plan:
                 values=dict(raw["values"]),
                 footage=Footage.model_validate(raw["footage"]) if raw.get("footage") is not None else None,
                 kind=raw.get("kind"),
+                loss_probability=bool(raw.get("loss_probability", False)),
                 filters={str(name): tuple(map(str, texts)) for name, texts in raw.get("filters", {}).items()},
             )
         except (KeyError, TypeError, ValueError) as error:
@@ -288,6 +293,18 @@ class Plan:
             raise SweepError(str(error)) from None
         if self.footage.mark is None and self.wiring.needs_mark(self.kind):
             raise SweepError(f"{self.experiment} needs the mark of its target in a recording")
+
+    def _check_loss_probability(self) -> None:
+        """Refuse to measure how probable a loss is where no tracker can tell."""
+        recording = self.footage is not None
+        told = self.wiring.loss_probability.models_on(recording=recording)
+        if self.loss_probability and told.keys().isdisjoint(self.trackers):
+            where = "on recordings" if recording else "in the simulated scene"
+            able = f"only {', '.join(told)} can" if told else "none can"
+            raise SweepError(
+                f"{', '.join(self.trackers)} of {self.experiment} cannot tell how probable it is that the target is "
+                f"lost; {where} {able}"
+            )
 
     def _check_possible(self) -> None:
         """Refuse a plan all of whose conditions are impossible; those of which some are get rows that say so.

@@ -19,7 +19,7 @@ def sweep_code(plan: Plan) -> SourceCode:
     for axis in plan.axes:
         words += ["--axis", f"{axis.name}={','.join(map(str, axis.values))}"]
     words += ["--trackers", ",".join(trackers), "--trials", str(plan.trials), "--frames", str(plan.frames)]
-    words += ["--seed", str(plan.seed)]
+    words += ["--seed", str(plan.seed), *(["--loss-probability"] if plan.loss_probability else [])]
     for name, value in plan.values.items():
         words += ["--set", f"{name}={value}"]
     said = [] if plan.footage is None else _footage_options(plan.footage, recording or "")

@@ -102,7 +102,7 @@ def _carry_out(
     """Return outcome or problem of all runs of a condition, trial by trial."""
     width = len(plan.trackers)
     try:
-        found = outcomes(plan.wiring, setup, values=values, trackers=plan.trackers, seeds=seeds, frames=plan.frames)
+        found = _outcomes(plan, setup, values, plan.trackers, seeds)
     except ParameterError as error:
         return [None] * (len(seeds) * width), [str(error)] * (len(seeds) * width)
     except MemoryError:
@@ -114,6 +114,21 @@ def _carry_out(
     return list(chain.from_iterable(found)), [None] * (len(seeds) * width)
 
 
+def _outcomes(
+    plan: Plan, setup: Setup, values: dict[str, Value], trackers: Sequence[str], seeds: list[int]
+) -> list[list[Outcome]]:
+    """Return what came of some runs of a condition."""
+    return outcomes(
+        plan.wiring,
+        setup,
+        values=values,
+        trackers=trackers,
+        seeds=seeds,
+        frames=plan.frames,
+        loss_probability=plan.loss_probability,
+    )
+
+
 def _one_by_one(
     plan: Plan, setup: Setup, values: dict[str, Value], seeds: list[int]
 ) -> tuple[Results, list[str | None]]:
@@ -123,9 +138,7 @@ def _one_by_one(
     for seed in seeds:
         for tracker in plan.trackers:
             try:
-                ((outcome,),) = outcomes(
-                    plan.wiring, setup, values=values, trackers=[tracker], seeds=[seed], frames=plan.frames
-                )
+                ((outcome,),) = _outcomes(plan, setup, values, [tracker], [seed])
             except Exception as error:  # noqa: BLE001 - see above
                 results.append(None)
                 problems.append(f"failed: {type(error).__name__}: {error}")

@@ -67,7 +67,15 @@ def measure(text: str, recording: Given = None) -> float:
         condition = plan.condition(number)
         values, seeds = {**plan.values, **condition}, plan.seeds(condition, 0, trials)
         begun = perf_counter()
-        outcomes(plan.wiring, setup, values=values, trackers=plan.trackers, seeds=seeds, frames=frames)
+        outcomes(
+            plan.wiring,
+            setup,
+            values=values,
+            trackers=plan.trackers,
+            seeds=seeds,
+            frames=frames,
+            loss_probability=plan.loss_probability,
+        )
         return perf_counter() - begun
 
     seconds, runs, trials = 0.0, 0, 1

@@ -5,13 +5,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.experiment import Setup
+from pftrack.experiment import Experiment, Setup
 from pftrack.experiments import find
 from pftrack.model.calibration import Calibration
 from pftrack.model.frame import Frame
 from pftrack.model.marks import Box
 from pftrack.model.parameters import ParameterError, Value
 from pftrack.runs import batch, scoring
+from pftrack.runs.loss_probability import loss_probabilities
 from pftrack.runs.run import Change, Run
 from tests.experiments.heads import Pictures, pictures
 
@@ -67,6 +68,30 @@ def test_a_batch_comes_to_the_same_numbers_as_live_runs(extra: dict[str, Value],
             names = ("success", "mean_error", "lost_frames", "first_lost_frame", "labelled_frames", "estimates_sha256")
             assert {name: getattr(outcome, name) for name in names} == {name: summary[name] for name in names}
             assert outcome.reductions == scoring.reductions(BALL.all_series(tracker), run.diagnostics[1:])
+
+
+def test_a_batch_is_asked_how_probable_a_loss_is() -> None:
+    """It is the mean of the live run's probabilities, of trackers that can tell, and nothing else changes for it."""
+
+    def carry_out(experiment: Experiment, trackers: list[str], *, asked: bool) -> list[batch.Outcome]:
+        (row,) = batch.outcomes(
+            experiment,
+            experiment.simulate(),
+            values=CONDITION,
+            trackers=trackers,
+            seeds=[3],
+            frames=40,
+            loss_probability=asked,
+        )
+        return [replace(outcome, step_ms=0.0) for outcome in row]
+
+    told = [loss_probabilities(live(name, 3, CONDITION, 40)) for name in ("h-spf", "kalman")]
+    silent = carry_out(BALL, ["h-spf", "kalman"], asked=False)
+    for plain, asked, values in zip(silent, carry_out(BALL, ["h-spf", "kalman"], asked=True), told, strict=True):
+        assert asked.measures == {**plain.measures, "mean_loss_probability": pytest.approx(np.nanmean(values))}
+        assert replace(asked, measures=plain.measures) == plain
+    unable = replace(BALL, loss_probability=replace(BALL.loss_probability, models={}))
+    assert carry_out(unable, ["h-spf"], asked=True) == silent[:1]
 
 
 def test_blocks_of_pictures_make_no_difference(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -59,6 +59,23 @@ def result(client: httpx.Client, url: str, tmp_path: Path) -> Any:
     return read_result(path)
 
 
+class TestLossProbability:
+    def test_it_is_a_quantity_of_a_sweep_that_asks_for_it(self, client: httpx.Client) -> None:
+        """Its maps, rows and CSV have it; the experiment's page says which methods can tell, and others are refused."""
+        begun = until_state(client, begin_sweep(client, loss_probability=True, trials=1)["id"], "done")
+        assert begun["loss_probability"]
+        assert begun["measures"][-1]["name"] == "mean_loss_probability"
+        (cells,) = (one["measures"] for one in client.get(f"/api/v1/sweeps/{begun['id']}/cells").json()["maps"][:1])
+        assert all(0.0 <= value <= 1.0 for value in cells["mean_loss_probability"])
+        text = client.get(f"/api/v1/sweeps/{begun['id']}/download", params={"format": "csv"}).text
+        assert "mean_loss_probability" in text.partition("\n")[0]
+        assert client.get("/api/v1/experiments/ball").json()["loss_trackers"] == list(EXPERIMENTS["ball"].trackers)
+        assert client.get("/api/v1/experiments/ball", params={"recording": "video"}).json()["loss_trackers"] == []
+        axes = [{"name": "sample_count", "values": [10, 20]}]
+        wish = {"experiment": "sine", "axes": axes, "trackers": ["kalman"], "loss_probability": True}
+        assert error_of(client.post("/api/v1/sweeps", json=wish), 422)["field"] == "loss_probability"
+
+
 class TestPlanning:
     def test_examples(self, tmp_path: Path) -> None:
         """Every experiment has an example that can be started as it stands, where nobody has set lower limits."""

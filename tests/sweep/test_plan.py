@@ -2,12 +2,14 @@
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from itertools import product
 
 import pytest
 
-from pftrack.sweep import Axis, Plan, SweepError
+from pftrack.sweep import Axis, Plan, SweepError, quantity_named
 from pftrack.sweep.plan import Single
+from pftrack.sweep.source_code import sweep_code
 
 WIDTHS = Axis("occlusion_width_px", (10.0, 20.0, 30.0))
 LAYOUTS = Axis("layout", (0, 5))
@@ -139,3 +141,16 @@ def test_a_description_that_lacks_something_is_refused(raw: dict[str, object]) -
     """What is no plan is said to be none."""
     with pytest.raises(SweepError, match="lacks something"):
         Plan.from_dict(raw)
+
+
+def test_how_probable_a_loss_is_is_a_measure_where_it_is_asked_for() -> None:
+    """The plan says so in its text, a plan without says nothing of it, and where no tracker can tell it is refused."""
+    plain = Plan("ball", (WIDTHS,), ("h-spf", "apf"))
+    asked = replace(plain, loss_probability=True)
+    assert [one.name for one in asked.measures] == [*(one.name for one in plain.measures), "mean_loss_probability"]
+    assert "loss_probability" not in plain.as_dict()
+    assert Plan.from_dict(json.loads(json.dumps(asked.as_dict()))) == asked
+    assert "--loss-probability" in sweep_code(asked).command
+    assert quantity_named(asked, "mean_loss_probability").better == "lower"
+    with pytest.raises(SweepError, match=r"kalman of sine cannot tell how probable .* in the simulated scene none can"):
+        Plan("sine", trackers=("kalman",), loss_probability=True)

@@ -71,6 +71,7 @@ class ExperimentDetail(ExperimentPublic):
     layers: list[Layer]
     worlds: list[World]
     parameter_schema: dict[str, Any] = Field(serialization_alias="schema")
+    loss_trackers: list[str] = Field(description="Trackers that can tell how probable it is that the target is lost")
 
 
 class PluginPublic(BaseModel):

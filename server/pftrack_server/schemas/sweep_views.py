@@ -89,6 +89,7 @@ class SweepPublic(BaseModel):
     frames: int
     recording: str | None = None
     seed: int
+    loss_probability: bool = False
     parameters: dict[str, Value]
     fixed: list[AxisPublic]
     runs: int

@@ -44,6 +44,9 @@ class SweepCreate(RequestBody):
     trials: Annotated[int, Field(ge=1, le=1_000_000)] = 10
     frames: Annotated[int, Field(ge=1, le=10_000_000)] | None = Field(None, description="Length of a run.")
     seed: Seed = 0
+    loss_probability: bool = Field(
+        False, description="Whether how probable it is that the target is lost is measured as well."
+    )
     parameters: dict[Name, Any] = Field({}, description="Parameters that differ from the defaults in every run.")
     footage: Footage | None = Field(
         None, description="The recording on which all runs are, as a recipe has it; the simulated scene if not given."

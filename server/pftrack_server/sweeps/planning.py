@@ -1,6 +1,7 @@
 """Planning: from a request to a plan of the library, every refusal with the field that it is about."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from math import prod
 from typing import TypeVar, cast
@@ -73,6 +74,8 @@ def as_plan(body: SweepCreate, settings: Settings, store: Store) -> Plan:
             kind=kind,
         ),
     )
+    if body.loss_probability:
+        plan = _part("loss_probability", lambda: replace(plan, loss_probability=True))
     _within_server(plan, settings)
     _within_a_map(plan)
     return plan

@@ -134,6 +134,7 @@ class Sweep:
             frames=plan.frames,
             recording=plan.footage.name if plan.footage else None,
             seed=plan.seed,
+            loss_probability=plan.loss_probability,
             parameters=dict(plan.values),
             fixed=self._fixed,
             runs=plan.runs,
