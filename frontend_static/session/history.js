@@ -18,7 +18,8 @@ import { isKnown } from "./series.js";
  * @property {boolean|null} lost
  * @property {boolean|null} hidden
  * @property {boolean|null} searching
- * @property {number|null} lost_since Frame in which the loss began that goes on here, by the truth or the tracker's account.
+ * @property {"truth"|"tracker"|"probability"|""} lost_by Who says whether the target is lost; empty where nobody does.
+ * @property {number|null} lost_since Frame in which the loss began that goes on here.
  * @property {number|null} step_ms
  * @property {Record<string, SeriesValue>} series
  */
@@ -182,7 +183,7 @@ export const curve = {
 };
 
 /**
- * Whether the target is lost: the truth says so, or the tracker itself, which looks for it.
+ * Whether the target is lost, whoever says so.
  *
  * @param {Row|undefined} row
  */

@@ -3,8 +3,8 @@
  * whoever cannot see the picture say the same.
  */
 
-import { number, quantity } from "../shared/format.js";
-import { curve } from "./history.js";
+import { number, percent, quantity } from "../shared/format.js";
+import { curve, isGone } from "./history.js";
 import { between, withSpread } from "./plots/kinds/band.js";
 import { mostProbable } from "./plots/kinds/hypotheses.js";
 import { declared, measured, numberOf, samplers, samplesOf, vectorOf } from "./series.js";
@@ -108,15 +108,31 @@ export function state(history, session) {
   const row = history.at(session.position);
   if (!row) return ["not computed yet", "unknown"];
   const { searching, lost, hidden } = row;
-  const since = `lost since ${row.lost_since}`;
-  if (searching) return [`${since}, looking for the ${session.target} (by ${lost ? "truth and tracker" : "the tracker"})`, "lost"];
-  if (lost) return [`${since} (by truth)`, "lost"];
+  if (isGone(row)) return [lossWords(row, session), "lost"];
   const source = lost === null ? "by the tracker" : "by truth";
+  if (searching && lost === false) return [`looking for the ${session.target}, though on target (by truth)`, "good"];
   if (wasSearching(history, session)) return [`${session.target} found again (${source})`, "good"];
   if (hidden === true) return ["hidden (by truth)", "hidden"];
   if (lost === false) return ["on target (by truth)", "good"];
   if (row.error !== null) return ["", "unknown"];
+  if (row.lost_by === "probability") return ["probably followed (by its own numbers)", "good"];
   return searching === false ? ["followed (by the tracker)", "good"] : ["truth not known", "unknown"];
+}
+
+/**
+ * Since when the target is lost, and who says so.
+ *
+ * @param {Row} row
+ * @param {SessionPublic} session
+ */
+function lossWords(row, session) {
+  if (row.lost_by === "probability") {
+    const probability = percent(numberOf(session, "loss_probability", row) ?? 1);
+    return `probably lost since ${row.lost_since}, P = ${probability} (by its own numbers)`;
+  }
+  const doing = row.searching ? `, looking for the ${session.target}` : "";
+  const byTruth = row.searching ? "truth and tracker" : "truth";
+  return `lost since ${row.lost_since}${doing} (by ${row.lost ? byTruth : "the tracker"})`;
 }
 
 /**

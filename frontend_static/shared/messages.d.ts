@@ -323,8 +323,10 @@ export interface DiagnosisPublic {
   /** First frame of the loss, or the one that was asked about; null if none is */
   frame: number | null;
   lost: boolean;
-  /** Who says that it is lost; empty if nobody does */
-  witness: "truth" | "tracker" | "";
+  /** Who says whether it is lost: truth, tracker, its probability, or nobody */
+  witness: "truth" | "tracker" | "probability" | "";
+  /** That it is lost, by the tracker's own numbers; null if not known */
+  probability: number | null;
   /** What began first */
   cause: "sample-impoverishment" | "overconfident-weights" | "look-alike-capture" | "wrong-dynamics" | "occlusion-longer-than-memory" | "degenerate-resampling" | "mirror-pose" | "shrinking-covariance" | "template-drift" | "detector-seized-by-background" | "target-not-in-the-picture" | "unclear";
   sentence: string;

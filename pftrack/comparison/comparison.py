@@ -17,6 +17,7 @@ from pftrack.model.measures import Measure
 from pftrack.model.palette import BRANCHES, hexadecimal
 from pftrack.model.series import to_json
 from pftrack.runs.loss_intervals import before_loss
+from pftrack.runs.lost_frames import find_lost_frames
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import evaluated_run
 
@@ -127,6 +128,12 @@ class Comparison:
         return tuple(rows[: self.frames] for rows in self._compute_rows())
 
     @property
+    def lost(self) -> tuple[NDArray[np.bool_], ...]:
+        """(frames,) of each run, whether its target is lost, in the frames that can be compared."""
+        placed = zip(self.runs, self.alignment.firsts, strict=True)
+        return tuple(find_lost_frames(run).lost[first : first + self.frames] for run, first in placed)
+
+    @property
     def partings(self) -> tuple[Divergence, ...]:
         """Where each pair of runs parts."""
         estimates = [[row.estimate for row in rows] for rows in self.rows]
@@ -141,14 +148,14 @@ class Comparison:
     @property
     def outcomes(self) -> tuple[Outcome, ...]:
         """What came of each run."""
-        return tuple(map(_outcome, self.runs, self.rows))
+        return tuple(map(_outcome, self.runs, self.rows, self.lost))
 
     @property
     def before_loss(self) -> int | None:
         """The frame from which to watch the first loss of any run; None where none loses its target."""
         found = [
-            before_loss([bool(row.lost) for row in rows], [bool(row.hidden) for row in rows], outcome.first_lost)
-            for rows, outcome in zip(self.rows, self.outcomes, strict=True)
+            before_loss(lost.tolist(), [bool(row.hidden) for row in rows], outcome.first_lost)
+            for rows, lost, outcome in zip(self.rows, self.lost, self.outcomes, strict=True)
             if outcome.first_lost is not None
         ]
         return min((frame for frame in found if frame is not None), default=None)
@@ -204,17 +211,17 @@ def _describe(setting: Setting, place: int) -> str:
     return str(value) if setting.name in TOLD_BARE else f"{setting.title} {value}"
 
 
-def _outcome(run: Run, rows: Sequence[Diagnostics]) -> Outcome:
+def _outcome(run: Run, rows: Sequence[Diagnostics], lost: NDArray[np.bool_]) -> Outcome:
     if not rows:
         return Outcome(np.nan, np.nan, None, 0)
     errors, values = _errors(rows), _values(run, rows)
     known, counted = errors[~np.isnan(errors)], values[~np.isnan(values)]
-    lost = [frame for frame, row in enumerate(rows) if row.is_lost]
+    gone = np.flatnonzero(lost)
     return Outcome(
         float(known.mean()) if len(known) and np.isfinite(known).all() else np.nan,
         float(counted.mean()) if len(counted) else np.nan,
-        lost[0] if lost else None,
-        len(lost),
+        int(gone[0]) if len(gone) else None,
+        len(gone),
     )
 
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pftrack.counterfactuals.alternatives import Allow, Alternative, allow_all, alternatives
 from pftrack.counterfactuals.report import Finding, Report
@@ -11,6 +12,8 @@ from pftrack.model.timeline import Change, Timeline
 from pftrack.runs.continuation import Continuation, Stretch, read_stretches
 from pftrack.runs.ensemble import other_seeds
 from pftrack.runs.loss_intervals import before_loss, first_loss, losses
+from pftrack.runs.loss_probability import LossAccount, tells_loss
+from pftrack.runs.lost_frames import find_lost_frames
 from pftrack.runs.run import Run
 
 __all__ = ["HORIZON_FRAMES", "JUDGED_FRAMES", "ROUNDS", "LossError", "find_loss", "what_if"]
@@ -42,7 +45,7 @@ def find_loss(run: Run, frame: int | None = None) -> int:
     Raises:
         LossError: The run has not lost its target so far.
     """
-    lost = [_is_lost(row.lost, row.searching) for row in run.diagnostics]
+    lost = find_lost_frames(run).lost.tolist()
     first = first_loss(lost)
     if first is None:
         raise LossError("the run has not lost its target so far")
@@ -75,7 +78,7 @@ def what_if(
     if loss == 0:
         raise LossError("the run begins with its target lost: there is nothing before that could be changed")
     begin, last = _begin(run, loss), min(loss + HORIZON_FRAMES, run.frames - 1)
-    trials = _Trials(run, begin, last)
+    trials = _Trials(run, begin, loss, last)
     tried = alternatives(run, begin + 1, allow=allow)
     seeds = other_seeds(run.seed, rounds[-1])
     findings: list[Finding] = []
@@ -95,26 +98,39 @@ def what_if(
 class _Trials:
     """What all trials begin with."""
 
-    def __init__(self, run: Run, begin: int, last: int) -> None:
+    def __init__(self, run: Run, begin: int, loss: int, last: int) -> None:
         self.judged = min(JUDGED_FRAMES, last - begin)
-        self._run, self._begin, self._last = run, begin, last
-        self._state = run.branch(begin).current.state
+        self._run, self._begin, self._loss_frame, self._last = run, begin, loss, last
+        shared = run.branch(begin)
+        self._state = shared.current.state
+        account = LossAccount()
+        account.follow(shared)
+        self._loss = account.kept if tells_loss(run.experiment, run.setup) else None
         self._stretches: dict[Alternative | None, list[Stretch]] = {}
 
     def extend(self, finding: Finding, seed: int) -> Finding:
         """Return a finding with one more seed tried; the same if nobody knows what came of it."""
         timeline = self._timeline(finding.alternative)
-        one = Continuation(self._run.experiment, timeline, seed, self._state)
+        one = Continuation(self._run.experiment, timeline, seed, self._state, loss=self._loss)
         for stretch in self._frames(finding.alternative, timeline):
             one.take(stretch)
-        known = one.lost[-self.judged :]
-        held = {} if np.isnan(known).all() else {seed: not np.any(known == 1.0)}
+        held = {} if (holds := self._holds(one.lost)) is None else {seed: holds}
         return replace(
             finding,
             held={**finding.held, **held},
             steps=finding.steps + one.steps,
             seconds=finding.seconds + one.seconds,
         )
+
+    def _holds(self, lost: NDArray[np.float64]) -> bool | None:
+        """Return whether a run holds its target, by who says so; None if nobody does.
+
+        Where only of a few frames the truth is known, and nobody says anything of the others, all since the loss count.
+        """
+        for said in (lost[-self.judged :], lost[self._loss_frame - self._begin - 1 :]):
+            if not np.isnan(said).all():
+                return not np.any(said == 1.0)
+        return None
 
     def _timeline(self, alternative: Alternative) -> Timeline:
         run, frame = self._run, self._begin + 1
@@ -134,12 +150,7 @@ class _Trials:
 
 def _begin(run: Run, loss: int) -> int:
     """Return the frame from which on things are changed: some before the loss, or before what led to it."""
-    lost = [_is_lost(row.lost, row.searching) for row in run.diagnostics]
+    lost = find_lost_frames(run).lost.tolist()
     hidden = [row.hidden is True for row in run.diagnostics]
     found = before_loss(lost, hidden, loss)
     return max(0, min(loss - 1, loss if found is None else found))
-
-
-def _is_lost(lost: bool | None, searching: bool | None) -> bool:
-    """Return whether a target is lost: by the truth, else by the tracker's own account."""
-    return bool(searching) if lost is None else lost

@@ -7,20 +7,20 @@ column is there if the run has it, and NaN where a frame does not. Nothing here 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.model.diagnostics import Diagnostics
+from pftrack.model.loss_witness import Witness
 from pftrack.model.series import Series, SeriesRole
+from pftrack.runs.lost_frames import judge_rows
 
-__all__ = ["COLUMNS", "Column", "Course", "Witness", "course_of"]
+__all__ = ["COLUMNS", "Column", "Course", "course_of"]
 
 Numbers: TypeAlias = NDArray[np.float64]
 Flags: TypeAlias = NDArray[np.bool_]
-Witness: TypeAlias = Literal["truth", "tracker", ""]
-"""Who says that a target is lost: the truth, the tracker's own account, or nobody."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +52,7 @@ COLUMNS = {
         Column("kept", "model's likeness to the first look"),
         Column("hidden", "out of sight", is_flag=True),
         Column("searching", "searching", is_flag=True),
+        Column("probability", "probability that it is lost"),
         Column("mirrored", "mirror image", is_flag=True),
         Column("outside", "beyond the picture", is_flag=True),
         Column("step", "way of the estimate a frame", "run"),
@@ -59,6 +60,9 @@ COLUMNS = {
     )
 }
 """What evidence is shown from, by name."""
+
+BY_WORD: tuple[Witness, ...] = ("truth", "tracker", "probability")
+"""Witnesses, whose word counts more first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,8 +76,9 @@ class Course:
         error: (L,) distance of the estimate from the truth.
         deviation: (L,) root mean square of the posterior standard deviations that are in the run's unit.
         excess: (L,) largest error of a component, or of what else is believed, over its standard deviation.
-        lost: (L,) whether the target is lost, as the witness says.
-        witness: Who says so.
+        lost: (L,) whether the target is lost.
+        witnesses: Who says so of each frame.
+        probability: (L,) that it is, by the tracker's own numbers.
         hidden: (L,) 1 where the target is known to be out of sight, else 0.
         searching: (L,) 1 where the tracker looks for the target by its own account, else 0.
         evidence: (L,) log evidence of each frame.
@@ -94,7 +99,8 @@ class Course:
     deviation: Numbers
     excess: Numbers
     lost: Flags
-    witness: Witness
+    witnesses: tuple[Witness, ...]
+    probability: Numbers
     hidden: Numbers
     searching: Numbers
     evidence: Numbers
@@ -115,6 +121,12 @@ class Course:
         """Return the unit of a column (`COLUMNS`); empty for pure numbers."""
         unit = COLUMNS[name].unit
         return self.unit if unit == "run" else unit
+
+    @property
+    def witness(self) -> Witness:
+        """Who says most: the truth where it is known of any frame, else the tracker, else its numbers, or nobody."""
+        said = set(self.witnesses)
+        return next((one for one in BY_WORD if one in said), "")
 
     @cached_property
     def ess_share(self) -> Numbers:
@@ -138,7 +150,12 @@ class Course:
 
 
 def course_of(
-    rows: Sequence[Diagnostics], declared: Sequence[Series], *, unit: str, size: tuple[int, int] | None = None
+    rows: Sequence[Diagnostics],
+    declared: Sequence[Series],
+    *,
+    unit: str,
+    size: tuple[int, int] | None = None,
+    probabilities: Numbers | None = None,
 ) -> Course:
     """Return the course of a run.
 
@@ -147,18 +164,19 @@ def course_of(
         declared: Series that they may have.
         unit: Of its estimates.
         size: Width and height of the picture, px, where estimates are places in it.
+        probabilities: (L,) that the target is lost, by the tracker's own numbers, where they tell it.
     """
     unknown = (np.nan,) * len(rows[0].estimate)
     truths = np.array([row.truth or unknown for row in rows], dtype=np.float64)
     estimates = np.array([row.estimate for row in rows], dtype=np.float64)
-    lost, witness = _losses(rows)
+    found = judge_rows(rows, probabilities)
     seen = np.where(np.isfinite(truths), truths, estimates) if truths.shape == estimates.shape else estimates
 
     def numbers(role: SeriesRole) -> Numbers:
         names = [series.name for series in declared if series.role == role and series.shape == "number"]
-        found = np.array([[row.number(name) for row in rows] for name in names]).reshape(len(names), len(rows))
-        known = np.isfinite(found)
-        least = np.where(known, found, np.inf).min(axis=0, initial=np.inf)
+        values = np.array([[row.number(name) for row in rows] for name in names]).reshape(len(names), len(rows))
+        known = np.isfinite(values)
+        least = np.where(known, values, np.inf).min(axis=0, initial=np.inf)
         return np.where(known.any(axis=0), least, np.nan)
 
     told = numbers("excess")
@@ -169,8 +187,9 @@ def course_of(
         error=_optional([row.error for row in rows]),
         deviation=_deviations(rows),
         excess=np.where(np.isfinite(told), told, _excess(rows)),
-        lost=lost,
-        witness=witness,
+        lost=found.lost,
+        witnesses=found.witnesses,
+        probability=found.probabilities,
         hidden=_optional([row.hidden for row in rows]),
         searching=_optional([row.searching for row in rows]),
         evidence=np.array([row.log_evidence for row in rows]),
@@ -183,14 +202,6 @@ def course_of(
         mirrored=numbers("mirrored"),
         outside=_outside(seen, size),
     )
-
-
-def _losses(rows: Sequence[Diagnostics]) -> tuple[Flags, Witness]:
-    if any(row.lost is not None for row in rows):
-        return np.array([row.is_lost for row in rows]), "truth"
-    if any(row.searching is not None for row in rows):
-        return np.array([row.searching is True for row in rows]), "tracker"
-    return np.zeros(len(rows), dtype=np.bool_), ""
 
 
 def _deviations(rows: Sequence[Diagnostics]) -> Numbers:

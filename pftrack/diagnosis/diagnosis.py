@@ -2,19 +2,20 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
-from pftrack.diagnosis.course import COLUMNS, Course, Witness, course_of
+from pftrack.diagnosis.course import COLUMNS, Course, course_of
 from pftrack.diagnosis.moment import Moment
 from pftrack.diagnosis.rules import RULES, Rule, Sign
-from pftrack.experiment import Experiment, Step
 from pftrack.model.cause import CAUSES, CauseId
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.runs.loss_intervals import first_loss
+from pftrack.model.loss_witness import Witness
+from pftrack.runs.loss_intervals import LASTING_FRAMES, first_loss
+from pftrack.runs.loss_probability import loss_probabilities
+from pftrack.runs.run import Run
 
-__all__ = ["Diagnosis", "Evidence", "Followed", "course_of_run", "diagnose", "diagnose_course"]
+__all__ = ["Diagnosis", "Evidence", "course_of_run", "diagnose", "diagnose_course"]
 
 LEAD_IN, LEAD_OUT = 12, 12
 """So many frames before the first sign and after the moment belong to the evidence."""
@@ -22,24 +23,9 @@ LEAD_IN, LEAD_OUT = 12, 12
 BY_WITNESS: dict[Witness, str] = {
     "truth": "Lost in frame {frame}",
     "tracker": "Lost in frame {frame} by its own account",
+    "probability": "Probably lost in frame {frame}, by its own numbers, P = {probability:.2f}",
     "": "Frame {frame}",
 }
-
-
-class Followed(Protocol):
-    """What a diagnosis asks of a run."""
-
-    @property
-    def experiment(self) -> Experiment:
-        """Its wiring."""
-
-    @property
-    def diagnostics(self) -> list[Diagnostics]:
-        """The rows of the frames computed so far."""
-
-    @property
-    def current(self) -> Step:
-        """The frame at which it stands."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +57,8 @@ class Diagnosis:
         frame: The first frame of the loss, or the one that was asked about; None where nothing was lost or asked.
         lost: Whether the target is lost there.
         witness: Who says so.
+        probability: That it is, by the tracker's own numbers: of a loss the greatest of its first frames; None where
+            nothing tells it.
         signs: What is at work, ordered by when it began.
         evidence: The numbers of each sign, in the same order.
     """
@@ -78,6 +66,7 @@ class Diagnosis:
     frame: int | None
     lost: bool
     witness: Witness
+    probability: float | None = None
     signs: tuple[Sign, ...] = ()
     evidence: tuple[tuple[Evidence, ...], ...] = ()
 
@@ -91,7 +80,7 @@ class Diagnosis:
         """What went wrong, in a sentence."""
         if self.frame is None:
             return "The target is not lost in any frame computed so far." if self.witness else NOBODY_SAYS
-        when = BY_WITNESS[self.witness if self.lost else ""].format(frame=self.frame)
+        when = BY_WITNESS[self.witness if self.lost else ""].format(frame=self.frame, probability=self.probability)
         if not self.signs and not self.lost:
             return f"{when}: the numbers show nothing wrong."
         if not self.signs:
@@ -105,6 +94,7 @@ class Diagnosis:
             "frame": self.frame,
             "lost": self.lost,
             "witness": self.witness,
+            "probability": self.probability,
             "cause": self.cause,
             "sentence": self.sentence,
             "signs": [
@@ -134,7 +124,7 @@ class Diagnosis:
 NOBODY_SAYS = "Nobody says whether the target is lost: there is no truth, and the tracker gives no account of its own."
 
 
-def diagnose(run: Followed, frame: int | None = None) -> Diagnosis:
+def diagnose(run: Run, frame: int | None = None) -> Diagnosis:
     """Say what went wrong with a run, as far as it has been computed.
 
     Args:
@@ -147,11 +137,13 @@ def diagnose(run: Followed, frame: int | None = None) -> Diagnosis:
     return diagnose_course(course_of_run(run), frame)
 
 
-def course_of_run(run: Followed) -> Course:
+def course_of_run(run: Run) -> Course:
     """Return the course of a run, as far as it has been computed."""
     experiment, image = run.experiment, run.current.frame.image_rgb
     size = (image.shape[1], image.shape[0]) if image is not None and experiment.unit == "px" else None
-    return course_of(run.diagnostics, experiment.all_series(), unit=experiment.unit, size=size)
+    return course_of(
+        run.diagnostics, experiment.all_series(), unit=experiment.unit, size=size, probabilities=loss_probabilities(run)
+    )
 
 
 def diagnose_course(course: Course, frame: int | None = None, rules: Sequence[Rule] = RULES) -> Diagnosis:
@@ -176,9 +168,8 @@ def diagnose_course(course: Course, frame: int | None = None, rules: Sequence[Ru
     if not course.lost[at]:
         found = [sign for sign in found if sign.since <= at]
     signs = tuple(replace(sign, unit=course.unit) for sign in sorted(found, key=lambda sign: sign.since))
-    return Diagnosis(
-        at, bool(course.lost[at]), course.witness, signs, tuple(_evidence(course, sign, at) for sign in signs)
-    )
+    shown = tuple(_evidence(course, sign, at) for sign in signs)
+    return Diagnosis(at, bool(course.lost[at]), course.witnesses[at], _probability(course, at), signs, shown)
 
 
 def _begin(course: Course, frame: int) -> int:
@@ -186,6 +177,15 @@ def _begin(course: Course, frame: int) -> int:
     while frame > 0 and course.lost[frame] and course.lost[frame - 1]:
         frame -= 1
     return frame
+
+
+def _probability(course: Course, at: int) -> float | None:
+    """Return how probable the loss is that begins in a frame: it is told more surely the longer it lasts."""
+    end = at + 1
+    while end < min(at + LASTING_FRAMES, len(course)) and course.lost[at] and course.lost[end]:
+        end += 1
+    said = course.probability[at:end]
+    return float(np.nanmax(said)) if np.isfinite(said).any() else None
 
 
 def _evidence(course: Course, sign: Sign, at: int) -> tuple[Evidence, ...]:

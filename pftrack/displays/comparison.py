@@ -35,9 +35,9 @@ def _outcomes(comparison: "Comparison") -> Iterator[tuple[str, Iterable[str]]]:
     yield f"Mean error, {unit}" if unit else "Mean error", (quantity(each.mean_error, unit) for each in outcomes)
     yield "Kept", (f"{100 * each.kept:.0f} %" if math.isfinite(each.kept) else MISSING for each in outcomes)
     yield "First lost", ("never" if each.first_lost is None else f"frame {each.first_lost}" for each in outcomes)
-    glances = zip(comparison.rows, comparison.colours, strict=True)
+    glances = zip(comparison.rows, comparison.colours, comparison.lost, strict=True)
     room = '<div style="width:180px;height:32px">'
-    yield "Error", (f"{room}{sparkline(rows, colour, most)}</div>" for rows, colour in glances)
+    yield "Error", (f"{room}{sparkline(rows, colour, most, lost.tolist())}</div>" for rows, colour, lost in glances)
 
 
 def _sentences(comparison: "Comparison") -> Iterator[str]:

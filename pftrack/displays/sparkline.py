@@ -11,6 +11,7 @@ from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.palette import COLOURS, hexadecimal
 from pftrack.model.parameters import declarations
 from pftrack.model.timeline import Change
+from pftrack.runs.lost_frames import find_lost_frames
 from pftrack.runs.run import Run
 
 __all__ = ["sparkline", "track"]
@@ -24,26 +25,32 @@ FILLS = "display:block;width:100%;height:100%;max-width:none;max-height:none"
 for: that goes before attributes, but not before this."""
 
 
-def sparkline(rows: Sequence[Diagnostics], colour: str = hexadecimal(COLOURS["estimate"]), most: float = 0.0) -> str:
+def sparkline(
+    rows: Sequence[Diagnostics],
+    colour: str = hexadecimal(COLOURS["estimate"]),
+    most: float = 0.0,
+    lost: Sequence[bool] | None = None,
+) -> str:
     """Return the errors of frames as SVG.
 
     Args:
         rows: Of the frames.
         colour: Of the line, as CSS writes it.
         most: The error that reaches the top; the largest if 0.
+        lost: Whether the target is lost in each; as the rows alone say if not given.
     """
-    return _svg(rows, colour, most, "")
+    return _svg(rows, [row.is_lost for row in rows] if lost is None else lost, colour, most, "")
 
 
 def track(run: Run) -> str:
     """Return the errors of all frames that a run has computed as SVG, with a mark for each change of a parameter."""
     last = max(1, run.computed)
     marks = "".join(_mark(run, change, last) for change in run.timeline.changes if 0 < change.frame <= last)
-    return _svg(run.diagnostics, hexadecimal(COLOURS["estimate"]), 0.0, marks)
+    return _svg(run.diagnostics, find_lost_frames(run).lost.tolist(), hexadecimal(COLOURS["estimate"]), 0.0, marks)
 
 
-def _svg(rows: Sequence[Diagnostics], colour: str, most: float, marks: str) -> str:
-    flags = {"hidden": [row.hidden is True for row in rows], "lost": [row.is_lost for row in rows]}
+def _svg(rows: Sequence[Diagnostics], lost: Sequence[bool], colour: str, most: float, marks: str) -> str:
+    flags = {"hidden": [row.hidden is True for row in rows], "lost": lost}
     bands = "".join(band for name, known in flags.items() for band in _bands(name, known))
     line = _path([row.error for row in rows], most)
     return (

@@ -72,11 +72,11 @@ def _table(comparison: Comparison) -> bytes:
 
 
 def _lines(comparison: Comparison) -> Iterator[tuple[str, ...]]:
-    named = zip(comparison.names, comparison.rows, strict=True)
-    for number, (name, rows) in enumerate(named, 1):
-        for frame, row in enumerate(rows):
+    named = zip(comparison.names, comparison.rows, comparison.lost, strict=True)
+    for number, (name, rows, lost) in enumerate(named, 1):
+        for frame, (row, gone) in enumerate(zip(rows, lost, strict=True)):
             error = "" if row.error is None or not math.isfinite(row.error) else repr(float(row.error))
-            yield str(number), name, str(frame), str(row.frame), error, str(int(row.is_lost))
+            yield str(number), name, str(frame), str(row.frame), error, str(int(gone))
 
 
 def _document(comparison: Comparison) -> bytes:
@@ -99,10 +99,9 @@ def _picture(comparison: Comparison, form: str) -> bytes:
     if not any(np.isfinite(each).any() for each in errors):
         raise ExportError("there is no error to draw: the truth of these frames is not known")
     title = " · ".join(comparison.names)
-    lost = [np.array([row.is_lost for row in each], np.bool_) for each in rows]
     figure = draw_errors(
         [np.where(np.isfinite(each), each, np.nan) for each in errors],
-        lost,
+        comparison.lost,
         names=comparison.names,
         colours=comparison.colours,
         unit=comparison.unit,

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from pftrack.model import series
 from pftrack.model.parameters import Declaration
 from pftrack.model.series import Hypotheses, Series
+from pftrack.runs.lost_frames import find_lost_frames
 from pftrack.runs.run import Run
 
 __all__ = [
@@ -47,8 +48,8 @@ def hidden_frames(run: Run) -> NDArray[np.bool_]:
 
 
 def lost_frames(run: Run) -> NDArray[np.bool_]:
-    """Return (L,) whether the target is lost, by the truth or by the tracker's own account."""
-    return np.array([row.is_lost for row in run.diagnostics])
+    """Return (L,) whether the target is lost."""
+    return find_lost_frames(run).lost
 
 
 def find_series(run: Run, name: str) -> Series:

@@ -18,6 +18,7 @@ from pftrack.fitting.seen import SeenSource
 from pftrack.model.parameters import Declaration, Parameters, Role, Value, flat
 from pftrack.model.timeline import Change
 from pftrack.model.tracker import Tracker
+from pftrack.runs.lost_frames import find_lost_frames
 from pftrack.runs.run import Run
 
 __all__ = ["MOST_NUMBERS", "Fit", "FitError", "Fitted", "Half", "fit", "fittable"]
@@ -221,7 +222,7 @@ def fit(run: Run, names: Iterable[str] = (), *, on_step: Callable[[int, int], ob
         Fitted(it, old, new, at_bound=new != old and bool(np.isclose(new, bound, rtol=NEAR_BOUND).any()))
         for it, old, new, bound in zip(declared, trials.before, after, bounds, strict=True)
     )
-    lost = sum(row.is_lost for row in run.diagnostics[1:end])
+    lost = int(find_lost_frames(run).lost[1:end].sum())
     return Fit(trials.tracker, numbers, (first, second), gain, gain_error, trials.done, trials.seeds, lost)
 
 

@@ -72,7 +72,7 @@ class Guidance:
                     f"frame {row.frame} must hold a state of {', '.join(self.chart.names)} to learn from, "
                     f"{states.shape[1]} numbers, got {len(recorded)}"
                 )
-            if recorded is not None and not row.is_lost:
+            if recorded is not None and not row.searching and not row.is_lost:
                 states[frame] = np.array(recorded) / self.scale
         return states
 

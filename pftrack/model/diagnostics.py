@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.model.frame import Frame
+from pftrack.model.loss_witness import judge_loss
 from pftrack.model.series import Hypotheses, SeriesValue, to_json
 from pftrack.model.tracker import TrackState
 
@@ -53,8 +54,8 @@ class Diagnostics:
 
     @property
     def is_lost(self) -> bool:
-        """Whether the target is lost, by the truth or by the tracker's own account."""
-        return self.searching is True or self.lost is True
+        """Whether the target is lost, by the truth, or where that is not known by the tracker's own account."""
+        return judge_loss(self.lost, self.searching).lost is True
 
     def number(self, name: str) -> float:
         """Return the value of a series of numbers; NaN where the frame has none."""

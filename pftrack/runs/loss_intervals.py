@@ -22,19 +22,18 @@ def approach(loss: int) -> int:
     return max(0, loss - APPROACH_FRAMES)
 
 
-def loss_start(frame: int, before: int | None, *, lost: bool | None, searching: bool | None) -> int | None:
+def loss_start(frame: int, before: int | None, *, lost: bool | None) -> int | None:
     """Return the frame in which the loss began that goes on in a frame.
 
     Args:
         frame: The frame.
         before: The same of the frame before it.
-        lost: Whether the target is lost by the truth, where that is known.
-        searching: Whether it is by the tracker's own account, where the tracker gives one.
+        lost: Whether the target is lost, as `pftrack.model.loss_witness` has it.
 
     Returns:
         The frame; None if the target is not lost here.
     """
-    if not (lost or searching):
+    if not lost:
         return None
     return frame if before is None else before
 

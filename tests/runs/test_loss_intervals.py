@@ -42,14 +42,13 @@ def test_the_run_begins_somewhere() -> None:
     assert before_loss([True, True], [False, False], 1) == 0
 
 
-def test_a_loss_goes_on_whoever_tells_it() -> None:
-    """Truth and tracker speak of one loss: it begins with the first frame that either calls lost, and goes on."""
+def test_a_loss_goes_on_until_the_target_is_not_lost() -> None:
+    """It begins with the first frame that is lost; one of which nobody says anything ends it."""
     lost = [False, True, True, None, False, False, True]
-    searching = [None, False, True, True, True, False, None]
     found: list[int | None] = []
-    for frame, (one, other) in enumerate(zip(lost, searching, strict=True)):
-        found.append(loss_start(frame, found[-1] if found else None, lost=one, searching=other))
-    assert found == [None, 1, 1, 1, 1, None, 6]
+    for frame, one in enumerate(lost):
+        found.append(loss_start(frame, found[-1] if found else None, lost=one))
+    assert found == [None, 1, 1, None, None, None, 6]
 
 
 def test_the_loss_to_ask_about_is_the_first_that_lasts() -> None:

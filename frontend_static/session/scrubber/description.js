@@ -1,7 +1,7 @@
 /** What the scrubber says of a frame, and what its strips show. */
 
 import { percent, quantity } from "../../shared/format.js";
-import { curve } from "../history.js";
+import { curve, isGone } from "../history.js";
 import { eventsOf, numberOf, ofRole, samplers, samplesOf } from "../series.js";
 
 /** @import { SessionPublic } from "../../shared/messages.js" */
@@ -32,7 +32,7 @@ export function describe({ known: session, history }, frame) {
   if (curve.error(row) !== null) told.push(`error ${quantity(curve.error(row), unit)} ${unit}`.trim());
   if (curve.sigma(row) !== null) told.push(`sigma ${quantity(curve.sigma(row), unit)} ${unit}`.trim());
   if (row.searching) told.push(`no ${session.target}`);
-  else if (row.lost) told.push("lost");
+  else if (isGone(row)) told.push(row.lost_by === "probability" ? "probably lost" : "lost");
   else if (row.hidden) told.push("hidden");
   const probability = numberOf(session, "loss_probability", row);
   if (probability !== null) told.push(`lost with ${percent(probability)}`);
@@ -86,7 +86,7 @@ export function missingOf(session, history, isMeasured) {
  * @param {History} history
  */
 export function goneOf(history) {
-  const [hidden, lost] = [history.some((row) => isFlag(row.hidden)), history.some((row) => isFlag(row.lost) || isFlag(row.searching))];
+  const [hidden, lost] = [history.some((row) => isFlag(row.hidden)), history.some((row) => Boolean(row.lost_by))];
   return [hidden && "hidden", lost && "lost"].filter((word) => word !== false).join(", ");
 }
 

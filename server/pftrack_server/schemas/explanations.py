@@ -1,10 +1,9 @@
 """Explanations of losses, as a session's page shows them."""
 
-from typing import Literal
-
 from pydantic import BaseModel, Field
 
 from pftrack.model.cause import CauseId
+from pftrack.model.loss_witness import Witness
 
 __all__ = ["DiagnosisPublic", "EvidencePublic", "ExplanationPublic", "SignPublic"]
 
@@ -36,7 +35,8 @@ class DiagnosisPublic(BaseModel):
 
     frame: int | None = Field(description="First frame of the loss, or the one that was asked about; null if none is")
     lost: bool
-    witness: Literal["truth", "tracker", ""] = Field(description="Who says that it is lost; empty if nobody does")
+    witness: Witness = Field(description="Who says whether it is lost: truth, tracker, its probability, or nobody")
+    probability: float | None = Field(description="That it is lost, by the tracker's own numbers; null if not known")
     cause: CauseId = Field(description="What began first")
     sentence: str
     signs: list[SignPublic] = Field(description="By when they began")

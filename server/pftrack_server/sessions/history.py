@@ -2,6 +2,8 @@
 
 from typing import Any
 
+from pftrack.loss_probability.declaration import LOSS_PROBABILITY
+from pftrack.model.loss_witness import judge_loss
 from pftrack.runs.loss_intervals import loss_start
 
 __all__ = ["History"]
@@ -25,7 +27,8 @@ class History:
         """Take over rows; a frame that is known already is replaced.
 
         Returns:
-            The rows with what only the history can tell: `lost_since`, where the loss began that goes on there.
+            The rows with what is told of the target: `lost_by`, who says whether it is lost, and `lost_since`, where
+            the loss began that goes on there.
         """
         self.changes += 1
         return [self._put(row) for row in rows]
@@ -33,8 +36,9 @@ class History:
     def _put(self, row: dict[str, Any]) -> dict[str, Any]:
         index, since = row["frame"], self.columns.get("lost_since", [])
         before = since[index - 1] if 0 < index <= len(since) else None
-        began = loss_start(index, before, lost=row.get("lost"), searching=row.get("searching"))
-        row = {**row, "lost_since": began}
+        probability = row.get("series", {}).get(LOSS_PROBABILITY.name)
+        said = judge_loss(row.get("lost"), row.get("searching"), probability)
+        row = {**row, "lost_by": said.witness, "lost_since": loss_start(index, before, lost=said.lost)}
         if not self.columns:
             self.columns = {name: [] for name in row}
         if index == len(self):

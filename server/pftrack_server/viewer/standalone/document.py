@@ -12,6 +12,7 @@ from pftrack.displays import summary_lines
 from pftrack.displays.readings import format_reading, readings_of
 from pftrack.displays.sparkline import track
 from pftrack.model.plot import Reading
+from pftrack.runs.lost_frames import find_lost_frames
 from pftrack.runs.manifest import citation_of, manifest_of, title_of
 from pftrack.runs.run import Run
 from pftrack.version import __version__
@@ -117,7 +118,7 @@ def _run(run: Run, recording: Recording, readings: Iterable[Reading]) -> dict[st
         "rate_hz": run.source.frame_rate_hz,
         "kept": recording.kept,
         "captions": recording.captions,
-        "gone": [int(row.is_lost) for row in rows],
+        "gone": find_lost_frames(run).lost.astype(int).tolist(),
         "readings": [[format_reading(run.experiment, reading, row) for row in rows] for reading in readings],
         "views": recording.views,
         "sizes": [len(file) for file in recording.pictures],

@@ -1,0 +1,95 @@
+"""On a recording without truth the tracker's own numbers say where it has lost its target."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.counterfactuals import find_loss, what_if
+from pftrack.diagnosis import diagnose
+from pftrack.experiments import find
+from pftrack.model.frame import Target
+from pftrack.model.marks import Box
+from pftrack.runs.ensemble import ensemble
+from pftrack.runs.loss_probability import loss_probabilities
+from pftrack.runs.lost_frames import find_lost_frames
+from pftrack.runs.run import Change, Run
+from pftrack.sources.truth import TruthTable
+from tests.experiments.heads import Pictures
+
+SIMULATED = find("ball")
+BALL = replace(SIMULATED, loss_probability=replace(SIMULATED.loss_probability, on_recordings=("h-spf", "condensation")))
+"""The ball, with probabilities that are taken to be true on recordings as well."""
+
+FRAMES = 40
+
+
+@cache
+def film() -> tuple[list[NDArray[np.uint8]], list[Target]]:
+    """Return the pictures of a ball that disappears behind a wide pillar, and where it truly is."""
+    timeline = (Change(0, {"occlusion_width_px": 100, "period_s": 2}),)
+    steps = list(Run(SIMULATED, SIMULATED.simulate(), frames=FRAMES, timeline=timeline))
+    shown = [(step.frame.image_rgb, step.frame.target) for step in steps]
+    return [image for image, _ in shown if image is not None], [target for _, target in shown if target is not None]
+
+
+def on_clip(marked: tuple[int, ...] = (), tracker: str = "h-spf", frames: int = FRAMES) -> Run:
+    """Return a finished run on that clip, whose truth is known of some pictures."""
+    pictures, targets = film()
+    boxes = [(*(target.position - 5), 11.0, 11.0) for target in targets]
+    truth = TruthTable({frame: boxes[frame] for frame in marked}) if marked else None
+    assert BALL.on_video is not None
+    run = Run(BALL, BALL.on_video(Pictures(pictures), Box.of(*boxes[0]), truth=truth), tracker=tracker, frames=frames)
+    run.finish()
+    return run
+
+
+def test_its_own_numbers_say_where_it_is_probably_lost() -> None:
+    """The frames are those whose probability is a half or more, and the diagnosis says so with the number."""
+    run = on_clip()
+    found, told = find_lost_frames(run), loss_probabilities(run)
+    assert found.witnesses == ("", *["probability"] * (FRAMES - 1))
+    assert np.array_equal(found.lost, told >= 0.5)
+    at = find_loss(run)
+    said = diagnose(run)
+    assert (said.frame, said.lost, said.witness) == (at, True, "probability")
+    assert said.probability == told[at : at + 5].max()
+    assert said.sentence.startswith(f"Probably lost in frame {at}, by its own numbers, P = {said.probability:.2f}: ")
+
+
+def test_marks_have_the_word_in_their_frames_alone() -> None:
+    """Where a person has marked the target the truth says whether it is lost, elsewhere the numbers still do."""
+    run = on_clip(marked=(0, 5, 30))
+    found = find_lost_frames(run)
+    assert [frame for frame, witness in enumerate(found.witnesses) if witness == "truth"] == [0, 5, 30]
+    assert {found.witnesses[frame] for frame in range(1, FRAMES) if frame not in {5, 30}} == {"probability"}
+
+
+def test_other_seeds_and_changes_are_judged_as_runs_that_are_opened() -> None:
+    """What the runs of an ensemble and of what-if come to is what a branch with their settings says of itself."""
+    run = on_clip()
+    *_, report = what_if(run, rounds=(1, 2))
+    assert report.loss == find_loss(run)
+    known = [finding for finding in report.findings if finding.held]
+    assert {finding.alternative.values.get("tracker") for finding in known} == {None, "condensation"}
+    for finding in (known[0], known[1], known[-1]):
+        for seed, held in finding.held.items():
+            branch = run.branch(report.begin, {**finding.alternative.values, "seed": seed})
+            branch.seek(report.end)
+            settled = find_lost_frames(branch).lost[report.end - report.judged + 1 : report.end + 1]
+            assert held == (not settled.any()), finding.alternative.title
+    together = ensemble(run, runs=2, frames=20)
+    twin = run.branch(0, {"seed": together.seeds[0]})
+    twin.seek(19)
+    assert np.array_equal(together.lost[0, 1:], find_lost_frames(twin).lost[1:])
+    assert np.isnan(together.holding[0])
+
+
+def test_few_marks_judge_where_nobody_else_says_anything() -> None:
+    """A tracker without such a probability is judged by the marks since the loss."""
+    run = on_clip(marked=(0, 5, 20), tracker="apf")
+    assert [verdict.lost for verdict in find_lost_frames(run).verdicts if verdict.witness] == [False, False, True]
+    *_, report = what_if(run, rounds=(1,))
+    assert report.loss == 20
+    assert all(finding.held for finding in report.findings)
