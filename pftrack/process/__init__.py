@@ -17,6 +17,7 @@ from pftrack.process.limits import (
     Budget,
     confine,
     end_with_parent,
+    give_way,
     leave_interrupts_to_parent,
     stand_alone,
 )
@@ -53,6 +54,7 @@ __all__ = [
     "end_with_parent",
     "ending",
     "environment",
+    "give_way",
     "leave_interrupts_to_parent",
     "pair",
     "report",

@@ -6,7 +6,6 @@ far it is, or calls `report`; what it returns is the value of the call.
 """
 
 import math
-import os
 import signal
 import socket
 import time
@@ -16,7 +15,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from pftrack.process.child import Ending
-from pftrack.process.limits import MEBIBYTE, Budget, confine, leave_interrupts_to_parent, stand_alone
+from pftrack.process.limits import MEBIBYTE, Budget, confine, give_way, leave_interrupts_to_parent, stand_alone
 from pftrack.process.pipe import BlockingEnd, Pack
 
 __all__ = ["GRACE_S", "Answer", "Call", "Fault", "Outcome", "Refusal", "Reply", "Step", "answer_calls", "report"]
@@ -106,8 +105,6 @@ def answer_calls(
         prepare: Is called before the first call.
     """
     leave_interrupts_to_parent()
-    if budget.niceness:
-        os.nice(budget.niceness)
     confine(
         memory_bytes=budget.memory_bytes,
         cpu_seconds=budget.cpu_seconds,
@@ -115,6 +112,8 @@ def answer_calls(
         open_files=budget.open_files,
     )
     stand_alone(end.fileno())
+    if budget.niceness:
+        give_way(budget.niceness)
     if prepare is not None:
         prepare()
     pipe = BlockingEnd(end) if pack is None else BlockingEnd(end, pack)

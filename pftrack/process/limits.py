@@ -24,6 +24,7 @@ __all__ = [
     "close_descriptors",
     "confine",
     "end_with_parent",
+    "give_way",
     "leave_interrupts_to_parent",
     "stand_alone",
 ]
@@ -43,6 +44,9 @@ END_WITH_PARENT = 1
 """PR_SET_PDEATHSIG of prctl(2)."""
 
 LOOK_S = 0.5
+
+AUTOGROUP_TRIES, AUTOGROUP_WAIT_S = 20, 0.05
+"""The kernel allows one change of an autogroup in a tenth of a second, on the whole system."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +132,29 @@ def stand_alone(keep: int) -> None:
         os.dup2(nowhere, standard)
     close_descriptors(keep)
     end_with_parent()
+
+
+def give_way(niceness: int) -> None:
+    """Come after others on the processor, with all that is in the group that this process leads.
+
+    A Linux kernel may first divide processor time among sessions of processes, as `stand_alone` begins one, and heed
+    the niceness only among the processes of one (autogroup in sched(7)). So that of the session is set as well.
+
+    Args:
+        niceness: By how much more than now.
+    """
+    total = os.nice(niceness)
+    if os.getsid(0) != os.getpid():
+        return  # others are in this session
+    for _ in range(AUTOGROUP_TRIES):
+        try:
+            Path("/proc/self/autogroup").write_text(str(total), encoding="ascii")
+        except BlockingIOError:  # somebody else has just made one
+            time.sleep(AUTOGROUP_WAIT_S)
+        except OSError:  # the kernel does no such thing, and niceness does all
+            return
+        else:
+            return
 
 
 def close_descriptors(keep: int) -> None:

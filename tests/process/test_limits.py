@@ -125,3 +125,29 @@ def test_a_fork_lets_go_of_its_parent(tmp_path: Path) -> None:
     while Path(f"/proc/{child}").exists() and time.monotonic() < end:
         time.sleep(0.02)
     assert not Path(f"/proc/{child}").exists()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="processors can be chosen, and files tell of groups, on Linux only")
+def test_who_gives_way_leaves_the_processor_to_others() -> None:
+    """Of two processes on one processor, each in a session of its own, the nicer has less than a third."""
+    program = """
+import os, time
+from pftrack.process import give_way
+os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+read, write = os.pipe()
+begin = time.monotonic() + 0.3
+for name, niceness in (("other", 0), ("nicer", 12)):
+    if os.fork() == 0:
+        os.setsid()
+        give_way(niceness)
+        while time.monotonic() < begin: pass
+        used = time.process_time()
+        while time.monotonic() < begin + 0.5: pass
+        os.write(write, f"{name} {time.process_time() - used}\\n".encode())
+        os._exit(0)
+os.wait(), os.wait()
+print(os.read(read, 1000).decode())
+"""
+    lines = run(program).stdout.decode().split("\n")
+    used = {name: float(seconds) for name, seconds in (line.split() for line in lines if line)}
+    assert used["nicer"] < used["other"] / 2

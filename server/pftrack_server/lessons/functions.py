@@ -5,7 +5,6 @@ A worker of lessons draws and judges; a child task, which may take its time, com
 
 import json
 import math
-import os
 from collections.abc import Mapping
 from typing import Any
 
@@ -18,6 +17,7 @@ from pftrack.lessons.lesson import Check, Given
 from pftrack.lessons.verdict import read_answer
 from pftrack.model.parameters import Value, flat, nearest, revise
 from pftrack.model.recipe import Recipe
+from pftrack.process import give_way
 from pftrack.runs.record import make
 from pftrack_server.tasks.functions import Steps
 
@@ -86,7 +86,7 @@ def run(recipe: Recipe) -> Steps:
     Raises:
         RecordError: There is no such experiment, or a value is refused.
     """
-    os.nice(NICENESS)
+    give_way(NICENESS)
     made = make(recipe)
     for step in made.seeking(made.frames - 1):
         yield step.diagnostics.frame + 1, made.frames
@@ -98,7 +98,7 @@ def check(wanted: str, source: str) -> Steps:
 
     One that cannot be computed has a problem in place of numbers, and the others are computed all the same.
     """
-    os.nice(NICENESS)
+    give_way(NICENESS)
     checks = _lesson(wanted, source).checks
     results: list[dict[str, Any]] = []
     for done, each in enumerate(checks):
