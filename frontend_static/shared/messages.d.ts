@@ -1351,7 +1351,7 @@ export interface Ping {
 export interface Plot {
   id: string;
   title: string;
-  kind: "error" | "sigma" | "sample size" | "samplers" | "value" | "band" | "interval" | "features" | "frequency" | "hypotheses" | "tree";
+  kind: "error" | "sigma" | "sample size" | "samplers" | "innovation" | "value" | "band" | "interval" | "features" | "frequency" | "hypotheses" | "tree";
   description: string;
   unit: string;
   series: string[];
@@ -1749,7 +1749,7 @@ export interface Series {
   title: string;
   unit: string;
   shape: "number" | "vector" | "interval" | "hypotheses";
-  role: "" | "particles" | "ess" | "resampled" | "distinct" | "share" | "flag" | "event" | "extent" | "likeness" | "model_likeness" | "mirrored" | "loss_probability" | "excess";
+  role: "" | "particles" | "ess" | "resampled" | "distinct" | "share" | "flag" | "event" | "extent" | "likeness" | "model_likeness" | "mirrored" | "loss_probability" | "excess" | "nis" | "nis_freedom" | "nis_limit";
   components: string[];
   colours: string[];
   reductions: Reduction[];

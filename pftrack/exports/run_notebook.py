@@ -4,13 +4,14 @@ Nothing that was computed is carried along, so that a notebook is small and its 
 of the estimates tells whether they are the same. A recording is not carried either: the notebook says which it was.
 """
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from pprint import pformat
 
 from pftrack.experiment import Experiment
 from pftrack.exports.notebook import Cell, code, markdown, notebook
-from pftrack.model.plot import Plot
+from pftrack.model.plot import Plot, PlotKind
 from pftrack.model.recipe import Footage, Recipe
+from pftrack.model.series import SeriesRole
 from pftrack.runs.columns import PREFIX
 from pftrack.runs.run import Run
 from pftrack.version import __version__
@@ -140,9 +141,17 @@ def _title(plot: Plot, experiment: Experiment) -> str:
     return f"{plot.title}, {unit}" if unit else plot.title
 
 
+ROLES: Mapping[PlotKind, tuple[SeriesRole, ...]] = {
+    "sample size": ("ess", "particles"),
+    "samplers": ("share",),
+    "innovation": ("nis", "nis_limit"),
+}
+"""What kinds of plot read by role."""
+
+
 def _names(plot: Plot, experiment: Experiment) -> list[str]:
     """Return the names of the columns that a plot is of."""
-    roles = {"sample size": ("ess", "particles"), "samplers": ("share",)}.get(plot.kind, ())
+    roles = ROLES.get(plot.kind, ())
     declared = [series.name for series in experiment.all_series() if series.role and series.role in roles]
     own = [plot.kind] if plot.kind in {"error", "sigma"} else []
     return own + [f"{PREFIX}{name}" for name in (*declared, *plot.series, *((plot.truth,) if plot.truth else ()))]

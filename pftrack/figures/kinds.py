@@ -64,6 +64,13 @@ def _samplers(axes: Axes, run: Run, _plot: Plot) -> None:
     axes.set_ylim(bottom=0)
 
 
+def _innovation(axes: Axes, run: Run, _plot: Plot) -> None:
+    for role, look in {"nis_limit": {**TRUTH, "label": "limit of 95 %"}, "nis": {}}.items():
+        for found in numbers.of_role(run, role)[:1]:
+            _line(axes, run, numbers.measure(run, found.name), **look)
+    axes.set_ylim(bottom=0)
+
+
 def _value(axes: Axes, run: Run, plot: Plot) -> None:
     _line(axes, run, numbers.measure(run, plot.series[0]))
 
@@ -209,6 +216,7 @@ KINDS: Mapping[PlotKind, Draw] = {
     "sigma": _sigma,
     "sample size": _sample_size,
     "samplers": _samplers,
+    "innovation": _innovation,
     "value": _value,
     "band": _band,
     "interval": _interval,

@@ -3,6 +3,8 @@
 Lengths are inches, sizes of letters points. Bands are grey where the target is hidden and red where it is lost.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -14,7 +16,8 @@ from pftrack.figures.kinds import KINDS, SHADES
 from pftrack.figures.picture import PictureForm, encode
 from pftrack.figures.style import INK, LETTERS_PT, TWO_COLUMNS_IN, bare
 from pftrack.model.export import ExportError
-from pftrack.model.plot import Plot
+from pftrack.model.plot import Plot, PlotKind
+from pftrack.model.series import SeriesRole
 from pftrack.runs.manifest import extent_of, manifest_of, title_of
 from pftrack.runs.run import Run
 
@@ -120,6 +123,10 @@ def _shade(axes: Axes, name: str, where: NDArray[np.bool_]) -> Patch:
     return Patch(color=INK[name], alpha=SHADES[name], linewidth=0, label=name)
 
 
+DRAWN_ROLE: Mapping[PlotKind, SeriesRole] = {"sample size": "ess", "samplers": "share", "innovation": "nis"}
+"""Of kinds that read series by role, the one without which there is nothing to draw."""
+
+
 def _has_numbers(run: Run, plot: Plot) -> bool:
     if plot.needs_truth and all(row.truth is None for row in run.diagnostics):
         return False
@@ -128,10 +135,8 @@ def _has_numbers(run: Run, plot: Plot) -> bool:
             return not np.isnan(numbers.errors(run)).all()
         case "sigma":
             return True
-        case "sample size":
-            return bool(numbers.of_role(run, "ess"))
-        case "samplers":
-            return bool(numbers.of_role(run, "share"))
+        case "sample size" | "samplers" | "innovation":
+            return bool(numbers.of_role(run, DRAWN_ROLE[plot.kind]))
         case _:
             return any(name in row.series for row in run.diagnostics for name in plot.series)
 

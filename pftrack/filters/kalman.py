@@ -5,6 +5,7 @@ positive whatever the rounding.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,28 @@ from pftrack.numerics.compiled import compiled
 from pftrack.numerics.gaussian import Gaussian, log_densities
 from pftrack.numerics.matrices import contiguous_copy, multiply, product, solve, solve_system
 
-__all__ = ["Innovation", "condition", "condition_on_innovation", "innovate", "predict", "update"]
+__all__ = [
+    "Innovation",
+    "NormalisedInnovation",
+    "condition",
+    "condition_on_innovation",
+    "innovate",
+    "predict",
+    "update",
+]
+
+
+class NormalisedInnovation(NamedTuple):
+    """How far off a measurement was from what had been expected of it, whatever was measured.
+
+    Attributes:
+        squared: Its squared length in standard deviations.
+        freedom: How many numbers were measured. If the model holds, the square is a chi-square variable of as many
+            degrees of freedom (Bar-Shalom, Li, Kirubarajan 2001, section 5.4).
+    """
+
+    squared: float
+    freedom: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,14 +47,13 @@ class Innovation:
         values: (m,) the measurement less its prediction.
         covariance: (m, m) that is expected of it.
         gain: (d, m) by how much each of its values moves the mean.
-        normalised_squared: Its squared length in standard deviations; a chi-square variable of m degrees of freedom if
-            the model holds (Bar-Shalom, Li, Kirubarajan 2001, section 5.4).
+        normalised: Its length.
     """
 
     values: NDArray[np.float64]
     covariance: NDArray[np.float64]
     gain: NDArray[np.float64]
-    normalised_squared: float
+    normalised: NormalisedInnovation
 
 
 def predict(posterior: Gaussian, dynamics: LinearDynamics) -> Gaussian:
@@ -81,7 +102,8 @@ def innovate(
     cross = product(observation, prior.covariance)
     covariance = product(cross, observation.T) + noise_covariance
     gain = solve_system(covariance, cross).T
-    return Innovation(values, covariance, gain, float(product(values, solve_system(covariance, values))))
+    squared = float(product(values, solve_system(covariance, values)))
+    return Innovation(values, covariance, gain, NormalisedInnovation(squared, len(values)))
 
 
 def condition(

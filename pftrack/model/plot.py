@@ -10,6 +10,7 @@ from typing import Literal, TypeAlias
 
 __all__ = [
     "ERROR",
+    "INNOVATION",
     "PARTICLES",
     "SAMPLERS",
     "SAMPLE_SIZE",
@@ -28,6 +29,7 @@ PlotKind: TypeAlias = Literal[
     "sigma",
     "sample size",
     "samplers",
+    "innovation",
     "value",
     "band",
     "interval",
@@ -57,8 +59,8 @@ class Plot:
 
     Kinds that read the diagnostics' own columns are "error", shaded where the target is hidden or lost; and "sigma",
     the largest standard deviation beside the parameters that are thresholds of "sigma". Kinds that read the series of
-    a role are "sample size", of the roles "ess" and "particles"; and "samplers", of the role "share". Kinds that read
-    series by name:
+    a role are "sample size", of the roles "ess" and "particles"; "samplers", of the role "share"; and "innovation", of
+    the roles "nis" and "nis_limit". Kinds that read series by name:
 
     - "value": one number a frame;
     - "band": one number a frame, within a band of two standard deviations, and the truth;
@@ -160,8 +162,16 @@ SIGMA = Plot(
 )
 SAMPLERS = Plot("proposals", "proposals", "samplers", "How many particles came from which sampler.")
 
-STANDARD_PLOTS = (ERROR, SIGMA, SAMPLE_SIZE, SAMPLERS)
-"""The plots that suit every method: a method that has no particles, or no choice between samplers, shows fewer."""
+INNOVATION = Plot(
+    "innovation",
+    "normalised innovation squared",
+    "innovation",
+    "How far off the measurement was, in the deviations expected; dashed, what it is above in one frame of twenty.",
+)
+
+STANDARD_PLOTS = (ERROR, SIGMA, SAMPLE_SIZE, SAMPLERS, INNOVATION)
+"""The plots that suit every method: a method that has no particles, no choice between samplers, or no innovation shows
+fewer."""
 
 PARTICLES, STEP_TIME = Reading("particles", "particles"), Reading("step", "time")
 

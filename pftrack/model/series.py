@@ -62,6 +62,9 @@ SeriesRole: TypeAlias = Literal[
     "mirrored",
     "loss_probability",
     "excess",
+    "nis",
+    "nis_freedom",
+    "nis_limit",
 ]
 """What general code may do with a series without knowing its name.
 
@@ -80,6 +83,10 @@ SeriesRole: TypeAlias = Literal[
   run (`pftrack.loss_probability`), and no tracker reports it.
 - "excess": a number, the largest error of what is believed over its stated deviation; declared where the estimate is
   not all that is believed.
+- "nis": a number, the normalised innovation squared: how far off the measurement of the frame was from what had been
+  expected of it, in the deviations expected. If the model holds, it is a chi-square variable.
+- "nis_freedom": a number, the degrees of freedom of that variable: how many numbers were measured in the frame.
+- "nis_limit": a number, what that variable stays below with a probability of 95 %.
 """
 
 

@@ -4,7 +4,7 @@ A run keeps states now and then only (`pftrack.runs.keyframes`). To follow parti
 are taken again once, and kept while one looks. The run stands where it is.
 """
 
-import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -17,7 +17,7 @@ from pftrack.model.cloud import Cloud
 from pftrack.model.genealogy import Genealogy, count_descendants, trace
 from pftrack.model.likelihood import Component, LikelihoodMap, ObservationLikelihood
 from pftrack.model.parameters import ParameterError
-from pftrack.model.part import Amount, Part
+from pftrack.model.part import Part
 from pftrack.model.tracker import Tracker
 from pftrack.runs.run import Run
 
@@ -101,7 +101,6 @@ class Inspection:
         """Begin to look."""
         self.run = run
         self._steps: dict[int, Step] = {}
-        self._limited: dict[int, dict[str, Amount]] = {}
 
     @property
     def tracker(self) -> Tracker:
@@ -168,27 +167,15 @@ class Inspection:
         return () if told is None else told(self.before, step.state, step.frame, step.parameters)
 
     def courses(self) -> tuple[Course, ...]:
-        """Return all that the tracker's steps tell with a limit, over the last frames."""
-        if self.tracker.update_parts is None:
+        """Return what the tracker tells of every frame and has a limit, over the last frames."""
+        known = {one.role: one for one in self.tracker.series}
+        if "nis" not in known or "nis_limit" not in known:
             return ()
-        steps = self._past(GENERATIONS)
-        frames = range(steps[0].frame.index, self.run.position + 1)
-        self._limited = {frame: amounts for frame, amounts in self._limited.items() if frame in frames}
-        for before, step in itertools.pairwise(steps):
-            if step.frame.index not in self._limited:
-                self._limited[step.frame.index] = self._amounts(before, step)
-        named = {amount.title: amount.limit for amounts in self._limited.values() for amount in amounts.values()}
-        unknown = Amount("", float("nan"))
-        return tuple(
-            Course(title, limit, frames[0], tuple(self._limited.get(at, {}).get(title, unknown).value for at in frames))
-            for title, limit in named.items()
-            if limit is not None
-        )
-
-    def _amounts(self, before: Step, step: Step) -> dict[str, Amount]:
-        told = self.run.experiment.trackers[step.tracker].update_parts
-        parts = () if told is None else told(before.state, step.state, step.frame, step.parameters)
-        return {part.title: part for part in parts if isinstance(part, Amount) and part.limit is not None}
+        first = max(self.run.position - GENERATIONS + 1, 0)
+        rows = self.run.diagnostics[first : self.run.position + 1]
+        values, limits = ([row.number(known[role].name) for row in rows] for role in ("nis", "nis_limit"))
+        limit = next((one for one in reversed(limits) if not math.isnan(one)), math.nan)
+        return () if math.isnan(limit) else (Course(known["nis"].title, limit, first, tuple(values)),)
 
     def nearest(self, place: NDArray[np.float64]) -> int | None:
         """Return the particle that is nearest to a place (2,), px; of those as near, the heaviest.

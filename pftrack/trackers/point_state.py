@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.filters.fixed_lag import Lineage
+from pftrack.filters.kalman import NormalisedInnovation
 from pftrack.learning.online_em import Learner
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.particles import ParticleSet
@@ -32,6 +33,7 @@ class PointState:
         learner: What has been learned of the dynamics, if it is to be learned.
         lineage: The particles' pasts, if the path is to be smoothed.
         reference: The exact posterior beside the approximate one, where it is known.
+        innovation: How far off the measurement of the frame was, of a Gaussian filter that had one.
         repeatable: Whether every step of a filter from a file came to the same when it was computed again.
     """
 
@@ -46,6 +48,7 @@ class PointState:
     learner: Learner | None = None
     lineage: Lineage | None = None
     reference: Gaussian | None = None
+    innovation: NormalisedInnovation | None = None
     repeatable: bool = True
 
     @property

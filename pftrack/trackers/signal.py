@@ -27,7 +27,7 @@ from pftrack.particles import ParticleSet
 from pftrack.resampling import systematic
 from pftrack.trackers import reports
 from pftrack.trackers.filter_interface import FilterInterface, Update
-from pftrack.trackers.innovation import innovation_parts
+from pftrack.trackers.innovation import NIS, innovation_parts, measure_innovation
 from pftrack.trackers.parameters import particle_count, resampling_threshold
 from pftrack.trackers.point_state import PointState
 from pftrack.trackers.sampling.common import centre_of, cloud_of
@@ -95,8 +95,11 @@ def start_particles(target: Target, frame: Frame, parameters: SignalTrackerParam
 def step_kalman(state: PointState, frame: Frame, parameters: SignalTrackerParameters, rng: Generator) -> PointState:
     """Predict and update exactly (Bando 2007, eqs. 2.8 and 2.9)."""
     del rng
-    posterior, log_evidence = _exact(state.reference or state.posterior, frame, parameters)
-    return PointState(posterior, state.tracked, log_evidence=log_evidence)
+    before = state.reference or state.posterior
+    posterior, log_evidence = _exact(before, frame, parameters)
+    innovation = _innovate(before, frame, parameters)
+    normalised = None if innovation is None else innovation.normalised
+    return PointState(posterior, state.tracked, log_evidence=log_evidence, innovation=normalised)
 
 
 def step_particles(state: PointState, frame: Frame, parameters: SignalTrackerParameters, rng: Generator) -> PointState:
@@ -158,6 +161,17 @@ def _exact(prior: Gaussian, frame: Frame, parameters: SignalTrackerParameters) -
         return predicted, 0.0
     noise = parameters.assumed_noise_sd**2 * np.eye(dimension)
     return kalman.update(predicted, signal, np.eye(dimension, 2 * dimension), noise)
+
+
+def _innovate(prior: Gaussian, frame: Frame, parameters: SignalTrackerParameters) -> kalman.Innovation | None:
+    """Return what the measurement said that the exact filter did not expect; None where it is missing."""
+    signal = _signal(frame)
+    dimension = len(signal)
+    if not np.isfinite(signal).all():
+        return None
+    predicted = kalman.predict(prior, _dynamics(dimension, parameters.process_noise_sd))
+    noise = parameters.assumed_noise_sd**2 * np.eye(dimension)
+    return kalman.innovate(predicted, signal, np.eye(dimension, 2 * dimension), noise)
 
 
 @lru_cache(maxsize=64)
@@ -223,14 +237,11 @@ def _update_parts(
     before: PointState, state: PointState, frame: Frame, parameters: SignalTrackerParameters
 ) -> tuple[Part, ...]:
     """Return what the measurement said that the exact filter did not expect; nothing where it is missing."""
-    signal, dimension = _signal(frame), state.tracked
-    if not np.isfinite(signal).all() or frame.index == 0:
+    innovation = _innovate(before.reference or before.posterior, frame, parameters)
+    if innovation is None or frame.index == 0:
         return ()
-    predicted = kalman.predict(before.reference or before.posterior, _dynamics(dimension, parameters.process_noise_sd))
-    noise = parameters.assumed_noise_sd**2 * np.eye(dimension)
-    innovation = kalman.innovate(predicted, signal, np.eye(dimension, 2 * dimension), noise)
-    names = tuple(component.name for component in _components(parameters)[:dimension])
-    return innovation_parts(names, "", signal, innovation)
+    names = tuple(component.name for component in _components(parameters)[: state.tracked])
+    return innovation_parts(names, "", _signal(frame), innovation)
 
 
 LIKELIHOOD = ObservationLikelihood(
@@ -271,6 +282,8 @@ TRACKERS: dict[str, Tracker] = {
             "Computes the posterior exactly, since the model is linear and the noise Gaussian.",
             start_kalman,
             step_kalman,
+            series=NIS,
+            measure=lambda state: measure_innovation(state.innovation),
             reads=(),
             evidence="normalised",
             likelihood=LIKELIHOOD,

@@ -28,9 +28,10 @@ def test_series_have_the_values_that_their_plot_draws(begun: tuple[Experiment, D
                 assert declared[name].role == "flag"
 
 
-def test_the_ball_keeps_its_four() -> None:
-    """Error, sigma, effective sample size and proposals are what a tracker of a point shows."""
-    assert [plot.kind for plot in EXPERIMENTS["ball"].plots] == ["error", "sigma", "sample size", "samplers"]
+def test_the_ball_keeps_its_five() -> None:
+    """Error, sigma, effective sample size, proposals and innovation are what a tracker of a point shows."""
+    kinds = ["error", "sigma", "sample size", "samplers", "innovation"]
+    assert [plot.kind for plot in EXPERIMENTS["ball"].plots] == kinds
     assert EXPERIMENTS["sine"].plots == STANDARD_PLOTS
 
 

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from pftrack.model.glossary import Term
 from pftrack.model.measures import EvaluatedRun, Measure
-from pftrack.model.plot import ERROR, PARTICLES, SAMPLE_SIZE, STEP_TIME, Plot, Reading
+from pftrack.model.plot import ERROR, INNOVATION, PARTICLES, SAMPLE_SIZE, STEP_TIME, Plot, Reading
 
 __all__ = ["KEPT", "MEASURES", "PLOTS", "READINGS", "TERMS"]
 
@@ -123,6 +123,7 @@ PLOTS = (
         "How many hypotheses there are: more after a split, fewer once some are refuted.",
         series=("hypothesis_count",),
     ),
+    INNOVATION,
     SAMPLE_SIZE,
 )
 

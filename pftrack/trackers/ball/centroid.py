@@ -21,7 +21,7 @@ from pftrack.trackers.ball.common import lineage_of, start
 from pftrack.trackers.ball.likelihood import LIKELIHOOD, colour_model
 from pftrack.trackers.ball.motion import TRACKED, learn_motion, with_learner
 from pftrack.trackers.ball.parameters import BallTrackerParameters
-from pftrack.trackers.innovation import innovation_parts
+from pftrack.trackers.innovation import NIS, innovation_parts, measure_innovation
 from pftrack.trackers.point_state import PointState
 from pftrack.trackers.sampling.common import centre_of, cloud_of, particles_of, picture_of, size_of
 from pftrack.trackers.sampling.samplers import measure_particles
@@ -66,13 +66,14 @@ def step_kalman(state: PointState, frame: Frame, parameters: BallTrackerParamete
     image = picture_of(frame)
     size = size_of(image)
     state = with_learner(state, size, parameters)
-    predicted = kalman.predict(state.posterior, motion.dynamics(state, parameters, size))
+    posterior = kalman.predict(state.posterior, motion.dynamics(state, parameters, size))
     measurement = chromaticity.centroid(image, colour_model(parameters))
-    log_evidence = 0.0
+    log_evidence, normalised = 0.0, None
     if measurement is not None:
-        noise = parameters.measurement_noise_px**2 * np.eye(TRACKED)
-        predicted, log_evidence = kalman.update(predicted, measurement, np.eye(TRACKED, 2 * TRACKED), noise)
-    tracked = PointState(predicted, TRACKED, log_evidence=log_evidence, learner=state.learner)
+        observation, noise = np.eye(TRACKED, 2 * TRACKED), parameters.measurement_noise_px**2 * np.eye(TRACKED)
+        normalised = kalman.innovate(posterior, measurement, observation, noise).normalised
+        posterior, log_evidence = kalman.update(posterior, measurement, observation, noise)
+    tracked = PointState(posterior, TRACKED, log_evidence=log_evidence, learner=state.learner, innovation=normalised)
     return learn_motion(tracked, parameters, size)
 
 
@@ -124,6 +125,8 @@ KALMAN = Tracker(
     "Follows the colour centroid of the whole picture with one Gaussian.",
     start,
     step_kalman,
+    series=NIS,
+    measure=lambda state: measure_innovation(state.innovation),
     evidence="normalised",
     likelihood=ObservationLikelihood(
         "colour centroid of the picture",

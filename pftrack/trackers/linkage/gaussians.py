@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from pftrack.filters import unscented
 from pftrack.filters.beam import Beam, select_best
+from pftrack.filters.kalman import NormalisedInnovation
 from pftrack.filters.truncation import truncate
 from pftrack.geometry.linkage import LINKS, Constraints
 from pftrack.model.frame import Frame, Target
@@ -87,6 +88,7 @@ def state_of(
     origin_px: NDArray[np.float64],
     log_evidence: float = 0.0,
     events: Events = NOTHING,
+    innovation: NormalisedInnovation | None = None,
 ) -> LinkageState:
     """Return the state of a beam.
 
@@ -101,7 +103,18 @@ def state_of(
     highs = [estimate + DEVIATIONS_SHOWN * deviations for estimate, deviations, _, _ in believed]
     low, high = np.min(lows, axis=0), np.max(highs, axis=0)
     return LinkageState(
-        beam, mean, spread, low, high, directions, directions_sd, origin_px, reference, log_evidence, events
+        beam,
+        mean,
+        spread,
+        low,
+        high,
+        directions,
+        directions_sd,
+        origin_px,
+        reference,
+        log_evidence,
+        events,
+        innovation,
     )
 
 
@@ -158,12 +171,15 @@ def filter_step(
     following = tuple(Chain(found.means[k], found.covariances[k], found.attitudes[k]) for k in chosen)
     parents = np.array(places)[best.parents] if _has_chains(state) else np.full(len(chosen), -1)
     events = _events(found, chosen, poses, beam.log_weights[places], outlier=outlier)
+    # Of an observation that is left out by all, how far it was from the nearest.
+    told = chosen[0] if chosen[0] >= count else count + int(np.argmin(found.distances[count:])) if last > count else 0
     return state_of(
         Beam(following, best.log_weights, parents),
         state.reference,
         state.origin_px,
         float(found.log_evidences[chosen[0]]),
         events,
+        NormalisedInnovation(float(found.distances[told]) ** 2, len(observed_rows(given.seen))) if told else None,
     )
 
 
@@ -225,7 +241,7 @@ def unscented_step(
     )
     seen = read_observation(frame, state.origin_px, in_space=state.in_space)
     rows = observed_rows(seen)
-    log_evidence, cut, outlier = 0.0, 0, False
+    log_evidence, cut, outlier, innovation = 0.0, 0, False, None
     if len(rows):
         spread, values = float(parameters.observation_variance_px2) * np.eye(len(rows)), seen[rows, 0]
 
@@ -235,7 +251,8 @@ def unscented_step(
 
         expected, covariances, _ = unscented.transform(mean[None], covariance[None], observe)
         whitened = solve_system(covariances[0] + spread, values - expected[0])
-        outlier = float(((values - expected[0]) * whitened).sum()) > parameters.outlier_limit_sd**2
+        innovation = NormalisedInnovation(float(((values - expected[0]) * whitened).sum()), len(rows))
+        outlier = innovation.squared > parameters.outlier_limit_sd**2
         if not outlier:
             updated, log_evidence = unscented.update(Gaussian(mean, covariance), values, observe, spread)
             log_evidence += log_image_lengths(mean, chain.attitude, seen)
@@ -246,4 +263,4 @@ def unscented_step(
     parents = np.full(1, beam.best if _has_chains(state) else -1)
     following = Beam((Chain(mean, covariance, attitude),), np.zeros(1), parents)
     events = Events(truncated=cut, outlier=outlier)
-    return state_of(following, state.reference, state.origin_px, log_evidence, events)
+    return state_of(following, state.reference, state.origin_px, log_evidence, events, innovation)

@@ -8,9 +8,10 @@ from pftrack.geometry.linkage import LINKS
 from pftrack.model.series import Hypotheses, Interval, Reduction, Series, SeriesValue
 from pftrack.particles import ParticleSet
 from pftrack.trackers import reports
+from pftrack.trackers.innovation import NIS, measure_innovation
 from pftrack.trackers.linkage.state import LinkageState
 
-__all__ = ["PARTICLE_SERIES", "SERIES", "measure"]
+__all__ = ["GAUSSIAN_SERIES", "PARTICLE_SERIES", "SERIES", "measure"]
 
 COMPONENTS = ("direction 1", "direction 2", "direction 3", "length 1", "length 2", "length 3")
 
@@ -47,6 +48,8 @@ SERIES = (
 """Of every tracker: the range of each length, directions, hypotheses, and what happened. The range is two standard
 deviations to either side, the middle 95 % of particles, or all that is not excluded; of hypotheses, of all together."""
 
+GAUSSIAN_SERIES = (*SERIES, *NIS)
+
 PARTICLE_SERIES = (*SERIES, *reports.CLOUD)
 
 
@@ -65,7 +68,8 @@ def measure(state: LinkageState) -> Mapping[str, SeriesValue]:
         "cut": float(events.truncated),
         "outlier": float(events.outlier),
     }
-    values: dict[str, SeriesValue] = {**lengths, **angles, **deviations, **happened}
+    innovation = measure_innovation(state.innovation)
+    values: dict[str, SeriesValue] = {**lengths, **angles, **deviations, **happened, **innovation}
     if isinstance(belief, ParticleSet):
         return {**values, **reports.cloud(belief, resampled=bool((belief.ancestors != np.arange(len(belief))).any()))}
     poses = tuple(

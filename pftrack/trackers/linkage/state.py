@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.filters.beam import Beam
+from pftrack.filters.kalman import NormalisedInnovation
 from pftrack.particles import ParticleSet
 from pftrack.sources.linkage.truth import in_degrees
 from pftrack.trackers.linkage.sampled import LengthParticles
@@ -71,6 +72,7 @@ class LinkageState:
         reference: (3, 3) reference attitude, in space.
         log_evidence: Of this frame, where the method has one; else 0.
         events: What happened in this frame.
+        innovation: How far off what was seen was, of a Gaussian filter that saw something.
     """
 
     belief: Beam[Any] | ParticleSet
@@ -84,6 +86,7 @@ class LinkageState:
     reference: NDArray[np.float64] | None = None
     log_evidence: float = 0.0
     events: Events = NOTHING
+    innovation: NormalisedInnovation | None = None
 
     @property
     def estimate(self) -> NDArray[np.float64]:

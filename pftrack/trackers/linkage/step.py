@@ -5,7 +5,7 @@ from functools import partial
 from pftrack.model.tracker import Tracker
 from pftrack.trackers.linkage import gaussians, particles, sets
 from pftrack.trackers.linkage.inspection import hypotheses_of, particles_of, range_parts
-from pftrack.trackers.linkage.reports import PARTICLE_SERIES, SERIES, measure
+from pftrack.trackers.linkage.reports import GAUSSIAN_SERIES, PARTICLE_SERIES, measure
 
 __all__ = ["TRACKERS"]
 
@@ -18,7 +18,7 @@ def _filter(name: str, title: str, description: str) -> Tracker:
         description,
         gaussians.start,
         step,
-        series=SERIES,
+        series=GAUSSIAN_SERIES,
         measure=measure,
         cloud=hypotheses_of,
         update_parts=range_parts,
@@ -45,7 +45,7 @@ TRACKERS = {
             "One unscented Kalman filter, its Gaussian cut by the bounds of joints and lengths in each frame.",
             gaussians.start,
             gaussians.unscented_step,
-            series=SERIES,
+            series=GAUSSIAN_SERIES,
             measure=measure,
             cloud=hypotheses_of,
             update_parts=range_parts,

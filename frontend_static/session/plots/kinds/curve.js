@@ -169,6 +169,49 @@ export class SampleSizePlot extends CurvePlot {
   }
 }
 
+/** How far off the measurements were, beside what they should not be above. */
+export class InnovationPlot extends CurvePlot {
+  get needs() {
+    return ofRole(this.session, "nis").map(({ name }) => name);
+  }
+
+  /** @returns {Record<string, Curve>} */
+  values() {
+    return {
+      nis: (row) => numberOf(this.session, "nis", row),
+      limit: (row) => numberOf(this.session, "nis_limit", row),
+    };
+  }
+
+  heading() {
+    return [`${this.declared.title} | limit of 95 %`];
+  }
+
+  /** @param {Store} store */
+  reading({ known, history }) {
+    const row = history.at(known.position);
+    const [nis, limit] = [numberOf(known, "nis", row), numberOf(known, "nis_limit", row)];
+    return nis === null ? number(null) : `${number(nis, 2)} | ${number(limit, 2)}`;
+  }
+
+  /**
+   * @param {Store} store
+   * @returns {Trace[]}
+   */
+  traces(store) {
+    const lines = super.traces(store);
+    const active = this.columns.update(store).find(({ isActive }) => isActive);
+    if (!active) return lines;
+    const { frame: x, limit: y } = active.data;
+    return [this.line({ name: "limit", x, y, ink: "ink", dashed: true, width: 1.2, said: "limit of 95 %" }), ...lines];
+  }
+
+  /** @returns {Limits} */
+  limits() {
+    return { low: 0, high: reach(Math.max(1, this.columns.most)) };
+  }
+}
+
 /** @param {SessionPublic} session */
 function limitsOf(session) {
   return session.thresholds.filter(({ of }) => of === "sigma");
