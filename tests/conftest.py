@@ -15,8 +15,8 @@ from hypothesis import settings
 ROOT = Path(__file__).parents[1]
 
 # The first example compiles kernels, and time is measured in benchmarks/, never here.
-settings.register_profile("suite", deadline=None)
-settings.load_profile("suite")
+settings.register_profile("suite", deadline=None, max_examples=25)  # others each time
+settings.register_profile("thorough", deadline=None)
 
 # A shell has what it starts in the background ignore interrupts, and children inherit that; some tests interrupt them.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -78,12 +78,18 @@ FRUGAL = f"""(() => {{{FEW_PIXELS}}})();
 """Beside that, has a page draw some ten pictures a second, a scene four, as a slow machine does: each is paid for."""
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Try more examples where slow tests are run as well."""
+    settings.load_profile("suite" if "not slow" in config.option.markexpr else "thorough")
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Generator[None, object, object]:
     """Leave what is collected alone: each full garbage collection would look through thousands of tests."""
     gc.disable()
     try:
-        return (yield)
+        with one_first():
+            return (yield)
     finally:
         gc.collect()
         gc.freeze()
@@ -96,6 +102,23 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.get_closest_marker("slow"):
             item.add_marker(pytest.mark.timeout(SLOW_S), append=False)
+
+
+@contextmanager
+def one_first() -> Iterator[None]:
+    """Have one process of a test run go through the context alone, and then the others together.
+
+    What the first one compiles to bytecode, tests with their assertions above all, the others read.
+    """
+    file = os.open(__file__, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            fcntl.flock(file, fcntl.LOCK_SH)
+        yield
+    finally:
+        os.close(file)
 
 
 @pytest.fixture(scope="session")

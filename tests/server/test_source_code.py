@@ -1,16 +1,20 @@
 """What computes a run, a comparison and a sweep again: the lines are run, and come to the same numbers."""
 
+import io
 import json
 import shlex
 import subprocess
 import sys
+from contextlib import chdir, redirect_stdout
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import httpx
 import pytest
+from typer.testing import CliRunner
 
+from pftrack.cli.app import app
 from pftrack.experiments import find
 from pftrack.failures import gallery
 from pftrack.model.recipe import Footage, Recipe
@@ -33,7 +37,18 @@ def in_shell(text: str, folder: Path) -> str:
 
 
 def in_python(text: str, folder: Path) -> str:
-    return subprocess.run([sys.executable, "-c", text], cwd=folder, capture_output=True, text=True, check=True).stdout
+    """Run lines of Python as a file would be, but in this process, and return what they print."""
+    printed = io.StringIO()
+    with chdir(folder), redirect_stdout(printed):
+        exec(text, {"__name__": "__main__"})  # noqa: S102 - our own lines
+    return printed.getvalue()
+
+
+def as_command(line: str) -> str:
+    """Run a line of a shell that is a single command of pftrack in this process, and return what it prints."""
+    program, *arguments = shlex.split(line)
+    assert program == "pftrack"
+    return CliRunner().invoke(app, arguments, catch_exceptions=False).stdout
 
 
 RECIPES = {
@@ -53,14 +68,15 @@ def test_the_lines_of_a_run_come_to_its_numbers(name: str, tmp_path: Path) -> No
     told = run_code(run.recipe, run.experiment, 30)
     expected = run.estimates_sha256
     assert in_python(told.python, tmp_path).strip() == expected
-    last = told.command.rstrip("\n")
-    assert json.loads(in_shell(f"{last} --json", tmp_path))["estimates_sha256"] == expected
+    command = f"{told.command.rstrip()} --json"
+    printed = as_command(command) if len(command.splitlines()) == 1 else in_shell(command, tmp_path)
+    assert json.loads(printed)["estimates_sha256"] == expected
     assert len(told.python.splitlines()) <= 30
     assert ("preset='few'" in told.python) is (name == "preset")
 
 
 def test_the_lines_of_a_session_and_of_a_comparison(client: httpx.Client, tmp_path: Path) -> None:
-    """The server writes them; those of a comparison compare, also in a shell."""
+    """The server writes them; those of a comparison compare, also as commands."""
     session = begin(client, tracker="kalman", frames=30)
     steer(client, session["id"], "seek", frame=9)
 
@@ -74,9 +90,10 @@ def test_the_lines_of_a_session_and_of_a_comparison(client: httpx.Client, tmp_pa
     columns = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
     shown = one["python"] + "print([list(row.estimate) for row in run.diagnostics])\n"
     assert json.loads(in_python(shown, tmp_path).splitlines()[-1]) == columns["estimate"]
-    both = told(*({"recipe": RECIPES[name].as_dict()} for name in ("values", "changes")))
+    both = told(*({"recipe": RECIPES[name].as_dict()} for name in ("values", "preset")))
     assert in_python(both["python"], tmp_path).count("mean_error") == 2
-    assert "What came of it" in in_shell(both["command"], tmp_path)
+    with chdir(tmp_path):
+        assert "What came of it" in "".join(as_command(line) for line in both["command"].splitlines())
 
 
 @pytest.mark.parametrize("cured", [False, True])
@@ -99,7 +116,8 @@ def test_the_lines_of_a_sweep_carry_it_out(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "sweep.py"], cwd=tmp_path, capture_output=True, text=True, check=True).stdout
     assert "'runs': 8" in done
     (tmp_path / "sweep.parquet").unlink()
-    assert json.loads(in_shell(f"{told.command.rstrip()} --json", tmp_path))["runs"] == 8
+    with chdir(tmp_path):
+        assert json.loads(as_command(f"{told.command.rstrip()} --json"))["runs"] == 8
 
 
 def test_a_sweep_on_a_recording_is_a_command() -> None:
