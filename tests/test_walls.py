@@ -53,6 +53,7 @@ PLACES = {
     ("pftrack/counterfactuals/alternatives.py", "resampling"): "a role of parameters",
     ("pftrack/counterfactuals/alternatives.py", "sharpness"): "a role of parameters",
     ("pftrack/fitting/halves.py", "sharpness"): "a role of parameters",
+    ("pftrack/fitting/trials.py", "sharpness"): "a role of parameters",
     ("pftrack/model/glossary.py", "resampling"): "a word of the field",
     ("pftrack/model/parameters.py", "resampling"): "a role of parameters",
     ("pftrack/model/parameters.py", "sharpness"): "a role of parameters",

@@ -134,8 +134,7 @@ function result(found, session, commands, close) {
     return h("tr", {}, h("th", { scope: "row" }, each.title), h("td", {}, valueOf(each.before, each)), h("td", {}, valueOf(each.after, each), note));
   });
   const heads = ["", "Before", "After"].map((title) => h("th", { scope: "col" }, title));
-  const runs = `${found.runs} runs${found.seeds > 1 ? `, ${found.seeds} of each setting` : ""}.`;
-  const words = `${runs} Log evidence is how probable the filter had called what came next, in nats a frame: more is better.`;
+  const words = `${found.procedure} Log evidence is how probable the filter had called what came next, in nats a frame: more is better.`;
   const again = session.computed + 1 < session.frames && "More frames may tell more: let the run go on, and fit again.";
   const about = h("p", { class: "hint" }, words, " ", !found.kept && again);
   explain(about, { experiment: session.recipe.experiment });

@@ -751,6 +751,12 @@ export interface FitPublic {
   /** Of the log evidence of a frame of the second half, nats */
   gain: number;
   gain_error: number;
+  /** By expectation maximisation (em) where the model is linear, by search elsewhere */
+  method: "em" | "search";
+  /** Steps of expectation maximisation, or settings that were tried */
+  rounds: number;
+  /** How it was found, one sentence */
+  procedure: string;
   runs: number;
   seeds: number;
 }

@@ -69,7 +69,7 @@ def _show(found: "Fit") -> None:
         for when, score in (("before", half.before), ("after", half.after))
     ]
     table("", ("frames", "", "", "log evidence a frame", "truth in 50 % band", "in 95 % band"), halves)
-    typer.echo(f"\n{' '.join(filter(None, (found.verdict, found.caution)))}")
+    typer.echo(f"\n{' '.join(filter(None, (found.procedure, found.verdict, found.caution)))}")
 
 
 def _shares(score: "Score") -> tuple[str, str]:

@@ -8,7 +8,8 @@ The members differ in how they represent the posterior and where they put their 
 - `auxiliary`: parents chosen with regard to the new observation, for all particles or for some;
 - `unscented_particle`: every particle proposed from its own unscented Kalman update;
 - `switching`: rules that choose between prediction and observation by how uncertain the last posterior was;
-- `fixed_lag`: the state a few frames ago, given what has been seen since, for Gaussians and for particles.
+- `fixed_lag`: the state a few frames ago, given what has been seen since, for Gaussians and for particles;
+- `disturbances`: how large the noises of a linear model were, given all frames.
 
 An object with several features is tracked in two layers (`layers`):
 
@@ -26,6 +27,7 @@ from pftrack.filters import (
     affine_pose,
     auxiliary,
     bootstrap,
+    disturbances,
     extended,
     fixed_lag,
     kalman,
@@ -47,6 +49,7 @@ __all__ = [
     "affine_pose",
     "auxiliary",
     "bootstrap",
+    "disturbances",
     "extended",
     "fixed_lag",
     "kalman",

@@ -6,12 +6,15 @@ the recording is least surprising (Särkkä 2013, chapter 12). This package look
 
 - `scores` says what a run comes to: its evidence a frame, and how often its bands hold the truth where that is known;
 - `search` climbs: golden section for one number, a simplex for several, on logarithms;
+- `linear` goes up without trying, by expectation maximisation, where the model is linear and its noise Gaussian;
+- `trials` are the runs that this takes;
 - `halves` puts them together: fitted is on the first half of a run, every trial with the same random numbers, so that
   two settings differ by what they are and not by luck; what is found is kept only if it is better on the second half,
   which was not used, with other random numbers.
 """
 
-from pftrack.fitting.halves import MOST_NUMBERS, Fit, FitError, Fitted, Half, fit, fittable
+from pftrack.fitting.found import Fit, FitError, Fitted, Half, Method
+from pftrack.fitting.halves import MOST_NUMBERS, fit, fittable
 from pftrack.fitting.scores import Score
 
-__all__ = ["MOST_NUMBERS", "Fit", "FitError", "Fitted", "Half", "Score", "fit", "fittable"]
+__all__ = ["MOST_NUMBERS", "Fit", "FitError", "Fitted", "Half", "Method", "Score", "fit", "fittable"]

@@ -17,10 +17,11 @@ from pftrack.particles import normalise
 from pftrack.runs.coverage import Counts, count_held, pool_counts
 from pftrack.runs.run import Run
 
-__all__ = ["LEAST", "Score", "compute_evidence", "score"]
+__all__ = ["Score", "compute_evidence", "score"]
 
-LEAST: Final = -50.0
-"""Least log evidence of a frame that counts: one in which all weights are zero would hide all other frames."""
+MOST_BELOW: Final = 50.0
+"""By how much the log evidence of a frame may be below the run's median where it is not exact: one in which all
+particles happen to have a weight of zero would hide all other frames."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +68,15 @@ def compute_evidence(run: Run, levelled: Sequence[int] = ()) -> NDArray[np.float
     evidence = np.where(np.isnan(evidence), -np.inf, evidence)
     if wanted:
         evidence -= np.array([levels.get(frame, np.nan) for frame in range(len(evidence))])
-    return np.where(np.isnan(evidence), evidence, np.maximum(evidence, LEAST))
+    exact = run.experiment.trackers[run.tracker].linear is not None
+    return evidence if exact else _bound(evidence)
+
+
+def _bound(evidence: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return log evidence (T,) none of which is too far below the others; NaN stays."""
+    possible = evidence[np.isfinite(evidence)]
+    usual = float(np.median(possible)) if len(possible) else 0.0
+    return np.where(np.isnan(evidence), evidence, np.maximum(evidence, usual - MOST_BELOW))
 
 
 def _level(run: Run, before: Any, step: Any) -> float:  # noqa: ANN401 - the state of any family

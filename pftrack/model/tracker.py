@@ -12,6 +12,7 @@ from pftrack.model.cloud import Cloud
 from pftrack.model.frame import Frame, Target
 from pftrack.model.glossary import Term
 from pftrack.model.likelihood import ObservationLikelihood
+from pftrack.model.linear import LinearModel
 from pftrack.model.parameters import Declaration
 from pftrack.model.part import Part
 from pftrack.model.series import Series, SeriesValue
@@ -114,6 +115,7 @@ class Tracker:
         evidence: What the log evidence of its states is worth when settings are compared.
         update_parts: (state before, state, frame, parameters) -> what the step of the frame was made of, beside
             particles: innovation and gain, or what each feature contributed.
+        linear: The model, where it is linear, its noise Gaussian, and what the tracker computes is exact.
     """
 
     id: str
@@ -131,6 +133,7 @@ class Tracker:
     cloud: Callable[[Any], Cloud | None] | None = None
     evidence: Evidence = ""
     update_parts: Callable[[Any, Any, Frame, Any], tuple[Part, ...]] | None = None
+    linear: LinearModel | None = None
 
     @property
     def term(self) -> Term:

@@ -14,6 +14,7 @@ experiment that keeps them works everywhere. Its tests need a few lines for that
 - `coverage`: bands hold the truth as often as they say, or it is declared that they do not;
 - `repeatability`: seek, branch, file, process, batch and change of tracker come to the same numbers;
 - `likelihoods`: asked at any state, they say what the filter weighs its particles by;
+- `linear`: a model that is declared as linear is the one that the filter computes with;
 - `marks`: the kinds of mark that it takes describe themselves, and refuse what is none;
 - `recordings`: a film of its own scene is tracked from a mark, as an upload is;
 - `counterfactuals`: other seeds from a frame on are branches with these, and all changes can be computed;
@@ -30,6 +31,7 @@ from pftrack.testing import (
     drawings,
     failures,
     likelihoods,
+    linear,
     loss_probability,
     marks,
     numbers,
@@ -54,6 +56,7 @@ def experiment_checks(experiment: Experiment, *, thorough: bool = False) -> tupl
         numbers,
         repeatability,
         likelihoods,
+        linear,
         counterfactuals,
         marks,
         recordings,

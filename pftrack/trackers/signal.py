@@ -6,7 +6,7 @@ exact Kalman answer beside its own, since for this model it is known. A sample t
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache, partial
 from typing import Any
 
@@ -17,6 +17,7 @@ from pftrack.dynamics import LinearDynamics, autoregression
 from pftrack.filters import bootstrap, kalman
 from pftrack.model.frame import Frame, Target
 from pftrack.model.likelihood import Component, ObservationLikelihood
+from pftrack.model.linear import LinearChain, LinearModel, NoiseScale
 from pftrack.model.parameters import Parameters, parameter
 from pftrack.model.part import Part, Residual
 from pftrack.model.series import Series, SeriesValue
@@ -244,6 +245,23 @@ def _update_parts(
     return innovation_parts(names, "", _signal(frame), innovation)
 
 
+def _chains(state: PointState, frames: Sequence[Frame], parameters: SignalTrackerParameters) -> tuple[LinearChain, ...]:
+    """Return the model of some frames, of which the first is the one that the state is of."""
+    posterior, dimension = state.reference or state.posterior, state.tracked
+    dynamics = _dynamics(dimension, parameters.process_noise_sd)
+    chain = LinearChain.steady(
+        posterior.mean,
+        posterior.covariance,
+        dynamics.transition,
+        dynamics.offset,
+        dynamics.noise,
+        np.array([_signal(frame) for frame in frames[1:]]),
+        np.eye(dimension, 2 * dimension),
+        parameters.assumed_noise_sd**2 * np.eye(dimension),
+    )
+    return (chain,)
+
+
 LIKELIHOOD = ObservationLikelihood(
     "measured value", components=_components, log_likelihood=_weigh, centre=centre_of, anchor=None, parts=_parts
 )
@@ -288,6 +306,9 @@ TRACKERS: dict[str, Tracker] = {
             evidence="normalised",
             likelihood=LIKELIHOOD,
             update_parts=_update_parts,
+            linear=LinearModel(
+                {"process_noise_sd": NoiseScale("process"), "assumed_noise_sd": NoiseScale("observation")}, _chains
+            ),
         ),
     )
 }

@@ -1,6 +1,7 @@
 """Fitting: what is found is where the evidence is largest, and is kept only where the other half agrees."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -71,6 +72,46 @@ def test_the_noise_of_a_linear_model_is_found() -> None:
     assert found.numbers[0].after == pytest.approx(best, rel=0.05)
 
 
+@pytest.mark.parametrize(
+    ("run", "names"),
+    [
+        (lambda: signal(assumed_noise_sd=0.4), ("process_noise_sd", "assumed_noise_sd")),
+        (lambda: signal(seed=5, dimension=2, process_noise_sd=0.05), ("process_noise_sd",)),
+        (lambda: pftrack.run("ball", tracker="kalman", frames=81), ("process_noise_px", "measurement_noise_px")),
+    ],
+    ids=["signal", "signal of two dimensions", "ball"],
+)
+def test_both_methods_find_the_same_place(run: Callable[[], Run], names: tuple[str, ...]) -> None:
+    """Expectation maximisation, where nothing is said, ends where the search ends, and no lower."""
+    chosen, searched = fit(run(), names), fit(run(), names, method="search")
+    assert (chosen.method, searched.method) == ("em", "search")
+    assert chosen.rounds < searched.rounds == searched.runs - 2
+    assert [it.after for it in chosen.numbers] == pytest.approx([it.after for it in searched.numbers], rel=0.03)
+    frames = chosen.halves[0].last
+    assert frames * chosen.halves[0].after.mean > frames * searched.halves[0].after.mean - 0.002
+    assert f"expectation maximisation in {chosen.rounds} steps" in chosen.procedure
+    assert searched.procedure.endswith(f"over {searched.rounds} settings.")
+
+
+def test_tracks_are_fitted_by_expectation_maximisation() -> None:
+    """Each axis of each track of a corner is a chain, and one beginning or forgotten in between is none of another."""
+    run = pftrack.run("trajectories", tracker="lg", frames=41)
+    found = fit(run)
+    assert (found.method, [it.declared.name for it in found.numbers]) == (
+        "em",
+        ["noise_variance_px2", "drive_variance_px2"],
+    )
+    first = found.halves[0]
+    assert first.after.mean > first.before.mean
+
+
+def test_what_is_measured_is_not_fitted() -> None:
+    """The colours by which a centroid is found are no number of the linear model of that centroid."""
+    run = pftrack.run("ball", tracker="kalman", frames=2)
+    offered = [it.name for it in fittable(run.experiment, "kalman", type(run.setup.parameters))]
+    assert offered == ["process_noise_px", "measurement_noise_px"]
+
+
 def test_particles_are_fitted_with_common_random_numbers() -> None:
     """The same twice, near the exact answer, and judged by random numbers of its own."""
     run = signal("condensation", sample_count=200, assumed_noise_sd=0.3)
@@ -109,7 +150,7 @@ def test_what_is_found_is_judged_by_luck_of_its_own(monkeypatch: pytest.MonkeyPa
         return Run(*parts, seed=seed, frames=frames, **more)
 
     run = signal("condensation", sample_count=20, assumed_noise_sd=0.3, frames=61)
-    monkeypatch.setattr("pftrack.fitting.halves.Run", begin)
+    monkeypatch.setattr("pftrack.fitting.trials.Run", begin)
     found = fit(run, ["assumed_noise_sd"])
     trials, judging = ({seed for frames, seed in begun if frames == end} for end in (31, 61))
     assert len(trials) == found.seeds > 1
@@ -142,9 +183,10 @@ def test_the_scene_stays_as_it_was() -> None:
         (lambda: signal(frames=30), (), "at least 41 frames.* and 30 are computed"),
         (signal, ("dimension",), "no number that Kalman filter can be fitted by; there are process_noise_sd"),
         (lambda: pftrack.run("histogram", frames=50, tracker="greedy"), (), "does not tell settings apart"),
+        (lambda: signal("condensation", frames=50), ("assumed_noise_sd",), "Particle filter is not linear in these"),
     ],
 )
-def test_what_cannot_be_fitted_says_why(run: object, names: tuple[str, ...], message: str) -> None:
-    """A short run, a number that is none, and a tracker without evidence."""
+def test_what_cannot_be_fitted_says_why(run: Callable[[], Run], names: tuple[str, ...], message: str) -> None:
+    """A short run, a number that is none, a tracker without evidence, and one without a linear model."""
     with pytest.raises(FitError, match=message):
-        fit(run(), names)  # type: ignore[operator]
+        fit(run(), names, method="em")

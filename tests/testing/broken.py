@@ -21,6 +21,7 @@ from pftrack.model.drawing import Points, Primitive, WorldDrawing
 from pftrack.model.failure import Cure
 from pftrack.model.frame import Frame
 from pftrack.model.likelihood import anchor_at
+from pftrack.model.linear import NoiseScale
 from pftrack.model.marks import Editor, Handle, Mark
 from pftrack.model.measures import PICTURE_MEASURES
 from pftrack.model.parameters import parameter
@@ -252,6 +253,11 @@ def bootstrap(**other: Any) -> Experiment:
     )
 
 
+def linear(**other: Any) -> Experiment:
+    """Return an experiment whose tracker declares something else than its linear model."""
+    return replace(SOUND, trackers={"kalman": replace(KALMAN, linear=replace(KALMAN.linear, **other))})
+
+
 def heavier(cloud: Any) -> Any:
     return replace(cloud, log_weights=cloud.log_weights + 1.0)
 
@@ -379,6 +385,10 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     "a likelihood can be asked at any state, and says what the filter weighs by": (
         lambda: bootstrap(likelihood=replace(WEIGHED, log_likelihood=lambda *it: 2 * WEIGHED.log_likelihood(*it))),
         "the likelihood differs from the weights that the filter gave in frame 1 by",
+    ),
+    "a linear model is that of the filter, and its noises are scaled as declared": (
+        lambda: linear(scales={"assumed_noise_sd": NoiseScale("observation", is_variance=True)}),
+        "assumed_noise_sd must scale the observation noise, and nothing else",
     ),
     "a likelihood covers the picture": (
         lambda: bootstrap(likelihood=replace(WEIGHED, anchor=anchor_at(0, 1), log_likelihood=impossible)),

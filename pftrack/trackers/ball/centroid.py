@@ -1,5 +1,6 @@
 """Trackers that measure the colour centroid of the whole picture (Bando 2007, ch. 3 section 4)."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -10,6 +11,7 @@ from pftrack.filters import kalman, unscented_particle
 from pftrack.likelihoods import chromaticity
 from pftrack.model.frame import Frame
 from pftrack.model.likelihood import ObservationLikelihood
+from pftrack.model.linear import LinearChain, LinearModel, NoiseScale
 from pftrack.model.part import Part
 from pftrack.model.tracker import Tracker
 from pftrack.numerics.gaussian import Gaussian
@@ -107,6 +109,28 @@ def _centroid_likelihood(
     return np.asarray(-0.5 * np.square(off).sum(axis=1))
 
 
+def _chains(
+    state: PointState, frames: Sequence[Frame], parameters: BallTrackerParameters
+) -> tuple[LinearChain, ...] | None:
+    """Return the model of some frames, of which the first is the one that the state is of; None if it is learned."""
+    if parameters.learn_dynamics or state.learner is not None:
+        return None
+    images, model = [picture_of(frame) for frame in frames], colour_model(parameters)
+    dynamics = motion.dynamics(state, parameters, size_of(images[0]))
+    centroids = [chromaticity.centroid(image, model) for image in images[1:]]
+    chain = LinearChain.steady(
+        state.posterior.mean,
+        state.posterior.covariance,
+        dynamics.transition,
+        dynamics.offset,
+        dynamics.noise,
+        np.array([np.full(TRACKED, np.nan) if each is None else each for each in centroids]),
+        np.eye(TRACKED, 2 * TRACKED),
+        parameters.measurement_noise_px**2 * np.eye(TRACKED),
+    )
+    return (chain,)
+
+
 UNSCENTED = Tracker(
     "upf",
     "Unscented (UPF)",
@@ -135,4 +159,7 @@ KALMAN = Tracker(
         centre=centre_of,
     ),
     update_parts=_centroid_parts,
+    linear=LinearModel(
+        {"process_noise_px": NoiseScale("process"), "measurement_noise_px": NoiseScale("observation")}, _chains
+    ),
 )

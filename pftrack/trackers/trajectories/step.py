@@ -12,12 +12,14 @@ from pftrack.filters.trajectories import gaussian
 from pftrack.filters.trajectories.cloud import Cloud
 from pftrack.filters.trajectories.modes import logs_mode
 from pftrack.model.frame import Frame, Target
+from pftrack.model.linear import LinearModel
 from pftrack.model.series import Interval, Series, SeriesValue
 from pftrack.model.tracker import Tracker
 from pftrack.numerics.elementary import exponential
 from pftrack.numerics.random import Stream
 from pftrack.sources.trajectories.target import TrajectoriesTarget
 from pftrack.trackers.trajectories.ensemble import ensemble
+from pftrack.trackers.trajectories.linear import LINEAR_MODEL
 from pftrack.trackers.trajectories.methods import Draw, Method, cloud_method, gaussian_method, without
 from pftrack.trackers.trajectories.observing import Observation
 from pftrack.trackers.trajectories.parameters import TrajectoriesTrackerParameters
@@ -182,7 +184,9 @@ def _interval(logs: NDArray[np.float64], shares: NDArray[np.float64]) -> Interva
     return Interval(*(float(value) for value in exponential(0.5 * ends)))
 
 
-def _tracker(name: str, title: str, description: str, method: Method, *series: Series) -> Tracker:
+def _tracker(
+    name: str, title: str, description: str, method: Method, *series: Series, linear: LinearModel | None = None
+) -> Tracker:
     return Tracker(
         name,
         title,
@@ -195,6 +199,7 @@ def _tracker(name: str, title: str, description: str, method: Method, *series: S
         reads=(),
         # That of the self-organising one averages over the noises that it tries, so none is left to be fitted.
         evidence="normalised" if LAWS[0] not in series else "",
+        linear=linear,
     )
 
 
@@ -221,6 +226,7 @@ TRACKERS: dict[str, Tracker] = {
             "Gaussian noise (LG)",
             "The Kalman filter and its exact smoother: every measurement draws, the more the further off it is.",
             gaussian_method,
+            linear=LINEAR_MODEL,
         ),
     )
 }

@@ -4,7 +4,7 @@ from typing import Literal
 
 from pydantic import BaseModel, Field
 
-from pftrack.fitting import MOST_NUMBERS
+from pftrack.fitting import MOST_NUMBERS, Method
 from pftrack.model.parameters import Value
 from pftrack_server.schemas.body import Name, RequestBody
 
@@ -56,6 +56,11 @@ class FitPublic(BaseModel):
     halves: list[FitHalfPublic]
     gain: float = Field(description="Of the log evidence of a frame of the second half, nats")
     gain_error: float
+    method: Method = Field(
+        description="By expectation maximisation (em) where the model is linear, by search elsewhere"
+    )
+    rounds: int = Field(description="Steps of expectation maximisation, or settings that were tried")
+    procedure: str = Field(description="How it was found, one sentence")
     runs: int
     seeds: int
 

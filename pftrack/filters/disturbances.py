@@ -1,0 +1,158 @@
+"""Smoothing disturbances: how large the noises of a linear Gaussian model were, given all frames.
+
+The filter goes forward and keeps what it expected and how wrong that was; going back, r_t gathers what all later
+measurements say of the state of frame t, and N_t how sure they are. From these follow the noises themselves:
+
+    E[u_t | Z] = B_t^T r_t,    var[u_t | Z] = I - B_t^T N_t B_t.
+
+Unlike the recursion of Rauch, Tung and Striebel (1965), which comes to the same moments, this inverts no predicted
+covariance, which is singular where a state holds its own past.
+
+Source: Koopman 1993; Durbin and Koopman 2012, sections 4.4 and 4.5.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.model.linear import LinearChain
+from pftrack.numerics.compiled import compiled
+from pftrack.numerics.gaussian import log_densities
+from pftrack.numerics.matrices import multiply, solve
+
+__all__ = ["Disturbances", "smooth_disturbances"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Disturbances:
+    """How large the noises were.
+
+    Attributes:
+        log_evidence: (T,) log p(z_t | z_{1:t-1}), 0 where nothing was measured.
+        process: Mean of E[u^2 | Z] over all frames and components: 1 if the noise was as large as it is taken to be.
+        observation: Mean of E[v^T R^-1 v | Z] / m over the frames with a measurement, likewise.
+        process_count: Over how many numbers the first mean is.
+        observation_count: Over how many the second is.
+    """
+
+    log_evidence: NDArray[np.float64]
+    process: float
+    observation: float
+    process_count: int
+    observation_count: int
+
+
+def smooth_disturbances(
+    chain: LinearChain, process_factor: float = 1.0, observation_factor: float = 1.0
+) -> Disturbances:
+    """Return how large the noises of a chain were.
+
+    Args:
+        chain: The model and its measurements.
+        process_factor: By which the covariance of the process noise is multiplied.
+        observation_factor: By which that of the observation noise is.
+
+    Raises:
+        numpy.linalg.LinAlgError: An innovation covariance is singular.
+    """
+    measured = np.asarray(np.isfinite(chain.measurements).all(axis=1))
+    noises, covariances = chain.noises * np.sqrt(process_factor), chain.covariances * observation_factor
+    model = chain.transitions, chain.offsets, noises, measured, chain.observations, covariances
+    forward, regular = _go_forward(chain.mean, chain.covariance, chain.measurements, *model)
+    if not regular:
+        raise np.linalg.LinAlgError("Singular matrix")
+    evidence, innovations, precisions, gains = forward
+    process, observation = _go_back(innovations, precisions, gains, *model)
+    process_count = noises.shape[0] * noises.shape[2]
+    observation_count = int(measured.sum()) * chain.measurements.shape[1]
+    return Disturbances(
+        evidence,
+        process / max(process_count, 1),
+        observation / max(observation_count, 1),
+        process_count,
+        observation_count,
+    )
+
+
+@compiled
+def _go_forward(
+    mean: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    measurements: NDArray[np.float64],
+    transitions: NDArray[np.float64],
+    offsets: NDArray[np.float64],
+    noises: NDArray[np.float64],
+    measured: NDArray[np.bool_],
+    observations: NDArray[np.float64],
+    covariances: NDArray[np.float64],
+) -> tuple[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]], bool]:
+    """Return what the filter keeps of each frame, and whether all is regular.
+
+    That is the log evidence (T,), the innovation (T, m, 1), its precision (T, m, m) and the gain (T, d, m).
+    """
+    frames, size = offsets.shape
+    count = measurements.shape[1]
+    innovations, precisions = np.zeros((frames, count, 1)), np.zeros((frames, count, count))
+    gains, evidence = np.zeros((frames, size, count)), np.zeros(frames)
+    kept = (evidence, innovations, precisions, gains)
+    known, spread = mean.reshape(size, 1).copy(), covariance.copy()
+    for t in range(frames):
+        known = multiply(transitions[t], known) + offsets[t].copy().reshape(size, 1)
+        spread = multiply(multiply(transitions[t], spread), transitions[t].T.copy())
+        spread += multiply(noises[t], noises[t].T.copy())
+        if measured[t]:
+            cross = multiply(observations[t], spread)
+            around = multiply(cross, observations[t].T.copy()) + covariances[t]
+            precisions[t], regular = solve(around, np.eye(count))
+            innovations[t] = measurements[t].copy().reshape(count, 1) - multiply(observations[t], known)
+            densities, positive = log_densities(
+                innovations[t].copy().reshape(1, count), around.reshape(1, count, count)
+            )
+            if not (regular and positive):
+                return kept, False
+            evidence[t] = densities[0]
+            gains[t] = multiply(cross.T.copy(), precisions[t])
+            known = known + multiply(gains[t], innovations[t])
+            left = np.eye(size) - multiply(gains[t], observations[t])
+            added = multiply(multiply(gains[t], covariances[t]), gains[t].T.copy())
+            spread = multiply(multiply(left, spread), left.T.copy()) + added
+            spread = 0.5 * (spread + spread.T)
+    return kept, True
+
+
+@compiled
+def _go_back(
+    innovations: NDArray[np.float64],
+    precisions: NDArray[np.float64],
+    gains: NDArray[np.float64],
+    transitions: NDArray[np.float64],
+    offsets: NDArray[np.float64],
+    noises: NDArray[np.float64],
+    measured: NDArray[np.bool_],
+    observations: NDArray[np.float64],
+    covariances: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Return the sums of E[u^T u | Z] over all frames, and of E[v^T R^-1 v | Z] over those with a measurement."""
+    frames, size = offsets.shape
+    # r and N of the state of a frame: after its measurement, before it, and then of the frame before.
+    said, sure = np.zeros((size, 1)), np.zeros((size, size))
+    process, observation = 0.0, 0.0
+    for t in range(frames - 1, -1, -1):
+        if measured[t]:
+            gain = gains[t].T.copy()
+            heard = multiply(precisions[t], innovations[t])
+            error = heard - multiply(gain, said)
+            doubt = precisions[t] + multiply(multiply(gain, sure), gains[t])
+            observation += len(error) + np.sum(covariances[t] * (multiply(error, error.T.copy()) - doubt))
+            left = np.eye(size) - multiply(gains[t], observations[t])
+            there = observations[t].T.copy()
+            said = multiply(there, heard) + multiply(left.T.copy(), said)
+            sure = multiply(multiply(left.T.copy(), sure), left)
+            sure += multiply(multiply(there, precisions[t]), observations[t])
+        drive = noises[t].T.copy()
+        moved, doubts = multiply(drive, said), multiply(multiply(drive, sure), noises[t])
+        process += len(moved) + np.sum(moved * moved) - np.trace(doubts)
+        said = multiply(transitions[t].T.copy(), said)
+        sure = multiply(multiply(transitions[t].T.copy(), sure), transitions[t])
+    return process, observation
