@@ -14,6 +14,7 @@ from typing import Annotated
 
 import typer
 
+from pftrack.cli.output import progress
 from pftrack.experiments import EXPERIMENTS
 from pftrack.loss_probability.declaration import write_models
 from pftrack.loss_probability.model import LossModel
@@ -95,8 +96,8 @@ def fit_all(
     scenes = scenes_of(experiment)
     models: dict[str, LossModel] = {}
     refused: dict[str, float] = {}
-    with Pool(jobs) as pool:
-        for tracker in experiment.trackers:
+    with progress(f"{name}, runs") as tick, Pool(jobs, tick) as pool:
+        for tracker in scenes.trackers or experiment.trackers:
             seen = [
                 pool.map(witness, cases(name, tracker, range(first, first + count), signals_of(experiment, tracker)))
                 for first, count in ((0, scenes.fitted), (FIRST_JUDGED, scenes.judged))

@@ -26,6 +26,7 @@ class Scenes:
         frames: Length of a run; of a scene that is shorter, all of it.
         fitted: How many scenes a probability is fitted on, of the numbers from 0 on.
         judged: How many others it is judged on, of the numbers from `FIRST_JUDGED` on.
+        trackers: Names of those trackers that are fitted, where some would take too long; all if empty.
     """
 
     ranges: Mapping[str, tuple[float, float]]
@@ -33,6 +34,7 @@ class Scenes:
     frames: int = 120
     fitted: int = 160
     judged: int = 80
+    trackers: tuple[str, ...] = ()
 
     def draw(self, number: int) -> dict[str, Value]:
         """Return the parameters of a scene, by its number."""

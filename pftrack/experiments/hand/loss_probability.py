@@ -15,8 +15,8 @@ SCENES = Scenes(
     {"speed": (0.5, 3.0), "turn_deg": (-30.0, 30.0), "proportions": (0.0, 0.1), "edge_noise_px": (0.0, 2.0)},
     {"motion": ("wrist", "bend", "occlusion"), "occlusion_width_px": (0.0, 0.0, 20.0, 40.0)},
     frames=30,
-    fitted=60,
-    judged=30,
+    fitted=140,
+    judged=80,
 )
 """All motions, slow and fast, of hands of several proportions, some behind a pillar."""
 

@@ -17,6 +17,7 @@ from pftrack.experiments.sketch import SECOND_RUN, error_words
 from pftrack.experiments.trajectories import sketch
 from pftrack.experiments.trajectories.calibration import CALIBRATION
 from pftrack.experiments.trajectories.exports import EXPORTS
+from pftrack.experiments.trajectories.loss_probability import LOSS_DECLARATION
 from pftrack.experiments.trajectories.plots import MEASURES, PLOTS, READINGS, TERMS
 from pftrack.experiments.trajectories.presets import PRESETS
 from pftrack.experiments.trajectories.scales import SCALES_WORLD, scales_world
@@ -193,6 +194,7 @@ EXPERIMENT = Experiment(
     ),
     worlds=(SEARCH_WORLD, SCALES_WORLD),
     calibration=CALIBRATION,
+    loss_probability=LOSS_DECLARATION,
     filter_interface=FILTER_INTERFACE,
     simulate=simulate,
     on_video=on_video,
