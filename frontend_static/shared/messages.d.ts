@@ -930,8 +930,8 @@ export interface GenealogyPublic {
   counts: number[];
   /** The newest frame in which one particle is the ancestor of all */
   coalesced: number | null;
-  /** The heights of lines, 0 to 1, in each frame; lines meet, never cross */
-  lines: number[][];
+  /** The heights of lines, 0 to 1, in each frame, null before a line begins; lines meet, never cross */
+  lines: ((number | null)[])[];
 }
 
 /** A point of a mark that a person can drag. */

@@ -20,7 +20,8 @@ class Cloud:
     Attributes:
         states: (N, d) in the units of the model.
         log_weights: (N,) logarithms of weights that sum to one.
-        ancestors: (N,) place of each particle's parent in the cloud of the frame before; None where it is not known.
+        ancestors: (N,) place of each particle's parent in the cloud of the frame before, -1 of one that has none; None
+            where that is not known.
         counts: How many of them each sampler has drawn, those of the first sampler first; empty where there is but one.
         samplers: Names of these samplers, as many.
         resampled: Whether parents were drawn in this frame; else weights are those of the frame before, times what the

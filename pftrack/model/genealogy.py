@@ -4,6 +4,9 @@ Each resampling lets some particles have many children and others none, so the f
 ancestors the present generation has, until all descend from one: there their lines coalesce, and the cloud knows
 nothing of the past but one path (Kitagawa 1996; Jacob, Murray, Rubenthaler 2015, "Path storage in the particle
 filter"). How soon that happens is impoverishment, made visible.
+
+A particle that is drawn without a parent, as from an observation or by another tracker, begins a line of its own: its
+parent is -1, and so is its ancestor in all frames before.
 """
 
 from collections.abc import Sequence
@@ -22,8 +25,8 @@ class Genealogy:
 
     Attributes:
         last: The frame of the present generation.
-        places: (L, N) for each frame, the oldest first, which of its particles the ancestor of each present one is; the
-            last row counts the present ones themselves.
+        places: (L, N) for each frame, the oldest first, which of its particles the ancestor of each present one is, -1
+            before its line began; the last row counts the present ones themselves.
     """
 
     last: int
@@ -37,20 +40,20 @@ class Genealogy:
     @cached_property
     def counts(self) -> NDArray[np.int64]:
         """(L,) how many different ancestors the present generation has in each frame."""
-        return np.array([len(np.unique(row)) for row in self.places], np.int64)
+        return np.array([len(np.unique(row[row >= 0])) for row in self.places], np.int64)
 
     @property
     def coalesced(self) -> int | None:
         """The newest frame in which one particle is the ancestor of all; None if they do not go back so far."""
-        alone = np.flatnonzero(self.counts == 1)
+        alone = np.flatnonzero((self.counts == 1) & (self.places >= 0).all(axis=1))
         return None if not len(alone) or len(self.places[0]) == 1 else self.frames[int(alone[-1])]
 
     @cached_property
     def heights(self) -> NDArray[np.float64]:
         """(L, N) where the line of each particle is drawn in each frame, 0..1, so that lines meet and never cross.
 
-        The present ones are in the order of their ancestors, equally far apart; an ancestor is in the middle of those
-        that descend from it.
+        NaN before it began. The present ones are in the order of their ancestors, equally far apart; an ancestor is in
+        the middle of those that descend from it.
         """
         length, count = self.places.shape
         rows = np.empty(count)
@@ -59,6 +62,7 @@ class Genealogy:
         for row, places in zip(heights, self.places, strict=True):
             _, families = np.unique(places, return_inverse=True)
             row[:] = (np.bincount(families, rows) / np.bincount(families))[families]
+            row[places < 0] = np.nan
         return heights
 
     def lines(self, most: int) -> NDArray[np.float64]:
@@ -74,7 +78,7 @@ def trace(last: int, ancestors: Sequence[NDArray[np.int64]], count: int) -> Gene
     Args:
         last: The frame of the present generation.
         ancestors: (N_t,) of the frames that end with it, the oldest first: the place of each particle's parent in the
-            frame before.
+            frame before, -1 without one.
         count: How many present particles there are.
 
     Raises:
@@ -84,7 +88,7 @@ def trace(last: int, ancestors: Sequence[NDArray[np.int64]], count: int) -> Gene
         raise ValueError(f"expected the parents of {count} particles, got {len(ancestors[-1])}")
     rows = [np.arange(count)]
     for parents in reversed(ancestors):
-        rows.append(parents[rows[-1]])
+        rows.append(np.append(parents, -1)[rows[-1]])
     return Genealogy(last, np.stack(rows[::-1]).astype(np.int64))
 
 

@@ -216,13 +216,19 @@ class Inspection:
         if abs(position - frame) >= GENERATIONS:
             return None
         steps = self._window(min(frame, position), max(frame, position))
-        if position <= frame:
-            for step in steps[:0:-1]:
-                parents = _ancestors(self.run, step)
-                if parents is None or particle >= len(parents):
-                    return None
-                particle = int(parents[particle])
-            return particle
+        return self._ancestor(particle, steps) if position <= frame else self._heir(particle, steps)
+
+    def _ancestor(self, particle: int, steps: Sequence[Step]) -> int | None:
+        """Return what a particle of the last of some steps was in the first; None if its line began in between."""
+        for step in steps[:0:-1]:
+            parents = _ancestors(self.run, step)
+            if parents is None or not 0 <= particle < len(parents):
+                return None
+            particle = int(parents[particle])
+        return particle if particle >= 0 else None
+
+    def _heir(self, particle: int, steps: Sequence[Step]) -> int | None:
+        """Return what has become of a particle of the first of some steps in the last; None if its line has ended."""
         for step in steps[1:]:
             cloud = _cloud(self.run, step)
             if cloud is None or cloud.ancestors is None:
@@ -236,6 +242,7 @@ class Inspection:
     def _particle(self, cloud: Cloud, particle: int, likelihood: ObservationLikelihood | None) -> ParticleFinding:
         past = self._past(GENERATIONS)
         lineage = trace(self.run.position, self._ancestors(past), len(cloud)).places[::-1, particle]
+        lineage = lineage[lineage >= 0]
         path = np.empty((0, 2))
         if likelihood is not None and likelihood.anchor is not None:
             known, clouds = self._known(likelihood), [_cloud(self.run, step) for step in reversed(past)]

@@ -55,6 +55,6 @@ def hypotheses_cloud(
 ) -> Cloud:
     """Return the members of a beam, laid open like particles: states (K, d), log weights (K,), parents (K,).
 
-    Where one begins, with the parent -1, their ancestors are not known.
+    Where all begin, as when another tracker has come before, their ancestors are not known.
     """
-    return Cloud(states, log_weights, None if (parents < 0).any() else parents)
+    return Cloud(states, log_weights, None if (parents < 0).all() else parents)

@@ -35,6 +35,16 @@ def test_an_ancestor_is_drawn_in_the_middle_of_its_descendants() -> None:
     assert found.lines(2).tolist()[-1] == [0.125, 0.625]
 
 
+def test_a_particle_without_a_parent_begins_a_line() -> None:
+    """Its ancestors are none, it has no height before, and no one particle is the ancestor of all."""
+    found = trace(8, [np.array([0, 0, 0]), np.array([1, -1, 1])], 3)
+    assert found.places.tolist() == [[0, -1, 0], [1, -1, 1], [0, 1, 2]]
+    assert found.counts.tolist() == [1, 1, 3]
+    assert found.coalesced is None
+    assert np.isnan(found.heights[:2, 1]).all()
+    assert np.isfinite(found.heights[:, [0, 2]]).all()
+
+
 @settings(max_examples=40, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 9), st.integers(1, 30))
 def test_lines_never_cross(seed: int, frames: int, count: int) -> None:

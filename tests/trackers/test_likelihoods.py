@@ -144,3 +144,15 @@ def test_hypotheses_are_laid_open_like_particles(experiment: str, tracker: str) 
     if experiment == "linkage":
         low, high, _, width, _ = np.array(part.rows).T
         assert width == pytest.approx(high - low)
+
+
+def test_hands_drawn_as_particles_have_ancestors() -> None:
+    """Each particle of a hand has a parent among those of the frame before, from the second frame of particles on."""
+    found = find("hand")
+    run = Run(found, found.simulate(), tracker="particles", seed=5, frames=4)
+    run.finish()
+    cloud, lineage = Inspection(run).cloud, Inspection(run).genealogy()
+    assert cloud is not None
+    assert lineage is not None
+    assert len(cloud) == run.parameters_at(3).sample_count
+    assert len(lineage.places) > 1

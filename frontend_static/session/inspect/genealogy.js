@@ -41,7 +41,8 @@ export class GenealogyFigure {
  * @returns {Panel}
  */
 function panel({ first, lines }, frame) {
-  const steps = lines.flatMap((line) => line.slice(1).map((height, place) => ({ x0: first + place, y0: line[place], y1: height })));
+  const steps = lines.flatMap((line) => line.slice(1).map((height, place) => ({ x0: first + place, y0: line[place] ?? NaN, y1: height ?? NaN })))
+    .filter(({ y0 }) => !Number.isNaN(y0));
   // Where lines have met they are one.
   const edges = [...new Map(steps.map((step) => [`${step.x0} ${step.y0} ${step.y1}`, step])).values()];
   const base = { title: "", unit: "", log: false, names: [], hidden: false };
@@ -59,8 +60,9 @@ function panel({ first, lines }, frame) {
 }
 
 /** @param {GenealogyPublic} genealogy */
-function said({ first, counts, coalesced }) {
+function said({ first, counts, coalesced, lines }) {
   const count = counts[counts.length - 1];
   if (coalesced !== null) return `All ${count} particles descend from one of frame ${coalesced}.`;
+  if (lines.some(([oldest]) => oldest === null)) return `The ${count} particles have ${counts[0]} ancestors in frame ${first}; other lines begin later.`;
   return `The ${count} particles descend from ${counts[0]} of frame ${first}.`;
 }

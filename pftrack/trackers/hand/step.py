@@ -148,7 +148,9 @@ def _searching(state: HandState) -> bool:
 
 
 def _cloud(state: HandState) -> Cloud:
-    """Return the poses that are kept, laid open."""
+    """Return the particles, or the poses that are kept, laid open."""
+    if state.particles is not None:
+        return Cloud(state.particles.states, state.particles.log_weights, state.particles.ancestors)
     return hypotheses_cloud(np.array(state.beam.members), state.beam.log_weights, state.beam.parents)
 
 

@@ -115,7 +115,9 @@ class GenealogyPublic(BaseModel):
     first: int = Field(description="The oldest frame")
     counts: list[int] = Field(description="How many different ancestors there are in each frame from there on")
     coalesced: int | None = Field(description="The newest frame in which one particle is the ancestor of all")
-    lines: list[list[float]] = Field(description="The heights of lines, 0 to 1, in each frame; lines meet, never cross")
+    lines: list[list[float | None]] = Field(
+        description="The heights of lines, 0 to 1, in each frame, null before a line begins; lines meet, never cross"
+    )
 
 
 class CoursePublic(BaseModel):

@@ -159,7 +159,7 @@ def _genealogy(found: Genealogy) -> GenealogyPublic:
         first=found.frames[0],
         counts=found.counts.tolist(),
         coalesced=found.coalesced,
-        lines=np.round(found.lines(MOST_LINES), 4).T.tolist(),
+        lines=[[_finite(height) for height in line] for line in np.round(found.lines(MOST_LINES), 4).T],
     )
 
 
