@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from pftrack.model.glossary import Term
 from pftrack.model.measures import EvaluatedRun, Measure
-from pftrack.model.plot import ERROR, PARTICLES, STEP_TIME, Plot, Reading
+from pftrack.model.plot import ERROR, INNOVATION, PARTICLES, STEP_TIME, Plot, Reading
 
 __all__ = ["MEASURES", "PLOTS", "READINGS", "TERMS"]
 
@@ -97,6 +97,7 @@ PLOTS = (
         "px",
         ("false_motion_px",),
     ),
+    INNOVATION,
 )
 
 READINGS = (

@@ -10,12 +10,12 @@ from pftrack.filters.trajectories.gaussian import Gaussians
 from pftrack.model.frame import Frame, Measurements, Target
 from pftrack.model.likelihood import Component, ObservationLikelihood
 from pftrack.model.series import SeriesValue
-from pftrack.numerics.elementary import logarithm
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.random import Generator, Purpose, Stream
 from pftrack.particles import ParticleSet
 from pftrack.trackers import reports
 from pftrack.trackers.filter_interface import FilterInterface, Update
+from pftrack.trackers.trajectories.inspection import cauchy
 from pftrack.trackers.trajectories.methods import gaussian_method
 from pftrack.trackers.trajectories.parameters import TrajectoriesTrackerParameters
 from pftrack.trackers.trajectories.state import TrajectoriesState
@@ -82,9 +82,7 @@ def _log_likelihood(
     measured = state.raw[0, state.selected]
     if not np.isfinite(measured).all():
         return np.zeros(len(states))
-    off = np.square(states[:, :2] - measured) / parameters.noise_variance_px2
-    constant = 2.0 * float(logarithm(np.pi * np.sqrt(parameters.noise_variance_px2)))
-    return np.asarray(-(logarithm(1.0 + off[:, 0]) + logarithm(1.0 + off[:, 1])) - constant)
+    return cauchy(states[:, :2] - measured, float(parameters.noise_variance_px2))
 
 
 def _believe(

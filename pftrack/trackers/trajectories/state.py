@@ -7,6 +7,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.filters.kalman import NormalisedInnovation
 from pftrack.filters.trajectories.cloud import Cloud
 from pftrack.filters.trajectories.gaussian import Gaussians
 from pftrack.particles import ParticleSet
@@ -46,6 +47,8 @@ class TrajectoriesState:
         corners: Where the measurements come from, if they are looked for in pictures.
         own: Particles of the selected track, by a filter from a file; None for others.
         own_track: Which track these are of.
+        earlier: Where the selected track's particles were in the frame before, (n, 2) px, each once; None without.
+        innovation: How far off the selected track's measurement was, of the Kalman filter that had one.
         repeatable: Whether every step of a filter from a file came to the same when it was computed again.
     """
 
@@ -66,6 +69,8 @@ class TrajectoriesState:
     corners: Corners | None = None
     own: ParticleSet | None = None
     own_track: int = -1
+    earlier: NDArray[np.float32] | None = None
+    innovation: NormalisedInnovation | None = None
     repeatable: bool = True
 
     @property

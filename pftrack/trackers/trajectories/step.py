@@ -10,15 +10,26 @@ from numpy.typing import NDArray
 
 from pftrack.filters.trajectories import gaussian
 from pftrack.filters.trajectories.cloud import Cloud
+from pftrack.filters.trajectories.gaussian import Gaussians
 from pftrack.filters.trajectories.modes import logs_mode
 from pftrack.model.frame import Frame, Target
+from pftrack.model.likelihood import ObservationLikelihood
 from pftrack.model.linear import LinearModel
 from pftrack.model.series import Interval, Series, SeriesValue
 from pftrack.model.tracker import Tracker
 from pftrack.numerics.elementary import exponential
 from pftrack.numerics.random import Stream
 from pftrack.sources.trajectories.target import TrajectoriesTarget
+from pftrack.trackers.innovation import NIS, measure_innovation
 from pftrack.trackers.trajectories.ensemble import ensemble
+from pftrack.trackers.trajectories.inspection import (
+    cauchy,
+    innovate,
+    normal,
+    particles_of,
+    track_likelihood,
+    update_parts,
+)
 from pftrack.trackers.trajectories.linear import LINEAR_MODEL
 from pftrack.trackers.trajectories.methods import Draw, Method, cloud_method, gaussian_method, without
 from pftrack.trackers.trajectories.observing import Observation
@@ -28,6 +39,8 @@ from pftrack.trackers.trajectories.state import BLOCK, KEPT_FRAMES, Trajectories
 __all__ = ["COMMON", "TRACKERS", "measure", "start", "step"]
 
 P: TypeAlias = TrajectoriesTrackerParameters
+
+MEASUREMENT = "measurement of the selected track"
 
 TAIL = 0.05
 """Of a posterior, left out on either side of an interval."""
@@ -89,7 +102,15 @@ def step(method: Method, state: TrajectoriesState, frame: Frame, parameters: P, 
 def _take(
     method: Method, state: TrajectoriesState, observed: NDArray[np.float64], index: int, parameters: P, rng: Stream
 ) -> TrajectoriesState:
-    belief, (past, filtered, sds, densities) = method(state.belief, observed, parameters, Draw.of(rng, len(observed)))
+    before, selected = state.belief, parameters.selected_track % max(len(observed), 1)
+    belief, (past, filtered, sds, densities) = method(before, observed, parameters, Draw.of(rng, len(observed)))
+    innovation, earlier = None, None
+    if len(observed) and isinstance(before, Gaussians) and isinstance(belief, Gaussians):
+        noise, drive = float(parameters.noise_variance_px2), float(parameters.drive_variance_px2)
+        innovation = innovate(before, selected, observed[selected], noise, drive)
+    elif len(observed) and isinstance(before, Cloud) and state.selected == selected:
+        first, last = before.offsets[selected, :2]
+        earlier = before.nodes[first:last].copy()
     reach = min(parameters.lag_frames, len(past) - 1, len(state.raw))
     state = _settle(state)
     smoothed = _append(state.smoothed, filtered)
@@ -107,9 +128,11 @@ def _take(
         densities=densities,
         first=np.where(new[:, None], observed, state.first),
         born=np.where(new, index, state.born),
-        selected=parameters.selected_track % max(len(observed), 1),
+        selected=selected,
         reach=reach,
         outlier_px=float(parameters.outlier_px),
+        earlier=earlier,
+        innovation=None if innovation is None else innovation.normalised,
     )
 
 
@@ -184,8 +207,18 @@ def _interval(logs: NDArray[np.float64], shares: NDArray[np.float64]) -> Interva
     return Interval(*(float(value) for value in exponential(0.5 * ends)))
 
 
+def _measure_kalman(state: TrajectoriesState) -> Mapping[str, SeriesValue]:
+    return {**measure(state), **measure_innovation(state.innovation)}
+
+
 def _tracker(
-    name: str, title: str, description: str, method: Method, *series: Series, linear: LinearModel | None = None
+    name: str,
+    title: str,
+    description: str,
+    method: Method,
+    likelihood: ObservationLikelihood,
+    *series: Series,
+    linear: LinearModel | None = None,
 ) -> Tracker:
     return Tracker(
         name,
@@ -195,8 +228,11 @@ def _tracker(
         partial(step, method),
         ensemble=partial(ensemble, method),
         series=(*COMMON, *series),
-        measure=measure,
+        measure=_measure_kalman if method is gaussian_method else measure,
         reads=(),
+        likelihood=likelihood,
+        cloud=None if method is gaussian_method else particles_of,
+        update_parts=update_parts,
         # That of the self-organising one averages over the noises that it tries, so none is left to be fitted.
         evidence="normalised" if LAWS[0] not in series else "",
         linear=linear,
@@ -211,6 +247,7 @@ TRACKERS: dict[str, Tracker] = {
             "Self-organising (NLNG)",
             "Particles with Cauchy noise, each with a σ² and a τ² of its own, so that both are found while tracking.",
             partial(cloud_method, True),
+            track_likelihood(MEASUREMENT, cauchy, learned=True),
             *SIZES,
             *LAWS,
         ),
@@ -219,6 +256,7 @@ TRACKERS: dict[str, Tracker] = {
             "Cauchy noise (LNG)",
             "Particles under noise with heavy tails: a measurement far off is let go.",
             partial(cloud_method, False),
+            track_likelihood(MEASUREMENT, cauchy),
             *SIZES,
         ),
         _tracker(
@@ -226,6 +264,8 @@ TRACKERS: dict[str, Tracker] = {
             "Gaussian noise (LG)",
             "The Kalman filter and its exact smoother: every measurement draws, the more the further off it is.",
             gaussian_method,
+            track_likelihood(MEASUREMENT, normal),
+            *NIS,
             linear=LINEAR_MODEL,
         ),
     )
