@@ -158,10 +158,18 @@ function halfRows({ first, last, before, after }, place) {
   const row = (/** @type {string} */ name, /** @type {string[]} */ values) =>
     h("tr", {}, h("th", { scope: "row" }, name), values.map((value) => h("td", {}, value)));
   const shares = ["50", "95"].filter((promised) => promised in before.coverage);
+  /** @type {["NEES" | "NIS", "nees" | "nis", string][]} */
+  const squares = [
+    ["NEES", "nees", "1 is right"],
+    ["NIS", "nis", `${(before.nis_limits ?? []).map((end) => number(end, 2)).join(" to ")} is right`],
+  ];
   return [
     h("tr", { class: "fit-half" }, head),
     row("Log evidence", [before, after].map((score) => number(score.log_evidence, 3).replace("-", "−"))),
     shares.map((promised) => row(`Truth in the ${promised} % band`, [before, after].map(({ coverage }) => `${number(100 * coverage[promised], 0)} %`))),
+    squares
+      .filter(([, name]) => before[name] !== null)
+      .map(([measure, name, right]) => row(`${measure} (${right})`, [before, after].map((score) => number(Number(score[name]), 2)))),
   ];
 }
 

@@ -767,6 +767,12 @@ export interface FitScorePublic {
   log_evidence: number;
   /** How often a band held the truth, 0..1, by its percent */
   coverage: Record<string, number>;
+  /** Mean squared error of a coordinate in its deviation: 1 if the tracker is as sure as it may be */
+  nees: number | null;
+  /** Mean squared innovation of a number in its deviation, likewise */
+  nis: number | null;
+  /** Between which that of a right filter is in 95 % */
+  nis_limits: [number, number] | null;
 }
 
 /** A number that was fitted. */

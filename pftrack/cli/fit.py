@@ -64,12 +64,21 @@ def _show(found: "Fit") -> None:
     table("", ("name", "before", "after", "", ""), numbers)
     typer.echo("")
     halves = [
-        (f"{half.first} to {half.last}", used, when, f"{score.mean:.4g}", *_shares(score))
+        (f"{half.first} to {half.last}", used, when, f"{score.mean:.4g}", *_shares(score), *_squares(score))
         for half, used in zip(found.halves, ("used", "not used"), strict=True)
         for when, score in (("before", half.before), ("after", half.after))
     ]
-    table("", ("frames", "", "", "log evidence a frame", "truth in 50 % band", "in 95 % band"), halves)
+    heads = ("frames", "", "", "log evidence a frame", "truth in 50 % band", "in 95 % band", "NEES", "NIS")
+    table("", heads, halves)
+    limits = found.halves[1].after.consistency.nis_limits
+    between = "" if limits is None else f", NIS of the second half between {limits[0]:.2f} and {limits[1]:.2f}"
+    note(f"NEES is about 1 if the tracker is as sure as it may be{between}.")
     typer.echo(f"\n{' '.join(filter(None, (found.procedure, found.verdict, found.caution)))}")
+
+
+def _squares(score: "Score") -> tuple[str, str]:
+    first, second = ("" if it is None else f"{it:.3g}" for it in (score.consistency.nees, score.consistency.nis))
+    return first, second
 
 
 def _shares(score: "Score") -> tuple[str, str]:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.particles import normalise
+from pftrack.runs.consistency import Consistency, measure_consistency
 from pftrack.runs.coverage import Counts, count_held, pool_counts
 from pftrack.runs.run import Run
 
@@ -32,10 +33,12 @@ class Score:
         evidence: (L,) log evidence of each frame, nats, as a mean over the runs.
         coverage: Share of the reports in which a band of 50 or 95 % held the truth, by that share; empty where no truth
             is known or no band is told.
+        consistency: How large errors and innovations are in the deviations that were told.
     """
 
     evidence: NDArray[np.float64]
     coverage: Mapping[float, float]
+    consistency: Consistency
 
     @property
     def mean(self) -> float:
@@ -45,7 +48,7 @@ class Score:
     def as_dict(self) -> dict[str, Any]:
         """Return its numbers as JSON values by name; the evidence as its mean."""
         coverage = {f"{100 * promised:g}": share for promised, share in self.coverage.items()}
-        return {"log_evidence": self.mean, "coverage": coverage}
+        return {"log_evidence": self.mean, "coverage": coverage, **self.consistency.as_dict()}
 
 
 def compute_evidence(run: Run, levelled: Sequence[int] = ()) -> NDArray[np.float64]:
@@ -104,7 +107,8 @@ def score(runs: Sequence[Run], evidence: Sequence[NDArray[np.float64]], first: i
     known = among[~np.isnan(among)]
     if not len(known):
         raise ValueError(f"no frame from {first} to {end - 1} counts")
-    return Score(known, _coverage([count_held(run, first, end) for run in runs]))
+    coverage = _coverage([count_held(run, first, end) for run in runs])
+    return Score(known, coverage, measure_consistency(runs, first, end))
 
 
 def _coverage(counts: Sequence[Counts]) -> dict[float, float]:

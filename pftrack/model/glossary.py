@@ -149,6 +149,11 @@ GLOSSARY = (
                 "the squared innovation in the deviations expected of it; a chi-square variable if the model holds",
                 ("NIS",),
             ),
+            Term(
+                "normalised estimation error squared",
+                "the squared error of the estimate in the deviations told; 1 a coordinate if these are right",
+                ("NEES",),
+            ),
             Term("residual", "what is found less what is expected of it", ("residuals",)),
             Term("mismatch", "how far a prediction is from what was measured, in standard deviations"),
             Term(

@@ -61,6 +61,10 @@ def test_the_noise_of_a_linear_model_is_found() -> None:
     assert (used.first, used.last + 1, kept_back.last) == (1, kept_back.first, run.computed)
     assert kept_back.after.mean > kept_back.before.mean
     assert kept_back.before.coverage[0.95] == 1.0
+    before, after = kept_back.before.consistency, kept_back.after.consistency
+    assert (before.nis or 0.0) < 0.2
+    assert 0.7 < (after.nis or 0.0) < 1.3
+    assert (before.nees or 0.0) < (after.nees or 0.0)
     assert 0.85 < kept_back.after.coverage[0.95] < 1.0  # frames in a row are alike, so one run tells little
     assert all(before < after for (before, _), (after, _) in pairwise(told))
     assert told[-1][0] == found.runs <= told[-1][1]

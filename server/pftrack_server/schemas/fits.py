@@ -33,6 +33,11 @@ class FitScorePublic(BaseModel):
 
     log_evidence: float = Field(description="Mean log evidence of a frame, nats")
     coverage: dict[str, float] = Field(description="How often a band held the truth, 0..1, by its percent")
+    nees: float | None = Field(
+        description="Mean squared error of a coordinate in its deviation: 1 if the tracker is as sure as it may be"
+    )
+    nis: float | None = Field(description="Mean squared innovation of a number in its deviation, likewise")
+    nis_limits: tuple[float, float] | None = Field(description="Between which that of a right filter is in 95 %")
 
 
 class FitHalfPublic(BaseModel):
