@@ -11,7 +11,7 @@ from pathlib import Path
 
 from pftrack.model.cause import CAUSES
 from pftrack.reproduce import RESULTS, Entry, Finding, read_record
-from pftrack.reproduce.diagnosis.confusion import CELL
+from pftrack.reproduce.diagnosis.confusion import CELL, UNAIDED_CELL
 from pftrack.reproduce.finding import not_run
 
 __all__ = [
@@ -111,16 +111,22 @@ def write() -> None:
 
 
 def diagnosis_blocks(record: dict[str, Entry]) -> dict[str, str]:
-    """Return the generated parts of the page of the diagnosis by name."""
+    """Return the generated parts of the page of the diagnosis by name: with the truth, and without."""
     found = findings_of(record, ["diagnosis"])
-    lead, behind = (re.escape(part) for part in (CELL.split("{}")[0], CELL.split("{}")[2]))
-    middle = re.escape(CELL.split("{}")[1])
+    return {"diagnosis": _confusion(found, CELL), "diagnosis without truth": _confusion(found, UNAIDED_CELL)}
+
+
+def _confusion(found: Sequence[Finding], cell: str) -> str:
+    """Return the sentences and the table of one way of telling."""
+    lead, middle, behind = (re.escape(part) for part in cell.split("{}"))
+    kind = cell.partition("lost by")[0]
+    mine = [one for one in found if one.result.startswith(kind)]
     counts = {
-        (cell[1], cell[2]): int(one.ours)
-        for one in found
-        if (cell := re.fullmatch(f"{lead}(.*){middle}(.*){behind}", one.result))
+        (told[1], told[2]): int(one.ours)
+        for one in mine
+        if (told := re.fullmatch(f"{lead}(.*){middle}(.*){behind}", one.result))
     }
-    causes = [cause for cause in CAUSES.values() if any(cause in cell for cell in counts)]
+    causes = [cause for cause in CAUSES.values() if any(cause in pair for pair in counts)]
     truths = [cause for cause in causes if any(truth == cause for truth, _ in counts)]
     numbers = [str(place) for place in range(1, len(causes) + 1)]
     rows = [
@@ -133,14 +139,11 @@ def diagnosis_blocks(record: dict[str, Entry]) -> dict[str, str]:
     ]
     said = [(f"{place}", cause) for place, cause in zip(numbers, causes, strict=True) if cause not in truths]
     more = "".join(f" Column {place} is *{cause}*." for place, cause in said)
-    table = _table(("lost by", *numbers, "right"), rows)
     sentences = [
-        f"- {one.result.removeprefix('diagnosis: ')}: {_number(one.ours)}"
-        for one in found
-        if not re.match(lead, one.result)
+        f"- {one.result.removeprefix(kind)}: {_number(one.ours)}" for one in mine if not re.match(lead, one.result)
     ]
     order = f"Rows and columns are in the same order.{more}"
-    return {"diagnosis": "\n".join([*sentences, "", order, "", table])}
+    return "\n".join([*sentences, "", order, "", _table(("lost by", *numbers, "right"), rows)])
 
 
 def _fill(file: Path, texts: dict[str, str]) -> None:

@@ -1,8 +1,9 @@
 """Why a target was lost: a diagnosis from a run's own numbers, by the declared roles of what it reports."""
 
 from pftrack.diagnosis.course import COLUMNS, Course, course_of
-from pftrack.diagnosis.diagnosis import Diagnosis, Evidence, course_of_run, diagnose, diagnose_course
-from pftrack.diagnosis.rules import RULES, Rule, Sign
+from pftrack.diagnosis.diagnosis import Diagnosis, Evidence, course_of_run, diagnose, diagnose_course, picture_size
+from pftrack.diagnosis.rules import RULES
+from pftrack.diagnosis.sign import Rule, Sign
 
 __all__ = [
     "COLUMNS",
@@ -16,4 +17,5 @@ __all__ = [
     "course_of_run",
     "diagnose",
     "diagnose_course",
+    "picture_size",
 ]

@@ -23,6 +23,10 @@ Numbers: TypeAlias = NDArray[np.float64]
 Flags: TypeAlias = NDArray[np.bool_]
 
 
+MOST_HIDDEN = 1.0 / 3.0
+"""Share of the parts of a target that are to be seen, at most, where it counts as hidden."""
+
+
 @dataclass(frozen=True, slots=True)
 class Column:
     """What a column of a course is.
@@ -50,6 +54,7 @@ COLUMNS = {
         Column("ess_share", "ESS over the particles"),
         Column("distinct", "different particles"),
         Column("kept", "model's likeness to the first look"),
+        Column("misfit", "difference from what is seen", "%"),
         Column("hidden", "out of sight", is_flag=True),
         Column("searching", "searching", is_flag=True),
         Column("probability", "probability that it is lost"),
@@ -79,11 +84,12 @@ class Course:
         lost: (L,) whether the target is lost.
         witnesses: Who says so of each frame.
         probability: (L,) that it is, by the tracker's own numbers.
-        hidden: (L,) 1 where the target is known to be out of sight, else 0.
+        hidden: (L,) 1 where the target, or nearly all of its parts, are known to be out of sight, else 0.
         searching: (L,) 1 where the tracker looks for the target by its own account, else 0.
         evidence: (L,) log evidence of each frame.
         likeness: (L,) how like the model that is which is at the estimate, 0..1.
         kept: (L,) how like the first look the model is, 0..1.
+        misfit: (L,) share of what is seen by which that differs from what is believed, %.
         particles: (L,) number of them.
         ess: (L,) effective sample size.
         distinct: (L,) how many of the particles differ in what no noise renews.
@@ -106,6 +112,7 @@ class Course:
     evidence: Numbers
     likeness: Numbers
     kept: Numbers
+    misfit: Numbers
     particles: Numbers
     ess: Numbers
     distinct: Numbers
@@ -173,8 +180,8 @@ def course_of(
     seen = np.where(np.isfinite(truths), truths, estimates) if truths.shape == estimates.shape else estimates
 
     def numbers(role: SeriesRole) -> Numbers:
-        names = [series.name for series in declared if series.role == role and series.shape == "number"]
-        values = np.array([[row.number(name) for row in rows] for name in names]).reshape(len(names), len(rows))
+        chosen = [series for series in declared if series.role == role and series.shape in {"number", "vector"}]
+        values = np.array([[_number(row, series) for row in rows] for series in chosen]).reshape(len(chosen), len(rows))
         known = np.isfinite(values)
         least = np.where(known, values, np.inf).min(axis=0, initial=np.inf)
         return np.where(known.any(axis=0), least, np.nan)
@@ -190,10 +197,11 @@ def course_of(
         lost=found.lost,
         witnesses=found.witnesses,
         probability=found.probabilities,
-        hidden=_optional([row.hidden for row in rows]),
+        hidden=np.where(numbers("visible") <= MOST_HIDDEN, 1.0, _optional([row.hidden for row in rows])),
         searching=_optional([row.searching for row in rows]),
         evidence=np.array([row.log_evidence for row in rows]),
         likeness=numbers("likeness"),
+        misfit=numbers("misfit"),
         kept=numbers("model_likeness"),
         particles=numbers("particles"),
         ess=numbers("ess"),
@@ -202,6 +210,14 @@ def course_of(
         mirrored=numbers("mirrored"),
         outside=_outside(seen, size),
     )
+
+
+def _number(row: Diagnostics, series: Series) -> float:
+    """Return what a series says of a frame; the mean of the parts of a vector that are known."""
+    if series.shape == "number":
+        return row.number(series.name)
+    known = [one for one in row.vector(series.name) or () if np.isfinite(one)]
+    return float(np.mean(known)) if known else np.nan
 
 
 def _deviations(rows: Sequence[Diagnostics]) -> Numbers:

@@ -8,17 +8,21 @@ import numpy as np
 
 from pftrack.diagnosis.course import COLUMNS, Course, course_of
 from pftrack.diagnosis.moment import Moment
-from pftrack.diagnosis.rules import RULES, Rule, Sign
+from pftrack.diagnosis.rules import RULES
+from pftrack.diagnosis.sign import Rule, Sign
 from pftrack.model.cause import CAUSES, CauseId
 from pftrack.model.loss_witness import Witness
 from pftrack.runs.loss_intervals import LASTING_FRAMES, first_loss
 from pftrack.runs.loss_probability import loss_probabilities
 from pftrack.runs.run import Run
 
-__all__ = ["Diagnosis", "Evidence", "course_of_run", "diagnose", "diagnose_course"]
+__all__ = ["Diagnosis", "Evidence", "course_of_run", "diagnose", "diagnose_course", "picture_size"]
 
 LEAD_IN, LEAD_OUT = 12, 12
 """So many frames before the first sign and after the moment belong to the evidence."""
+
+DOUBT = 3
+"""Where no truth is known, whoever asks about a frame may be so many frames early."""
 
 BY_WITNESS: dict[Witness, str] = {
     "truth": "Lost in frame {frame}",
@@ -139,11 +143,20 @@ def diagnose(run: Run, frame: int | None = None) -> Diagnosis:
 
 def course_of_run(run: Run) -> Course:
     """Return the course of a run, as far as it has been computed."""
-    experiment, image = run.experiment, run.current.frame.image_rgb
-    size = (image.shape[1], image.shape[0]) if image is not None and experiment.unit == "px" else None
+    experiment = run.experiment
     return course_of(
-        run.diagnostics, experiment.all_series(), unit=experiment.unit, size=size, probabilities=loss_probabilities(run)
+        run.diagnostics,
+        experiment.all_series(),
+        unit=experiment.unit,
+        size=picture_size(run),
+        probabilities=loss_probabilities(run),
     )
+
+
+def picture_size(run: Run) -> tuple[int, int] | None:
+    """Return width and height of the picture, px, where estimates are places in it; None elsewhere."""
+    image = run.current.frame.image_rgb
+    return (image.shape[1], image.shape[0]) if image is not None and run.experiment.unit == "px" else None
 
 
 def diagnose_course(course: Course, frame: int | None = None, rules: Sequence[Rule] = RULES) -> Diagnosis:
@@ -166,7 +179,8 @@ def diagnose_course(course: Course, frame: int | None = None, rules: Sequence[Ru
     with np.errstate(divide="ignore", invalid="ignore"):
         found = [sign for sign in (rule(moment) for rule in rules) if sign is not None]
     if not course.lost[at]:
-        found = [sign for sign in found if sign.since <= at]
+        last = at if moment.knows_truth else at + DOUBT
+        found = [sign for sign in found if sign.since <= last]
     signs = tuple(replace(sign, unit=course.unit) for sign in sorted(found, key=lambda sign: sign.since))
     shown = tuple(_evidence(course, sign, at) for sign in signs)
     return Diagnosis(at, bool(course.lost[at]), course.witnesses[at], _probability(course, at), signs, shown)

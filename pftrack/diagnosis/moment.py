@@ -17,11 +17,16 @@ LEAST_FALL = {True: 0.12, False: 0.6}
 ENOUGH = 8
 """So many usual frames make a scatter."""
 
+PLACE = 2
+"""Numbers of an estimate that is a place in the picture."""
 FAR = 4.0
 """Times the usual error that an error is great."""
 
 EQUAL = 0.985
 """Of particles whose weights are all the same, to the ESS over their number: nothing that is seen tells them apart."""
+FALLEN, RISEN, ALIKE = 0.8, 1.12, 0.9
+"""Times the least ESS before that it falls to where few particles are better than the rest; times its usual value, and
+of the particles at the least, that it rises to where none is."""
 LEADING, FOLLOWING = 8, 8
 """So many frames before a moment may hold what led to it, and so many after it show what came of it."""
 
@@ -46,15 +51,38 @@ class Moment:
         calm = good & (frames < self.frame - 2)
         return np.asarray(calm if np.count_nonzero(calm) >= LASTING_FRAMES else good)
 
+    @property
+    def is_place(self) -> bool:
+        """Whether the estimate is a place in the picture."""
+        return int(self.course.estimates.shape[1]) == PLACE
+
+    @property
+    def is_gaussian(self) -> bool:
+        """Whether the belief is one without particles whose evidence is that of an innovation."""
+        course = self.course
+        return not any(np.isfinite(column).any() for column in (course.particles, course.likeness, course.misfit))
+
+    @property
+    def knows_truth(self) -> bool:
+        """Whether the truth is known of any frame."""
+        return bool(np.isfinite(self.course.error).any())
+
+    @cached_property
+    def _usual_fits(self) -> Numbers:
+        """Fits of the usual frames, of that third of them in which they are best: what is lost slowly fits worse."""
+        fits = self.course.fit[self.usual & np.isfinite(self.course.fit)]
+        parts = np.array_split(fits, min(3, max(len(fits) // ENOUGH, 1)))
+        return max(parts, key=middle)
+
     @cached_property
     def usual_fit(self) -> float:
         """Median of the fit in the usual frames; NaN where there are none."""
-        return middle(self.course.fit[self.usual])
+        return middle(self._usual_fits)
 
     @cached_property
     def low_fit(self) -> float:
         """Fit below which the picture does not show the target where it is believed to be."""
-        fits = self.course.fit[self.usual & np.isfinite(self.course.fit)]
+        fits = self._usual_fits
         scatter = 1.4826 * middle(np.abs(fits - self.usual_fit)) if len(fits) >= ENOUGH else 0.0
         return self.usual_fit - max(SCATTERS * scatter, LEAST_FALL[self.course.fit is self.course.likeness])
 
@@ -69,6 +97,32 @@ class Moment:
         floor = known.min() + 0.05 * float(np.ptp(known)) if len(known) else np.nan
         nothing = (self.course.ess_share >= EQUAL) & (fit <= floor)
         return np.asarray((fit < self.low_fit) | nothing)
+
+    @cached_property
+    def goes_blind(self) -> int | None:
+        """First frame of the stretch in which nothing is seen any more, if it is so in most of the next; else None."""
+        since = self.since(self.unseen)
+        blind = self.unseen[since : since + FOLLOWING]
+        return since if len(blind) and np.count_nonzero(blind) > len(blind) / 2 else None
+
+    @cached_property
+    def leaves_cloud(self) -> bool:
+        """Whether, as the fit fell, few particles became better than the rest: those at the edge of the cloud.
+
+        So it is when a target leaves a cloud that does not follow. What is covered makes all of them alike instead.
+        """
+        shares, since = self.course.ess_share, self.goes_blind
+        # Of a pose by its features the effective sample size tells nothing: they are weighed one by one.
+        if since is None or (self.course.fit is self.course.likeness and not self.is_place):
+            return False
+        before = shares[max(since - LEADING - 2, 1) : max(since - 1, 2)]
+        falling = shares[max(since - 4, 1) : since + 4]
+        falling = falling[falling < EQUAL]
+        if not len(falling) or not np.isfinite(before).any():
+            return False
+        usual, later = middle(shares[self.usual]), middle(shares[since : since + FOLLOWING])
+        never_alike = later < min(RISEN * usual, ALIKE)
+        return bool(falling.min() < FALLEN * np.nanmin(before)) or never_alike
 
     @property
     def fits_after(self) -> bool:
@@ -122,6 +176,9 @@ class Moment:
 
 
 def middle(values: Numbers) -> float:
-    """Return the median of the finite values; NaN if there are none."""
+    """Return the median of the finite values; NaN if there are none.
+
+    It is a number of NumPy's, so that what is divided by a deviation of zero is infinite.
+    """
     known = values[np.isfinite(values)]
-    return float(np.median(known)) if len(known) else np.nan
+    return np.float64(np.median(known) if len(known) else np.nan)

@@ -32,6 +32,7 @@ __all__ = [
     "Templates",
     "correlations",
     "cut",
+    "likeness",
     "log_likelihood",
     "luma",
     "renew",
@@ -134,6 +135,19 @@ def score(correlation: NDArray[np.float64], spread: float = SPREAD) -> NDArray[n
     """Return the log likelihood of correlations (eq. 4.11), of the same shape."""
     scores: NDArray[np.float64] = -0.5 * ((correlation - 1.0) / spread) ** 2
     return scores
+
+
+def likeness(one: Templates, other: Templates) -> NDArray[np.float64]:
+    """Return how like each template of a set is to that of another set of the same sizes: the NCC of both, (F,).
+
+    Raises:
+        ValueError: The sizes differ.
+    """
+    if not np.array_equal(one.sizes, other.sizes):
+        raise ValueError("expected templates of the same sizes, got different ones")
+    ends = np.cumsum(one.sizes.prod(axis=1))[:-1]
+    products = one.pixels.astype(np.float64) * other.pixels
+    return np.array([float(part.sum()) for part in np.split(products, ends)])
 
 
 def renew(templates: Templates, grey: NDArray[np.uint8], points: NDArray[np.float64], rate: float) -> Templates:

@@ -48,6 +48,11 @@ class TemplateBank:
         """Return a bank that knows the frontal face only."""
         return cls({FRONTAL: frontal})
 
+    @property
+    def frontal(self) -> Templates:
+        """The set of the frontal face."""
+        return self.sets[FRONTAL]
+
     def choose(self, theta_rad: NDArray[np.float64]) -> Templates:
         """Return the set whose pose is nearest.
 

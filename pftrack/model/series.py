@@ -59,6 +59,8 @@ SeriesRole: TypeAlias = Literal[
     "extent",
     "likeness",
     "model_likeness",
+    "misfit",
+    "visible",
     "mirrored",
     "loss_probability",
     "excess",
@@ -76,8 +78,11 @@ SeriesRole: TypeAlias = Literal[
 - "flag": a number, or a vector of such, that is 1 where something holds and 0 where not.
 - "event": a number, how often something happened in the frame; such frames are marked in the memory of a run.
 - "extent": a vector, width and height in px of the box around the estimate that the target is believed to fill.
-- "likeness": a number from 0 to 1, how like the tracker's model of the target that is which is at the estimate.
-- "model_likeness": a number from 0 to 1, how like the first look of the target that model is.
+- "likeness": a number from 0 to 1, how like the tracker's model of the target that is which is at the estimate; or a
+  vector of such, one for each part of the target.
+- "model_likeness": a number from 0 to 1, or a vector of such, how like the first look of the target that model is.
+- "misfit": a number, the share in % of what is seen by which that differs from what is believed.
+- "visible": a vector, 1 for each part of the target that is to be seen in the picture, else 0, by the truth.
 - "mirrored": a number, 1 where the estimate is nearer to a mirror image of the truth than to the truth, else 0.
 - "loss_probability": a number from 0 to 1, how probable it is that the target is lost; it is told from the rows of a
   run (`pftrack.loss_probability`), and no tracker reports it.

@@ -1,13 +1,12 @@
 """Why a target was lost, said from a run's own numbers."""
 
-from dataclasses import replace
-
 import pytest
 
 import pftrack
-from pftrack.diagnosis import Course, course_of, diagnose, diagnose_course
+from pftrack.diagnosis import diagnose, diagnose_course
 from pftrack.model.cause import CAUSES, CauseId
 from pftrack.model.parameters import Value
+from pftrack.reproduce.diagnosis.confusion import without_truth
 from pftrack.runs.run import Run
 
 CALM: dict[str, Value] = {"occlusion_width_px": 0, "distracter_radius_px": 0, "process_noise_px": 6}
@@ -37,6 +36,42 @@ def test_a_cause_that_was_put_there_is_found(cause: CauseId, tracker: str, value
     assert found.lost
     assert found.witness == "truth"
     assert f": {CAUSES[cause]}, since frame " in found.sentence
+
+
+@pytest.mark.parametrize(
+    ("cause", "tracker", "values"),
+    [
+        ("look-alike-capture", "h-spf", {"clutter_count": 40, "period_s": 2}),
+        ("wrong-dynamics", "apf", {"velocity_retention": 0.1, "process_noise_px": 2}),
+        ("occlusion-longer-than-memory", "h-spf", {"occlusion_width_px": 110}),
+        ("shrinking-covariance", "kalman", {"process_noise_px": 0.1, "period_s": 2}),
+        ("detector-seized-by-background", "pc-pf", {"background_colour": "#a03c3c", "period_s": 2}),
+    ],
+)
+def test_a_cause_is_told_without_the_truth(cause: CauseId, tracker: str, values: dict[str, Value]) -> None:
+    """Whoever asks about the frame of the loss is told the cause from what the tracker computes, in words."""
+    run = ball(tracker, **values)
+    first = next(row.frame for row in run.diagnostics if row.is_lost)
+    found = diagnose_course(without_truth(run), first)
+    assert found.cause == cause
+    assert "nan" not in " ".join(sign.words for sign in found.signs)
+    assert not {"error", "excess", "true_step"} & {one.name for shown in found.evidence for one in shown}
+
+
+def test_a_single_particle_is_told_as_one() -> None:
+    """Its deviation is zero in every frame, and what is divided by that breaks no rule."""
+    found = diagnose(ball("condensation", sample_count=1))
+    assert found.cause == "sample-impoverishment"
+
+
+def test_without_truth_a_poor_find_is_the_backgrounds() -> None:
+    """A search that ends at a place that fits worse than the target did is told as seized by the background."""
+    values: dict[str, Value] = {"find_again": True, "found_likeness": 0.6, "look_alike_red": 0.9}
+    run = pftrack.run("histogram", tracker="condensation", frames=110, **values)
+    first = next(row.frame for row in run.diagnostics if row.is_lost)
+    found = diagnose_course(without_truth(run), first)
+    assert found.cause == "detector-seized-by-background"
+    assert "where the target had fitted by 0.9" in found.signs[0].words
 
 
 def test_several_causes_are_told_in_the_order_in_which_they_began() -> None:
@@ -72,13 +107,6 @@ def test_any_frame_of_a_loss_leads_to_its_beginning() -> None:
     run = ball("apf", velocity_retention=0.1, process_noise_px=2)
     first = next(row.frame for row in run.diagnostics if row.is_lost)
     assert diagnose(run, first + 3) == diagnose(run, first) == diagnose(run)
-
-
-def without_truth(run: Run) -> Course:
-    """Return the course of a run as it would be on a recording of which nothing is known."""
-    unknown = {"truth": None, "error": None, "lost": None, "hidden": None, "extent": None}
-    rows = [replace(row, **unknown) for row in run.diagnostics]  # type: ignore[arg-type] - of mixed types
-    return course_of(rows, run.experiment.all_series(), unit=run.experiment.unit)
 
 
 def test_without_truth_lost_is_the_trackers_own_word() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from pftrack.experiments import find
 from pftrack.experiments.hand.solids import capsules, plate, ribbon
-from pftrack.experiments.hand.truth import Errors, report
+from pftrack.experiments.hand.truth import Errors, is_mirrored, report
 from pftrack.filters.beam import Beam
 from pftrack.geometry.hand_model import MODEL, joints, open_pose
 from pftrack.model.diagnostics import Diagnostics
@@ -62,6 +62,9 @@ def test_a_hand_that_is_turned_the_wrong_way_is_lost() -> None:
     assert HAND.missed(believed(mirrored.position), tilted)
     assert HAND.missed(believed(np.full(15, np.nan)), tilted)
     assert not HAND.missed(believed(mirrored.position), Target(np.zeros(2), 1.0))
+    assert is_mirrored(mirrored.position, tilted.position, SCALE)
+    assert not is_mirrored(tilted.position, tilted.position, SCALE)
+    assert not is_mirrored(TARGET.position + 5.0, TARGET.position, SCALE)
 
 
 def row(frame: int, right: tuple[float, ...], weights: tuple[float, ...], parents: tuple[int, ...]) -> Diagnostics:

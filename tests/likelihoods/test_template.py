@@ -25,6 +25,17 @@ def test_a_template_correlates_with_itself_as_1(grey: np.ndarray) -> None:
     assert np.allclose(template.log_likelihood(grey, POINTS[:, None], templates), 0, atol=1e-6)
 
 
+def test_a_template_is_like_itself_and_less_like_another(grey: np.ndarray) -> None:
+    """The likeness of two sets is the NCC of each template with the other's; sets of other sizes are refused."""
+    one, other = template.cut(grey, POINTS, SIZES), template.cut(grey, POINTS + 3, SIZES)
+    assert np.allclose(template.likeness(one, one), 1, atol=1e-5)
+    moved = template.correlations(grey, POINTS[:, None] + 3, one)[:, 0]
+    assert np.allclose(template.likeness(one, other), moved, atol=1e-4)
+    assert TemplateBank.begin(one).frontal is one
+    with pytest.raises(ValueError, match="same sizes"):
+        template.likeness(one, template.cut(grey, POINTS[:2], SIZES[:2]))
+
+
 def test_a_correlation_of_one_half_weighs_little() -> None:
     """The weight at NCC 0.5 is exp(-0.5^2 / (2 0.15^2)) = 0.0039 (eq. 4.11)."""
     ramp = np.tile(np.arange(8, dtype=np.uint8) * 12, (8, 1))

@@ -6,7 +6,7 @@ from pftrack.experiments import find
 from pftrack.model.parameters import revise
 from pftrack.model.recipe import Recipe
 from pftrack.reproduce.diagnosis.conditions import CONDITIONS
-from pftrack.reproduce.diagnosis.confusion import judge_draw
+from pftrack.reproduce.diagnosis.confusion import CELL, UNAIDED_CELL, Judgement, findings_of, judge_draw
 
 BY_NAME = {condition.name: place for place, condition in enumerate(CONDITIONS) if condition.experiment == "ball"}
 
@@ -23,7 +23,7 @@ def check(recipe: Recipe) -> None:
 def test_all_that_is_drawn_can_be_run_and_is_drawn_alike_again() -> None:
     """Every condition's values are parameters within their bounds; both runs have one seed, and differ in the flaw."""
     for condition in CONDITIONS:
-        for number in (0, 1, 23):
+        for number in (0, 1, condition.draws - 1):
             flawed, base = condition.draw(number)
             assert (flawed, base) == condition.draw(number)
             assert flawed != base
@@ -34,11 +34,26 @@ def test_all_that_is_drawn_can_be_run_and_is_drawn_alike_again() -> None:
 
 @pytest.mark.parametrize("name", ["wide pillar", "few particles", "things of its colour", "beyond the edge"])
 def test_what_was_put_there_is_told(name: str) -> None:
-    """One draw of each: it is lost with the flaw, held without it, and the diagnosis names the flaw."""
-    assert judge_draw((BY_NAME[name], 2)) == CONDITIONS[BY_NAME[name]].cause
+    """One draw of each: it is lost with the flaw, held without it, and the diagnosis names the flaw, truth or none."""
+    cause = CONDITIONS[BY_NAME[name]].cause
+    assert judge_draw((BY_NAME[name], 2)) == Judgement(aided=cause, unaided=cause)
 
 
 def test_a_run_that_the_flaw_does_not_lose_does_not_count() -> None:
     """A flaw that is held all the same is not counted, neither as right nor as wrong."""
     place = BY_NAME["a background of its colour"]
     assert None in [judge_draw((place, number)) for number in range(0, 8, 2)]
+
+
+def test_runs_kept_aside_are_counted_apart() -> None:
+    """Shares and cells are of the draws with odd numbers, with the truth and without it; one that holds counts not."""
+    place = BY_NAME["wide pillar"]
+    cause, other = CONDITIONS[place].cause, "look-alike-capture"
+    said = [Judgement(cause, cause), Judgement(cause, other), None, Judgement(other, "unclear")]
+    found = {one.result: one.ours for one in findings_of(((place, number), it) for number, it in enumerate(said))}
+    assert found["diagnosis: at least 400 runs are lost by what was put there (runs)"] == 3
+    assert found["diagnosis: at least 80 % of the runs kept aside are told right (share)"] == 0.5
+    assert found["diagnosis: so are those on which the rules were made (share)"] == 1
+    assert found["diagnosis without truth: runs kept aside that are told right (share)"] == 0
+    assert found[CELL.format("occlusion longer than memory", "look-alike capture")] == 1
+    assert found[UNAIDED_CELL.format("occlusion longer than memory", "unclear")] == 1

@@ -29,6 +29,7 @@ def test_templates_stay_what_they_were() -> None:
     first, last = memory_after(20)
     assert last.bank is first.bank
     assert last.lost is False
+    assert last.template_likeness.tolist() == [1.0] * 11
 
 
 def test_templates_can_follow_what_is_seen() -> None:
@@ -38,6 +39,7 @@ def test_templates_can_follow_what_is_seen() -> None:
     assert not np.array_equal(old.pixels, new.pixels)
     assert float(old.pixels @ new.pixels) > 0.8 * 11
     assert float(new.pixels @ new.pixels) == pytest.approx(11, abs=1e-3)
+    assert last.template_likeness.sum() == pytest.approx(float(old.pixels @ new.pixels), abs=1e-3)
 
 
 def test_templates_can_be_gathered_by_pose() -> None:

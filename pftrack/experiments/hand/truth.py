@@ -19,9 +19,10 @@ from pftrack.model.series import Reduction, Series, SeriesValue
 from pftrack.sources.hand import HandTarget
 from pftrack.trackers.hand.state import HandState
 
-__all__ = ["SERIES", "Errors", "measure", "report"]
+__all__ = ["SERIES", "Errors", "is_mirrored", "measure", "report"]
 
 RIGHT_TIPS_PALMS, RIGHT_PALM_RAD, RIGHT_FLEXION_RAD = 0.20, 0.30, 0.30
+OFF_PALMS, MUCH_NEARER = 0.3, 0.5
 FLEXIONS = np.concatenate([np.arange(25)[finger_slice(finger)][1:] for finger in range(5)])
 PALM = slice(2, 5)
 
@@ -56,6 +57,7 @@ SERIES = (
         role="flag",
         reductions=(Reduction("any_right_share", "any is right", "mean"),),
     ),
+    Series("mirrored", "tips mirrored in depth", role="mirrored"),
     Series("true_tilt", "true tilt of the palm", "rad"),
     Series("hands_right", "which kept hands are right", shape="vector", role="flag"),
 )
@@ -103,9 +105,21 @@ def measure(frame: Frame, state: HandState) -> Mapping[str, SeriesValue]:
         "flexion_error_rad": float(errors.flexion[best]),
         "best_right": float(right[best]),
         "any_right": float(right.max()),
+        "mirrored": float(is_mirrored(state.estimate, frame.target.position, frame.target.scale)),
         "true_tilt": float(frame.target.pose[3]),
         "hands_right": tuple(right.tolist()),
     }
+
+
+def is_mirrored(believed: NDArray[np.float64], true: NDArray[np.float64], scale: float) -> bool:
+    """Whether tips (15,) are off, and much nearer to the true ones mirrored at the wrist's depth: both look alike.
+
+    Tips near that depth are as near to one as to the other.
+    """
+    tips, truth = believed.reshape(5, 3), true.reshape(5, 3)
+    mirror = truth * np.array([1.0, 1.0, -1.0])
+    off, mirrored = (np.sqrt(np.square(tips - other).sum(axis=1)).mean() for other in (truth, mirror))
+    return bool(off > OFF_PALMS * scale and mirrored < MUCH_NEARER * off)
 
 
 def report(rows: Sequence[Diagnostics]) -> Mapping[str, Any]:

@@ -97,7 +97,7 @@ def pose_series(features: tuple[str, ...]) -> tuple[Series, ...]:
             for angle in ANGLES
             for suffix, words in (("", ""), ("_sd", "standard deviation of the "), ("_true", "true "))
         ),
-        Series("feature_visible", "visible", shape="vector", role="flag", components=features),
+        Series("feature_visible", "visible", shape="vector", role="visible", components=features),
         Series("feature_error_px", "distance from the truth", "px", "vector", components=features),
         *(
             Series(name, f"truth in the central {share} %", shape="vector", role="flag", components=THETA)

@@ -1,87 +1,9 @@
-"""Conditions: runs in which one thing is wrong, because it was put there.
+"""Conditions: runs in which one thing is wrong, because it was put there (`condition`); those of poses in `poses`."""
 
-Each condition is a run that holds and one change to it, the *flaw*. What is lost with the flaw and held without it, on
-the same seed, was lost because of it: so the cause is known without anybody's opinion. Parameters of the flaw, trackers
-and seeds are drawn, by a number each, so that there are as many different runs of a condition as one wants.
-"""
+from pftrack.reproduce.diagnosis.condition import Condition, Drawn
+from pftrack.reproduce.diagnosis.poses import POSE_CONDITIONS
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TypeAlias
-
-from pftrack.model.cause import CauseId
-from pftrack.model.parameters import Value
-from pftrack.model.recipe import Recipe
-from pftrack.model.timeline import Change
-from pftrack.numerics.random import Purpose, Stream
-
-__all__ = ["CONDITIONS", "Condition", "Range"]
-
-Range: TypeAlias = tuple[float, float]
-"""Bounds between which a number is drawn; a list is of values of which one is drawn."""
-
-Drawn: TypeAlias = Mapping[str, "Value | Range | list[Value]"]
-
-
-@dataclass(frozen=True)
-class Condition:
-    """A run that holds, and what makes it fail.
-
-    Attributes:
-        name: Of the condition.
-        cause: What the flaw is a case of.
-        experiment: Id of the experiment.
-        trackers: Of which one is drawn.
-        base: Values of the run that holds: given, or drawn.
-        flaw: Values that differ in the one that fails, given or drawn.
-        at: Frame at which the flaw comes; 0 for a whole run with it.
-        cured_by: Another tracker than the drawn one for the run that holds.
-        frames: Length of both.
-    """
-
-    name: str
-    cause: CauseId
-    experiment: str
-    trackers: tuple[str, ...]
-    base: Drawn = field(default_factory=dict)
-    flaw: Drawn = field(default_factory=dict)
-    at: int = 0
-    cured_by: str = ""
-    frames: int | None = 60
-
-    def draw(self, number: int) -> tuple[Recipe, Recipe]:
-        """Return a run with the flaw and the same without it.
-
-        Args:
-            number: From which all that is drawn follows, the seed included.
-        """
-        chances = Stream(number, 0, Purpose.SCENE)
-        tracker = self.trackers[int(chances.random() * len(self.trackers))]
-        base, flaw = (
-            {name: _draw(said, chances.random()) for name, said in it.items()} for it in (self.base, self.flaw)
-        )
-        begin = (Change(0, base),) if base else ()
-        wrong = (Change(0, {**base, **flaw}),) if self.at == 0 else (*begin, Change(self.at, flaw))
-        return (
-            self._recipe(tracker, number, wrong),
-            self._recipe(self.cured_by or tracker, number, begin),
-        )
-
-    def _recipe(self, tracker: str, seed: int, timeline: Sequence[Change]) -> Recipe:
-        return Recipe(
-            experiment=self.experiment, tracker=tracker, seed=seed, frames=self.frames, timeline=tuple(timeline)
-        )
-
-
-def _draw(said: "Value | Range | list[Value]", chance: float) -> Value:
-    if isinstance(said, list):
-        return said[int(chance * len(said))]
-    if isinstance(said, tuple):
-        low, high = said
-        value = low + (high - low) * chance
-        return round(value) if isinstance(low, int) and isinstance(high, int) else value
-    return said
-
+__all__ = ["CONDITIONS"]
 
 CALM: Drawn = {"occlusion_width_px": 0, "distracter_radius_px": 0}
 WIDE: Drawn = {**CALM, "process_noise_px": 6}
@@ -310,5 +232,6 @@ CONDITIONS = (
         {"amplitude_px": (190.0, 260.0), "period_s": 4.0},
         at=15,
     ),
+    *POSE_CONDITIONS,
 )
 """All of them."""

@@ -2,46 +2,69 @@
 
 A run counts if it is lost with its flaw and holds without it. The rules were made on the draws with even numbers; those
 with odd ones were kept aside, and are what the shares are of. `unclear` counts as wrong.
+
+Each run is told twice: with the truth, and as on a recording of which nothing is known. Somebody asks then about the
+frame in which it is lost, and there is nothing to go by but what the tracker itself computes.
 """
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import NamedTuple, TypeAlias
 
-from pftrack.diagnosis import diagnose
+from pftrack.diagnosis import Course, course_of, course_of_run, diagnose_course, picture_size
 from pftrack.experiments import find
 from pftrack.model.cause import CAUSES, CauseId
 from pftrack.model.recipe import Recipe
+from pftrack.reproduce.diagnosis.condition import Condition
 from pftrack.reproduce.diagnosis.conditions import CONDITIONS
+from pftrack.reproduce.diagnosis.poses import POSE_CONDITIONS
 from pftrack.reproduce.finding import Finding, Own, claim, not_run
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.loss_intervals import LASTING_FRAMES, first_loss
 from pftrack.runs.run import Run
 
-__all__ = ["CELL", "confusion", "judge_draw"]
+__all__ = ["CELL", "UNAIDED_CELL", "Judgement", "confusion", "findings_of", "judge_draw", "without_truth"]
 
-DRAWS = 24
-"""Of each condition; the odd ones were not looked at while the rules were made."""
 LEAST_RUNS = 400
 LEAST_RIGHT = 0.8
 CELL = "diagnosis: lost by {}, said to be {}, runs kept aside"
 """The result of a cell of the table."""
+UNAIDED_CELL = "diagnosis without truth: lost by {}, said to be {}, runs kept aside"
+"""The same of what is told without the truth."""
+OF_TRUTH = ("mirrored", "excess", "visible")
+"""Roles of series that compare with the truth."""
 SOURCE = Own("this project, docs/explanation/diagnosis.md")
 AT_END = 5
 HELD_SHARE = 0.1
 """Frames at the end in which a run must hold, and share of all that it may lose before."""
 
 
+class Judgement(NamedTuple):
+    """What is said of a lost run.
+
+    Attributes:
+        aided: With the truth.
+        unaided: Without.
+    """
+
+    aided: CauseId
+    unaided: CauseId
+
+
 def confusion(pool: Pool, full: bool) -> list[Finding]:
     """Count what is said of runs of each cause, of the half that was kept aside; not in the quick form."""
     if not full:
         return [not_run("diagnosis: share of the causes that are found", "few runs would say nothing of a share")]
-    draws = [(place, number) for place in range(len(CONDITIONS)) for number in range(DRAWS)]
-    said = list(zip(draws, pool.map(judge_draw, draws), strict=True))
-    counted = [
-        (number % 2 == 1, CONDITIONS[place].cause, cause) for (place, number), cause in said if cause is not None
-    ]
-    aside = [(truth, cause) for is_aside, truth, cause in counted if is_aside]
-    known = [(truth, cause) for is_aside, truth, cause in counted if not is_aside]
+    draws = [(place, number) for place, condition in enumerate(CONDITIONS) for number in range(condition.draws)]
+    return findings_of(zip(draws, pool.map(judge_draw, draws), strict=True))
+
+
+def findings_of(judged: Iterable[tuple[tuple[int, int], Judgement | None]]) -> list[Finding]:
+    """Return what comes of draws, each with what is said of it; None does not count."""
+    counted = [(CONDITIONS[place], number, said) for (place, number), said in judged if said is not None]
+    aside, known = ([it for it in counted if it[1] % 2 == half] for half in (1, 0))
+    poses = [it for it in aside if it[0] in POSE_CONDITIONS]
     return [
         claim(
             f"diagnosis: at least {LEAST_RUNS} runs are lost by what was put there (runs)",
@@ -49,28 +72,45 @@ def confusion(pool: Pool, full: bool) -> list[Finding]:
             holds=len(counted) >= LEAST_RUNS,
             source=SOURCE,
         ),
-        _right("diagnosis: at least 80 % of the runs kept aside are told right (share)", aside, LEAST_RIGHT),
-        _right("diagnosis: so are those on which the rules were made (share)", known, LEAST_RIGHT),
-        *_cells(aside),
+        _right("diagnosis: at least 80 % of the runs kept aside are told right (share)", _aided(aside), LEAST_RIGHT),
+        _right("diagnosis: so are those on which the rules were made (share)", _aided(known), LEAST_RIGHT),
+        _right("diagnosis: so are the heads and hands among those kept aside (share)", _aided(poses), LEAST_RIGHT),
+        _right("diagnosis without truth: runs kept aside that are told right (share)", _unaided(aside), 0.0),
+        _right("diagnosis without truth: of those on which the rules were made (share)", _unaided(known), 0.0),
+        _right("diagnosis without truth: of the heads and hands kept aside (share)", _unaided(poses), 0.0),
+        *_cells(CELL, _aided(aside)),
+        *_cells(UNAIDED_CELL, _unaided(aside)),
     ]
 
 
-def _right(result: str, told: list[tuple[CauseId, CauseId]], least: float) -> Finding:
+Counted: TypeAlias = Sequence[tuple[Condition, int, Judgement]]
+Told: TypeAlias = list[tuple[CauseId, CauseId]]
+
+
+def _aided(counted: Counted) -> Told:
+    return [(condition.cause, said.aided) for condition, _, said in counted]
+
+
+def _unaided(counted: Counted) -> Told:
+    return [(condition.cause, said.unaided) for condition, _, said in counted]
+
+
+def _right(result: str, told: Told, least: float) -> Finding:
     share = sum(truth == cause for truth, cause in told) / max(len(told), 1)
     return claim(result, share, holds=share >= least, source=SOURCE)
 
 
-def _cells(told: Iterable[tuple[CauseId, CauseId]]) -> list[Finding]:
+def _cells(cell: str, told: Told) -> list[Finding]:
     counts = Counter(told)
     return [
-        claim(CELL.format(CAUSES[truth], CAUSES[cause]), counts[truth, cause], holds=True, source=SOURCE)
+        claim(cell.format(CAUSES[truth], CAUSES[cause]), counts[truth, cause], holds=True, source=SOURCE)
         for truth in CAUSES
         for cause in CAUSES
         if counts[truth, cause]
     ]
 
 
-def judge_draw(draw: tuple[int, int]) -> CauseId | None:
+def judge_draw(draw: tuple[int, int]) -> Judgement | None:
     """Return what is said of a draw of a condition; None if it is not lost by the flaw, and does not count.
 
     Args:
@@ -87,7 +127,16 @@ def judge_draw(draw: tuple[int, int]) -> CauseId | None:
     at_end = all(row.lost for row in failing.diagnostics[-AT_END:])
     if any(lost[-AT_END:]) or not (at_end or sum(lost) <= HELD_SHARE * len(lost)):
         return None
-    return diagnose(failing).cause
+    return Judgement(
+        diagnose_course(course_of_run(failing)).cause, diagnose_course(without_truth(failing), begun).cause
+    )
+
+
+def without_truth(run: Run) -> Course:
+    """Return the course of a run as it would be on a recording of which nothing is known."""
+    rows = [replace(row, truth=None, error=None, lost=None, hidden=None) for row in run.diagnostics]
+    declared = [series for series in run.experiment.all_series() if series.role not in OF_TRUTH]
+    return course_of(rows, declared, unit=run.experiment.unit, size=picture_size(run))
 
 
 def _finish(recipe: Recipe) -> Run:

@@ -24,6 +24,7 @@ SERIES = (
         "difference",
         "difference from the silhouette",
         "%",
+        role="misfit",
         reductions=(Reduction("difference", "difference from the silhouette", "mean"),),
     ),
     Series("protrusions", "protrusions"),

@@ -121,6 +121,13 @@ class HeadMemory:
         """Whether there is no face."""
         return self.lost_frames > 0
 
+    @property
+    def template_likeness(self) -> NDArray[np.float64]:
+        """(11,) NCC of each frontal template with the one that was cut first; those in relief stay what they were."""
+        if self.reliefs is not None:
+            return np.ones(len(FEATURES))
+        return template.likeness(self.bank.frontal, self.sight.templates(self.form.template_scale))
+
     def templates(self, theta_rad: NDArray[np.float64], *, by_pose: bool) -> Templates:
         """Return the templates to use at a pose (3,)."""
         return self.bank.choose(theta_rad if by_pose else np.zeros(3))

@@ -15,7 +15,16 @@ from pftrack.trackers.pose.state import PoseState
 
 __all__ = ["head_measurement", "head_series"]
 
-CORRELATION = Series("correlation", "correlation with its template", shape="vector", components=FEATURES)
+CORRELATION = Series(
+    "correlation", "correlation with its template", shape="vector", role="likeness", components=FEATURES
+)
+TEMPLATE_LIKENESS = Series(
+    "template_likeness",
+    "template's likeness to the first one",
+    shape="vector",
+    role="model_likeness",
+    components=FEATURES,
+)
 
 TRACK_SD = Series(
     "track_sd_px",
@@ -37,7 +46,7 @@ GROWTH = (
 
 def head_series(method: Method) -> tuple[Series, ...]:
     """Return what a tracker of a head reports."""
-    return (*report(method, FEATURES), CORRELATION, TRACK_SD, *GROWTH)
+    return (*report(method, FEATURES), CORRELATION, TEMPLATE_LIKENESS, TRACK_SD, *GROWTH)
 
 
 def head_measurement(method: Method) -> Callable[[PoseState], Mapping[str, SeriesValue]]:
@@ -49,6 +58,7 @@ def head_measurement(method: Method) -> Callable[[PoseState], Mapping[str, Serie
         values = {
             **layers(state),
             CORRELATION.name: tuple(memory.correlations.tolist()),
+            TEMPLATE_LIKENESS.name: tuple(memory.template_likeness.tolist()),
             TRACK_SD.name: tuple(_track_sd(state, memory).tolist()),
         }
         growth = memory.growth

@@ -1,0 +1,96 @@
+"""Rules of beliefs without particles: one that is too sure of itself, or on the wrong side of an ambiguity."""
+
+import numpy as np
+
+from pftrack.diagnosis.moment import FOLLOWING, Moment, middle
+from pftrack.diagnosis.sign import Sign
+
+__all__ = ["mirror_image", "refuted", "same_again", "too_sure"]
+
+TOO_SURE, DOUBTFUL = 3.0, 2.0
+"""Times the stated deviation that an error exceeds where a belief is too sure, and where it begins to be."""
+STANDING = 0.01
+"""Of the stated deviation that a target goes in a frame where it stands still."""
+
+
+def same_again(moment: Moment) -> Sign | None:
+    """Ask whether a filter without particles takes each picture of a target that stands still for news."""
+    course = moment.course
+    moves = middle(course.true_step[1 : moment.frame + 1])
+    if np.isfinite(course.particles).any() or not (moves < STANDING * middle(course.deviation[moment.usual])):
+        return None
+    over = course.excess > DOUBTFUL
+    since = min(moment.since(over), moment.frame)
+    worst = float(np.nanmax(course.excess[moment.near]))
+    return Sign(
+        "shrinking-covariance",
+        since,
+        min(1.0, worst / 10),
+        "The target stands still, and the filter takes each picture for news: since frame {since:.0f} what it believes "
+        "is off by up to {worst:.1f} times the deviation that it states.",
+        {"since": since, "worst": worst},
+        ("excess", "error", "deviation"),
+    )
+
+
+def too_sure(moment: Moment) -> Sign | None:
+    """Ask whether a belief without particles states a deviation that its error belies."""
+    course = moment.course
+    if not moment.is_gaussian:
+        return None
+    over = course.excess > TOO_SURE
+    if not over[moment.around].any() or moment.fits_after:
+        return None
+    since = moment.since(over)
+    worst = float(np.nanmax(course.excess[moment.around]))
+    return Sign(
+        "shrinking-covariance",
+        since,
+        min(1.0, worst / 20),
+        "Since frame {since:.0f} the error is more than {limit:.0f} times the deviation that the filter states, up to "
+        "{worst:.1f} times: it is too sure of itself to learn from what it sees.",
+        {"since": since, "limit": TOO_SURE, "worst": worst},
+        ("excess", "error", "deviation"),
+    )
+
+
+def refuted(moment: Moment) -> Sign | None:
+    """Ask, where no truth is known, whether what is seen refutes a belief without particles, frame after frame."""
+    course, since = moment.course, moment.goes_blind
+    if moment.knows_truth or not moment.is_gaussian or since is None:
+        return None
+    fit = middle(course.fit[moment.after])
+    return Sign(
+        "shrinking-covariance",
+        since,
+        0.7,
+        "Since frame {since:.0f} the log evidence of what is seen is below all that was usual, {fit:.1f} against "
+        "{usual:.1f}, and yet the deviation is {deviation:.1f}{unit}: the filter is too sure of itself to follow.",
+        {
+            "since": since,
+            "fit": fit,
+            "usual": moment.usual_fit,
+            "deviation": middle(course.deviation[moment.after]),
+        },
+        ("fit", "deviation", "step"),
+    )
+
+
+def mirror_image(moment: Moment) -> Sign | None:
+    """Ask whether the estimate is the mirror image of the truth."""
+    mirrored = moment.course.mirrored == 1.0
+    window = mirrored[moment.before.start : moment.frame + 2 * FOLLOWING]
+    if not window.any():
+        return None
+    first = moment.before.start + int(np.argmax(window))
+    # Near the pose at which both are one, neither is nearer: it is lost before that can be told.
+    since = min(moment.since(mirrored), moment.frame)
+    return Sign(
+        "mirror-pose",
+        since,
+        1.0,
+        "Since frame {since:.0f} the estimate is nearer to the mirror image of the target than to the target; then it "
+        "is {off:.1f}{unit} off, and the camera cannot tell one from the other.",
+        {"since": since, "off": float(moment.course.error[first])},
+        ("mirrored", "error", "fit"),
+    )
