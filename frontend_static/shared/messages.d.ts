@@ -513,6 +513,8 @@ export interface ExplorationCreate {
   frame?: number | null;
   /** Of ensemble, whether each run sees what its own seed makes of the scene */
   scene?: "same" | "other";
+  /** Of what-if, an exploration with whose findings this one goes on */
+  after?: string | null;
   /** After so long it ends with what it has found */
   seconds?: number;
 }
@@ -2295,6 +2297,10 @@ export interface WhatIfPublic {
   trials: number;
   is_complete: boolean;
   sentence: string;
+  /** With how many seeds the changes have been tried, in a sentence */
+  progress: string;
+  /** What the p-values are, a sentence */
+  correction: string;
   caveat: string;
   findings: FindingPublic[];
 }

@@ -12,7 +12,18 @@ question for a sweep.
 """
 
 from pftrack.counterfactuals.alternatives import Alternative, alternatives
-from pftrack.counterfactuals.report import Finding, Report
+from pftrack.counterfactuals.report import Finding, Report, join, read_record, record
 from pftrack.counterfactuals.trials import LossError, find_loss, what_if
 
-__all__ = ["Alternative", "Finding", "LossError", "Report", "alternatives", "find_loss", "what_if"]
+__all__ = [
+    "Alternative",
+    "Finding",
+    "LossError",
+    "Report",
+    "alternatives",
+    "find_loss",
+    "join",
+    "read_record",
+    "record",
+    "what_if",
+]

@@ -1,7 +1,7 @@
 """Reports: what came of the changes that were tried, and how sure one may be of it."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal, TypeAlias
 
@@ -11,10 +11,13 @@ from pftrack.counterfactuals.alternatives import Alternative
 from pftrack.model.series import to_json
 from pftrack.numerics.statistics import holm, mcnemar, wilson
 
-__all__ = ["CAVEAT", "LEVEL", "Comparison", "Finding", "Report", "Verdict"]
+__all__ = ["CAVEAT", "LEVEL", "Comparison", "Finding", "Report", "Verdict", "join", "read_record", "record"]
 
 Verdict: TypeAlias = Literal["baseline", "better", "worse", "unclear"]
 """What may be said of a change: "unclear" where chance alone would do as much."""
+
+LEAST_P = 0.001
+"""Smaller p-values are told as below this."""
 
 WORDS: Mapping[Verdict, str] = {
     "baseline": "",
@@ -39,12 +42,14 @@ class Finding:
         held: Whether the run held its target, by seed; of all seeds tried so far.
         steps: Steps that were taken.
         seconds: That they took.
+        place: Number of the change in the order in which they are tried; 0 is none.
     """
 
     alternative: Alternative
     held: Mapping[int, bool]
     steps: int = 0
     seconds: float = 0.0
+    place: int = 0
 
     @property
     def runs(self) -> int:
@@ -159,6 +164,19 @@ class Report:
         """Return what may be said of a change."""
         return "baseline" if finding is self.baseline else self.comparisons[finding.alternative].verdict
 
+    def words(self, finding: Finding) -> str:
+        """Return what may be said of a change, with its corrected p-value; of none, nothing."""
+        if finding is self.baseline:
+            return ""
+        p_value = self.comparisons[finding.alternative].corrected
+        told = f"p < {LEAST_P}" if p_value < LEAST_P else f"p = {p_value:.2g}"
+        return f"{WORDS[self.verdict(finding)]} ({told})"
+
+    @property
+    def correction(self) -> str:
+        """What the p-values are, a sentence."""
+        return f"Each p is McNemar's against no change on the same seeds, corrected for all {self.planned} (Holm)."
+
     @property
     def sentence(self) -> str:
         """What it comes to, in a sentence or two."""
@@ -176,21 +194,38 @@ class Report:
         return f"{luck} {tried} of the {self.planned} changes is clearly better."
 
     @property
+    def progress(self) -> str:
+        """With how many seeds the changes have been tried, in a sentence."""
+        runs = [each.runs for each in self.findings[1:]]
+        if not runs:
+            return "No change has been tried so far."
+        among = f"{len(runs)} of {self.planned}" if len(runs) < self.planned else f"All {self.planned}"
+        seeds = f"{min(runs)} to {max(runs)}" if min(runs) < max(runs) else str(max(runs))
+        return f"{among} changes were tried, with {seeds} of {self.trials} seeds each."
+
+    @property
     def lines(self) -> tuple[str, ...]:
         """All of it in sentences: what it comes to, each finding, and what it does not say."""
-        return (self.sentence, *map(self._line, self.best_first), CAVEAT)
+        return (self.sentence, *map(self._line, self.best_first), self.correction, CAVEAT)
 
     def _line(self, each: Finding) -> str:
         low, high = each.interval
         held = f"{each.holding} of {each.runs} hold ({low:.0%} to {high:.0%})"
-        said = "" if each is self.baseline else f", {WORDS[self.verdict(each)]}"
-        return f"{each.alternative.title}: {held}, {each.step_ms:.2g} ms a step{said}."
+        said = [f"{each.alternative.title}: {held}", f"{each.step_ms:.2g} ms a step", self.words(each)]
+        return ", ".join(filter(None, said)) + "."
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON values, the findings best first."""
         numbers = ("loss", "begin", "end", "judged", "planned", "trials", "is_complete", "sentence")
         findings = [self._told(each) for each in self.best_first]
-        return {**{name: getattr(self, name) for name in numbers}, "caveat": CAVEAT, "findings": findings}
+        told = {name: getattr(self, name) for name in numbers}
+        return {
+            **told,
+            "progress": self.progress,
+            "correction": self.correction,
+            "caveat": CAVEAT,
+            "findings": findings,
+        }
 
     def _told(self, each: Finding) -> dict[str, Any]:
         low, high = each.interval
@@ -211,3 +246,37 @@ class Report:
             "verdict": self.verdict(each),
             "seed": each.seed,
         }
+
+
+def record(report: Report) -> dict[str, Any]:
+    """Return a report as JSON values, for another process; `read_record` reads it."""
+    names = ("loss", "begin", "end", "judged", "planned", "trials", "is_complete")
+    return {**{name: getattr(report, name) for name in names}, "findings": [*map(_record_finding, report.findings)]}
+
+
+def read_record(values: Mapping[str, Any]) -> Report:
+    """Return the report that `record` has written, in which the keys of what held may be numbers or their digits."""
+    return Report(**{**values, "findings": tuple(map(_read_finding, values["findings"]))})
+
+
+def _record_finding(each: Finding) -> dict[str, Any]:
+    change = {name: getattr(each.alternative, name) for name in ("kind", "title", "values", "parameter")}
+    held = {str(seed): holds for seed, holds in each.held.items()}
+    return {**change, "held": held, "steps": each.steps, "seconds": each.seconds, "place": each.place}
+
+
+def _read_finding(values: Mapping[str, Any]) -> Finding:
+    change = Alternative(*(values[name] for name in ("kind", "title", "values", "parameter")))
+    held = {int(seed): holds for seed, holds in values["held"].items()}
+    return Finding(change, held, values["steps"], values["seconds"], values["place"])
+
+
+def join(reports: Sequence[Report]) -> Report | None:
+    """Return one report of what several have found of one run, each of other changes; None before anything is.
+
+    Until somebody has told of the unchanged settings there is nothing to compare with.
+    """
+    found = sorted((each for report in reports for each in report.findings), key=lambda each: each.place)
+    if not found or found[0].place != 0:
+        return None
+    return replace(reports[0], findings=tuple(found), is_complete=all(report.is_complete for report in reports))

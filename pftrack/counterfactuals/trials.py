@@ -1,6 +1,6 @@
 """Trials: runs that go on from shortly before a loss, with a change and with other seeds."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pftrack.counterfactuals.alternatives import Allow, Alternative, allow_all, alternatives
 from pftrack.counterfactuals.report import Finding, Report
 from pftrack.model.timeline import Change, Timeline
-from pftrack.runs.continuation import Continuation, Stretch, read_stretches
+from pftrack.runs.continuation import Continuation, Stretch, go_on, read_stretches, takes_all_at_once
 from pftrack.runs.ensemble import other_seeds
 from pftrack.runs.loss_intervals import before_loss, first_loss, losses
 from pftrack.runs.loss_probability import LossAccount, tells_loss
@@ -24,7 +24,7 @@ HORIZON_FRAMES = 30
 JUDGED_FRAMES = 10
 """In so many last of them a run must not have lost its target, to hold."""
 
-ROUNDS = 4, 10, 20, 40
+ROUNDS = 1, 4, 10, 20, 40
 """Seeds that each change has been tried with after each round: all are tried a little before one is tried much."""
 
 
@@ -58,11 +58,19 @@ def find_loss(run: Run, frame: int | None = None) -> int:
 
 
 def what_if(
-    run: Run, frame: int | None = None, *, rounds: Sequence[int] = ROUNDS, allow: Allow = allow_all
+    run: Run,
+    frame: int | None = None,
+    *,
+    rounds: Sequence[int] = ROUNDS,
+    allow: Allow = allow_all,
+    share: tuple[int, int] = (0, 1),
+    known: Sequence[Finding] = (),
 ) -> Iterator[Report]:
     """Try what would have saved a run, and yield the report again and again as it grows.
 
-    Whoever has seen enough stops asking: each report holds for what has been tried.
+    Whoever has seen enough stops asking: each report holds for what has been tried, and whoever goes on later gives
+    what is known. Several may share the work, each with its part of the changes; `report.join` puts their reports
+    together.
 
     Args:
         run: As far as it has been computed; it is left as it is.
@@ -70,6 +78,8 @@ def what_if(
         rounds: Ascending numbers of seeds: all changes are tried with the first so many, then with more. What all are
             compared with, no change, is a round ahead.
         allow: What may be computed.
+        share: (k, n): of n parts of the changes only the k-th is tried, and in the reports. No change is in the first.
+        known: What was found before of this loss, with these limits; it is not tried again.
 
     Raises:
         LossError: The run has not lost its target so far, or begins with that.
@@ -81,18 +91,26 @@ def what_if(
     trials = _Trials(run, begin, loss, last)
     tried = alternatives(run, begin + 1, allow=allow)
     seeds = other_seeds(run.seed, rounds[-1])
-    findings: list[Finding] = []
+    before = {each.place: each for each in known}
+    findings: dict[int, Finding] = {}
     report = Report(loss, begin, last, trials.judged, len(tried) - 1, rounds[-1], ())
     for count, following in zip(rounds, (*rounds[1:], rounds[-1]), strict=True):
-        for place, each in enumerate(tried):
-            if place == len(findings):
-                findings.append(Finding(each, {}))
-            for seed in seeds[: following if place == 0 else count]:
-                if seed not in findings[place].held:
-                    findings[place] = trials.extend(findings[place], seed)
-                    report = replace(report, findings=tuple(findings))
-                    yield report
-    yield replace(report, is_complete=True)
+        for place in range(share[0], len(tried), share[1]):
+            finding = findings.get(place) or _take_over(tried[place], place, before)
+            wanted = seeds[: following if place == 0 else count]
+            for some in trials.groups(finding, [seed for seed in wanted if seed not in finding.held]):
+                finding = findings[place] = trials.extend(finding, some)
+                report = replace(report, findings=tuple(findings.values()))
+                yield report
+            findings[place] = finding
+    yield replace(report, findings=tuple(findings.values()), is_complete=True)
+
+
+def _take_over(alternative: Alternative, place: int, before: Mapping[int, Finding]) -> Finding:
+    known = before.get(place)
+    if known is None or known.alternative.values != alternative.values:
+        return Finding(alternative, {}, place=place)
+    return replace(known, alternative=alternative)
 
 
 class _Trials:
@@ -108,19 +126,37 @@ class _Trials:
         self._loss = account.kept if tells_loss(run.experiment, run.setup) else None
         self._stretches: dict[Alternative | None, list[Stretch]] = {}
 
-    def extend(self, finding: Finding, seed: int) -> Finding:
-        """Return a finding with one more seed tried; the same if nobody knows what came of it."""
-        timeline = self._timeline(finding.alternative)
-        one = Continuation(self._run.experiment, timeline, seed, self._state, loss=self._loss)
-        for stretch in self._frames(finding.alternative, timeline):
-            one.take(stretch)
-        held = {} if (holds := self._holds(one.lost)) is None else {seed: holds}
+    def groups(self, finding: Finding, seeds: Sequence[int]) -> Sequence[Sequence[int]]:
+        """Return the seeds that are tried together: all where the tracker takes them at once, else one by one."""
+        together = self._together(self._timeline(finding.alternative))
+        return [seeds] if together and seeds else [[seed] for seed in seeds]
+
+    def extend(self, finding: Finding, seeds: Sequence[int]) -> Finding:
+        """Return a finding with more seeds tried, without those of which nobody knows what came."""
+        timeline, run = self._timeline(finding.alternative), self._run
+        frames = self._frames(finding.alternative, timeline)
+        one = Continuation(run.experiment, timeline, seeds[0], self._state, loss=self._loss)
+        if self._together(timeline):
+            courses = go_on(run.experiment, timeline, seeds, self._state, frames, first=self._begin + 1)
+            lost = np.concatenate([each for _, each in courses], axis=1)
+            if not finding.steps:  # what a step of a run by itself takes
+                one.take(Stretch(frames[0].frames[:1]))
+        else:
+            for stretch in frames:
+                one.take(stretch)
+            lost = one.lost[None]
+        holds = {seed: self._holds(row) for seed, row in zip(seeds, lost, strict=True)}
         return replace(
             finding,
-            held={**finding.held, **held},
+            held={**finding.held, **{seed: each for seed, each in holds.items() if each is not None}},
             steps=finding.steps + one.steps,
             seconds=finding.seconds + one.seconds,
         )
+
+    def _together(self, timeline: Timeline) -> bool:
+        if self._loss is not None:
+            return False  # the probability of a loss takes the states of each run
+        return takes_all_at_once(self._run.experiment, timeline, self._begin + 1) is not None
 
     def _holds(self, lost: NDArray[np.float64]) -> bool | None:
         """Return whether a run holds its target, by who says so; None if nobody does.

@@ -3,7 +3,7 @@
 from html import escape
 from typing import TYPE_CHECKING
 
-from pftrack.counterfactuals.report import CAVEAT, WORDS
+from pftrack.counterfactuals.report import CAVEAT
 from pftrack.displays.parts import box, row, table
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def _what_if(report: "Report") -> str:
                 _bar(each.share, each.interval),
                 f"{each.holding} of {each.runs}",
                 f"{each.step_ms:.2g} ms a step",
-                escape(WORDS[report.verdict(each)]),
+                escape(report.words(each)),
             ),
         )
         for each in lines
@@ -41,7 +41,8 @@ def _what_if(report: "Report") -> str:
     left = len(report.best_first) - len(lines)
     more = f" {left} further changes hold no more often." if left else ""
     return (
-        f"<div><p style='margin:4px 0'>{escape(report.sentence)}</p>{table(rows)}<p>{escape(CAVEAT + more)}</p></div>"
+        f"<div><p style='margin:4px 0'>{escape(report.sentence)}</p>{table(rows)}"
+        f"<p>{escape(f'{report.progress}{more} {report.correction} {CAVEAT}')}</p></div>"
     )
 
 

@@ -27,7 +27,7 @@ from pftrack.runs.loss_probability import LossPast, follow_loss
 from pftrack.runs.measurements import measurements
 from pftrack.runs.scoring import judge_estimates, judge_state
 
-__all__ = ["STRETCH_BYTES", "Continuation", "Courses", "Stretch", "go_on", "read_stretches"]
+__all__ = ["STRETCH_BYTES", "Continuation", "Courses", "Stretch", "go_on", "read_stretches", "takes_all_at_once"]
 
 STRETCH_BYTES = 64 * 1024 * 1024
 """Pictures that are held at a time."""
@@ -259,7 +259,7 @@ def go_on(
         first: Index of the first of them.
         loss: What is kept of the frames before for the probability of a loss, as of a `Continuation`.
     """
-    step = _all_at_once(experiment, timeline, first) if loss is None else None
+    step = takes_all_at_once(experiment, timeline, first) if loss is None else None
     if step is not None:
         yield from _go_on_together(step, experiment, timeline, seeds, state, stretches)
         return
@@ -271,7 +271,7 @@ def go_on(
         yield np.stack([each.errors[-length:] for each in made]), np.stack([each.lost[-length:] for each in made])
 
 
-def _all_at_once(experiment: Experiment, timeline: Timeline, first: int) -> EnsembleStep | None:
+def takes_all_at_once(experiment: Experiment, timeline: Timeline, first: int) -> EnsembleStep | None:
     """Return how a tracker takes all seeds at once from a frame on; None where that cannot be done."""
     names = {timeline.tracker_at(max(segment.start, first)) for segment in timeline.segments}
     tracker = experiment.trackers[timeline.tracker_at(first)]

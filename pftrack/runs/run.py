@@ -423,13 +423,17 @@ class Run:
         """
         found = load(PRESENTERS, "explain")(self, frame, seeds=seeds)
         if found.what_if is not None:
-            self._explained = found
+            self.explained = found
         return found
 
     @property
     def explained(self) -> Any:  # noqa: ANN401 - what explains runs lies above
         """The last explanation with what would have saved the run; None if none was asked for since the last change."""
         return self._explained
+
+    @explained.setter
+    def explained(self, found: Any) -> None:  # noqa: ANN401 - see above
+        self._explained = found
 
     def _compute(self, index: int, previous: TrackState | None) -> Step:
         frame = self._recursion.frame(index, self.timeline)

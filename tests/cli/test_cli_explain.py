@@ -29,7 +29,8 @@ def test_the_command_says_what_would_have_saved_it(call: Call, tmp_path: Path) -
     run, file = pftrack.run("ball", preset="too-wide", frames=45), tmp_path / "lost.pft"
     run.save(file)
     explained = run.explain(seeds=2)
-    code, out, _ = call("explain", str(file), "--seeds", "2")
+    page = tmp_path / "lost.html"
+    code, out, _ = call("explain", str(file), "--seeds", "2", "--html", str(page))
     lines = out.splitlines()
     assert (code, lines[0]) == (0, explained.diagnosis.sentence)
     assert lines[-1] == "A cure of this run is not a cure in general: a sweep over seeds and scenes says that."
@@ -37,4 +38,9 @@ def test_the_command_says_what_would_have_saved_it(call: Call, tmp_path: Path) -
     assert lines[begin + 1].startswith("Same settings, other seeds: 0 of 2 hold (0% to 66%), ")
     assert any(line.startswith("Occluder width 100 px to 50 px: 2 of 2 hold (34% to 100%), ") for line in lines[begin:])
     assert "Occluder width 100 px to 50 px" in explained._repr_html_()
+    told = page.read_text(encoding="utf-8")
+    assert all(
+        words in told for words in ("Why it was lost", "Occluder width 100 px to 50 px", explained.what_if.sentence)
+    )
+    refused(call("explain", str(file), "--html", str(tmp_path / "lost.csv")), 2, "must name a file that ends in .html")
     assert pftrack.run("ball", preset="works", frames=5).explain(seeds=2).what_if is None

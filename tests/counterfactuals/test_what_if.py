@@ -1,12 +1,13 @@
+import json
 from dataclasses import replace
 from itertools import islice
 
 import pytest
 
 import pftrack
-from pftrack.counterfactuals import LossError, alternatives, find_loss, what_if
+from pftrack.counterfactuals import LossError, Report, alternatives, find_loss, join, read_record, record, what_if
 from pftrack.counterfactuals.alternatives import KINDS
-from pftrack.model.parameters import flat
+from pftrack.model.parameters import Parameters, flat
 from pftrack.runs.run import Run
 
 
@@ -85,3 +86,52 @@ def test_the_loss_that_is_meant(lost: Run) -> None:
         flags = [3 <= t < 9 or t >= 9 + gap for t in range(45)]
         twin.diagnostics = [replace(row, lost=flag) for row, flag in zip(lost.diagnostics, flags, strict=True)]
         assert [find_loss(twin, frame) for frame in (0, 9 + gap - 1, 9 + gap, 44)] == expected
+
+
+def held(report: Report) -> dict[str, dict[int, bool]]:
+    return {each.alternative.title: dict(each.held) for each in report.findings}
+
+
+def test_parts_of_the_work_come_to_the_whole(lost: Run) -> None:
+    """Two that share the changes find together what one finds, told by records, and go on with what was cut."""
+    allow = lambda tracker, _: tracker == "h-spf"  # noqa: E731 - the other trackers take their time
+    *_, whole = what_if(lost, rounds=(1, 2), allow=allow)
+    cut = [list(what_if(lost, rounds=(1, 2), allow=allow, share=(part, 2)))[5] for part in (0, 1)]
+    told = join([read_record(json.loads(json.dumps(record(each)))) for each in cut])
+    assert told is not None
+    assert not told.is_complete
+    assert 0 < len(told.findings) < len(whole.findings)
+    assert told.progress.startswith(f"{len(told.findings) - 1} of {whole.planned} changes were tried, with 1 ")
+    rest = [list(what_if(lost, rounds=(1, 2), allow=allow, share=(part, 2), known=told.findings)) for part in (0, 1)]
+    assert sum(map(len, rest)) == 2 + sum(each.runs for each in whole.findings) - sum(
+        each.runs for each in told.findings
+    )
+    found = join([part[-1] for part in rest])
+    assert found is not None
+    assert found.is_complete
+    assert held(found) == held(whole)
+    assert found.sentence == whole.sentence
+    assert found.progress == f"All {whole.planned} changes were tried, with 2 of 2 seeds each."
+    assert join([rest[1][-1]]) is None  # no change was tried by the other
+
+
+def test_a_tracker_that_takes_all_seeds_at_once_comes_to_its_branches() -> None:
+    """The verdicts are those of branches, of another tracker too, and the cost is that of a step by itself."""
+    values = {"corner_count": 12, "selected_track": 3, "gain_jump": 0.5, "gain_jump_share": 0.5, "sample_count": 100}
+    run = pftrack.run("trajectories", frames=60, **values)
+    scene = "gain_jump", "image_noise_sd", "scene_speed"
+    kept = {name: flat(run.parameters_at(0))[name] for name in scene}
+
+    def allow(tracker: str, parameters: Parameters) -> bool:
+        return tracker in {"nlng", "lg"} and kept.items() <= flat(parameters).items()
+
+    *_, report = what_if(run, rounds=(2,), allow=allow)
+    chosen = [each for each in report.findings if each.alternative.kind in {"seeds", "tracker", "particles"}]
+    assert len(chosen) == 4
+    for finding in chosen:
+        assert finding.steps == 1
+        for seed, holds in finding.held.items():
+            branch = run.branch(report.begin, {**finding.alternative.values, "seed": seed})
+            branch.seek(report.end)
+            settled = branch.diagnostics[report.end - report.judged + 1 : report.end + 1]
+            assert holds == (not any(row.lost for row in settled)), finding.alternative.title

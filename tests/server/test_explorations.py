@@ -60,6 +60,34 @@ def test_a_line_of_what_if_opens_as_a_branch_that_holds(client: httpx.Client) ->
     assert best["holding"] == 0 or not any(lost)
 
 
+def test_what_was_cut_is_gone_on_with(client: httpx.Client) -> None:
+    """Whoever asks again with an exploration that has ended begins with what that has found."""
+    session = lost_session(client)
+    cut = finished(client, explore(client, session, kind="what-if", frame=7, seconds=1))
+    runs = {each["title"]: each["runs"] for each in cut["result"]["findings"]}
+    on = finished(client, explore(client, session, kind="what-if", frame=7, seconds=1, after=cut["id"]))
+    assert {"computing", "failed"}.isdisjoint({cut["state"], on["state"]})
+    further = {each["title"]: each["runs"] for each in on["result"]["findings"]}
+    assert all(further[title] >= count for title, count in runs.items())
+    assert sum(further.values()) > sum(runs.values())
+    address = f"/api/v1/sessions/{session}/explorations"
+    error_of(client.post(address, json={"kind": "what-if", "after": "nothing"}), 404)
+
+
+def test_an_exported_page_says_what_would_have_saved_it(client: httpx.Client) -> None:
+    """What was found of the run as it is stands in its page, even when the list was closed; of another it does not."""
+    session = lost_session(client)
+    found = finished(client, explore(client, session, kind="what-if", frame=7, seconds=1))
+    client.delete(f"/api/v1/sessions/{session}/explorations/{found['id']}")
+    for is_there in (True, False):
+        job = client.post(f"/api/v1/sessions/{session}/exports/html").json()
+        address = f"/api/v1/exports/{job['id']}"
+        wait_for(lambda address=address: client.get(address).json()["state"] != "writing", what="the page is written")
+        page = client.get(client.get(address).json()["file"]).text
+        assert (found["result"]["sentence"] in page) == is_there
+        steer(client, session, "restart", seed=77)
+
+
 def test_other_seeds_are_those_of_the_library(client: httpx.Client) -> None:
     """The bands are those of an ensemble in Python, for the settings that are in force now."""
     session = lost_session(client, 30)

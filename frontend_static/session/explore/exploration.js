@@ -46,6 +46,24 @@ export class Exploration {
    */
   async begin(body) {
     this.stop();
+    await this.#follow(body);
+  }
+
+  /**
+   * Begin with what the one before has found.
+   *
+   * @param {ExplorationCreate} body
+   */
+  async goOn(body) {
+    const before = this.#id;
+    this.#id = null;
+    this.stop();
+    await this.#follow({ ...body, after: before });
+    if (before !== null) this.#cancel(before);
+  }
+
+  /** @param {ExplorationCreate} body */
+  async #follow(body) {
     const mine = this.#wanted;
     const isWanted = () => mine === this.#wanted && !this.#signal.aborted;
     try {

@@ -5,6 +5,7 @@ import { number } from "../../shared/format.js";
 
 /** @import { FindingPublic } from "../../shared/messages.js" */
 
+const LEAST_P = 0.001;
 const WORDS = { baseline: "", better: "better than no change", worse: "worse than no change", unclear: "not clearly better" };
 
 export class Line {
@@ -44,8 +45,8 @@ export class Line {
     this.#interval.style.width = percent((high ?? 0) - (low ?? 0));
     this.#bar.setAttribute("aria-label", `${percent(share)} of the runs hold; 95 % interval ${percent(low)} to ${percent(high)}`);
     this.#bar.title = `95 % interval ${percent(low)} to ${percent(high)}`;
-    setText(this.#said, [WORDS[verdict], `${number(cost, cost < 1 ? 2 : 1)} ms a step`].filter(Boolean).join(" · "));
-    this.#said.title = corrected === null ? "" : `p = ${corrected.toPrecision(2)}, corrected for all changes that are tried (McNemar, Holm)`;
+    const said = corrected === null ? WORDS[verdict] : `${WORDS[verdict]}, ${inWords(corrected)}`;
+    setText(this.#said, [said, `${number(cost, cost < 1 ? 2 : 1)} ms a step`].filter(Boolean).join(" · "));
     this.#open.title = `Open "${title}" as a branch with the seed ${finding.seed}`;
     this.#open.setAttribute("aria-label", this.#open.title);
     this.#open.disabled = finding.seed === null;
@@ -53,4 +54,9 @@ export class Line {
     if (sweep !== "") this.#sweep.href = sweep;
     this.element.dataset.verdict = verdict;
   }
+}
+
+/** @param {number} corrected */
+function inWords(corrected) {
+  return corrected < LEAST_P ? `p\u00a0<\u00a0${LEAST_P}` : `p\u00a0=\u00a0${Number(corrected.toPrecision(2))}`;
 }

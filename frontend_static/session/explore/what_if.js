@@ -31,7 +31,10 @@ export class WhatIf {
   opener = h("button", { type: "button", class: "chip", hidden: true, "aria-expanded": "false", title: HINT }, "What if…");
   #status = h("p", { class: "what-if-status", role: "status" });
   #list = h("ol", { class: "what-if-lines", "aria-label": "Changes, best first" });
-  #more = h("button", { type: "button", hidden: true }, "Try longer");
+  #correction = h("p", { class: "hint", hidden: true });
+  /** @type {number|null} The frame that was asked about. */
+  #frame = null;
+  #more = h("button", { type: "button", hidden: true }, "Go on");
   #sweep = h("a", { class: "button", hidden: true, title: "The best change beside none, on the scenes and seeds of a sweep" }, "Check on the whole sweep");
   card = h("section", { class: "what-if", "aria-label": "What would have saved it", hidden: true });
 
@@ -42,7 +45,7 @@ export class WhatIf {
     const on = { found: (/** @type {ExplorationPublic} */ told) => this.#take(told), failed: (/** @type {string} */ message) => this.#fail(message) };
     this.#exploration = new Exploration(() => store.known.id, on, signal);
     this.opener.addEventListener("click", () => (this.card.hidden ? this.#open(20) : this.#close()));
-    this.#more.addEventListener("click", () => this.#open(LONGER_S));
+    this.#more.addEventListener("click", () => this.#goOn());
     this.card.addEventListener("keydown", (event) => {
       if (event.key !== "Escape") return;
       event.stopPropagation();
@@ -53,6 +56,7 @@ export class WhatIf {
       h("header", {}, h("h2", {}, "What if…"), iconButton("close", "Close", () => this.#close())),
       this.#status,
       this.#list,
+      this.#correction,
       h("p", { class: "hint what-if-caveat" }, "A cure of this run is not a cure in general."),
       h("footer", {}, this.#more, this.#sweep),
     );
@@ -74,9 +78,16 @@ export class WhatIf {
     this.#found = null;
     this.#parameters = this.#view.store.known.parameters;
     fill(this.#list);
-    this.#more.hidden = this.#sweep.hidden = true;
+    this.#more.hidden = this.#sweep.hidden = this.#correction.hidden = true;
     setText(this.#status, "Going back to before the loss…");
-    this.#exploration.begin({ kind: "what-if", frame: this.#loss(), seconds });
+    this.#frame = this.#loss();
+    this.#exploration.begin({ kind: "what-if", frame: this.#frame, seconds });
+  }
+
+  /** Try what time was too short for, with what has been found. */
+  #goOn() {
+    this.#more.hidden = true;
+    this.#exploration.goOn({ kind: "what-if", frame: this.#frame, seconds: LONGER_S });
   }
 
   #close() {
@@ -113,9 +124,10 @@ export class WhatIf {
    */
   #show(found, isOver) {
     this.#found = found;
-    const tried = found.findings.length - 1;
-    const left = isOver ? "" : ` Trying ${tried} of ${found.planned} changes…`;
-    setText(this.#status, `Lost in frame ${found.loss}. ${found.sentence}${left}`);
+    const left = isOver ? "" : " Trying…";
+    setText(this.#status, `Lost in frame ${found.loss}. ${found.sentence} ${found.progress}${left}`);
+    setText(this.#correction, found.correction);
+    this.#correction.hidden = false;
     const lines = found.findings.map((finding) => this.#line(finding));
     // A line that has the focus stays where it is.
     if (!this.#list.contains(document.activeElement)) fill(this.#list, lines.map(({ element }) => element));

@@ -14,6 +14,7 @@ from pftrack_server.api.dependencies import (
     ASession,
     AStore,
     TheComparisons,
+    TheExplorations,
     TheExports,
     TheTasks,
     wait_until_gone,
@@ -38,11 +39,13 @@ PlotId = Annotated[str | None, Query(max_length=64, description="The one plot th
 
 
 @router.post("/sessions/{session}/exports/{export}", status_code=HTTPStatus.ACCEPTED)
-async def export_session(session: ASession, export: Name, exports: TheExports, plot: PlotId = None) -> ExportJobPublic:
+async def export_session(
+    session: ASession, export: Name, exports: TheExports, explorations: TheExplorations, plot: PlotId = None
+) -> ExportJobPublic:
     """Begin to write the active branch of a session, as far as it was computed, as a file of another kind."""
-    run = session.spec.run
+    run, found = session.spec.run, explorations.found_of(session)
     return _view(
-        exports.write(Subject(run.recipe, run.computed, run.position, session.state.snapshot.name), export, plot)
+        exports.write(Subject(run.recipe, run.computed, run.position, session.state.snapshot.name, found), export, plot)
     )
 
 

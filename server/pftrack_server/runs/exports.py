@@ -6,7 +6,7 @@ child computes the run from its recipe.
 
 import re
 import shutil
-from collections.abc import Callable, Coroutine, Iterable, Sequence
+from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -44,12 +44,14 @@ class Subject:
         computed: The last frame that belongs to it.
         position: The frame at which it stands.
         name: What people call it.
+        what_if: The record of what would have saved it, where somebody has asked.
     """
 
     recipe: Recipe
     computed: int
     position: int
     name: str
+    what_if: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +105,9 @@ class Exports(Jobs[Ordered, Path]):
         recipe, filters = subject.recipe.model_dump(mode="json"), self._store.files.filters_of(subject.recipe)
 
         def write(path: Path, on_step: OnStep) -> Coroutine[Any, Any, None]:
-            order = Order(recipe, subject.computed, subject.position, kind.name, plot, str(path), filters)
+            order = Order(
+                recipe, subject.computed, subject.position, kind.name, plot, str(path), filters, subject.what_if
+            )
             return self._write(order, subject.recipe.footage, on_step)
 
         return self._begin(kind, file_name(subject, kind, plot), write)

@@ -24,6 +24,11 @@ class ExplorationCreate(RequestBody):
         None, description="Of what-if, in the loss that is meant; the first that lasts if not given"
     )
     scene: Scene = Field("same", description="Of ensemble, whether each run sees what its own seed makes of the scene")
+    after: str | None = Field(
+        None,
+        max_length=64,
+        description="Of what-if, an exploration with whose findings this one goes on",
+    )
     seconds: float = Field(20.0, ge=1.0, le=LONGEST_S, description="After so long it ends with what it has found")
 
 
@@ -57,6 +62,8 @@ class WhatIfPublic(BaseModel):
     trials: int = Field(description="Seeds that each is tried with in the end")
     is_complete: bool
     sentence: str
+    progress: str = Field(description="With how many seeds the changes have been tried, in a sentence")
+    correction: str = Field(description="What the p-values are, a sentence")
     caveat: str
     findings: list[FindingPublic]
 

@@ -1,10 +1,10 @@
 """Exploring in a confined process what else a session's run might have been."""
 
 import time
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from typing import Any, TypeAlias
 
-from pftrack.counterfactuals import what_if
+from pftrack.counterfactuals import Finding, record, what_if
 from pftrack.filter_files import trust
 from pftrack.model.parameters import ParameterError, Parameters, flat, limit_particles
 from pftrack.runs.ensemble import RUNS, Scene, ensembling, other_seeds
@@ -13,19 +13,28 @@ from pftrack_server.worker.run_tree import RunTree
 
 __all__ = ["explore_changes", "explore_seeds"]
 
-TELL_S = 0.2
-"""Between two reports of how far it has come: to write one takes some milliseconds."""
+TELL_S = 0.25
+"""Between two reports of how far it has come: to write one takes some milliseconds, and the page asks as often."""
 
 Growing: TypeAlias = Generator[dict[str, Any], None, dict[str, Any]]
 
 
-def explore_changes(config: WorkerConfig, computed: int, frame: int | None, seconds: float) -> Growing:
-    """Try what would have saved a run, and tell of it as it grows.
+def explore_changes(
+    config: WorkerConfig,
+    computed: int,
+    frame: int | None,
+    share: tuple[int, int],
+    known: Sequence[Finding],
+    seconds: float,
+) -> Growing:
+    """Try what would have saved a run, and tell of it as it grows, by records of reports.
 
     Args:
         config: What makes the run.
         computed: How far it has been computed.
         frame: In the loss that is meant; the first that lasts if None.
+        share: (k, n): of n parts of the changes only the k-th is tried.
+        known: What was found before.
         seconds: After so long it ends with what it has found.
 
     Raises:
@@ -42,7 +51,8 @@ def explore_changes(config: WorkerConfig, computed: int, frame: int | None, seco
             return False
         return True
 
-    return (yield from _tell(what_if(run, frame, allow=allow), lambda report: report.as_dict(), seconds))
+    growing = what_if(run, frame, allow=allow, share=share, known=known)
+    return (yield from _tell(growing, record, seconds))
 
 
 def explore_seeds(config: WorkerConfig, frames: int, scene: Scene, seconds: float) -> Growing:

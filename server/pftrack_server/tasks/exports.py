@@ -6,6 +6,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from pftrack.counterfactuals import read_record
+from pftrack.diagnosis import diagnose
+from pftrack.explanation import Explanation
 from pftrack.exports.formats import exporting, exports_of
 from pftrack.filter_files import trust
 from pftrack.model.export import find_export
@@ -29,6 +32,7 @@ class Order:
         plot: Id of the one plot that a picture shall show; None for all.
         path: Where to.
         filters: Texts of filters that the run may execute.
+        what_if: The record of what would have saved it, where that is known.
     """
 
     recipe: Mapping[str, Any]
@@ -38,6 +42,7 @@ class Order:
     plot: str | None
     path: str
     filters: tuple[str, ...] = ()
+    what_if: Mapping[str, Any] | None = None
 
 
 def write_export(order: Order, video: tuple[str, str] | None, limits: Limits) -> Steps:
@@ -56,6 +61,9 @@ def write_export(order: Order, video: tuple[str, str] | None, limits: Limits) ->
     for step in run.seeking(last):
         yield step.diagnostics.frame + 1, 2 * frames
     run.seek(min(order.position, last))
+    if order.what_if is not None:
+        report = read_record(order.what_if)
+        run.explained = Explanation(diagnose(run, report.loss), report)
     kind = find_export(exports_of(run.experiment), order.export)
     for done, of in exporting(run, Path(order.path), kind, order.plot):
         yield frames + frames * done // of, 2 * frames

@@ -8,7 +8,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from pftrack.displays import summary_lines
+from pftrack.displays import explanation_html, summary_lines
 from pftrack.displays.readings import format_reading, readings_of
 from pftrack.displays.sparkline import track
 from pftrack.model.plot import Reading
@@ -82,6 +82,7 @@ def document(run: Run, recording: Recording) -> str:
         "track": track(run),
         "last": str(run.computed),
         "summary": _list(summary_lines(run)),
+        "explanation": "" if run.explained is None else f'<div class="wide">{explanation_html(run.explained)}</div>',
         "citation": escape(citation_of(run)),
         "recipe": escape(json.dumps(run.recipe.with_footage(path=None).as_dict(), indent=2, ensure_ascii=False)),
         "manifest": _data(manifest_of(run)),
