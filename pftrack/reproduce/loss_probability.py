@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pftrack.experiment import Experiment
 from pftrack.experiments import EXPERIMENTS, find
+from pftrack.figures.picture import save
 from pftrack.loss_probability import scores
 from pftrack.loss_probability.declaration import MOST_ERROR
 from pftrack.loss_probability.logistic import Logistic, fit
@@ -21,6 +22,7 @@ from pftrack.loss_probability.scenes import FIRST_JUDGED, Scenes
 from pftrack.loss_probability.signals import signal_names
 from pftrack.model.parameters import revise
 from pftrack.reproduce.finding import Finding, Own, claim, not_run
+from pftrack.reproduce.loss_figures import draw_scores
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Change, Run
 
@@ -157,15 +159,18 @@ def loss_probabilities(pool: Pool, full: bool) -> list[Finding]:
     """Judge what every tracker declares in the scenes that are there for it."""
     if not full:
         return [not_run("loss", "a dozen scenes do not tell whether a probability is true")]
-    findings = []
+    findings, scored = [], {}
     for name in EXPERIMENTS.own:
         declared = EXPERIMENTS[name].loss_probability
         for tracker, model in declared.models.items():
             numbers = range(FIRST_JUDGED, FIRST_JUDGED + scenes_of(EXPERIMENTS[name]).judged)
-            findings += findings_of(
-                name, tracker, judge(model.regression, pool.map(witness, cases(name, tracker, numbers, model.signals)))
-            )
+            judged = judge(model.regression, pool.map(witness, cases(name, tracker, numbers, model.signals)))
+            findings += findings_of(name, tracker, judged)
+            scored[name, tracker] = judged.bins, judged.roc, judged.delays
         findings += [not_run(f"loss: {name}, {tracker}", _reason(error)) for tracker, error in declared.refused.items()]
+    if pool.folder is not None:
+        for title, figure in draw_scores(scored).items():
+            save(figure, pool.folder / f"{title}.png", title)
     return findings
 
 

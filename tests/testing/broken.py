@@ -277,6 +277,15 @@ def tracking_with(step: Callable[..., Any]) -> Experiment:
     return replace(SOUND, trackers={**SOUND.trackers, "kalman": replace(KALMAN, step=step)})
 
 
+def told_by_likeness() -> Experiment:
+    """Return windows by their colours that are the more probably lost the more likely the target is there."""
+    histogram = find("histogram")
+    series = {one.name: one for one in histogram.trackers["condensation"].series}
+    regression = Logistic((0.0,) * 6, (1.0,) * 6, (1.0, *(0.0,) * 5), 0.0)
+    model = LossModel(("likeness",), regression, series)
+    return replace(histogram, loss_probability=LossDeclaration(models={"condensation": model}))
+
+
 BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     "the registry finds it by its id": (
         lambda: replace(SOUND, id="unlisted"),
@@ -370,6 +379,10 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     "what is no start on a film is refused": (
         lambda: replace(BALL, on_video=from_the_start),
         "a start at picture -1 of 4 must be refused, and was accepted",
+    ),
+    "its loss probability rises when it searches, or when little is like its target": (
+        told_by_likeness,
+        "the loss probability of condensation must not fall when nothing is like its target",
     ),
     "its loss probability is one, told at once or frame by frame": (
         lambda: replace(
