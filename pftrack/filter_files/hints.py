@@ -26,12 +26,12 @@ class Hint:
 
 _WORDS = {
     "start": ("states (N, d)", "Where particles begin, given where the target is in frame 0."),
-    "propagate": ("states (N, d)", "Draws the next states from p(x_t | x_{t-1})."),
+    "propagate": ("states (N, d)", "Draws the next states from p(xₜ | xₜ₋₁)."),
     "propose": (
         "states (N, d), log_correction (N,)",
-        "Draws the next states from a proposal q; the correction is log p(x_t | x_{t-1}) - log q(x_t | x_{t-1}, z_t).",
+        "Draws the next states from a proposal q; the correction is log p(xₜ | xₜ₋₁) - log q(xₜ | xₜ₋₁, zₜ).",
     ),
-    "log_likelihood": ("(N,)", "log p(z_t | x_t), up to a constant; -inf for what cannot be."),
+    "log_likelihood": ("(N,)", "log p(zₜ | xₜ), up to a constant; -inf for what cannot be."),
     "should_resample": ("true or false", "Whether parents are drawn in this frame."),
     "resample": ("(N,) whole numbers", "Places of the parents; log_weights are of weights that sum to one."),
     "step": (

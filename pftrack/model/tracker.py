@@ -101,9 +101,6 @@ class Tracker:
         step: (state, frame, parameters, rng) -> state of that frame.
         fold: (state, pictures (L, height, width, 3), parameters, seed, index of the first) -> what comes of them, the
             same as of L steps but faster; None if these parameters do not allow it.
-        ensemble: (state, frames to come, history of parameters, seeds) -> for each of these frames the estimates
-            (N, tracked) that steps come to with each of the N seeds, faster than by steps and without their states;
-            None for a tracker that knows no faster way.
         series: What it reports of its states.
         measure: (state) -> the values of these series, by name; those that a state does not have are left out.
         searching: (state) -> whether it has lost the target by its own account and looks for it; None for a tracker
@@ -116,6 +113,9 @@ class Tracker:
         update_parts: (state before, state, frame, parameters) -> what the step of the frame was made of, beside
             particles: innovation and gain, or what each feature contributed.
         linear: The model, where it is linear, its noise Gaussian, and what the tracker computes is exact.
+        ensemble: (state, frames to come, history of parameters, seeds) -> for each of these frames the estimates
+            (N, tracked) that steps come to with each of the N seeds, faster than by steps and without their states;
+            None for a tracker that knows no faster way.
     """
 
     id: str
@@ -124,7 +124,6 @@ class Tracker:
     start: Callable[[Target, Frame, Any, Stream], TrackState]
     step: Callable[[Any, Frame, Any, Stream], TrackState]
     fold: Callable[[Any, NDArray[np.uint8], Any, int, int], Fold | None] | None = None
-    ensemble: EnsembleStep | None = None
     series: tuple[Series, ...] = ()
     measure: Callable[[Any], Mapping[str, SeriesValue]] = nothing
     searching: Callable[[Any], bool | None] | None = None
@@ -134,6 +133,7 @@ class Tracker:
     evidence: Evidence = ""
     update_parts: Callable[[Any, Any, Frame, Any], tuple[Part, ...]] | None = None
     linear: LinearModel | None = None
+    ensemble: EnsembleStep | None = None
 
     @property
     def term(self) -> Term:

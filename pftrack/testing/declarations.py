@@ -77,6 +77,8 @@ def _says_what_it_is(experiment: Experiment) -> None:
         _demand_name(name, "tracker")
         demand(tracker.title, f"the tracker {name} must have a title")
         _demand_end(tracker.description, ".", f"the description of the tracker {name}")
+        _demand_words(tracker.title, f"the title of the tracker {name}")
+        _demand_words(tracker.description, f"the description of the tracker {name}")
 
 
 def _declares_parameters(experiment: Experiment) -> None:
@@ -84,6 +86,8 @@ def _declares_parameters(experiment: Experiment) -> None:
         name = declared.name
         demand(declared.title[:1].isupper(), f"{name} must have a title in sentence case, got {declared.title!r}")
         _demand_end(declared.description, ".", f"the description of {name}")
+        _demand_words(declared.title, f"the title of {name}")
+        _demand_words(declared.description, f"the description of {name}")
         demand(declared.group, f"{name} must have a group: the heading under which a panel shows it")
         unknown = set(declared.trackers) - set(experiment.trackers)
         demand(not unknown, f"{name} names trackers that the experiment does not have: {', '.join(sorted(unknown))}")
@@ -242,6 +246,11 @@ def _demand_parts(plot: Plot) -> None:
 
 def _demand_end(text: str, end: str, what: str) -> None:
     demand(text.endswith(end), f"{what} must be a sentence that ends in {end!r}, got {text!r}")
+
+
+def _demand_words(text: str, what: str) -> None:
+    """Go on if a text can be shown as it is: what is written for a formula's printer, or for Python, cannot."""
+    demand("_" not in text, f"{what} must be in words, without formulas or names that have a _ in them, got {text!r}")
 
 
 def _demand_name(name: str, what: str) -> None:

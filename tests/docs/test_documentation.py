@@ -25,6 +25,16 @@ def test_links_lead_somewhere(page: Path) -> None:
             assert (page.parent / target).exists(), target
 
 
+NO_PROSE = re.compile(r"```.*?```|`[^`]*`|\$\$.*?\$\$|\$[^$]+\$|\]\([^)]*\)|<!--.*?-->", re.DOTALL)
+RAW = re.compile(r"\b(?:[A-Za-z]|alpha|gamma|lambda|mu|sigma|tau|theta)_(?:\w{1,4}\b|\{)")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_subscripts_stand_in_formulas(page: Path) -> None:
+    """What has a subscript is written as a formula, which the pages set, or as code; elsewhere its _ would be shown."""
+    assert RAW.findall(NO_PROSE.sub("", page.read_text())) == []
+
+
 def test_the_blocks_of_the_example_are_its_own_code() -> None:
     """What the page on extending quotes stands in the example, and the blocks come in the order of the steps."""
     example = ROOT / "examples" / "own_experiment"

@@ -120,6 +120,20 @@ def test_what_an_experiment_says_of_a_target_is_looked_at(suits: Any, sentence: 
         checks_of(replace(BALL, suits=suits))["a film of its scene is tracked from a mark"]()
 
 
+class Formula(SineParameters):
+    """A description as one would type it for a printer of formulas."""
+
+    observation_noise_sd: float = parameter(
+        0.1, "Observation noise", "Noise sigma_z on what is seen.", ge=0.05, le=0.5, step=0.05, group="Signal"
+    )
+
+
+def test_what_a_page_would_show_as_underscores_is_found() -> None:
+    """Titles and descriptions are shown as they are, so that a subscript has to be said in words."""
+    with pytest.raises(CheckError, match=r"the description of observation_noise_sd must be in words, .*sigma_z"):
+        checks_of(declaring(Formula))["its parameters are declared whole"]()
+
+
 class Coarse(SineParameters):
     """A number that one step takes out of its bounds, whichever way."""
 

@@ -161,9 +161,11 @@ def static(pool: Pool, full: bool) -> list[Finding]:
     for (title, reference, tolerance), figure in zip(rows, ours, strict=True):
         unit = "" if title.endswith("sd") else ", px"
         what = f"sd {title}" if title in {"first", "last"} else title
-        findings.append(compare(f"linkage: static, r_3, {what}{unit}", figure, reference, tolerance, PLANE))
+        findings.append(compare(f"linkage: static, length 3, {what}{unit}", figure, reference, tolerance, PLANE))
     worst = _third_length(_courses(pool, "ukf", STATIC, runs))[3]
-    findings.append(claim("linkage: static, r_3, ukf, worst error in sd", worst, holds=worst < ours[3], source=OURS))
+    findings.append(
+        claim("linkage: static, length 3, ukf, worst error in sd", worst, holds=worst < ours[3], source=OURS)
+    )
     return findings
 
 
@@ -174,7 +176,7 @@ def confident(pool: Pool, full: bool) -> list[Finding]:
     for variance, reference in ((1, 0.0), (100, 1.0)):
         errors = _last_errors(pool, "ekf-mirrors", {**CONFIDENT, "start_length_variance_px2": variance}, runs)
         rate = float((errors < SUCCESS_RAD).mean())
-        result = f"linkage: mirror3, r_3 begun at 59 px with variance {variance} px^2, share of successes"
+        result = f"linkage: mirror3, length 3 begun at 59 px with variance {variance} px^2, share of successes"
         findings.append(compare(result, rate, reference, ALL_OR_NONE, BOTH))
     return findings
 

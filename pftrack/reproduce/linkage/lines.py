@@ -56,7 +56,7 @@ def lines(pool: Pool, full: bool) -> list[Finding]:
             findings.append(claim(result, contained, holds=contained == 1.0, source=OURS))
             for link, before in enumerate(widths if tracker == "ellipsoids" else ()):
                 width = float(np.mean([one.high[-1, link] - one.low[-1, link] for one in courses]))
-                result = f"{named}, final width of r_{link + 1}, mean, px"
+                result = f"{named}, final width of length {link + 1}, mean, px"
                 findings.append(compare(result, width, before, WIDTH_PX if full else QUICK_WIDTH_PX, OURS))
     return findings
 

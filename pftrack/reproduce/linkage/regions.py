@@ -73,7 +73,7 @@ def containment(pool: Pool, full: bool) -> list[Finding]:
     findings = [_judge_containment(f"linkage: {name}", one, SOURCE) for name, one in found.items()]
     still = [[one.high[frame, 2] - one.low[frame, 2] for one in found["static-regions"]] for frame in (20, 299)]
     for widths, frame, reference in zip(still, (20, 299), (16.0, 14.1), strict=True):
-        result = f"linkage: still, width of r_3 in frame {frame}, median, px"
+        result = f"linkage: still, width of length 3 in frame {frame}, median, px"
         findings.append(compare(result, float(np.median(widths)), reference, END_PX, SOURCE))
     for name, (first, last), single in MIRRORS:
         begun = [int(np.flatnonzero(one.splits)[0]) if one.splits.any() else -100 for one in found[name]]
@@ -102,7 +102,7 @@ def _ends(found: dict[str, list[RunResult]]) -> list[Finding]:
         ends = np.mean([_last(one) for one in found[name]], axis=0)
         for link, reference in enumerate(references):
             for side, title in enumerate(("lower", "upper")):
-                result = f"linkage: {name}, {title} end of r_{link + 1}, mean, px"
+                result = f"linkage: {name}, {title} end of length {link + 1}, mean, px"
                 findings.append(compare(result, float(ends[link, side]), reference[side], END_PX, SOURCE))
     return findings
 
@@ -113,20 +113,20 @@ def _judge_intervals(one: list[RunResult], other: list[RunResult]) -> list[Findi
     pairs = [(_last(a), _last(b)) for a, b in zip(one, other, strict=True)]
     for link, reference in enumerate((0.92, 1.0, 0.0)):
         disjoint = sum(bool(a[link, 1] < b[link, 0]) for a, b in pairs)
-        result = f"linkage: two objects, disjoint intervals of r_{link + 1}"
+        result = f"linkage: two objects, disjoint intervals of length {link + 1}"
         findings.append(share(result, disjoint, len(pairs), reference, SEEDS, SOURCE))
         ordered = sum(bool(a[link].mean() < b[link].mean()) for a, b in pairs) / len(pairs)
-        result = f"linkage: two objects, middles of r_{link + 1} in order"
+        result = f"linkage: two objects, middles of length {link + 1} in order"
         findings.append(claim(result, ordered, holds=ordered == 1.0, source=SOURCE))
     apart = sum(bool(a[2, 1] < b[2, 0]) for a, b in pairs) / len(pairs)
-    result = "linkage: two objects are distinguished by all lengths, r_3 too"
+    result = "linkage: two objects are distinguished by all lengths, length 3 too"
     findings.append(
         claim(
             result,
             apart,
             holds=apart == 1.0,
             source=APART,
-            known="guides of ellipsoids or boxes alike tell r_3 of no pair, nor do the reference's",
+            known="guides of ellipsoids or boxes alike tell length 3 of no pair, nor do the reference's",
         )
     )
     return findings
@@ -194,7 +194,7 @@ def variants(pool: Pool, full: bool) -> list[Finding]:
         findings.append(_judge_containment(f"{named}, object 1", found, PARTS))
         last, before = _last(found[0]), np.array([[60.0, 80.0], [50.0, 70.0], [40.0, 60.0]])
         low, high = UPPER_R1_PX
-        result = f"{named}, upper end of r_1, px"
+        result = f"{named}, upper end of length 1, px"
         findings.append(compare(result, last[0, 1], 0.5 * (low + high), 0.5 * (high - low), PARTS))
         moved = np.abs(last - before)
         moved[0, 1] = 0.0
@@ -217,7 +217,7 @@ def space(pool: Pool, full: bool) -> list[Finding]:
     for link, references in enumerate(SPACE_ENDS):
         for side, (low, high) in enumerate(references):
             middle, title = 0.5 * (low + high), ("lower", "upper")[side]
-            result = f"linkage: in space, {title} end of r_{link + 1}, mean, px"
+            result = f"linkage: in space, {title} end of length {link + 1}, mean, px"
             ours = float(ends[:, link, side].mean())
             findings.append(compare(result, ours, middle, 0.5 * (high - low) + room, SPACE))
     return findings

@@ -100,8 +100,7 @@ class FishTrackerParameters(Parameters):
     sigma_d_px2: float = parameter(
         25,
         "Edge tolerance",
-        "sigma_d of the likelihood exp(-d_max² / sigma_d), where d_max is how far the worst point of the outline is "
-        "from an edge.",
+        "At which square of the distance from the worst point of the outline to an edge the likelihood falls to 1/e.",
         unit="px²",
         ge=0.1,
         le=400,

@@ -44,7 +44,7 @@ class _Search(Parameters):
     )
     step_area_px2: float = parameter(
         90,
-        "Step area S_c",
+        "Step area",
         "How much of the silhouette one step of a candidate's angle changes, for a palm axis of 52 px.",
         unit="px²",
         ge=10,
@@ -149,7 +149,7 @@ class _Fit(Parameters):
     palm_fit_sd: float = parameter(
         2,
         "Palm fit",
-        "Standard deviation of a palm's mean protrusion length x_p, in fiftieths of the palm axis.",
+        "Standard deviation of a palm's mean protrusion length, in fiftieths of the palm axis.",
         ge=0.1,
         le=20,
         step=0.1,
