@@ -25,6 +25,7 @@ import { start } from "./page_start.js";
 import { shareDialog } from "./share.js";
 import { sessionTitle } from "./timeline.js";
 import { guide } from "./tour/tour.js";
+import { wideNote } from "./wide_note.js";
 
 /** @import { ExperimentDetail, PresetPublic, SessionPublic } from "../shared/messages.js" */
 
@@ -48,7 +49,7 @@ const control = new ClassControl(() => {
 }, view.signal);
 
 header();
-part("too-narrow").append(iconButton("close", "Put away", () => (part("too-narrow").hidden = true)));
+wideNote(part("too-narrow"));
 if (!isFollower) start.begun.then(() => control.find(), () => {});
 store.on(["tracker", "recipe", "state", "connection"], () => control.update());
 store.on(["connection"], () => {

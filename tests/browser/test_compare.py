@@ -29,6 +29,13 @@ TOPMOST = """(() => {
 })()"""
 
 
+WHOLE = """[...document.querySelectorAll(".compared")].every((run) => {
+    const parts = [run, ...run.querySelectorAll(".flat-line, .verdict, .readout")];
+    const [whole, ...said] = parts.map((each) => each.getBoundingClientRect());
+    return said.length === 3 && said.every(({ bottom, height }) => height > 0 && bottom <= whole.bottom + 0.5);
+})"""
+
+
 class ComparePage(View):
     """The page of a comparison."""
 
@@ -136,6 +143,8 @@ def test_saved_runs_are_chosen_in_my_work(shown: ComparePage, server: Server) ->
     shown.ready(2)
     assert shown.row("Tracker") == ["Hard switching (h-SPF)", "Auxiliary (APF)"]
     shown.page.locator(".comparison-table .over", has_text="Over all ").wait_for()
+    page.set_viewport_size({"width": 390, "height": 844})
+    shown.until(lambda: page.evaluate(WHOLE), "a phone shows what is said below each picture")
 
 
 def test_a_comparison_is_saved_under_a_name_and_opened_again(shown: ComparePage) -> None:

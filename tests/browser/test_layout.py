@@ -290,7 +290,7 @@ def test_what_to_look_at_goes_by_itself(watch: Watch) -> None:
     words.wait_for(state="hidden")
 
 
-def test_a_phone_has_readings_and_plots_below_the_picture(watch: Watch) -> None:
+def test_a_phone_has_readings_and_plots_below_the_picture(watch: Watch, server: Server) -> None:
     """What there is to read can be scrolled to; that there is more on a wide screen can be put away."""
     shown = watch(frames=20)
     page = shown.page
@@ -302,5 +302,9 @@ def test_a_phone_has_readings_and_plots_below_the_picture(watch: Watch) -> None:
     assert page.locator(".readout dt", has_text="estimate").is_visible()
     assert page.locator(".play").bounding_box()["y"] < 844
     note = page.locator(".too-narrow")
+    assert note.bounding_box()["height"] <= 28
     note.get_by_role("button", name="Put away").click()
     note.wait_for(state="hidden")
+    page.reload()
+    SessionPage(page, server).ready()
+    assert note.is_hidden()

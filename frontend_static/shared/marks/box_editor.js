@@ -21,6 +21,9 @@ const FAR = 10;
  */
 const SIZES = { a: [-1, 0], d: [1, 0], w: [0, -1], s: [0, 1] };
 const SMALLEST = 4;
+/** How near to a corner a pointer takes it, and how near a finger, px of the page. */
+const REACH_PX = 10;
+const FINGER_PX = 24;
 /** @type {Place[]} */
 const CORNERS = [[0, 0], [1, 0], [0, 1], [1, 1]];
 
@@ -113,7 +116,7 @@ export class BoxEditor {
     this.#picture.element.setPointerCapture(event.pointerId);
     this.focus();
     const [x, y] = this.#picture.at(event);
-    const corner = this.#corner(x, y);
+    const corner = this.#corner(x, y, event.pointerType === "touch");
     const [left, top, width, height] = this.#box ?? [0, 0, 0, 0];
     const isInside = x > left && y > top && x < left + width && y < top + height;
     if (corner) this.#drag = { from: corner };
@@ -123,15 +126,20 @@ export class BoxEditor {
   /**
    * The corner opposite to the one under the pointer.
    *
+   * A finger covers it, and need not be as near; but a small box can still be moved by its middle.
+   *
    * @param {number} x
    * @param {number} y
+   * @param {boolean} isFinger
    * @returns {Place|null}
    */
-  #corner(x, y) {
+  #corner(x, y, isFinger) {
     if (!this.#box) return null;
-    const reach = 10 * this.#picture.scale;
     const [left, top, width, height] = this.#box;
-    const hit = CORNERS.find(([i, j]) => Math.hypot(left + i * width - x, top + j * height - y) <= reach);
+    const near = REACH_PX * this.#picture.scale;
+    const reach = isFinger ? Math.max(near, Math.min(FINGER_PX * this.#picture.scale, Math.min(width, height) / 3)) : near;
+    const away = (/** @type {readonly number[]} */ [i, j]) => Math.hypot(left + i * width - x, top + j * height - y);
+    const hit = CORNERS.find((corner) => away(corner) <= reach);
     return hit ? [left + (1 - hit[0]) * width, top + (1 - hit[1]) * height] : null;
   }
 
