@@ -55,6 +55,7 @@ COLUMNS = {
         Column("distinct", "different particles"),
         Column("kept", "model's likeness to the first look"),
         Column("misfit", "difference from what is seen", "%"),
+        Column("nis", "normalised innovation squared"),
         Column("hidden", "out of sight", is_flag=True),
         Column("searching", "searching", is_flag=True),
         Column("probability", "probability that it is lost"),
@@ -90,6 +91,8 @@ class Course:
         likeness: (L,) how like the model that is which is at the estimate, 0..1.
         kept: (L,) how like the first look the model is, 0..1.
         misfit: (L,) share of what is seen by which that differs from what is believed, %.
+        nis: (L,) normalised innovation squared.
+        nis_limit: (L,) what that stays below with a probability of 95 %.
         particles: (L,) number of them.
         ess: (L,) effective sample size.
         distinct: (L,) how many of the particles differ in what no noise renews.
@@ -113,6 +116,8 @@ class Course:
     likeness: Numbers
     kept: Numbers
     misfit: Numbers
+    nis: Numbers
+    nis_limit: Numbers
     particles: Numbers
     ess: Numbers
     distinct: Numbers
@@ -203,6 +208,8 @@ def course_of(
         likeness=numbers("likeness"),
         misfit=numbers("misfit"),
         kept=numbers("model_likeness"),
+        nis=numbers("nis"),
+        nis_limit=numbers("nis_limit"),
         particles=numbers("particles"),
         ess=numbers("ess"),
         distinct=numbers("distinct"),

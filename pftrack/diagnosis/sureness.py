@@ -50,7 +50,7 @@ def too_sure(moment: Moment) -> Sign | None:
         "Since frame {since:.0f} the error is more than {limit:.0f} times the deviation that the filter states, up to "
         "{worst:.1f} times: it is too sure of itself to learn from what it sees.",
         {"since": since, "limit": TOO_SURE, "worst": worst},
-        ("excess", "error", "deviation"),
+        ("excess", "nis", "error", "deviation"),
     )
 
 
@@ -59,20 +59,30 @@ def refuted(moment: Moment) -> Sign | None:
     course, since = moment.course, moment.goes_blind
     if moment.knows_truth or not moment.is_gaussian or since is None:
         return None
-    fit = middle(course.fit[moment.after])
+    later = slice(since, since + FOLLOWING)
+    fit, nis, limit = (middle(column[later]) for column in (course.fit, course.nis, course.nis_limit))
+    text = (
+        "Since frame {since:.0f} the log evidence of what is seen is below all that was usual, {fit:.1f} against "
+        "{usual:.1f}, and yet the deviation is {deviation:.1f}{unit}: the filter is too sure of itself to follow."
+    )
+    squared = (
+        " The normalised innovation squared is {nis:.1f}; if the filter were right, it would be below {limit:.1f} in "
+        "95 of 100 frames."
+    )
     return Sign(
         "shrinking-covariance",
         since,
         0.7,
-        "Since frame {since:.0f} the log evidence of what is seen is below all that was usual, {fit:.1f} against "
-        "{usual:.1f}, and yet the deviation is {deviation:.1f}{unit}: the filter is too sure of itself to follow.",
+        text + squared if nis > limit else text,
         {
             "since": since,
             "fit": fit,
             "usual": moment.usual_fit,
-            "deviation": middle(course.deviation[moment.after]),
+            "deviation": middle(course.deviation[later]),
+            "nis": nis,
+            "limit": limit,
         },
-        ("fit", "deviation", "step"),
+        ("nis", "fit", "deviation", "step"),
     )
 
 

@@ -58,6 +58,17 @@ def test_a_cause_is_told_without_the_truth(cause: CauseId, tracker: str, values:
     assert not {"error", "excess", "true_step"} & {one.name for shown in found.evidence for one in shown}
 
 
+def test_a_filter_that_is_too_sure_is_refuted_by_its_innovations() -> None:
+    """Without the truth the normalised innovation squared is told beside its limit, in words and as evidence."""
+    run = ball("kalman", process_noise_px=0.1, period_s=2)
+    first = next(row.frame for row in run.diagnostics if row.is_lost)
+    found = diagnose_course(without_truth(run), first)
+    numbers = found.signs[0].numbers
+    assert numbers["nis"] > numbers["limit"] == pytest.approx(5.99, abs=0.01)
+    assert "it would be below 6.0 in 95 of 100 frames" in found.signs[0].words
+    assert found.evidence[0][0].name == "nis"
+
+
 def test_a_single_particle_is_told_as_one() -> None:
     """Its deviation is zero in every frame, and what is divided by that breaks no rule."""
     found = diagnose(ball("condensation", sample_count=1))
