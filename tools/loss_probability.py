@@ -1,28 +1,44 @@
 """Fit the probabilities by which trackers say that their target is lost, and write the tables of their page.
 
     python -m tools.loss_probability fit ball   # fits those of the ball, judges them, and writes its file
+    python -m tools.loss_probability fit ball --clips DIR   # the same for recordings, of which one has to have some
     python -m tools.loss_probability table      # writes what `pftrack reproduce loss` found into the page
 
 The file is `loss_probability.json` in the experiment's package, the page docs/explanation/loss.md. Kept are those
-trackers whose expected calibration error in scenes that were not fitted is at most 0.05, and that were lost often
-enough there to tell; of the others that error is kept alone. A test compares page and record.
+trackers whose expected calibration error is at most 0.05 in scenes, or 0.10 on clips, that were not fitted, and that
+were lost often enough there to tell; of the others that error is kept alone. A test compares page and record.
 """
 
 import subprocess
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from pftrack.cli.output import progress
 from pftrack.experiments import EXPERIMENTS
-from pftrack.loss_probability.declaration import write_models
+from pftrack.loss_probability.declaration import (
+    MOST_ERROR,
+    MOST_ERROR_ON_CLIPS,
+    describe_models,
+    read_described,
+    write_models,
+)
 from pftrack.loss_probability.model import LossModel
 from pftrack.loss_probability.scenes import FIRST_JUDGED
 from pftrack.reproduce import Entry, read_record
+from pftrack.reproduce.clips import clips_in
+from pftrack.reproduce.loss_on_clips import (
+    RUNS,
+    by_clip,
+    cases_on,
+    fit_on_clips,
+    judge_left_out,
+    witness_clips,
+)
 from pftrack.reproduce.loss_probability import (
     Judgement,
-    Witnessed,
     cases,
     fit_model,
     judge,
@@ -33,11 +49,18 @@ from pftrack.reproduce.loss_probability import (
 from pftrack.reproduce.pool import Pool
 from tools.reproduction import RECORD
 
-__all__ = ["PAGE", "describe", "judge_fit", "keep", "page", "path_of"]
+__all__ = ["PAGE", "describe", "fit_in_scenes", "fit_on_recordings", "page", "path_of", "sort_out"]
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs/explanation/loss.md"
-BEGIN, END = "<!-- tools.loss_probability: from here -->", "<!-- tools.loss_probability: to here -->"
+PLACES = {
+    "loss": ("<!-- tools.loss_probability: from here -->", "<!-- tools.loss_probability: to here -->"),
+    "loss-clips": (
+        "<!-- tools.loss_probability: recordings from here -->",
+        "<!-- tools.loss_probability: recordings to here -->",
+    ),
+}
+"""Where in the page the tables of a result stand."""
 
 COLUMNS = {
     "calibration error": "calibration error",
@@ -57,59 +80,77 @@ def path_of(experiment: str) -> Path:
     return ROOT / "pftrack/experiments" / experiment / "loss_probability.json"
 
 
-def describe(tracker: str, judged: Judgement) -> str:
+def describe(tracker: str, judged: Judgement, most: float = MOST_ERROR) -> str:
     """Return what came of a tracker, a line."""
     waits = f"{judged.delays.median:g} frames, {judged.delays.told} of {judged.delays.losses} told"
-    kept = "kept" if judged.is_true else "not kept"
+    kept = "kept" if judged.is_true(most) else "not kept"
     return (
         f"{tracker}: {kept}, calibration error {judged.error:.3f}, Brier score {judged.brier:.3f} "
         f"({judged.base:.3f}), ROC {judged.roc.area:.3f}, {waits}"
     )
 
 
-def judge_fit(name: str, tracker: str, fitted: list[Witnessed], others: list[Witnessed]) -> tuple[LossModel, Judgement]:
-    """Return a fitted probability, and how good it is in other scenes."""
-    model = fit_model(EXPERIMENTS[name], tracker, fitted)
-    return model, judge(model.regression, others)
+@app.command("fit")
+def fit_all(
+    name: Annotated[str, typer.Argument(help="Id of the experiment.")],
+    clips: Annotated[Path | None, typer.Option(help="Fit those for recordings, on the clips of this folder.")] = None,
+    tracker: Annotated[list[str] | None, typer.Option(help="Of the experiment, with --clips; all if none.")] = None,
+    jobs: Annotated[int, typer.Option(help="Processes that compute.")] = 1,
+) -> None:
+    """Fit, judge and keep the probabilities of the trackers of an experiment."""
+    found = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, check=True, text=True)  # noqa: S607
+    revision, path = found.stdout.strip(), path_of(name)
+    in_scenes, on_recordings = read_described(path) if path.exists() else ({}, None)
+    with progress(f"{name}, runs") as tick, Pool(jobs, tick, clips=clips) as pool:
+        if clips is None:
+            in_scenes = fit_in_scenes(pool, name, revision)
+        else:
+            on_recordings = fit_on_recordings(pool, clips, name, revision, tracker or list(EXPERIMENTS[name].trackers))
+    path.write_text(write_models(in_scenes, on_recordings), "utf-8")
 
 
-def keep(experiment: str, models: dict[str, LossModel], refused: dict[str, float], revision: str) -> None:
-    """Write the probabilities of an experiment into its file."""
-    scenes = scenes_of(EXPERIMENTS[experiment])
+def fit_in_scenes(pool: Pool, name: str, revision: str) -> dict[str, Any]:
+    """Return the fitted probabilities of an experiment in its scenes, as JSON values."""
+    experiment = EXPERIMENTS[name]
+    scenes = scenes_of(experiment)
+    found: dict[str, tuple[LossModel, Judgement]] = {}
+    for tracker in scenes.trackers or experiment.trackers:
+        seen = [
+            pool.map(witness, cases(name, tracker, range(first, first + count), signals_of(experiment, tracker)))
+            for first, count in ((0, scenes.fitted), (FIRST_JUDGED, scenes.judged))
+        ]
+        model = fit_model(experiment, tracker, seen[0])
+        found[tracker] = model, judge(model.regression, seen[1])
     about = {
-        "experiment": experiment,
+        "experiment": name,
         "revision": revision,
         "frames": scenes.frames,
         "fitted": [0, scenes.fitted - 1],
         "judged": [FIRST_JUDGED, FIRST_JUDGED + scenes.judged - 1],
     }
-    path_of(experiment).write_text(write_models(models, refused, about), "utf-8")
+    return sort_out(found, about, MOST_ERROR)
 
 
-@app.command("fit")
-def fit_all(
-    name: Annotated[str, typer.Argument(help="Id of the experiment.")],
-    jobs: Annotated[int, typer.Option(help="Processes that compute.")] = 1,
-) -> None:
-    """Fit, judge and keep the probabilities of all trackers of an experiment."""
-    experiment = EXPERIMENTS[name]
-    scenes = scenes_of(experiment)
-    models: dict[str, LossModel] = {}
-    refused: dict[str, float] = {}
-    with progress(f"{name}, runs") as tick, Pool(jobs, tick) as pool:
-        for tracker in scenes.trackers or experiment.trackers:
-            seen = [
-                pool.map(witness, cases(name, tracker, range(first, first + count), signals_of(experiment, tracker)))
-                for first, count in ((0, scenes.fitted), (FIRST_JUDGED, scenes.judged))
-            ]
-            model, judged = judge_fit(name, tracker, *seen)
-            typer.echo(describe(tracker, judged))
-            if judged.is_true:
-                models[tracker] = model
-            else:
-                refused[tracker] = judged.error
-    revision = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, check=True, text=True)  # noqa: S607
-    keep(name, models, refused, revision.stdout.strip())
+def fit_on_recordings(pool: Pool, clips: Path, name: str, revision: str, trackers: Sequence[str]) -> dict[str, Any]:
+    """Return the same on recordings: each clip of a folder is judged by a fit on the others, and all are kept."""
+    experiment, cases = EXPERIMENTS[name], cases_on(name, trackers, clips)
+    runs = pool.map(witness_clips, cases)
+    found: dict[str, tuple[LossModel, Judgement]] = {}
+    for tracker in trackers:
+        seen = by_clip(cases, runs, tracker)
+        model = fit_on_clips(experiment, tracker, [one for some in seen.values() for one in some])
+        found[tracker] = model, judge_left_out(experiment, tracker, seen)
+    about = {"revision": revision, "runs_a_clip": RUNS, "clips": clips_in(clips)}
+    return sort_out(found, about, MOST_ERROR_ON_CLIPS)
+
+
+def sort_out(found: Mapping[str, tuple[LossModel, Judgement]], about: Mapping[str, Any], most: float) -> dict[str, Any]:
+    """Return what is kept, as JSON values: models that are calibrated well enough, and the error of the others."""
+    for tracker, (_, judged) in found.items():
+        typer.echo(describe(tracker, judged, most))
+    models = {tracker: model for tracker, (model, judged) in found.items() if judged.is_true(most)}
+    refused = {tracker: judged.error for tracker, (_, judged) in found.items() if tracker not in models}
+    return describe_models(models, refused, about)
 
 
 @app.command("table")
@@ -120,15 +161,17 @@ def write_table() -> None:
 
 def page(text: str, record: dict[str, Entry]) -> str:
     """Return the text of the page with the tables of a record in it."""
-    before, rest = text.split(BEGIN)
-    return f"{before}{BEGIN}\n{_tables(record)}\n{END}{rest.split(END)[1]}"
+    for result, (begin, end) in PLACES.items():
+        before, rest = text.split(begin)
+        text = f"{before}{begin}\n{_tables(record[result])}\n{end}{rest.split(end)[1]}"
+    return text
 
 
-def _tables(record: dict[str, Entry]) -> str:
+def _tables(entry: Entry) -> str:
     rows: dict[str, dict[str, dict[str, float]]] = {}
     refused: dict[str, dict[str, str]] = {}
-    for one in record["loss"].findings:
-        name, tracker = one.result.removeprefix("loss: ").split(": ")[0].split(", ")
+    for one in entry.findings:
+        name, tracker = one.result.split(": ")[1].split(", ")
         if one.verdict == "not run":
             refused.setdefault(name, {})[tracker] = one.reason
         else:

@@ -57,6 +57,11 @@ class Finding:
         return len(self.held)
 
     @property
+    def is_unknown(self) -> bool:
+        """Whether it was tried, and nobody said whether the run held: then no other seed says more."""
+        return self.steps > 0 and not self.held
+
+    @property
     def holding(self) -> int:
         """How many runs held."""
         return sum(self.held.values())

@@ -99,6 +99,8 @@ def what_if(
             finding = findings.get(place) or _take_over(tried[place], place, before)
             wanted = seeds[: following if place == 0 else count]
             for some in trials.groups(finding, [seed for seed in wanted if seed not in finding.held]):
+                if finding.is_unknown:
+                    break
                 finding = findings[place] = trials.extend(finding, some)
                 report = replace(report, findings=tuple(findings.values()))
                 yield report

@@ -125,7 +125,10 @@ class Diagnosis:
         }
 
 
-NOBODY_SAYS = "Nobody says whether the target is lost: there is no truth, and the tracker gives no account of its own."
+NOBODY_SAYS = (
+    "Nobody says whether the target is lost: there is no truth, and the tracker gives no account of its own. Mark the "
+    "target in a few pictures (in a session the key T), or take a tracker that tells how probable a loss is."
+)
 
 
 def diagnose(run: Run, frame: int | None = None) -> Diagnosis:

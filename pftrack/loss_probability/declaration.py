@@ -18,7 +18,9 @@ __all__ = [
     "MOST_ERROR_ON_CLIPS",
     "NOTHING_DECLARED",
     "LossDeclaration",
+    "describe_models",
     "read_declaration",
+    "read_described",
     "write_models",
 ]
 
@@ -45,14 +47,17 @@ class LossDeclaration:
         models: By name of the tracker, of those whose probability is true in scenes that were not fitted.
         refused: By name of the tracker, the expected calibration error in scenes that were not fitted, of those that
             have none because it is too great.
-        on_recordings: Names of those of which it is true on recordings as well.
+        on_recordings: By name of the tracker, of those whose probability is true on clips that were not fitted: what a
+            number means is not the same there, so that these models are their own.
+        refused_on_recordings: As `refused`, on clips.
     """
 
     scenes: Scenes | None = None
     signals: tuple[str, ...] = ()
     models: Mapping[str, LossModel] = field(default_factory=dict)
     refused: Mapping[str, float] = field(default_factory=dict)
-    on_recordings: tuple[str, ...] = ()
+    on_recordings: Mapping[str, LossModel] = field(default_factory=dict)
+    refused_on_recordings: Mapping[str, float] = field(default_factory=dict)
 
     def model_of(self, tracker: str, *, recording: bool) -> LossModel | None:
         """Return what says it of a tracker, in a scene or on a recording; None where nothing does."""
@@ -60,8 +65,7 @@ class LossDeclaration:
 
     def models_on(self, *, recording: bool) -> Mapping[str, LossModel]:
         """Return what says it of all trackers of which it is known, in scenes or on recordings, by their names."""
-        known = self.models.items()
-        return {name: model for name, model in known if not recording or name in self.on_recordings}
+        return self.on_recordings if recording else self.models
 
     def series_on(self, *, recording: bool) -> tuple[Series, ...]:
         """Return what is told of runs in scenes or on recordings: the probability, where any tracker has it there."""
@@ -72,8 +76,10 @@ NOTHING_DECLARED = LossDeclaration()
 """Of an experiment none of whose trackers can tell."""
 
 
-def write_models(models: Mapping[str, LossModel], refused: Mapping[str, float], about: Mapping[str, Any]) -> str:
-    """Return models as the text of a file.
+def describe_models(
+    models: Mapping[str, LossModel], refused: Mapping[str, float], about: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return models as JSON values.
 
     Args:
         models: By name of the tracker.
@@ -81,12 +87,20 @@ def write_models(models: Mapping[str, LossModel], refused: Mapping[str, float], 
         about: What they were fitted on, JSON values.
     """
     trackers = {name: {"signals": one.signals, **_rounded(asdict(one.regression))} for name, one in models.items()}
-    return (
-        json.dumps(
-            {"format": FORMAT, "version": 1, **about, "refused": _rounded(refused), "trackers": trackers}, indent=1
-        )
-        + "\n"
-    )
+    return {**about, "refused": _rounded(refused), "trackers": trackers}
+
+
+def write_models(in_scenes: Mapping[str, Any], on_recordings: Mapping[str, Any] | None = None) -> str:
+    """Return the text of a file, by what `describe_models` says of those for scenes and of those for recordings."""
+    recordings = {"recordings": on_recordings} if on_recordings else {}
+    return json.dumps({"format": FORMAT, "version": 1, **in_scenes, **recordings}, indent=1) + "\n"
+
+
+def read_described(path: Path) -> tuple[dict[str, Any], dict[str, Any] | None]:
+    """Return what a file says of models for scenes, and of those for recordings if there are any."""
+    raw = json.loads(path.read_text("utf-8"))
+    in_scenes = {name: value for name, value in raw.items() if name not in {"format", "version", "recordings"}}
+    return in_scenes, raw.get("recordings")
 
 
 def read_declaration(
@@ -104,15 +118,22 @@ def read_declaration(
         ValueError: The file holds something else, or speaks of a tracker that is not there.
     """
     try:
-        models, refused = _models(json.loads(path.read_text("utf-8")), trackers)
+        raw = _raw(path)
+        models, refused = _models(raw, trackers)
+        on_clips, refused_on_clips = _models(raw["recordings"], trackers) if "recordings" in raw else ({}, {})
     except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"{path.name} is no file of loss probabilities ({type(error).__name__}: {error})") from None
-    return LossDeclaration(scenes, signals, models, refused)
+    return LossDeclaration(scenes, signals, models, refused, on_clips, refused_on_clips)
+
+
+def _raw(path: Path) -> dict[str, Any]:
+    raw: dict[str, Any] = json.loads(path.read_text("utf-8"))
+    if (raw["format"], raw["version"]) != (FORMAT, 1):
+        raise ValueError(f"expected {FORMAT}, version 1")
+    return raw
 
 
 def _models(raw: Mapping[str, Any], trackers: Mapping[str, Tracker]) -> tuple[dict[str, LossModel], dict[str, float]]:
-    if (raw["format"], raw["version"]) != (FORMAT, 1):
-        raise ValueError(f"expected {FORMAT}, version 1")
     models = {name: _model(values, trackers[name].series) for name, values in raw["trackers"].items()}
     return models, {trackers[name].id: float(error) for name, error in raw["refused"].items()}
 

@@ -8,7 +8,7 @@ import pytest
 
 import pftrack
 from pftrack.experiments import find
-from pftrack.loss_probability.declaration import read_declaration, write_models
+from pftrack.loss_probability.declaration import describe_models, read_declaration, write_models
 from pftrack.loss_probability.scenes import Scenes
 from pftrack.model.parameters import Value
 from pftrack.runs.columns import columns_of
@@ -84,9 +84,12 @@ def test_a_saved_run_has_it(lost: Run, tmp_path: Path) -> None:
 def test_a_file_of_probabilities_comes_back(tmp_path: Path) -> None:
     """Written and read again, models tell the same; what is no such file, or of another tracker, is refused."""
     path, scenes = tmp_path / "loss_probability.json", Scenes({})
-    path.write_text(write_models(BALL.loss_probability.models, {"kalman": 0.5}, {"experiment": "ball"}), "utf-8")
+    models = BALL.loss_probability.models
+    described = describe_models(models, {"kalman": 0.5}, {"experiment": "ball"})
+    path.write_text(write_models(described, describe_models({"apf": models["apf"]}, {}, {"clips": ["a"]})), "utf-8")
     again = read_declaration(path, BALL.trackers, scenes)
-    assert (again.models, again.refused) == (BALL.loss_probability.models, {"kalman": 0.5})
+    assert (again.models, again.refused) == (models, {"kalman": 0.5})
+    assert (again.on_recordings, again.refused_on_recordings) == ({"apf": models["apf"]}, {})
     raw = json.loads(path.read_text("utf-8"))
     for wrong in ({}, raw | {"version": 2}, raw | {"trackers": {"nobody": raw["trackers"]["h-spf"]}}):
         path.write_text(json.dumps(wrong), "utf-8")

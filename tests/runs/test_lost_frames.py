@@ -19,8 +19,9 @@ from pftrack.sources.truth import TruthTable
 from tests.experiments.heads import Pictures
 
 SIMULATED = find("ball")
-BALL = replace(SIMULATED, loss_probability=replace(SIMULATED.loss_probability, on_recordings=("h-spf", "condensation")))
-"""The ball, with probabilities that are taken to be true on recordings as well."""
+TOLD = {name: SIMULATED.loss_probability.models[name] for name in ("h-spf", "condensation")}
+BALL = replace(SIMULATED, loss_probability=replace(SIMULATED.loss_probability, on_recordings=TOLD))
+"""The ball, with the probabilities of its scenes on recordings of them."""
 
 FRAMES = 40
 
