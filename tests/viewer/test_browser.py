@@ -74,6 +74,7 @@ def scene(page: Any) -> Any:
     return page.frame(url="**/viz/one/**")
 
 
+KEYS = "parent.heard.filter(({ key }) => key !== undefined)"
 COUNT = """(() => {
     let count = 0;
     window.__viserMutable?.nodeRefFromName['/particles']?.traverse((item) => {
@@ -89,6 +90,27 @@ PICTURE = """(() => {
     });
     return size;
 })()"""
+
+
+# Where a particle and a place of the picture are seen, CSS pixels of the frame's window.
+SEEN = """(place) => {
+    const { camera, nodeRefFromName } = window.__viserMutable;
+    const canvas = document.querySelector('canvas[data-engine]').getBoundingClientRect();
+    let seen = null;
+    nodeRefFromName['/particles'].traverse((item) => {
+        if (item.isPoints) seen = item.localToWorld(camera.position.clone().set(...place)).project(camera);
+    });
+    return [canvas.x + (seen.x + 1) / 2 * canvas.width, canvas.y + (1 - seen.y) / 2 * canvas.height];
+}"""
+
+
+POSITION = """(n) => {
+    let place = null;
+    window.__viserMutable.nodeRefFromName['/particles'].traverse((item) => {
+        if (item.isPoints) place = Array.from(item.geometry.attributes.position.array.slice(3 * n, 3 * n + 3));
+    });
+    return place;
+}"""
 
 
 def row(scene: Any, label: str) -> Any:
@@ -230,16 +252,16 @@ def test_keys_are_handed_to_the_page(page: Any, scene: Any) -> None:
     page.keyboard.press("?")
     page.keyboard.press("w")
     page.keyboard.press("Control+l")
-    until(scene, "parent.heard.length === 4")
-    assert page.evaluate("heard") == [
+    until(scene, f"{KEYS}.length === 4")
+    assert scene.evaluate(KEYS) == [
         {"source": "pftrack-viser", "key": " ", "shiftKey": False},
         {"source": "pftrack-viser", "key": "ArrowRight", "shiftKey": True},
         {"source": "pftrack-viser", "key": "b", "shiftKey": False},
-        {"source": "pftrack-viser", "key": "?", "shiftKey": page.evaluate("heard[3].shiftKey")},
+        {"source": "pftrack-viser", "key": "?", "shiftKey": scene.evaluate(f"{KEYS}[3].shiftKey")},
     ]
     scene.get_by_role("button", name="Front").click()
     page.keyboard.press("Space")
-    until(scene, "parent.heard.length === 5")
+    until(scene, f"{KEYS}.length === 5")
 
 
 def test_keys_in_a_box_stay_in_the_box(page: Any, scene: Any) -> None:
@@ -425,3 +447,31 @@ def test_a_mesh_has_the_colours_of_its_vertices(session: Session, scene: Any, op
         blended = str(opacity < 1.0).lower()
         until(scene, f"{attributes}.replace(/0\\.501\\d+/, '0.5') === '[4,1,1,1,{opacity:g},{blended}]'")
     assert opened[1] == []
+
+
+def test_a_click_tells_the_page_where_in_the_picture_it_is(session: Session, page: Any, scene: Any) -> None:
+    """A place in pixels, with the particle that was hit; turning the scene tells nothing."""
+    positions = drawing().primitives["particles"].positions  # type: ignore[union-attr] - they are points
+    lone, place = int(np.square(positions[:, :2] - positions[:, :2].mean(axis=0)).sum(axis=1).argmax()), (40.0, 200.0)
+    frame = page.query_selector("iframe").bounding_box()
+
+    def click(seen: list[float]) -> dict[str, Any]:
+        page.evaluate("heard.length = 0")
+        page.mouse.click(frame["x"] + seen[0], frame["y"] + seen[1])
+        until(scene, "parent.heard.some(({ pointed }) => pointed === 'press')")
+        return page.evaluate("heard.find(({ pointed }) => pointed === 'press')")
+
+    there = click(scene.evaluate(SEEN, [place[0], -place[1], 0.0]))
+    assert there["place"] == pytest.approx(place, abs=1.0)
+    assert there["particle"] is None
+    assert page.evaluate("heard[0].pointed") == "hover"
+    hit = click(scene.evaluate(SEEN, list(scene.evaluate(POSITION, lone))))
+    assert hit["particle"] == pytest.approx(positions[lone, :2].tolist(), abs=1e-3)
+    page.evaluate("heard.length = 0")
+    page.mouse.move(frame["x"] + 200, frame["y"] + 200)
+    page.mouse.down()
+    page.mouse.move(frame["x"] + 260, frame["y"] + 220)
+    page.mouse.up()
+    hit = click(scene.evaluate(SEEN, list(scene.evaluate(POSITION, lone))))
+    assert hit["particle"] == pytest.approx(positions[lone, :2].tolist(), abs=1e-3)
+    assert page.evaluate("heard.filter(({ pointed }) => pointed === 'press').length") == 1

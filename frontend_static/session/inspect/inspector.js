@@ -83,7 +83,7 @@ export class Inspector {
     store.on(MOVES, this.#ask);
     pointing(view.scene, this.#pad, {
       hover: (at) => this.isOpen && this.#kind === "place" && !this.#isHeld && this.#point(at),
-      press: (at) => this.isOpen && this.#press(at),
+      press: (at, particle) => this.isOpen && this.#press(at, particle),
       move: (across, down) => this.#move(across, down),
       take: () => this.#found?.place && this.#pick(this.#found.place),
     }, signal);
@@ -128,10 +128,13 @@ export class Inspector {
     this.#ask();
   }
 
-  /** @param {[number, number]} at */
-  #press(at) {
+  /**
+   * @param {[number, number]} at
+   * @param {[number, number]} particle Where a particle is that was hit.
+   */
+  #press(at, particle = at) {
     if (this.#kind === "particle") {
-      this.#pick(at);
+      this.#pick(particle);
       return;
     }
     const held = this.#kind === "place" && this.#isHeld;

@@ -1,11 +1,12 @@
-/** Pointing at the picture of a flat view by pointer or by keys, in pixels of the picture. */
+/** Pointing at the picture by pointer, in a flat view and in the 3-D scene, or by keys; in pixels of the picture. */
 
 /** @import { Scene } from "../scene.js" */
 
 /**
  * @typedef {object} Pointer
  * @property {(at: [number, number]) => unknown} hover
- * @property {(at: [number, number]) => unknown} press
+ * @property {(at: [number, number], particle?: [number, number]) => unknown} press With the place of the particle that was hit, where
+ *     that is another one, as of one that is lifted above the picture.
  * @property {(across: number, down: number) => unknown} move By keys, px.
  * @property {() => unknown} take The nearest particle.
  */
@@ -27,6 +28,13 @@ export function pointing(scene, pad, on, signal) {
   };
   scene?.root.addEventListener("pointermove", pointed(on.hover), { signal });
   scene?.root.addEventListener("click", pointed(on.press), { signal });
+  globalThis.addEventListener("message", ({ origin, source, data }) => {
+    if (origin !== location.origin || !scene?.window || source !== scene.window || data?.source !== "pftrack-viser") return;
+    const place = placeIn(data.place);
+    if (place === null) return;
+    if (data.pointed === "hover") on.hover(place);
+    else if (data.pointed === "press") on.press(place, placeIn(data.particle) ?? undefined);
+  }, { signal });
   pad.addEventListener("keydown", (event) => {
     const arrow = ARROWS[event.key];
     if (arrow === undefined && event.key !== "Enter") return;
@@ -48,4 +56,14 @@ function placeOf({ target, offsetX, offsetY }) {
   if (!(target instanceof HTMLElement) || !target.classList.contains("flat-canvas")) return null;
   const scale = target.offsetWidth / Number(target.dataset.width);
   return Number.isFinite(scale) && scale > 0 ? [offsetX / scale - 0.5, offsetY / scale - 0.5] : null;
+}
+
+/**
+ * @param {unknown} said
+ * @returns {[number, number]|null}
+ */
+function placeIn(said) {
+  if (!Array.isArray(said)) return null;
+  const [x, y] = said.map(Number);
+  return Number.isFinite(x) && Number.isFinite(y) ? [x, y] : null;
 }

@@ -1,11 +1,11 @@
 """viser's client page, prepared to live inside a session's page.
 
 viser ships its client as one self-contained file that connects to its own address. This module puts the scripts and the
-style sheet of `client/` into its head, before the client's own script runs: keys that steer the run are handed to the
-page around, the scene reconnects without being clicked, light or dark follows the system, and everything is hidden that
-a lecture does not need. The client's own script and style sheet are served beside it, since each session has an address
-of its own and a browser would otherwise load and compile them again for each. What they say is left as it is, so that a
-new viser brings its own; one that is packed in another way is served in one piece.
+style sheet of `client/` into its head, before the client's own script runs: keys that steer the run, and where one
+points, are handed to the page around, the scene reconnects without being clicked, light or dark follows the system, and
+everything is hidden that a lecture does not need. The client's own script and style sheet are served beside it, since
+each session has an address of its own and a browser would otherwise load and compile them again for each. What they say
+is left as it is, so that a new viser brings its own; one that is packed in another way is served in one piece.
 """
 
 from collections.abc import Iterable
@@ -47,7 +47,7 @@ CONTENT_SECURITY_POLICY = "; ".join(_DIRECTIVES)
 ASSETS = "../client/"
 """Where the files of the client are served, under their names, seen from the page: a follower has it elsewhere."""
 
-SCRIPTS = ("page.js", "frames.js", "colours.js", "state.js", "keys.js", "numbers.js", "folds.js")
+SCRIPTS = ("page.js", "frames.js", "colours.js", "state.js", "keys.js", "pointing.js", "numbers.js", "folds.js")
 """Scripts that run before viser's own script, in this order, each with names of its own."""
 
 CLIENT = Path(__file__).parent / "client"

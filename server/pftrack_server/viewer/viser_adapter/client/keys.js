@@ -1,5 +1,5 @@
 // Keys that steer the run go to the page around.
-const KEYS = new Set([" ", "ArrowLeft", "ArrowRight", "Home", "End", "PageUp", "PageDown", "[", "]", "?", ..."bBcCdDfFlLnNpP"]);
+const KEYS = new Set([" ", "ArrowLeft", "ArrowRight", "Home", "End", "PageUp", "PageDown", "[", "]", "?", ..."bBcCdDfFiIlLnNpPtT"]);
 const SLIDER_KEYS = new Set(["ArrowLeft", "ArrowRight", "Home", "End"]);
 // A page that was opened from a file has no origin.
 const AROUND = location.origin === "null" ? "*" : location.origin;

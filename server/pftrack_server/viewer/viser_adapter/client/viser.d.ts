@@ -6,6 +6,9 @@ interface ViserVector {
   z: number;
   clone(): ViserVector;
   distanceTo(other: ViserVector): number;
+  project(camera: ViserCamera): ViserVector;
+  set(x: number, y: number, z: number): ViserVector;
+  unproject(camera: ViserCamera): ViserVector;
 }
 
 interface ViserPicture {
@@ -24,6 +27,8 @@ interface ViserAttribute<Values extends Float32Array | Uint8Array = Float32Array
 
 interface ViserGeometry {
   attributes: { position: ViserAttribute; color?: ViserAttribute };
+  boundingBox: { min: ViserVector; max: ViserVector };
+  computeBoundingBox(): void;
   setAttribute(name: string, attribute: ViserAttribute): void;
 }
 
@@ -43,7 +48,7 @@ interface ViserMesh extends ViserNode {
 interface ViserPoints extends ViserNode {
   isPoints: true;
   /** viser keeps the bytes of their colours as they have come. */
-  geometry: { attributes: { color?: ViserAttribute<Uint8Array> } };
+  geometry: { attributes: { position: ViserAttribute; color?: ViserAttribute<Uint8Array> } };
 }
 
 interface ViserNode {
@@ -54,14 +59,23 @@ interface ViserNode {
   material?: ViserMaterial;
   /** Of a scene, just before a picture is drawn. */
   onBeforeRender?(): void;
+  parent?: ViserNode | null;
+  visible?: boolean;
   getWorldPosition(target: ViserVector): ViserVector;
+  localToWorld(place: ViserVector): ViserVector;
   worldToLocal(place: ViserVector): ViserVector;
   traverse(visit: (node: ViserNode) => void): void;
 }
 
+interface ViserCamera {
+  aspect: number;
+  fov: number;
+  position: ViserVector;
+}
+
 interface Window {
   __viserMutable?: {
-    camera?: { aspect: number; fov: number; position: ViserVector };
+    camera?: ViserCamera;
     cameraControl?: { getTarget(into: ViserVector): ViserVector };
     messageQueue: unknown[];
     nodeRefFromName?: Record<string, ViserNode | null | undefined>;
