@@ -54,6 +54,19 @@ def test_truth_is_added_and_replaced_while_a_session_lives(server: Server, clien
     assert columns(client, again["id"])["error"][0] > 50  # type: ignore[operator]
 
 
+def test_a_run_that_plays_goes_on_playing(client: httpx.Client, upload: str) -> None:
+    """Measured by a table of a longer clip, of which what it lists beyond this one is left out, and told."""
+    recipe = {"experiment": "ball", "footage": {"mark": box(31, 51), "start": 0}}
+    session = client.post("/api/v1/sessions", json={"recipe": recipe, "upload": upload}).json()["id"]
+    steer(client, session, "speed", speed=0.1)
+    steer(client, session, "play")
+    longer = BOXES + "".join(f"{frame},31,51,19,19\n" for frame in range(12, 15))
+    told = give(client, session, longer).raise_for_status().json()
+    assert told["frames"] == 12
+    assert told["warnings"] == ["The file lists 3 frames after the last of the upload, 11; they are left out."]
+    assert client.get(f"/api/v1/sessions/{session}").json()["state"] == "playing"
+
+
 def test_what_is_no_truth_changes_nothing(client: httpx.Client, upload: str, session: dict[str, str]) -> None:
     """A wrong table is refused with its line, and a scene that is simulated knows its own."""
     recipe = {"experiment": "ball", "footage": {"mark": box(31, 51), "start": 0}}

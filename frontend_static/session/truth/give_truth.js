@@ -14,6 +14,7 @@ import { attempt, toast } from "../../shared/toast.js";
 export async function giveTruth(session, files) {
   const told = await attempt(() => api.giveSessionTruth(session, files));
   if (told === undefined) return false;
-  toast(`The truth of ${count(told.frames, "frame")} is known; the run is measured by it`);
+  const known = `The truth of ${count(told.frames, "frame")} is known; the run is measured by it`;
+  toast([known, ...told.warnings].join(". "));
   return true;
 }

@@ -166,12 +166,15 @@ class Manager:
             await session.wait_until_open(OPENING_S)
 
     async def measure_by(self, session: Session, truth: dict[int, tuple[float, ...]] | None) -> None:
-        """Measure a session by another truth: its run is made again, to the same estimates."""
+        """Measure a session by another truth: its run is made again, to the same estimates, and goes on if it did."""
+        playing = session.phase == "playing"
         session.state.set_truth(truth)
         await self.note()
         if session.live:
             await session.suspend("The run is measured anew.")
             await self.resume(session)
+            if playing:
+                await session.transport("play")
 
     async def revise_filter(self, experiment: str, name: str, text: str) -> None:
         """Have all sessions of an experiment that are at work go on with another version of a filter's file."""

@@ -252,6 +252,9 @@ def read_truth(path: str, experiment_id: str, frames: int) -> dict[str, Any]:
         raise TruthError(f"expected {kind.form.several} of the upload's frames, 0 to {frames - 1}; the file {found}")
     view = {"frames": len(rows), "first": min(rows), "last": max(rows)}
     warnings = [f"The file{warning.removeprefix(name)}." for warning in table.warnings]
+    if beyond := len(table.rows) - len(rows):  # as of a table for a longer clip
+        listed = "a frame" if beyond == 1 else f"{beyond:,} frames"
+        warnings.append(f"The file lists {listed} after the last of the upload, {frames - 1}; they are left out.")
     return {**view, "warnings": warnings, "rows": rows}
 
 
