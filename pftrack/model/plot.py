@@ -164,9 +164,10 @@ SAMPLERS = Plot("proposals", "proposals", "samplers", "How many particles came f
 
 INNOVATION = Plot(
     "innovation",
-    "normalised innovation squared",
+    "NIS",
     "innovation",
-    "How far off the measurement was, in the deviations expected; dashed, what it is above in one frame of twenty.",
+    "Normalised innovation squared: how far off the measurement was, in the deviations expected; dashed, what it is "
+    "above in one frame of twenty.",
 )
 
 STANDARD_PLOTS = (ERROR, SIGMA, SAMPLE_SIZE, SAMPLERS, INNOVATION)

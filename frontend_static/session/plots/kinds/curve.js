@@ -184,7 +184,7 @@ export class InnovationPlot extends CurvePlot {
   }
 
   heading() {
-    return [`${this.declared.title} | limit of 95 %`];
+    return [`${this.declared.title} | limit`];
   }
 
   /** @param {Store} store */
