@@ -138,7 +138,8 @@ def give_way(niceness: int) -> None:
     """Come after others on the processor, with all that is in the group that this process leads.
 
     A Linux kernel may first divide processor time among sessions of processes, as `stand_alone` begins one, and heed
-    the niceness only among the processes of one (autogroup in sched(7)). So that of the session is set as well.
+    the niceness only among the processes of one (autogroup in sched(7)). So that of the session is set as well, to half
+    of it: others are many sessions, not one, and what somebody waits for has to end on a machine that is never idle.
 
     Args:
         niceness: By how much more than now.
@@ -148,7 +149,7 @@ def give_way(niceness: int) -> None:
         return  # others are in this session
     for _ in range(AUTOGROUP_TRIES):
         try:
-            Path("/proc/self/autogroup").write_text(str(total), encoding="ascii")
+            Path("/proc/self/autogroup").write_text(str(total // 2), encoding="ascii")
         except BlockingIOError:  # somebody else has just made one
             time.sleep(AUTOGROUP_WAIT_S)
         except OSError:  # the kernel does no such thing, and niceness does all

@@ -9,7 +9,7 @@ that seed.
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from itertools import groupby, tee
-from time import perf_counter
+from time import thread_time
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -91,7 +91,7 @@ class Continuation:
     Attributes:
         seed: Of the tracker's random numbers.
         steps: How many steps were taken.
-        seconds: That they took.
+        seconds: Of processor time that they took: what waits for others costs no more.
     """
 
     def __init__(
@@ -186,11 +186,11 @@ class Continuation:
         places = slice(start - stretch.first, end - stretch.first)
         if tracker.searching is not None and any(frame.target is None for frame in stretch.frames[places]):
             return False  # its own account takes the states of all frames
-        begun = perf_counter()
+        begun = thread_time()
         fold = tracker.fold(self._state, stretch.pictures_rgb[places], parameters, self.seed, start)
         if fold is None:
             return False
-        self.seconds += perf_counter() - begun
+        self.seconds += thread_time() - begun
         self.steps += end - start
         self._state = fold.state
         errors, lost = judge_estimates(experiment, fold.estimates, stretch.frames[places], parameters)
@@ -202,9 +202,9 @@ class Continuation:
         for index in range(start, end):
             tracker, parameters = self._tracker(index), self._timeline.parameters_at(index)
             frame = stretch.frames[index - stretch.first]
-            begun = perf_counter()
+            begun = thread_time()
             self._state = tracker.step(self._state, frame, parameters, Stream(self.seed, index, Purpose.TRACK))
-            self.seconds += perf_counter() - begun
+            self.seconds += thread_time() - begun
             self.steps += 1
             self._keep_state(tracker, frame, parameters)
 

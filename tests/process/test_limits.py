@@ -129,14 +129,14 @@ def test_a_fork_lets_go_of_its_parent(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="processors can be chosen, and files tell of groups, on Linux only")
 def test_who_gives_way_leaves_the_processor_to_others() -> None:
-    """Of two processes on one processor, each in a session of its own, the nicer has less than a third."""
+    """Of two processes on one processor, each in a session of its own, the nicer has much less."""
     program = """
 import os, time
 from pftrack.process import give_way
 os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
 read, write = os.pipe()
 begin = time.monotonic() + 0.3
-for name, niceness in (("other", 0), ("nicer", 12)):
+for name, niceness in (("other", 0), ("nicer", 19)):
     if os.fork() == 0:
         os.setsid()
         give_way(niceness)

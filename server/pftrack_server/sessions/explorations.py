@@ -31,8 +31,8 @@ from pftrack_server.tasks.jobs import Job, Jobs, failure_of
 
 __all__ = ["Explorations", "exploration_view"]
 
-NICENESS: Mapping[str, int] = {"ensemble": 4, "what-if": 9}
-"""They come after every session, and before sweeps. A band follows a slider; a list fills for as long as one looks."""
+NICENESS: Mapping[str, int] = {"ensemble": 6, "what-if": 14}
+"""They come after every session. A band follows a slider, and is soon there; a list fills for as long as one looks."""
 
 SILENCE_S = 60.0
 LONGEST_BAND = 2000
