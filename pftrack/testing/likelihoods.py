@@ -41,8 +41,8 @@ def _clouds_are_whole(experiment: Experiment, tracker: str) -> None:
         demand(len(parents.states) == len(parents), f"there must be a weight for each particle {where}")
         demand(sum(parents.counts) in {0, len(parents)}, f"samplers must have drawn all particles {where}")
         if parents.ancestors is not None and cloud is not None:
-            within = parents.ancestors.min() >= 0 and parents.ancestors.max() < len(cloud)
-            demand(within, f"ancestors must be particles of the frame before {where}")
+            within = parents.ancestors.min() >= -1 and parents.ancestors.max() < len(cloud)
+            demand(within, f"ancestors must be particles of the frame before, or -1, {where}")
 
 
 def _likelihoods_agree(experiment: Experiment, tracker: str) -> None:
@@ -78,7 +78,7 @@ def _weights_before(experiment: Experiment, before: Step, cloud: Cloud) -> NDArr
     parents = _cloud(experiment, before)
     if parents is None or cloud.ancestors is None:
         return np.zeros(len(cloud))
-    return parents.log_weights[cloud.ancestors]
+    return np.where(cloud.ancestors < 0, 0.0, parents.log_weights[cloud.ancestors])
 
 
 def _demand_whole_parts(likelihood: ObservationLikelihood, before: Step, step: Step) -> None:
