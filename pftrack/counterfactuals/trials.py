@@ -140,14 +140,14 @@ class _Trials:
         one = Continuation(run.experiment, timeline, seeds[0], self._state, loss=self._loss)
         if self._together(timeline):
             courses = go_on(run.experiment, timeline, seeds, self._state, frames, first=self._begin + 1)
-            lost = np.concatenate([each for _, each in courses], axis=1)
+            lost = truly = np.concatenate([each for _, each in courses], axis=1)
             if not finding.steps:  # what a step of a run by itself takes
                 one.take(Stretch(frames[0].frames[:1]))
         else:
             for stretch in frames:
                 one.take(stretch)
-            lost = one.lost[None]
-        holds = {seed: self._holds(row) for seed, row in zip(seeds, lost, strict=True)}
+            lost, truly = one.lost[None], one.truly_lost[None]
+        holds = {seed: self._holds(*rows) for seed, *rows in zip(seeds, truly, lost, strict=True)}
         return replace(
             finding,
             held={**finding.held, **{seed: each for seed, each in holds.items() if each is not None}},
@@ -160,12 +160,15 @@ class _Trials:
             return False  # the probability of a loss takes the states of each run
         return takes_all_at_once(self._run.experiment, timeline, self._begin + 1) is not None
 
-    def _holds(self, lost: NDArray[np.float64]) -> bool | None:
+    def _holds(self, truly: NDArray[np.float64], lost: NDArray[np.float64]) -> bool | None:
         """Return whether a run holds its target, by who says so; None if nobody does.
 
-        Where only of a few frames the truth is known, and nobody says anything of the others, all since the loss count.
+        Where the truth of any of the last frames is known, it alone counts, and where only of a few frames it is, that
+        of all since the loss: what else is said may be what was wrong with the run.
         """
-        for said in (lost[-self.judged :], lost[self._loss_frame - self._begin - 1 :]):
+        for each in (truly, lost):
+            last, since = each[-self.judged :], each[self._loss_frame - self._begin - 1 :]
+            said = since if np.isnan(last).all() else last
             if not np.isnan(said).all():
                 return not np.any(said == 1.0)
         return None
@@ -187,8 +190,15 @@ class _Trials:
 
 
 def _begin(run: Run, loss: int) -> int:
-    """Return the frame from which on things are changed: some before the loss, or before what led to it."""
-    lost = find_lost_frames(run).lost.tolist()
+    """Return the frame from which on things are changed: some before the loss, or before what led to it.
+
+    Of a loss that a mark tells, nobody knows when it began: it was held for sure in the last mark before that held.
+    """
+    said = find_lost_frames(run)
     hidden = [row.hidden is True for row in run.diagnostics]
-    found = before_loss(lost, hidden, loss)
-    return max(0, min(loss - 1, loss if found is None else found))
+    found = before_loss(said.lost.tolist(), hidden, loss)
+    begin = min(loss - 1, loss if found is None else found)
+    if said.witnesses[loss] == "truth":
+        held = (at for at in range(loss - 1, -1, -1) if said.verdicts[at] == (False, "truth"))
+        begin = min(begin, next(held, 0))
+    return max(0, begin)

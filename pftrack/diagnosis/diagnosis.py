@@ -83,7 +83,7 @@ class Diagnosis:
     def sentence(self) -> str:
         """What went wrong, in a sentence."""
         if self.frame is None:
-            return "The target is not lost in any frame computed so far." if self.witness else NOBODY_SAYS
+            return HELD[self.witness]
         when = BY_WITNESS[self.witness if self.lost else ""].format(frame=self.frame, probability=self.probability)
         if not self.signs and not self.lost:
             return f"{when}: the numbers show nothing wrong."
@@ -125,10 +125,16 @@ class Diagnosis:
         }
 
 
-NOBODY_SAYS = (
-    "Nobody says whether the target is lost: there is no truth, and the tracker gives no account of its own. Mark the "
-    "target in a few pictures (in a session the key T), or take a tracker that tells how probable a loss is."
-)
+NEVER = "The target is not lost in any frame computed so far."
+HELD: dict[Witness, str] = {
+    "truth": NEVER,
+    "tracker": NEVER,
+    "probability": "By the tracker's own numbers the target is probably not lost in any frame computed so far. Not "
+    "every loss shows in them: if it looks lost, mark the target in a few pictures (in a session the key T).",
+    "": "Nobody says whether the target is lost: there is no truth, and the tracker gives no account of its own. Mark "
+    "the target in a few pictures (in a session the key T), or take a tracker that tells how probable a loss is.",
+}
+"""What is said of a run that has not lost its target, by who says so."""
 
 
 def diagnose(run: Run, frame: int | None = None) -> Diagnosis:

@@ -118,6 +118,7 @@ class Continuation:
         self.steps, self.seconds = 0, 0.0
         self._errors: list[NDArray[np.float64]] = []
         self._lost: list[NDArray[np.float64]] = []
+        self._truly_lost: list[NDArray[np.float64]] = []
         self._loss = loss
         self._rows: list[tuple[str, Diagnostics]] = []
         self._declared = {series.name: series for series in experiment.all_series()}
@@ -145,6 +146,12 @@ class Continuation:
     def state(self) -> TrackState:
         """Of the last frame."""
         return self._state
+
+    @property
+    def truly_lost(self) -> NDArray[np.float64]:
+        """(L,) the same by the truth alone; NaN where that is not known."""
+        self._judge_rows()
+        return np.concatenate([np.zeros(0), *self._truly_lost])
 
     @property
     def loss(self) -> LossPast | None:
@@ -196,6 +203,7 @@ class Continuation:
         errors, lost = judge_estimates(experiment, fold.estimates, stretch.frames[places], parameters)
         self._errors.append(errors)
         self._lost.append(lost)
+        self._truly_lost.append(lost)
         return True
 
     def _step(self, stretch: Stretch, start: int, end: int) -> None:
@@ -236,6 +244,7 @@ class Continuation:
     def _keep_verdict(self, lost: bool | None, searching: bool | None, probability: float | None = None) -> None:
         said = judge_loss(lost, searching, probability).lost
         self._lost.append(np.array([np.nan if said is None else float(said)]))
+        self._truly_lost.append(np.array([np.nan if lost is None else float(lost)]))
 
 
 def go_on(

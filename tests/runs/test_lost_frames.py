@@ -94,3 +94,15 @@ def test_few_marks_judge_where_nobody_else_says_anything() -> None:
     *_, report = what_if(run, rounds=(1,))
     assert report.loss == 20
     assert all(finding.held for finding in report.findings)
+
+
+def test_marks_that_contradict_the_numbers_judge_alone() -> None:
+    """A loss that marks tell is gone back from to the last mark that held, and runs are judged by the marks."""
+    run = on_clip(marked=(0, 9, 36))
+    run.diagnostics = [replace(row, lost=row.frame == 36) if row.lost is not None else row for row in run.diagnostics]
+    *_, report = what_if(run, 36, rounds=(1,))
+    assert report.begin <= 9
+    branch = run.branch(report.begin, {"seed": report.baseline.seed})
+    branch.seek(report.end)
+    assert [row.frame for row in branch.diagnostics if row.lost is not None] == [0, 9, 36]
+    assert report.baseline.holding == (not branch.diagnostics[36].lost)

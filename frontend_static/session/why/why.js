@@ -97,13 +97,14 @@ export class Why {
 }
 
 /**
- * The button that asks.
+ * The button that asks. A clip without a loss may have one that nobody tells: there it says what to do.
  *
  * @param {Mounted} view
  * @param {() => void} ask
  */
 export function whyButton({ store }, ask) {
   const button = h("button", { type: "button", class: "why-ask", title: "Why was it lost? (W)", hidden: true, on: { click: ask } }, "Why?");
-  store.on(["history", "branch"], () => (button.hidden = store.isReadOnly || !store.knowsLoss));
+  const isAsked = () => store.knowsLoss || (Boolean(store.session?.recipe.footage) && store.history.length > 1);
+  store.on(["history", "branch"], () => (button.hidden = store.isReadOnly || !isAsked()));
   return button;
 }
