@@ -20,7 +20,7 @@ SECONDS: dict[str, tuple[float, float]] = {
     "pose-filters": (0.3, 2),
     "head": (7.4, 1800),
     "calibration": (2.7, 900),
-    "loss": (0.0, 300),
+    "loss": (0.0, 1_000),
     "loss-clips": (0.0, 150),
     "structure": (0.9, 21),
     "structure-face": (2.2, 21),

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.fish.calibration import CALIBRATION
+from pftrack.experiments.fish.loss_probability import LOSS_DECLARATION
 from pftrack.experiments.fish.recording import FishBody, RecordedFishParameters, on_video, suits
 from pftrack.experiments.fish.sketch import draw_edges, draw_particles, draw_path, draw_truth, fish
 from pftrack.experiments.fish.world import CHANGES_WORLD, MODES_WORLD, changes_world, modes_world
@@ -278,6 +279,7 @@ EXPERIMENT = Experiment(
     measure=measure,
     measures=PICTURE_MEASURES,
     calibration=CALIBRATION,
+    loss_probability=LOSS_DECLARATION,
     target="fish",
     plots=PLOTS,
     readings=READINGS,

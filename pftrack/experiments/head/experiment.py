@@ -16,6 +16,7 @@ from pftrack.experiment import ExampleSweep, Experiment, Setup, Step
 from pftrack.experiments.head.calibration import CALIBRATION
 from pftrack.experiments.head.exports import EXPORTS
 from pftrack.experiments.head.growth import GROWTH_PLOTS, GROWTH_READINGS, GROWTH_TERMS, SHAPE_ERROR, head_measure
+from pftrack.experiments.head.loss_probability import LOSS_DECLARATION
 from pftrack.experiments.head.marks import FaceBox, FacePoints
 from pftrack.experiments.head.own_face import MASK_OPACITY, MEAN_FACE, UNCERTAINTY, surface_colours
 from pftrack.experiments.head.presets import PRESETS
@@ -239,6 +240,7 @@ EXPERIMENT = Experiment(
     report=report,
     target="face",
     calibration=CALIBRATION,
+    loss_probability=LOSS_DECLARATION,
     plots=tuple(
         replace(plot, row_titles=tuple(TITLES[name] for name in FEATURES)) if plot.kind == "features" else plot
         for plot in (*POSE_PLOTS, *GROWTH_PLOTS)

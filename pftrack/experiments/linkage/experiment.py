@@ -16,6 +16,7 @@ from pftrack.experiments.linkage.calibration import CALIBRATION
 from pftrack.experiments.linkage.depth import DEPTH_WORLD, depth_world
 from pftrack.experiments.linkage.failures import FAILURES
 from pftrack.experiments.linkage.lengths import LENGTHS_WORLD, lengths_world
+from pftrack.experiments.linkage.loss_probability import LOSS_DECLARATION
 from pftrack.experiments.linkage.parameters import SimulatedLinkageParameters
 from pftrack.experiments.linkage.plots import KEPT, MEASURES, PLOTS, READINGS, TERMS
 from pftrack.experiments.linkage.presets import PRESETS
@@ -119,6 +120,7 @@ EXPERIMENT = Experiment(
     presets=PRESETS,
     failures=FAILURES,
     calibration=CALIBRATION,
+    loss_probability=LOSS_DECLARATION,
     layers=(
         Layer("picture"),
         Layer("measurements", legend=(Key("observation", "measured"),)),
