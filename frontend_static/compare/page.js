@@ -29,7 +29,7 @@ import { linkTo, savedOf, wantedOf } from "../shared/comparison_link.js";
 
 const SKELETON_AFTER_MS = 200;
 const WORK = { label: "Choose saved runs", href: "work?show=runs" };
-const EMPTY = "Compare a session with its branches or with other methods (key C on its page), two saved runs (My work), or two methods on one row of a sweep.";
+const EMPTY = "Compare a session with its branches or with other trackers (key C on its page), two saved runs (My work), or two trackers on a row of a sweep.";
 const RECORDING = "The link does not contain recordings: on another server, upload the recording first.";
 const LONGEST_TITLE = 200;
 const root = part("comparison");

@@ -18,7 +18,7 @@ import { Controls, SEED, declared } from "./controls.js";
 /** @type {readonly import("../session/layout.js").Part[]} */
 const PARTS = ["scene", "plots", "transport", "scrubber"];
 const TRACKER = "tracker";
-const TRACKER_HINT = "The method that follows the target; a change counts from the next frame.";
+const TRACKER_HINT = "What follows the target; a change counts from the next frame.";
 const SEED_HINT = "The same seed gives the same run, to the bit. A change starts the run again.";
 
 export class ScenarioStage {

@@ -145,7 +145,7 @@ function header() {
  */
 function linkSweep(link, session) {
   link.hidden = isParticipant;
-  link.title = session.sweep ? "The sweep that this run comes from" : "Repeat this run with other seeds, parameters and methods";
+  link.title = session.sweep ? "The sweep that this run comes from" : "Repeat this run with other seeds, parameters and trackers";
   link.href = session.sweep ? `sweep/${encodeURIComponent(session.sweep)}` : newSweep(repeated(session));
 }
 

@@ -1,4 +1,4 @@
-/** From a session to a comparison: with its branches, with the same run by other methods, or with other sessions. */
+/** From a session to a comparison: with its branches, with the same run by other trackers, or with other sessions. */
 
 import { api } from "./api.js";
 import { openDialog } from "./dialog.js";
@@ -9,7 +9,7 @@ import { linkToReferences } from "./comparison_link.js";
 
 const MOST_OTHERS = 3;
 const MOST_SESSIONS = 8;
-const SAVED = "Saved runs are compared in My work, methods over many conditions in a sweep.";
+const SAVED = "Saved runs are compared in My work, trackers over many conditions in a sweep.";
 
 /** @typedef {{reference: string, title: string, hint: string, colour: string, isChosen: boolean}} Other What this run can be compared with. */
 
@@ -46,7 +46,7 @@ export async function compareDialog(session) {
           },
         },
         h("p", {}, "It is shown with up to three others, on the same frames, in step. This session continues unchanged."),
-        others.length === 0 && h("p", { class: "note" }, "There is nothing yet to compare it with: no branch, no other method, no other session of this kind."),
+        others.length === 0 && h("p", { class: "note" }, "There is nothing yet to compare it with: no branch, no other tracker or session of this kind."),
         h("ul", { class: "compare-choices" }, others.map((other, place) => h("li", {}, choice(other, boxes[place])))),
         h("p", { class: "hint" }, SAVED),
         h("footer", {}, h("button", { type: "button", on: { click: close } }, "Cancel"), go),

@@ -390,7 +390,7 @@ export interface EstimateRequest {
   title?: string | null;
   /** What is varied; the axes multiply. On a recording there may be none: other seeds alone. */
   axes: SweepAxis[];
-  /** Methods; all of them meet the same seeds. */
+  /** Trackers; all of them meet the same seeds. */
   trackers?: string[];
   trials?: number;
   /** Length of a run. */
@@ -2083,7 +2083,7 @@ export interface SweepCreate {
   title?: string | null;
   /** What is varied; the axes multiply. On a recording there may be none: other seeds alone. */
   axes: SweepAxis[];
-  /** Methods; all of them meet the same seeds. */
+  /** Trackers; all of them meet the same seeds. */
   trackers?: string[];
   trials?: number;
   /** Length of a run. */

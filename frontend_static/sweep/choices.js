@@ -18,8 +18,8 @@ const SHOWS = [
   { value: "success", words: "Success", hint: "Share of the runs that succeeded" },
   { value: "error", words: "Error", hint: "Mean error of the successful runs" },
   { value: "measure", words: "Measure", hint: "Mean over all runs of a measure as benchmarks define it" },
-  { value: "difference", words: "Difference", hint: "One method's rate, error or measure minus another's" },
-  { value: "significance", words: "Significance", hint: "Where a test tells two methods apart" },
+  { value: "difference", words: "Difference", hint: "One tracker's rate, error or measure minus another's" },
+  { value: "significance", words: "Significance", hint: "Where a test tells two trackers apart" },
 ];
 /** @type {Option<View["test"]>[]} */
 const TESTS = [
@@ -79,9 +79,9 @@ function versus(store) {
   return h(
     "span",
     { class: "choice versus" },
-    select("First method", methods, view.first, (first) => store.show({ first })),
+    select("First tracker", methods, view.first, (first) => store.show({ first })),
     " against ",
-    select("Second method", methods, view.second, (second) => store.show({ second })),
+    select("Second tracker", methods, view.second, (second) => store.show({ second })),
     comparedBy(store),
     view.show === "significance" && [
       view.measure === "success" && select("Test", TESTS, view.test, (test) => store.show({ test })),

@@ -186,10 +186,10 @@ export class PlanForm {
       h(
         "section",
         { class: "plan-part", data: { field: "trackers" } },
-        h("h2", {}, "Methods"),
+        h("h2", {}, "Trackers"),
         h("div", { class: "methods" }, this.#methods.map(({ label }) => label)),
         wrong(),
-        h("p", { class: "hint" }, "All methods meet the same scenes and seeds."),
+        h("p", { class: "hint" }, "All trackers meet the same scenes and seeds."),
       ),
       h(
         "section",
@@ -219,8 +219,8 @@ export class PlanForm {
   #lossPart() {
     const able = this.#methods.filter(({ box }) => this.#experiment.loss_trackers.includes(box.value));
     if (able.length === 0) return null;
-    const who = able.length === this.#methods.length ? "" : ` Only some methods can tell: ${able.map(({ label }) => label.textContent).join(", ")}.`;
-    const hint = `As the methods say themselves, without a look at the truth.${who} Fast methods take longer for it, see the estimate.`;
+    const who = able.length === this.#methods.length ? "" : ` Only some trackers can tell: ${able.map(({ label }) => label.textContent).join(", ")}.`;
+    const hint = `As the trackers say themselves, without a look at the truth.${who} Fast trackers take longer for it, see the estimate.`;
     const label = h("label", { class: "check" }, this.#loss, "Measure how probable it is that the target is lost, too");
     return h("div", { data: { field: "loss_probability" } }, label, wrong(), h("p", { class: "hint" }, hint));
   }

@@ -101,7 +101,7 @@ export class RunList {
       "header",
       { class: "runs-head" },
       h("h2", {}, placeOf(x, i), y && [h("br"), placeOf(y, j)]),
-      methods.length > 1 && select("Method", [{ value: ALL, words: "All methods" }, ...methods], this.#tracker, choose),
+      methods.length > 1 && select("Tracker", [{ value: ALL, words: "All trackers" }, ...methods], this.#tracker, choose),
     );
   }
 

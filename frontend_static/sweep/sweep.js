@@ -103,7 +103,7 @@ function facts() {
   const pooled = unseen.map(({ title, values }) => `${values.length} values of ${title.toLowerCase()}`);
   const words = [`${sweep.trials} ${sweep.trials === 1 ? "trial" : "trials"} of ${sweep.frames} frames`, `seed ${sweep.seed}`, ...fixed];
   if (pooled.length > 0) words.push(`pooled over ${pooled.join(" and ")}`);
-  setText(part("facts"), `${words.join(", ")}. All methods meet the same seeds. Intervals are Wilson's, 95\u00a0%.`);
+  setText(part("facts"), `${words.join(", ")}. All trackers meet the same seeds. Intervals are Wilson's, 95\u00a0%.`);
   explain(part("facts"), { experiment: sweep.experiment });
 }
 

@@ -40,7 +40,7 @@ const WORDS = {
   },
   sweeps: {
     title: "Sweeps",
-    empty: "A sweep runs an experiment over many conditions and draws a map of where each method succeeds. None has been started yet.",
+    empty: "A sweep runs an experiment over many conditions and draws a map of where each tracker succeeds. None has been started yet.",
     way: ["New sweep", "sweep/new"],
   },
   uploads: {

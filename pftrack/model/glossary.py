@@ -66,8 +66,13 @@ GLOSSARY = (
             Term("target", "what a tracker follows"),
             Term(
                 "tracker",
-                "steps a state from one frame to the next; where several are compared they are called methods",
-                ("trackers", "method", "methods"),
+                "steps a state from one frame to the next by a method; what one chooses, compares and sweeps over",
+                ("trackers",),
+            ),
+            Term(
+                "method",
+                "the mathematics, as books have it; several trackers may share one, and a tracker may join several",
+                ("methods",),
             ),
             Term("filter", "the mathematics inside a tracker: bootstrap, auxiliary, Kalman and others"),
             Term(

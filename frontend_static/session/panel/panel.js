@@ -22,7 +22,7 @@ import { Proposals } from "./proposals.js";
 
 const TRACKER = "tracker";
 const SEED = "seed";
-const TRACKER_HINT = "The method that follows the target; a change counts from the next frame.";
+const TRACKER_HINT = "What follows the target; a change counts from the next frame.";
 const FIT_HINT = "Find the values under which what was seen is most probable, instead of tuning by eye.";
 const SEED_HINT = "The same seed gives the same scene and the same run, to the bit. A change starts the run again.";
 

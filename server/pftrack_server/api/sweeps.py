@@ -20,9 +20,9 @@ router = APIRouter(tags=["sweeps"])
 
 MOST_ROWS = 500
 Axis = Annotated[str | None, Query(max_length=64, description="Name of an axis; `none` pools all values.")]
-Method = Annotated[str | None, Query(max_length=64, description="Name of a method of the sweep.")]
+Method = Annotated[str | None, Query(max_length=64, description="Name of a tracker of the sweep.")]
 Compared = Annotated[
-    str, Query(max_length=64, description="What two methods are compared by: `success`, `error`, or a measure's name.")
+    str, Query(max_length=64, description="What two trackers are compared by: `success`, `error`, or a measure's name.")
 ]
 Place = Annotated[int, Query(ge=0, le=2_000_000)]
 

@@ -40,7 +40,7 @@ class SweepCreate(RequestBody):
         max_length=8,
         description="What is varied; the axes multiply. On a recording there may be none: other seeds alone.",
     )
-    trackers: list[Name] = Field([], max_length=64, description="Methods; all of them meet the same seeds.")
+    trackers: list[Name] = Field([], max_length=64, description="Trackers; all of them meet the same seeds.")
     trials: Annotated[int, Field(ge=1, le=1_000_000)] = 10
     frames: Annotated[int, Field(ge=1, le=10_000_000)] | None = Field(None, description="Length of a run.")
     seed: Seed = 0
