@@ -46,6 +46,7 @@ class RaoBlackwell:
         feature_covariances: (F, 2, 2) px^2, weighted.
         pose: Belief in the angles (3,), rad.
         log_evidence: log p(z_t | z_{1:t-1}) up to the constant that the likelihood leaves out.
+        ancestors: (N,) parent of each particle in the frame before; None at the beginning.
     """
 
     cameras: NDArray[np.float64]
@@ -56,6 +57,7 @@ class RaoBlackwell:
     feature_covariances: NDArray[np.float64]
     pose: Gaussian
     log_evidence: float = 0.0
+    ancestors: NDArray[np.int64] | None = None
 
     @property
     def positions(self) -> NDArray[np.float64]:
@@ -116,7 +118,7 @@ def step(
     noise[3:, 3:] += covariance[:3, :3]
     slopes = np.ascontiguousarray(layer.reference[:, :3])
     pose = affine_pose.extended_step(belief.pose, entries, noise, slopes, layer.theta_sd_rad, layer.walk)
-    return RaoBlackwell(cameras, covariance, log_weights, coordinates, means, covariances, pose, log_evidence)
+    return RaoBlackwell(cameras, covariance, log_weights, coordinates, means, covariances, pose, log_evidence, parents)
 
 
 @compiled

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.model.likelihood import Component
+
 __all__ = ["Cloud"]
 
 
@@ -24,6 +26,9 @@ class Cloud:
             where that is not known.
         counts: How many of them each sampler has drawn, those of the first sampler first; empty where there is but one.
         samplers: Names of these samplers, as many.
+        components: Coordinates of the states, in order, where they are not those of which the tracker's likelihood is
+            asked, as of particles of points below a pose; such particles are not asked.
+        places: (N, 2) where these are in the picture, px; None of all others.
         resampled: Whether parents were drawn in this frame; else weights are those of the frame before, times what the
             frame says.
     """
@@ -34,6 +39,8 @@ class Cloud:
     counts: tuple[int, ...] = ()
     samplers: tuple[str, ...] = ()
     resampled: bool = True
+    components: tuple[Component, ...] = ()
+    places: NDArray[np.float64] | None = None
 
     def __len__(self) -> int:
         """Return the number of particles N."""

@@ -154,10 +154,12 @@ class Inspection:
         if cloud is None or not 0 <= particle < len(cloud):
             count = 0 if cloud is None else len(cloud)
             raise ParameterError("particle", particle, f"a particle of the frame, of which there are {count}")
-        own = self._particle(cloud, particle, likelihood)
-        if likelihood is None:
-            return Finding(self.run.position, None, "", None, (), (), own)
-        known, state = self._known(likelihood), cloud.states[particle]
+        own, state = self._particle(cloud, particle, likelihood), cloud.states[particle]
+        if likelihood is None or cloud.components:
+            place = None if cloud.places is None else cloud.places[particle]
+            named = tuple(zip(cloud.components, state.tolist(), strict=False))
+            return Finding(self.run.position, place, "", None, (), named, own)
+        known = self._known(likelihood)
         return self._ask(likelihood, known, state, self._place(likelihood, known, state), own)
 
     def update_parts(self) -> tuple[Part, ...]:
@@ -185,9 +187,12 @@ class Inspection:
         cloud, likelihood = self.cloud, self.tracker.likelihood
         if cloud is None:
             return None
-        if likelihood is None or likelihood.anchor is None:
+        places = cloud.places
+        if not cloud.components and likelihood is not None and likelihood.anchor is not None:
+            places = likelihood.anchor.place(self._known(likelihood), cloud.states)
+        if places is None:
             return int(cloud.log_weights.argmax())
-        off = np.square(likelihood.anchor.place(self._known(likelihood), cloud.states) - place).sum(axis=1)
+        off = np.square(places - place).sum(axis=1)
         near = np.flatnonzero(off <= np.nanmin(off))
         return int(near[cloud.log_weights[near].argmax()]) if len(near) else None
 
@@ -243,11 +248,11 @@ class Inspection:
         past = self._past(GENERATIONS)
         lineage = trace(self.run.position, self._ancestors(past), len(cloud)).places[::-1, particle]
         lineage = lineage[lineage >= 0]
-        path = np.empty((0, 2))
-        if likelihood is not None and likelihood.anchor is not None:
-            known, clouds = self._known(likelihood), [_cloud(self.run, step) for step in reversed(past)]
-            states = [each.states[place] for each, place in zip(clouds, lineage, strict=False) if each is not None]
-            path = likelihood.anchor.place(known, np.stack(states))
+        clouds = (_cloud(self.run, step) for step in reversed(past))
+        line = [(each, at) for each, at in zip(clouds, lineage, strict=False) if each is not None]
+        path = np.array([each.places[at] for each, at in line if each.places is not None]).reshape(-1, 2)
+        if not cloud.components and likelihood is not None and likelihood.anchor is not None:
+            path = likelihood.anchor.place(self._known(likelihood), np.stack([each.states[at] for each, at in line]))
         last = min(self.run.computed, self.run.position + GENERATIONS - 1)
         following = self._window(self.run.position, last)[1:]
         return ParticleFinding(

@@ -55,6 +55,9 @@ def _likelihoods_agree(experiment: Experiment, tracker: str) -> None:
         cloud, centre = _cloud(experiment, step), likelihood.centre(step.state)
         names = likelihood.components(step.parameters)
         demand(centre.shape == (len(names),), f"a state has {len(names)} coordinates, and its centre {centre.shape}")
+        if cloud is not None and cloud.components:
+            demand(cloud.states.shape[1] == len(cloud.components), "particles must have the coordinates that they name")
+            cloud = None  # they are none of those that the likelihood is asked of
         states = centre[None] if cloud is None else cloud.states
         found = likelihood.ask(before.state, states, step.frame, step.parameters)
         where = f"in frame {step.frame.index}"

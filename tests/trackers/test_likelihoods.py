@@ -156,3 +156,25 @@ def test_hands_drawn_as_particles_have_ancestors() -> None:
     assert lineage is not None
     assert len(cloud) == run.parameters_at(3).sample_count
     assert len(lineage.places) > 1
+
+
+def test_joint_particles_of_a_pose_have_ancestors() -> None:
+    """Each is all points at once, lies in the middle of them, and its path leads over the middles of its ancestors."""
+    found = find("prism")
+    run = Run(found, found.simulate(), tracker="rb-pf", seed=5, frames=5)
+    run.change({"joint_sample_count": 300})
+    run.seek(4)
+    look = Inspection(run)
+    cloud, lineage = look.cloud, look.genealogy()
+    assert cloud is not None
+    assert cloud.places is not None
+    assert lineage is not None
+    particle = look.nearest(cloud.places[7])
+    assert particle is not None
+    told = look.at_particle(particle)
+    assert told.particle is not None
+    assert told.place is not None
+    assert len(told.state) == 16
+    assert told.place == pytest.approx(np.reshape([value for _, value in told.state], (8, 2)).mean(axis=0))
+    assert told.particle.path.shape == (1 + len(told.particle.ancestors), 2)
+    assert (lineage.counts[:-1] <= 300).all()

@@ -36,6 +36,7 @@ from pftrack.trackers.head.reports import head_measurement, head_series
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.calibrated import pose_and_band
 from pftrack.trackers.pose.contributions import contribution_parts
+from pftrack.trackers.pose.joint_cloud import joint_cloud
 from pftrack.trackers.pose.layered import FeatureLikelihood
 from pftrack.trackers.pose.methods import METHODS, Method
 from pftrack.trackers.pose.pose_likelihood import pose_likelihood
@@ -289,6 +290,7 @@ def _tracker(method: Method, title: str, description: str) -> Tracker:
         measure=head_measurement(method),
         searching=lambda state: _memory(state).lost,
         likelihood=LIKELIHOOD,
+        cloud=partial(joint_cloud, FEATURES) if method == "rb-pf" else None,
         update_parts=partial(contribution_parts, FEATURES),
     )
 
