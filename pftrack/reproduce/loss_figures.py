@@ -29,7 +29,7 @@ FIGURES = ("loss-reliability", "loss-roc", "loss-delays")
 COLUMNS, HIGH_IN, FOOT_IN = 5, 1.5, 0.4
 LAST_FRAME = 20
 LARGEST_DOT, SMALLEST_DOT = 60.0, 4.0
-LINE_PT = 1.3
+LINE_PT, TITLE_PT = 1.3, 7
 
 
 def draw_scores(found: Mapping[tuple[str, str], Scores]) -> "dict[str, Figure]":
@@ -48,10 +48,12 @@ def draw_scores(found: Mapping[tuple[str, str], Scores]) -> "dict[str, Figure]":
         )
         for panel, ((experiment, tracker), scores) in zip(panels, found.items(), strict=False):
             draw(panel, scores, CURVE_COLOURS[experiments.index(experiment) % len(CURVE_COLOURS)])
-            panel.set_title(f"{experiment}, {tracker}", fontsize=LETTERS_PT)
+            panel.set_title(f"{experiment}, {tracker}", fontsize=TITLE_PT)
             panel.set_ylim(-0.04, 1.04)
         for panel in panels[len(found) :]:
             panel.set_visible(False)
+        for panel in panels[max(len(found) - COLUMNS, 0) : len(found)]:
+            panel.tick_params(labelbottom=True)
         figure.supxlabel(across, fontsize=LETTERS_PT)
         figure.supylabel(up, fontsize=LETTERS_PT)
         figures[name] = figure
