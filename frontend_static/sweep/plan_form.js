@@ -59,7 +59,12 @@ export class PlanForm {
       this.#size.start();
     });
     for (const axis of plan.axes) this.#addAxis(axis);
-    for (const [name, value] of Object.entries(plan.parameters ?? {})) this.#addFixed(name, value);
+    const isKnown = (/** @type {string} */ name) => experiment.declarations.some((each) => each.name === name);
+    const given = Object.entries(plan.parameters ?? {});
+    for (const [name, value] of given) if (isKnown(name)) this.#addFixed(name, value);
+    // What a file declares is known only where the file is executed.
+    const own = given.map(([name]) => name).filter((name) => !isKnown(name));
+    if (own.length > 0) this.#fixedList.append(h("p", { class: "hint" }, `Parameters of a file keep the file's defaults: ${own.join(", ")}.`));
     this.#changed();
   }
 

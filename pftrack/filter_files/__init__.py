@@ -4,7 +4,8 @@
 - `sliders`: the parameters of a file, from a dataclass with defaults;
 - `trust`: which texts may be executed;
 - `tracker`: the tracker that a file makes, with what stands in for what it leaves out;
-- `extension`: an experiment with such trackers, and the experiment of a recipe.
+- `extension`: an experiment with such trackers, and the experiment of a recipe;
+- `outline`: the same for whoever plans and executes nothing.
 
 A recipe holds the texts of the files (`Recipe.filters`), so a run with such a filter is the same everywhere. Each text
 that was in force is a version, and which one computes a frame is a parameter like any other: it can change in the
@@ -21,6 +22,7 @@ from pftrack.filter_files.extension import (
     version_parameter,
     widen,
 )
+from pftrack.filter_files.outline import outline
 from pftrack.filter_files.sliders import slider
 from pftrack.filter_files.trust import digest_of, is_trusted, trust, trust_filters, with_digests, with_texts
 
@@ -32,6 +34,7 @@ __all__ = [
     "is_trusted",
     "name_of",
     "new_defaults",
+    "outline",
     "parameters_of",
     "slider",
     "trust",

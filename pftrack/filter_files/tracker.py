@@ -22,7 +22,7 @@ from pftrack.particles import ParticleSet, normalise
 from pftrack.resampling import systematic
 from pftrack.trackers.filter_interface import FilterInterface, Update
 
-__all__ = ["NOT_REPEATABLE", "tracker_of", "version_parameter"]
+__all__ = ["NOT_REPEATABLE", "series_of", "tracker_of", "version_parameter"]
 
 NOT_REPEATABLE = Series("not_repeatable", "not repeatable", role="flag")
 """Of a filter in a file: whether a step came to other numbers when it was computed again, in this frame or before."""
@@ -35,6 +35,11 @@ LARGEST_EXCESS = 1e-6
 def version_parameter(tracker: str) -> str:
     """Return the name of the parameter that says which version of a file is in force, from 1."""
     return f"{tracker}_version"
+
+
+def series_of(interface: FilterInterface) -> tuple[Series, ...]:
+    """Return what every filter from a file reports."""
+    return (*interface.series, NOT_REPEATABLE)
 
 
 def tracker_of(name: str, texts: tuple[str, ...], interface: FilterInterface) -> Tracker:
@@ -51,7 +56,7 @@ def tracker_of(name: str, texts: tuple[str, ...], interface: FilterInterface) ->
         f"{code.title}: it defines {', '.join(code.functions)}.",
         partial(_start, files, interface),
         partial(_step, files, interface),
-        series=(*interface.series, NOT_REPEATABLE),
+        series=series_of(interface),
         measure=partial(_measure, interface),
         reads=(interface.reads,),
         # A step of its own may weigh by anything.

@@ -15,7 +15,7 @@ from math import prod
 from typing import Any, Self, get_args
 
 from pftrack.experiments import Experiment, Setup
-from pftrack.filter_files import extend
+from pftrack.filter_files import FilterFileError, extend, outline
 from pftrack.model.measures import Measure
 from pftrack.model.parameters import ParameterError, Parameters, Value, revise
 from pftrack.model.recipe import Footage, Recipe
@@ -66,6 +66,8 @@ class Plan:
         kind: Of the recording.
         filters: Texts of files with filters, by the names of their trackers; see `Recipe`.
         loss_probability: Whether how probable it is that the target is lost is measured as well.
+        outlined: Whether files with filters are named alone and not executed here, where the plan is shown and no run
+            of it is computed; their own parameters can be neither varied nor fixed then.
 
     Raises:
         SweepError: Anything of it is unknown, out of bounds, given twice or too much.
@@ -82,10 +84,11 @@ class Plan:
     kind: Kind | None = None
     filters: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     loss_probability: bool = False
+    outlined: bool = field(default=False, compare=False)
 
     def __post_init__(self) -> None:
         try:
-            experiment = extend(self.experiment, self.filters)
+            experiment = self.wiring
         except LookupError as error:
             raise SweepError(str(error.args[0])) from None
         self._check_recording()
@@ -113,6 +116,8 @@ class Plan:
     @cached_property
     def wiring(self) -> Experiment:
         """The experiment itself."""
+        if self.outlined:
+            return outline(self.experiment, self.filters)
         return extend(self.experiment, self.filters)
 
     @property
@@ -248,8 +253,12 @@ class Plan:
         }
 
     @classmethod
-    def from_dict(cls, raw: Mapping[str, Any]) -> Self:
+    def from_dict(cls, raw: Mapping[str, Any], *, outlined: bool = False) -> Self:
         """Return the plan that `as_dict` has described.
+
+        Args:
+            raw: What it has given.
+            outlined: Whether filters in files are named alone; see there.
 
         Raises:
             SweepError: They describe none, or one that is impossible here.
@@ -267,7 +276,10 @@ class Plan:
                 kind=raw.get("kind"),
                 loss_probability=bool(raw.get("loss_probability", False)),
                 filters={str(name): tuple(map(str, texts)) for name, texts in raw.get("filters", {}).items()},
+                outlined=outlined,
             )
+        except FilterFileError as error:
+            raise SweepError(str(error)) from None
         except (KeyError, TypeError, ValueError) as error:
             if isinstance(error, SweepError):
                 raise

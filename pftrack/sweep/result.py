@@ -67,11 +67,12 @@ class Result:
                     raise SweepError(f"{path} is damaged: its description is whole, its rows are not") from None
 
 
-def read_result(path: Path) -> Result:
+def read_result(path: Path, plan: Plan | None = None) -> Result:
     """Return the result of a sweep: finished, or what is there so far.
 
     Args:
         path: The result file, or the folder of chunks beside it.
+        plan: What was computed, where that is known; it is read there if not given.
 
     Raises:
         SweepError: It is not there, foreign, cut short or of another version.
@@ -79,8 +80,8 @@ def read_result(path: Path) -> Result:
     if not path.exists() and partial_of(path).is_dir():
         path = partial_of(path)
     if path.is_dir():
-        return Result(plan_of(path), tuple(chunk_files(path)), complete=False, place=path)
-    return Result(plan_of(path), (path,), complete=True)
+        return Result(plan or plan_of(path), tuple(chunk_files(path)), complete=False, place=path)
+    return Result(plan or plan_of(path), (path,), complete=True)
 
 
 def read_chunk(path: Path) -> arrow.Table:

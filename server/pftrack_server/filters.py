@@ -7,7 +7,7 @@ without being executed. A version that was saved while the server runs is kept, 
 import ast
 import asyncio
 import contextlib
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
@@ -110,6 +110,21 @@ class FilterFiles:
         """Return a recipe that brings the filters of its experiment, as they are now, beside those that it has."""
         own = {each.name: (each.digest,) for each in self.served if each.experiment == recipe.experiment}
         return recipe.model_copy(update={"filters": {**own, **recipe.filters}}) if own else recipe
+
+    def texts_of(self, experiment: str, names: Collection[object]) -> dict[str, tuple[str, ...]]:
+        """Return the texts of an experiment's files among some trackers, as they are now, by name; they are kept.
+
+        Raises:
+            ValueError: One is no filter as it is now; the sentence names its line.
+            OSError: One cannot be read.
+        """
+        found: dict[str, tuple[str, ...]] = {}
+        for each in self.served:
+            if each.experiment == experiment and each.name in names:
+                _, _, text = look_at(each.path)
+                self._files.keep_filter(text)
+                found[each.name] = (text,)
+        return found
 
     def views(self) -> list[FilterPublic]:
         """Return all of them as everybody outside sees them."""

@@ -72,7 +72,8 @@ class Services:
         tasks = ChildTasks(queues)
         manager = Manager(settings, store, tasks, compilation.open_experiment)
         await manager.open()
-        sweeps = Sweeps(settings, store, tasks)
+        filters = await asyncio.to_thread(FilterFiles, settings.filters, store.files, editable=settings.edits_filters)
+        sweeps = Sweeps(settings, store, tasks, filters)
         await sweeps.open()
         metrics.watch(manager, sweeps)
         imports = Imports(settings, store, tasks)
@@ -86,7 +87,6 @@ class Services:
         kept = Suitabilities(store, settings)
         results = ExperimentResults(settings.data_dir / "experiments-computed", tasks, compilation.wait_for)
         await asyncio.to_thread(results.open)
-        filters = await asyncio.to_thread(FilterFiles, settings.filters, store.files, editable=settings.edits_filters)
         filters.open(manager.revise_filter)
         return cls(
             settings,

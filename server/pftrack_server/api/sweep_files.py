@@ -78,7 +78,8 @@ def _attach(name: str) -> dict[str, str]:
 async def _report(sweep: Sweep, store: Store, folder: Path, largest_file: int, *, pictures: Pictures) -> None:
     """Have a child write the report of a sweep into a folder."""
     result = store.files.sweep(sweep.id)
-    await ask(functions.report, result, folder, pictures, patience_s=REPORT_S, file_bytes=largest_file)
+    filters = store.files.filters_of(sweep.plan.single(0).recipe)
+    await ask(functions.report, result, folder, pictures, filters, patience_s=REPORT_S, file_bytes=largest_file)
 
 
 def _gather(sweep: Sweep, path: Path) -> Path:

@@ -9,6 +9,7 @@ import structlog
 
 from pftrack.sweep import Plan, Recording, SweepError
 from pftrack_server.errors import ApiError, ConflictError, NotFoundError, UnavailableError
+from pftrack_server.filters import FilterFiles
 from pftrack_server.schemas.sweep_views import EstimatePublic, ValuesPublic
 from pftrack_server.schemas.sweeps import EstimateRequest, SweepCreate
 from pftrack_server.settings import Settings
@@ -37,8 +38,9 @@ SHOWN_VALUES = 24
 class Sweeps:
     """All sweeps of a server; all methods belong to the event loop's thread."""
 
-    def __init__(self, settings: Settings, store: Store, tasks: ChildTasks) -> None:
+    def __init__(self, settings: Settings, store: Store, tasks: ChildTasks, filters: FilterFiles) -> None:
         self._settings = settings
+        self._filters = filters
         self._store = store
         self._tasks = tasks
         self._sweeps: dict[str, Sweep] = {}
@@ -93,7 +95,7 @@ class Sweeps:
         Raises:
             RefusedError: The plan in the body is unknown, out of bounds or too large.
         """
-        plan = await asyncio.to_thread(as_plan, body, self._settings, self._store)
+        plan = await asyncio.to_thread(as_plan, body, self._settings, self._store, self._filters)
         problem = None
         try:
             within_limits(plan, self._settings)
@@ -122,7 +124,7 @@ class Sweeps:
             RefusedError: The plan in the body is unknown, out of bounds or too large.
             UnavailableError: The server computes, keeps or stores enough already.
         """
-        plan = await asyncio.to_thread(as_plan, body, self._settings, self._store)
+        plan = await asyncio.to_thread(as_plan, body, self._settings, self._store, self._filters)
         within_limits(plan, self._settings)
         async with self._command_lock:
             return await self._create(body, plan)
@@ -243,7 +245,9 @@ class Sweeps:
                 if key not in self._measured:
                     jobs = self._settings.sweep_jobs
                     recording = await self._find_recording(plan)
-                    answer = await ask(functions.measure, plan.as_dict(), jobs, recording, patience_s=MEASURE_S)
+                    filters = await asyncio.to_thread(self._trusted, plan)
+                    told = plan.as_dict(), jobs, recording, filters
+                    answer = await ask(functions.measure, *told, patience_s=MEASURE_S)
                     while len(self._measured) >= MOST_REMEMBERED:
                         del self._measured[next(iter(self._measured))]
                     self._measured[key] = float(answer["seconds"])
@@ -252,12 +256,17 @@ class Sweeps:
     # ------------------------------------------------------------ store
 
     def _restore(self, row: SweepRow) -> Sweep:
-        plan = Plan.from_dict(json.loads(row.plan))
+        plan = Plan.from_dict(json.loads(row.plan), outlined=True)
         names = ("id", "title", "state", "message", "done", "successes", "problems", "seconds", "created")
         return self._sweep({name: getattr(row, name) for name in names}, plan)
 
     def _sweep(self, row: dict[str, Any], plan: Plan) -> Sweep:
-        return Sweep(row, plan, self._store.files.sweep(row["id"]), self._settings, self._keep, self._find_recording)
+        out, filters = self._store.files.sweep(row["id"]), self._trusted(plan)
+        return Sweep(row, plan, out, self._settings, self._keep, self._find_recording, filters)
+
+    def _trusted(self, plan: Plan) -> tuple[str, ...]:
+        """Return the texts of a plan's filters that are files of this server's owner."""
+        return self._store.files.filters_of(plan.single(0).recipe) if plan.filters else ()
 
     async def _store_whole(self, sweep: Sweep) -> None:
         row = {**sweep.as_row(), "plan": json.dumps(sweep.plan.as_dict())}

@@ -7,6 +7,7 @@ from math import prod
 from typing import TypeVar, cast
 
 from pftrack.experiment import Experiment
+from pftrack.filter_files import outline
 from pftrack.model.parameters import ParameterError, declarations, flat, limit_particles
 from pftrack.model.recipe import Footage
 from pftrack.model.sequence import Kind
@@ -14,6 +15,7 @@ from pftrack.sweep import Axis, Plan, SweepError, parse_axis
 from pftrack.sweep.axis import TRACKER, check
 from pftrack_server.errors import RefusedError
 from pftrack_server.experiments import find_experiment
+from pftrack_server.filters import FilterFiles
 from pftrack_server.schemas.sweeps import SweepAxis, SweepCreate
 from pftrack_server.sessions.create import footage_in
 from pftrack_server.settings import Settings
@@ -30,18 +32,21 @@ MOST_CELLS = 40_000
 """Of one map: more than a screen can show, and than a page should be sent."""
 
 
-def as_plan(body: SweepCreate, settings: Settings, store: Store) -> Plan:
+def as_plan(body: SweepCreate, settings: Settings, store: Store, filters: FilterFiles) -> Plan:
     """Return the plan of a body.
 
     Args:
         body: What was asked for.
         settings: What is allowed.
         store: Where the recording is, if it is on one.
+        filters: Files of the server's owner, which may be methods, too.
 
     Raises:
         RefusedError: Something of it is unknown, out of bounds, given twice or too much, with the field.
     """
     experiment = find_experiment(body.experiment)
+    own = _own_filters(filters, body)
+    experiment = outline(experiment.id, own)
     footage, kind, frames = _recording(store, experiment, body)
     axes = tuple(_axis(experiment, index, axis, kind) for index, axis in enumerate(body.axes))
     if not axes and footage is None:
@@ -72,6 +77,8 @@ def as_plan(body: SweepCreate, settings: Settings, store: Store) -> Plan:
             values=body.parameters,
             footage=footage,
             kind=kind,
+            filters=own,
+            outlined=True,
         ),
     )
     if body.loss_probability:
@@ -79,6 +86,15 @@ def as_plan(body: SweepCreate, settings: Settings, store: Store) -> Plan:
     _within_server(plan, settings)
     _within_a_map(plan)
     return plan
+
+
+def _own_filters(filters: FilterFiles, body: SweepCreate) -> dict[str, tuple[str, ...]]:
+    """Return the texts of the methods that files of the server's owner make, by name."""
+    varied = (value for axis in body.axes if axis.name == TRACKER for value in axis.values or ())
+    try:
+        return filters.texts_of(body.experiment, {*body.trackers, *varied})
+    except (ValueError, OSError) as error:
+        raise RefusedError(f"The file {error}.", field="trackers") from None
 
 
 def _recording(store: Store, experiment: Experiment, body: SweepCreate) -> tuple[Footage | None, Kind | None, int]:

@@ -144,7 +144,7 @@ class Results:
         Raises:
             SweepError: The files cannot be read.
         """
-        return read_result(self._out)
+        return read_result(self._out, self._plan)
 
     # ------------------------------------------------------------ names
 

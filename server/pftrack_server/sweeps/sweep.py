@@ -56,8 +56,26 @@ class Sweep:
     """
 
     def __init__(
-        self, row: dict[str, Any], plan: Plan, out: Path, settings: Settings, keep: Keep, find_recording: FindRecording
+        self,
+        row: dict[str, Any],
+        plan: Plan,
+        out: Path,
+        settings: Settings,
+        keep: Keep,
+        find_recording: FindRecording,
+        filters: tuple[str, ...] = (),
     ) -> None:
+        """Take it over as it is stored.
+
+        Args:
+            row: What is kept of it in the database.
+            plan: What is computed.
+            out: Its result file.
+            settings: Of the server.
+            keep: Stores its changes.
+            find_recording: Finds what its runs are on.
+            filters: Texts of filters of the server's owner that its runs may execute.
+        """
         self.id: str = row["id"]
         self.plan = plan
         self.title: str = row["title"]
@@ -75,6 +93,7 @@ class Sweep:
         self._settings = settings
         self._keep = keep
         self._find_recording = find_recording
+        self._filters = filters
         self._worker: Worker | None = None
         self._watch: asyncio.Task[None] | None = None
         self._reason: str | None = None
@@ -176,8 +195,8 @@ class Sweep:
             await asyncio.to_thread(begin, self.plan, self._out)
         self._reason = None
         settings = self._settings
-        # What a stranger sent is decoded within bounds, as in a session.
-        memory_bytes = settings.worker_memory_bytes if recording else None
+        # What a stranger sent is decoded within bounds, and a file of the owner executed in them, as in a session.
+        memory_bytes = settings.worker_memory_bytes if recording or self._filters else None
         self._worker = await computing.start(settings.max_sweeps_bytes, memory_bytes)
         self._began = time.monotonic()
         self._past.clear()
@@ -207,7 +226,7 @@ class Sweep:
 
     async def _follow(self, worker: Worker, jobs: int, recording: Recording | None) -> None:
         """Have a process go on with the sweep, and watch it and the files until it ends."""
-        end = asyncio.ensure_future(worker.call(functions.compute, self._out, jobs, recording))
+        end = asyncio.ensure_future(worker.call(functions.compute, self._out, jobs, recording, self._filters))
         written = time.monotonic()
         try:
             while not end.done():

@@ -1,0 +1,103 @@
+"""Sweeps of a filter of the server's owner: it is a method like any other, to the numbers of the command line."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+import pftrack
+from pftrack.experiments import find
+from pftrack.filter_files.example import example_of
+from pftrack_server.settings import Settings
+from tests.server.host import error_of, running
+from tests.server.sweeping import rows, show, until_state
+from tests.waiting import wait_for
+
+TEXT = example_of(find("ball"))
+TOKEN = "a token of the owner"
+SMALL: dict[str, Any] = {
+    "experiment": "ball",
+    "axes": [{"name": "occlusion_width_px", "values": [5, 55]}],
+    "trackers": ["mine", "condensation"],
+    "trials": 2,
+    "frames": 12,
+    "seed": 3,
+    "parameters": {"sample_count": 100},
+}
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "mine.py"
+    path.write_text(TEXT)
+    return path
+
+
+@pytest.fixture
+def client(file: Path, tmp_path: Path) -> Iterator[httpx.Client]:
+    with (
+        running(Settings(data_dir=tmp_path / "data", filters=(file,), token=TOKEN)) as server,
+        httpx.Client(base_url=server.url, timeout=60, headers={"Authorization": f"Bearer {TOKEN}"}) as connected,
+    ):
+        yield connected
+
+
+def test_a_file_is_a_method_of_a_sweep(client: httpx.Client, file: Path) -> None:
+    """Its runs come to the numbers that Python has, are taken away as files, and open as sessions of that text."""
+    size = client.post("/api/v1/sweeps/estimate", json=SMALL).json()
+    assert (size["runs"], size["problem"]) == (8, None)
+    begun = client.post("/api/v1/sweeps", json=SMALL).json()
+    assert [each["title"] for each in begun["trackers"]] == ["mine.py", find("ball").trackers["condensation"].title]
+    file.write_text(TEXT.replace("noise_px: float = 3.0", "noise_px: float = 9.0"))
+    told = until_state(client, begun["id"], "done", 240)
+    assert (told["done"], told["problems"]) == (8, 0)
+
+    row = next(each for each in rows(client, begun["id"], x="occlusion_width_px")["rows"] if each["tracker"] == "mine")
+    opened = client.post(f"/api/v1/sweeps/{begun['id']}/rows/{row['run']}/open").json()
+    assert (opened["tracker"], opened["parameters"]["noise_px"]) == ("mine", 3.0)
+    path = file.with_name("elsewhere") / "mine.py"
+    path.parent.mkdir()
+    path.write_text(TEXT)
+    values = {"occlusion_width_px": 5, "sample_count": 100}
+    run = pftrack.run("ball", tracker=str(path), seed=row["seed"], frames=12, **values)
+    assert run.summary().verdict.mean_error == pytest.approx(row["mean_error"])
+
+    table = client.get(f"/api/v1/sweeps/{begun['id']}/download", params={"format": "csv"}).text
+    assert table.count(',"mine",') == 4
+    report = client.get(f"/api/v1/sweeps/{begun['id']}/download", params={"format": "html"})
+    assert report.status_code == 200
+    assert "mine" in report.text
+
+
+def test_a_mistake_is_told_with_its_line(client: httpx.Client, file: Path) -> None:
+    """One that cannot be read refuses the sweep; one that shows in a step is the problem of its runs alone."""
+    file.write_text(TEXT + "def broken(:\n")
+    refused = error_of(client.post("/api/v1/sweeps", json=SMALL), 422)
+    assert refused["field"] == "trackers"
+    assert f"mine.py, line {len(TEXT.splitlines()) + 1}" in refused["message"]
+
+    file.write_text(TEXT + "\nraise RuntimeError('not today')\n")
+    begun = client.post("/api/v1/sweeps", json=SMALL).json()
+    wait_for(
+        lambda: show(client, begun["id"])["state"] not in {"running", "stopped"} or show(client, begun["id"])["message"]
+    )
+    told = show(client, begun["id"])
+    assert told["state"] != "done"
+    assert f"mine.py, line {len(TEXT.splitlines()) + 2}" in told["message"]
+
+    file.write_text(TEXT.replace("return np.log(0.02", "return np.log(-0.5"))
+    begun = client.post("/api/v1/sweeps", json=SMALL).json()
+    assert until_state(client, begun["id"], "done")["problems"] == 4
+    line = TEXT[: TEXT.index("def log_likelihood")].count("\n") + 1
+    problems = {each["tracker"]: each["problem"] for each in rows(client, begun["id"])["rows"]}
+    assert problems["condensation"] is None
+    assert f"mine.py, line {line}" in problems["mine"]
+
+
+def test_text_of_nobody_is_not_executed(client: httpx.Client) -> None:
+    """A file that the server was not started with is no method, and a body brings none."""
+    refused = error_of(client.post("/api/v1/sweeps", json={**SMALL, "trackers": ["theirs"]}), 422)
+    assert refused["field"] == "trackers"
+    assert client.post("/api/v1/sweeps", json={**SMALL, "filters": {"theirs": [TEXT]}}).status_code == 422
