@@ -137,6 +137,14 @@ def test_motion_is_fitted_where_a_likelihood_lacks_a_constant() -> None:
     assert held.summary().verdict.lost_frames < 10
 
 
+def test_learned_motion_is_fitted() -> None:
+    """Accelerations that are drawn six times too wide are narrowed to what the ball does."""
+    run = pftrack.run("ball", tracker="guided", frames=61, occlusion_width_px=5, diffusion_scale=6, sample_count=300)
+    found = fit(run, ["diffusion_scale"])
+    assert found.kept
+    assert found.numbers[0].after < 3
+
+
 def test_sharpness_is_fitted_beside_the_level_of_the_picture() -> None:
     """A likelihood that was flat becomes sharp; by the evidence alone the flattest would be the best."""
     run = pftrack.run("ball", tracker="condensation", frames=81, occlusion_width_px=5, red_spread=0.5)

@@ -69,6 +69,7 @@ GUIDED = Tracker(
     step_guided,
     series=reports.CLOUD,
     measure=measure_particles,
+    evidence="relative",  # all particles are drawn by prediction, so it is their mean likelihood
     likelihood=LIKELIHOOD,
     cloud=partial(cloud_of, ()),
 )
