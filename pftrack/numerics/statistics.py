@@ -74,7 +74,7 @@ def wilson(
     k, n = np.broadcast_arrays(np.asarray(successes, dtype=np.float64), np.asarray(runs, dtype=np.float64))
     if (k < 0).any() or (k > n).any():
         raise ValueError("successes must be between 0 and the number of runs")
-    z = float(scipy.stats.norm.ppf(_upper(level)))
+    z = float(scipy.special.ndtri(_upper(level)))
     with np.errstate(invalid="ignore", divide="ignore"):
         rate = k / n
         middle = (rate + z * z / (2 * n)) / (1 + z * z / n)
@@ -169,7 +169,7 @@ def paired_rate_interval(
     if (np.minimum(b, c) < 0).any() or (b + c > n).any():
         raise ValueError("pairs that disagree must be between 0 and the number of pairs")
     first, second = (b + 1) / (n + 2), (c + 1) / (n + 2)
-    z = float(scipy.stats.norm.ppf(_upper(level)))
+    z = float(scipy.special.ndtri(_upper(level)))
     half = np.where(n > 0, z * np.sqrt((first + second - (first - second) ** 2) / (n + 2)), np.nan)
     return np.maximum(first - second - half, -1.0), np.minimum(first - second + half, 1.0)
 
@@ -268,7 +268,7 @@ def mcnemar(only_first: ArrayLike, only_second: ArrayLike) -> NDArray[np.float64
     first, second = np.broadcast_arrays(np.asarray(only_first, np.int64), np.asarray(only_second, np.int64))
     if (first < 0).any() or (second < 0).any():
         raise ValueError("counts of pairs must not be negative")
-    tail = scipy.stats.binom.cdf(np.minimum(first, second), first + second, 0.5)
+    tail = scipy.special.bdtr(np.minimum(first, second).astype(np.float64), first + second, 0.5)
     return np.asarray(np.minimum(2.0 * tail, 1.0), np.float64)
 
 
