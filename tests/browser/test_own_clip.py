@@ -1,0 +1,66 @@
+"""A clip that somebody brings, without any truth: why its target was lost, and what would have saved it."""
+
+import re
+from io import BytesIO
+
+import av
+import httpx
+import pytest
+from playwright.sync_api import expect
+
+from pftrack.experiments import find
+from pftrack.model.parameters import Value
+from pftrack.runs.run import Change, Run
+from tests.browser.accessible import check, fits
+from tests.browser.host import Server
+from tests.browser.views import SessionPage
+
+FRAMES = 50
+SCENE: dict[str, Value] = {"occlusion_width_px": 200, "period_s": 3, "amplitude_px": 120, "distracter_radius_px": 0}
+BALL = find("ball")
+
+
+@pytest.fixture(scope="module")
+def film() -> tuple[bytes, dict[str, object]]:
+    """A ball that disappears behind a wide pillar, as a video, and the box around it in the first picture."""
+    steps = list(Run(BALL, BALL.simulate(), frames=FRAMES, timeline=(Change(0, SCENE),)))
+    file = BytesIO()
+    with av.open(file, "w", format="mp4") as container:
+        stream = container.add_stream("libx264", rate=30, options={"crf": "4"})
+        height, width, _ = steps[0].frame.image_rgb.shape
+        stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
+        for step in steps:
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(step.frame.image_rgb, format="rgb24")))
+        container.mux(stream.encode(None))
+    x, y = (float(value) - 5 for value in steps[0].frame.target.position)
+    return file.getvalue(), {"kind": "box", "x": x, "y": y, "width": 11.0, "height": 11.0}
+
+
+def test_a_clip_without_truth_is_explained_in_three_clicks(
+    page: object, server: Server, film: tuple[bytes, dict[str, object]]
+) -> None:
+    """The page says that it is probably lost, *Why?* since when, and *What if…* opens what else it might have been."""
+    content, mark = film
+    answer = httpx.post(f"{server.url}/api/v1/uploads", files={"file": ("mine.mp4", content)}, timeout=60)
+    recipe = {"experiment": "ball", "tracker": "h-spf", "footage": {"mark": mark, "start": 0}}
+    session = server.post("sessions", {"recipe": recipe, "upload": answer.raise_for_status().json()["id"]})
+    page.goto(session["page"])
+    shown = SessionPage(page, server).ready()
+    server.seek(shown.id, FRAMES - 1)
+    shown.stands_at(FRAMES - 1)
+    since = server.column(shown.id, "lost_since")[-1]
+    assert server.column(shown.id, "lost_by")[-1] == "probability"
+    expect(page.locator(".verdict")).to_have_text(
+        re.compile(rf"^probably lost since {since}, P = \d+ % \(by its own numbers\)$")
+    )
+    page.locator(".why-ask").click()
+    expect(page.locator(".why-sentence")).to_have_text(
+        re.compile(rf"^Probably lost in frame {since}, by its own numbers, P = 0\.\d\d: ")
+    )
+    check(page)
+    page.get_by_role("button", name="What if…").click()
+    card = page.get_by_role("region", name="What would have saved it")
+    expect(card.locator("li").nth(3)).to_be_visible(timeout=60_000)
+    card.locator("li").nth(1).get_by_role("button").click()
+    expect(page.locator(".branches .chip")).to_have_count(2)
+    fits(page)
