@@ -28,7 +28,6 @@ SCENES = Scenes(
     frames=60,
     fitted=80,
     judged=50,
-    trackers=("guided", "ordinary"),
 )
 """All tanks, columns of all widths, fish of a size that is known well or badly, few particles and more."""
 
