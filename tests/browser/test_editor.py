@@ -61,7 +61,7 @@ def test_a_filter_is_changed_broken_and_mended_in_the_page(owner: Server, tmp_pa
 
 
 def test_a_filter_is_swept_from_the_form(owner: Server, tmp_path: Path, chromium: Any) -> None:
-    """It is a method beside the others; a mistake in it is told with its line, and a mended file fills its map."""
+    """It is a tracker beside the others; a mistake in it is told with its line, and a mended file fills its map."""
     page = chromium.new_context(viewport={"width": 1280, "height": 720}).new_page()
     page.goto(f"{owner.url}/?token={TOKEN}")
     page.get_by_role("link", name="Open mine.py").wait_for()

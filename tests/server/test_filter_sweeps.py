@@ -1,4 +1,4 @@
-"""Sweeps of a filter of the server's owner: it is a method like any other, to the numbers of the command line."""
+"""Sweeps of a filter of the server's owner: it is a tracker like any other, to the numbers of the command line."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -44,7 +44,7 @@ def client(file: Path, tmp_path: Path) -> Iterator[httpx.Client]:
         yield connected
 
 
-def test_a_file_is_a_method_of_a_sweep(client: httpx.Client, file: Path) -> None:
+def test_a_file_is_a_tracker_of_a_sweep(client: httpx.Client, file: Path) -> None:
     """Its runs come to the numbers that Python has, are taken away as files, and open as sessions of that text."""
     size = client.post("/api/v1/sweeps/estimate", json=SMALL).json()
     assert (size["runs"], size["problem"]) == (8, None)
@@ -97,7 +97,7 @@ def test_a_mistake_is_told_with_its_line(client: httpx.Client, file: Path) -> No
 
 
 def test_text_of_nobody_is_not_executed(client: httpx.Client) -> None:
-    """A file that the server was not started with is no method, and a body brings none."""
+    """A file that the server was not started with is no tracker, and a body brings none."""
     refused = error_of(client.post("/api/v1/sweeps", json={**SMALL, "trackers": ["theirs"]}), 422)
     assert refused["field"] == "trackers"
     assert client.post("/api/v1/sweeps", json={**SMALL, "filters": {"theirs": [TEXT]}}).status_code == 422

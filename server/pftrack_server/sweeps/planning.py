@@ -39,7 +39,7 @@ def as_plan(body: SweepCreate, settings: Settings, store: Store, filters: Filter
         body: What was asked for.
         settings: What is allowed.
         store: Where the recording is, if it is on one.
-        filters: Files of the server's owner, which may be methods, too.
+        filters: Files of the server's owner, which may be trackers, too.
 
     Raises:
         RefusedError: Something of it is unknown, out of bounds, given twice or too much, with the field.
@@ -89,7 +89,7 @@ def as_plan(body: SweepCreate, settings: Settings, store: Store, filters: Filter
 
 
 def _own_filters(filters: FilterFiles, body: SweepCreate) -> dict[str, tuple[str, ...]]:
-    """Return the texts of the methods that files of the server's owner make, by name."""
+    """Return the texts of the trackers that files of the server's owner make, by name."""
     varied = (value for axis in body.axes if axis.name == TRACKER for value in axis.values or ())
     try:
         return filters.texts_of(body.experiment, {*body.trackers, *varied})
