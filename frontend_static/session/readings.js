@@ -98,7 +98,7 @@ function proposal(row, session) {
 }
 
 /**
- * One line that says how it goes, and who says so. Where the truth is known it has the word, whatever the tracker thinks.
+ * One line that says how it goes, and who says so.
  *
  * @param {History} history
  * @param {SessionPublic} session
@@ -110,7 +110,6 @@ export function state(history, session) {
   const { searching, lost, hidden } = row;
   if (isGone(row)) return [lossWords(row, session), "lost"];
   const source = lost === null ? "by the tracker" : "by truth";
-  if (searching && lost === false) return [`looking for the ${session.target}, though on target (by truth)`, "good"];
   if (wasSearching(history, session)) return [`${session.target} found again (${source})`, "good"];
   if (hidden === true) return ["hidden (by truth)", "hidden"];
   if (lost === false) return ["on target (by truth)", "good"];

@@ -54,7 +54,7 @@ class Diagnostics:
 
     @property
     def is_lost(self) -> bool:
-        """Whether the target is lost, by the truth, or where that is not known by the tracker's own account."""
+        """Whether the target is lost, by the truth or by the tracker's own account."""
         return judge_loss(self.lost, self.searching).lost is True
 
     def number(self, name: str) -> float:

@@ -1,7 +1,8 @@
 """Who says that a target is lost: the one rule by which everything goes that asks.
 
-Where the truth is known it has the word. Where it is not, a tracker that looks for its target says so itself. One that
-goes on may still tell by its numbers how probable a loss is, and from a half on it is taken for one. Else nobody says.
+A target is lost where the truth says so, and where the tracker looks for it by its own account: then there is nothing
+that it follows, wherever its last place was. Else the truth says that it is held. Where that is not known the tracker's
+numbers may still tell how probable a loss is, and from a half on it is taken for one. Else nobody says.
 """
 
 import math
@@ -39,10 +40,12 @@ def judge_loss(lost: bool | None, searching: bool | None, probability: float | N
         searching: Whether the tracker looks for the target by its own account; None for one that always follows.
         probability: That the target is lost, by the tracker's own numbers; None or NaN where nothing tells it.
     """
-    if lost is not None:
-        return LossVerdict(lost, "truth")
+    if lost:
+        return LossVerdict(True, "truth")
     if searching:
         return LossVerdict(True, "tracker")
+    if lost is not None:
+        return LossVerdict(False, "truth")
     if probability is not None and not math.isnan(probability):
         return LossVerdict(probability >= PROBABLE, "probability")
     return LossVerdict(searching, "" if searching is None else "tracker")

@@ -191,7 +191,7 @@ class Continuation:
         if self._loss is not None:
             return False  # the probability takes the rows of all frames
         places = slice(start - stretch.first, end - stretch.first)
-        if tracker.searching is not None and any(frame.target is None for frame in stretch.frames[places]):
+        if tracker.searching is not None and tracker.searching(self._state) is not None:
             return False  # its own account takes the states of all frames
         begun = thread_time()
         fold = tracker.fold(self._state, stretch.pictures_rgb[places], parameters, self.seed, start)
@@ -224,7 +224,7 @@ class Continuation:
         searching = tracker.searching(self._state) if tracker.searching is not None else None
         self._errors.append(np.array([np.nan if error is None else error]))
         if self._loss is None:
-            self._keep_verdict(lost, searching if frame.target is None else None)
+            self._keep_verdict(lost, searching)
             return
         series = measurements(self._experiment, self._declared, tracker, frame, self._state)
         row = diagnose(

@@ -164,7 +164,7 @@ describe("the verdict on a frame", () => {
     assert.equal(verdict({}, { error: 9, lost: true, lost_since: 2, searching: true }), "lost since 2, looking for the window (by truth and tracker)");
     assert.equal(verdict({ searching: true }, { searching: false }), "window found again (by the tracker)");
     assert.equal(verdict({}, { searching: false }), "followed (by the tracker)");
-    assert.equal(verdict({}, { lost: false, searching: true }), "looking for the window, though on target (by truth)");
+    assert.equal(verdict({}, { error: 2, lost: false, lost_since: 2, searching: true }), "lost since 2, looking for the window (by the tracker)");
     assert.equal(verdict({}, {}), "truth not known");
   });
 

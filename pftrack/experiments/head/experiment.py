@@ -168,7 +168,7 @@ def report(rows: Sequence[Diagnostics]) -> Mapping[str, Any]:
     """
     found = {name: [row.number(f"{name}_deg") for row in rows] for name in ("yaw", "pitch", "roll")}
     said: dict[str, Any] = {f"{name}_deg": values for name, values in found.items()}
-    said["tracked_share"] = float(np.mean([not (row.searching or row.is_lost) for row in rows]))
+    said["tracked_share"] = float(np.mean([not row.is_lost for row in rows]))
     labelled = np.array([row.truth is not None for row in rows])
     said["mean_abs_error_deg"] = None
     if labelled.any():
