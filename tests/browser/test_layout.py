@@ -39,7 +39,7 @@ def one_row_of_sparklines(shown: SessionPage) -> None:
     page = shown.page
     page.set_viewport_size({"width": 800, "height": 700})
     shown.until(lambda: box(page, ".side")["y"] > box(page, ".scene")["y"] + 100, "the plots are under the scene")
-    tops = {round(panel.bounding_box()["y"]) for panel in page.locator(".panel").all()}
+    tops = {round(panel.bounding_box()["y"]) for panel in page.locator(".panel:visible").all()}
     assert len(tops) == 1
     assert page.evaluate(OVERFLOW) <= 0
     for control in page.locator(".transport button:visible, .top button:visible").all():

@@ -120,7 +120,7 @@ def test_of_a_ball_at_rest_the_kalman_filter_comes_to_the_steady_state() -> None
     prior = solve_discrete_are(transition.T, observation.T, np.diag([noise, 0.0]), np.array([[seen]]))
     posterior = prior - prior @ observation.T @ observation @ prior / (prior[0, 0] + seen)
     assert state.sigma == pytest.approx(np.sqrt(posterior[0, 0]), abs=1e-6)
-    assert TRACKERS["kalman"].measure(state) == {}
+    assert TRACKERS["kalman"].measure(state)["nis"] == pytest.approx(0, abs=1e-12)
 
 
 def test_without_the_colour_the_kalman_filter_only_predicts() -> None:

@@ -135,15 +135,15 @@ def test_a_particle_filter_that_takes_over_begins_at_the_exact_posterior(seen: l
 
 
 def test_each_reports_what_it_has(seen: list[Frame]) -> None:
-    """The Kalman filter has nothing beside its posterior; the particle filter counts its particles."""
+    """The Kalman filter tells its innovations beside its posterior; the particle filter counts its particles."""
     state = followed("condensation", seen, PARAMETERS)[-1]
     found = SAMPLED.measure(state)
     assert found.keys() == {series.name for series in SAMPLED.series}
     assert found["particles"] == PARAMETERS.sample_count
     assert isinstance(found["ess"], float)
     assert 1 <= found["ess"] <= PARAMETERS.sample_count
-    assert KALMAN.series == ()
-    assert KALMAN.measure(followed("kalman", seen, PARAMETERS)[-1]) == {}
+    assert {series.role for series in KALMAN.series} == {"nis", "nis_freedom", "nis_limit"}
+    assert KALMAN.measure(followed("kalman", seen, PARAMETERS)[-1]).keys() == {series.name for series in KALMAN.series}
     assert KALMAN.searching is None
 
 

@@ -22,6 +22,7 @@ from pftrack.model.frame import Frame
 from pftrack.model.likelihood import Component, ObservationLikelihood
 from pftrack.model.part import Contributions, Part, Patches, Residual
 from pftrack.numerics.elementary import exponential, logarithm
+from pftrack.numerics.matrices import product
 from pftrack.trackers.innovation import innovation_parts
 from pftrack.trackers.trajectories.observing import Observation
 from pftrack.trackers.trajectories.parameters import TrajectoriesTrackerParameters
@@ -174,7 +175,7 @@ def _centre(state: TrajectoriesState) -> NDArray[np.float64]:
     """Return the filtered place of the selected track, with the mean laws of its particles where these have some."""
     laws = state.belief.laws(state.selected) if isinstance(state.belief, Belief) else None
     place = state.filtered[0, state.selected]
-    return place.copy() if laws is None else np.concatenate([place, laws[1] @ laws[0]])
+    return place.copy() if laws is None else np.concatenate([place, product(laws[1], laws[0])])
 
 
 def _patches(known: Measured, one: NDArray[np.float64], frame: Frame) -> tuple[Part, ...]:

@@ -4,6 +4,7 @@ A track begins with its first measurement y as N((y, y), s^2 I), of the frame be
 corner has given its place to another one, a chain ends and a further one begins.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -60,7 +61,7 @@ def _chain(measured: NDArray[np.float64], parameters: TrajectoriesTrackerParamet
         float(parameters.start_spread_px) ** 2 * np.eye(2),
         TRANSITION,
         np.zeros(2),
-        np.array([[float(parameters.drive_variance_px2) ** 0.5], [0.0]]),
+        np.array([[math.sqrt(parameters.drive_variance_px2)], [0.0]]),
         np.ascontiguousarray(measured)[:, None],
         np.array([[1.0, 0.0]]),
         np.array([[float(parameters.noise_variance_px2)]]),
