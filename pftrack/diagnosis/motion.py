@@ -43,12 +43,12 @@ def out_of_sight(moment: Moment) -> Sign | None:
         "occlusion-longer-than-memory",
         since,
         min(1.0, length / 4),
-        "From frame {since:.0f} on the target goes out of sight, where it is for {frames:.0f} frames. It goes "
-        "{true:.1f}{unit} on meanwhile, and the estimate {believed:.1f}{unit}; in frame {frame:.0f} the deviation has "
-        "grown from {usual:.1f} to {deviation:.1f}{unit}, and the error is {error:.1f}{unit}.",
+        "From frame {since:.0f} on the target goes out of sight|, where it is for {frames:.0f} frames. It goes "
+        "{true:.1f}{unit} on meanwhile, and the estimate {believed:.1f}{unit}|; in frame {frame:.0f} the deviation has "
+        "grown from {usual:.1f} to {deviation:.1f}{unit}|, and the error is {error:.1f}{unit}|.",
         {
             "since": since,
-            "frames": length,
+            "frames": length if _is_known(course.hidden, begun + length) else np.nan,
             "true": _way(course.truths[begun : begun + length]),
             "believed": _way(course.estimates[begun : begun + length]),
             "frame": moment.frame,
@@ -142,9 +142,9 @@ def left_behind(moment: Moment) -> Sign | None:
         "wrong-dynamics",
         since,
         0.8,
-        "Since frame {since:.0f} the target, in full sight, goes {true:.1f}{unit} a frame and the estimate "
-        "{believed:.1f}{unit} that way; in frame {frame:.0f} they are {error:.1f}{unit} apart, and nothing of what is "
-        "believed is left where the target is seen.",
+        "Since frame {since:.0f} the target, in full sight, is left behind|: it goes {true:.1f}{unit} a frame, and the "
+        "estimate {believed:.1f}{unit} that way|; in frame {frame:.0f} they are {error:.1f}{unit} apart, and nothing "
+        "of what is believed is left where the target is seen.",
         {
             "since": since,
             "true": true,
@@ -169,6 +169,11 @@ def _paces(course: Course, since: int, frame: int) -> tuple[float, float]:
     if not (length > 0.0 and goes.shape == follows.shape):
         return middle(course.true_step[since : frame + 1]), middle(course.step[since : frame + 1])
     return length / frames, float(goes @ follows) / length / frames
+
+
+def _is_known(values: Numbers, frame: int) -> bool:
+    """Return whether a frame has a value, or is the one after the last."""
+    return frame == len(values) or bool(np.isfinite(values[frame]))
 
 
 def _stretch(holds: Flags, first: int) -> int:

@@ -1,7 +1,9 @@
 """A sign: that a cause is at work at a moment of a run, since when, and the numbers that this is said from."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from string import Formatter
 from typing import TypeAlias
 
 from pftrack.diagnosis.moment import Moment
@@ -19,6 +21,7 @@ class Sign:
         since: Frame since when.
         strength: How clearly, from 0 to 1.
         text: A sentence with a place `{name}`, with a format if need be, for each number, and `{unit}` for the run's.
+            Bars part it: what names a number that is not known, as where a person has marked few frames, is left out.
         numbers: What was measured, by name.
         evidence: Names of the columns of the course that show it.
         unit: Of the run's estimates.
@@ -34,8 +37,16 @@ class Sign:
 
     @property
     def words(self) -> str:
-        """The sentence with its numbers."""
-        return self.text.format(**self.numbers, unit=f" {self.unit}".rstrip())
+        """The sentence with its numbers, as far as they are known."""
+        known = [
+            part for part in self.text.split("|") if all(math.isfinite(self.numbers[name]) for name in _named(part))
+        ]
+        return "".join(known).format(**self.numbers, unit=f" {self.unit}".rstrip())
+
+
+def _named(text: str) -> set[str]:
+    """Return the names of the numbers in a text."""
+    return {name for _, name, _, _ in Formatter().parse(text) if name and name != "unit"}
 
 
 Rule: TypeAlias = Callable[[Moment], Sign | None]

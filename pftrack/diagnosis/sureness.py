@@ -99,8 +99,8 @@ def mirror_image(moment: Moment) -> Sign | None:
         "mirror-pose",
         since,
         1.0,
-        "Since frame {since:.0f} the estimate is nearer to the mirror image of the target than to the target; then it "
-        "is {off:.1f}{unit} off, and the camera cannot tell one from the other.",
+        "Since frame {since:.0f} the estimate is nearer to the mirror image of the target than to the target|; then it "
+        "is {off:.1f}{unit} off|, and the camera cannot tell one from the other.",
         {"since": since, "off": float(moment.course.error[first])},
         ("mirrored", "error", "fit"),
     )

@@ -1,15 +1,20 @@
 """Checks of the failures that an experiment declares: each is diagnosed as what it is, and its cure still cures."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 
+from pftrack.diagnosis import course_of, diagnose_course
 from pftrack.experiment import Experiment
 from pftrack.failures import Entry, FailureRun, run_failure
 from pftrack.model.cause import CAUSES
 from pftrack.testing.check import Check, demand
+from pftrack.testing.numbers import UNKNOWN
 
 __all__ = ["checks"]
 
+MARKED = 7
+"""A mark in so many pictures."""
 AT_END = 5
 """So many frames at the end decide whether the target is held."""
 
@@ -35,6 +40,17 @@ def _fails_and_is_cured(shown: Entry) -> None:
     demand(not cured.shown, f"the cure of {name} must cure, got: {cured.finding}")
     demand(_lost_at_end(cured) == 0, f"the cure of {name} must hold the target in the last {AT_END} frames")
     demand(cured.recipe.seed == failure.recipe.seed, f"the cure of {name} must be shown on the same seed")
+    _is_told_by_marks(shown, failure)
+
+
+def _is_told_by_marks(shown: Entry, failure: FailureRun) -> None:
+    """Ask what is said where a person has marked the target in few pictures: no number that is not known."""
+    series, unit = shown.experiment.all_series(), shown.experiment.unit
+    rows = [row if row.frame % MARKED == 0 else replace(row, **UNKNOWN) for row in failure.rows]
+    course = course_of(rows, series, unit=unit)
+    for frame in range(0, len(rows), 10):
+        for sign in diagnose_course(course, frame).signs:
+            demand("nan" not in sign.words, f"{shown.failure.id} must be told by what is known, got: {sign.words}")
 
 
 def _lost_at_end(done: FailureRun) -> int:
