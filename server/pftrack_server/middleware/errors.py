@@ -11,6 +11,7 @@ from sqlalchemy.exc import DBAPIError
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from uvicorn.protocols.utils import ClientDisconnected
 
 from pftrack.filter_files import FilterFileError
 from pftrack.model.export import ExportError
@@ -106,8 +107,14 @@ def install(app: FastAPI) -> None:
             return response(HTTPStatus.UNPROCESSABLE_ENTITY, too_long)
         return response(error.status_code, shape(_sentence(error)), dict(error.headers or {}))
 
+    app.add_exception_handler(ClientDisconnected, _leave)
     # The innermost of all, so that the answer passes through those that add headers and count.
     app.add_middleware(ErrorBoundary)
+
+
+async def _leave(_: Request, error: Exception) -> Response:
+    # It is an OSError, but none of this machine: the server below ends the connection, and nobody is there to answer.
+    raise error
 
 
 async def _long_number(request: Request) -> dict[str, Any] | None:
