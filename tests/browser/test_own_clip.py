@@ -64,3 +64,6 @@ def test_a_clip_without_truth_is_explained_in_three_clicks(
     card.locator("li").nth(1).get_by_role("button").click()
     expect(page.locator(".branches .chip")).to_have_count(2)
     fits(page)
+    card.locator("li").last.scroll_into_view_if_needed()
+    page.keyboard.press("i")
+    expect(page.get_by_role("heading", name="Look into the frame")).to_be_in_viewport()

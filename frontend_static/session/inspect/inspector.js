@@ -100,8 +100,10 @@ export class Inspector {
     if (store.session === null || (!this.isOpen && !this.#view.able)) return;
     this.#root.hidden = this.isOpen;
     this.#root.parentElement?.toggleAttribute("data-inspecting", this.isOpen);
-    if (this.isOpen) this.#choose(this.#kind);
-    else if (this.#view.able) this.#request.ask({});
+    if (this.isOpen) {
+      this.#choose(this.#kind);
+      this.#root.scrollIntoView({ block: "start" });
+    } else if (this.#view.able) this.#request.ask({});
   }
 
   /** @returns {InspectionUpdate} */
