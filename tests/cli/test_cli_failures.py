@@ -25,7 +25,7 @@ def test_a_failure_says_what_happens_in_numbers(call: Call) -> None:
     code, out, _ = call("failures", "run", "4")
     assert code == 0
     assert "It fails in this way." in out
-    assert "Since frame 4 the target, in full sight, goes 5.2 px a frame and the estimate 3.8 px that way" in out
+    assert "is left behind: it goes 5.2 px a frame, and the estimate 3.8 px that way; in frame" in out
     assert "distance from the truth, px" in out.split("From frame 7 on")[1]
     told = [json.loads(call("failures", "run", "wrong-dynamics", *how, "--json")[1]) for how in ([], ["--cured"])]
     assert [each["shown"] for each in told] == [True, False]
