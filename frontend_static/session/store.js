@@ -232,8 +232,9 @@ export class Store extends Topics {
   #merge(session, changes) {
     const { position } = session;
     Object.assign(session, changes);
-    // Whoever goes elsewhere stands there, whatever the picture shows still.
-    const goesElsewhere = changes.branch !== undefined || changes.restarts !== undefined || changes.playing !== undefined;
+    // Whoever goes elsewhere, plays again or stops, stands there, whatever the picture shows still; who begins to play may be ahead.
+    const playsOn = changes.playing === undefined || (changes.playing && (changes.position ?? position) >= position);
+    const goesElsewhere = changes.branch !== undefined || changes.restarts !== undefined || !playsOn;
     if (!goesElsewhere && this.#followsPicture) session.position = position;
     for (const { id, parent, frame } of changes.branches ?? []) {
       if (this.historyOf(id).length === 0 && parent) this.historyOf(id).share(this.historyOf(parent), frame);

@@ -88,6 +88,13 @@ describe("the store of a session", () => {
     });
   }
 
+  it("waits for the picture as well when the news that it plays tells a frame that is ahead of it", () => {
+    store.receive(hello());
+    store.show(0);
+    store.receive(changes({ playing: true, position: 1, computed: 1 }));
+    assert.equal(store.known.position, 0);
+  });
+
   it("waits for no picture that does not come", (test) => {
     store.receive(hello());
     store.receive(changes({ playing: true }));
