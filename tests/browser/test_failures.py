@@ -196,3 +196,12 @@ def test_a_full_server_is_said_and_nothing_is_left(
     failure.until(lambda: under_way, "the one has begun, which the page has not heard")
     page.goto("about:blank")
     failure.until(lambda: {it["id"] for it in server.get("sessions")} == others, "what was started has ended")
+
+
+def test_the_tools_stand_in_one_row_beside_a_long_title(failure: FailurePage) -> None:
+    """A title that is too long is cut, and not the tools beside it."""
+    page = failure.page
+    page.goto("failures/5")
+    failure.ready()
+    bar, tools = (page.locator(place).bounding_box() for place in (".top", "[data-part=compare]"))
+    assert tools["height"] <= bar["height"]
