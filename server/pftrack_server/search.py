@@ -1,5 +1,6 @@
 """Finding what somebody has made by words: each word has to occur in what is known of a thing."""
 
+import re
 from collections.abc import Iterable
 from datetime import datetime, tzinfo
 
@@ -9,15 +10,23 @@ __all__ = ["Words", "date_words", "experiment_words"]
 
 
 class Words:
-    """The words of a search, in any order and either case; parts of words do as well."""
+    """The words of a search, in any order and either case; parts of words do as well, but not parts of numbers.
+
+    A seed is not to be found in the minutes of a clock, nor in the month of a date in digits.
+    """
 
     def __init__(self, text: str) -> None:
-        self._words = text.casefold().split()
+        self._words = [_pattern(word) for word in text.casefold().split()]
 
     def occur_in(self, *texts: object) -> bool:
         """Tell whether all of them occur in what these texts say together."""
         said = " ".join(str(text) for text in texts).casefold()
-        return all(word in said for word in self._words)
+        return all(word.search(said) for word in self._words)
+
+
+def _pattern(word: str) -> re.Pattern[str]:
+    """Return what matches a word anywhere, and a number only where no digits, clock or date go on."""
+    return re.compile(rf"(?<![\d:-]){word}(?![\d:-])" if word.isdecimal() else re.escape(word))
 
 
 def experiment_words(experiment: str, trackers: Iterable[str]) -> str:

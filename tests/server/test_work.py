@@ -56,6 +56,15 @@ def test_dates_are_those_of_who_looks(client: httpx.Client, kept: dict[str, str]
         assert found(client, f"{moment:%Y-%m-%d} today", zone=zone) >= {kept["run"]}
 
 
+def test_numbers_are_found_whole() -> None:
+    """A seed is found by all its digits, and neither in a longer number nor in the moment at which something began."""
+    began = date_words("2026-11-05T23:41:00+00:00", UTC)
+    assert Words("seed 41").occur_in("seed 41", began)
+    assert not any(Words(words).occur_in("seed 7", began) for words in ("41", "23", "11", "05"))
+    assert not Words("41").occur_in("seed 141", began)
+    assert Words("41 2026 5 23:41 2026-11").occur_in("run41", began)
+
+
 def test_one_kind_is_listed_and_all_are_counted(client: httpx.Client, kept: dict[str, str]) -> None:
     """The limit cuts what is listed, not what is counted; of other kinds than the one asked for nothing is listed."""
     work = client.get("/api/v1/work", params={"limit": 1}).json()
