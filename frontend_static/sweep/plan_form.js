@@ -158,14 +158,26 @@ export class PlanForm {
     const options = experiments.map(({ id, title }) => h("option", { value: id, selected: id === this.#experiment.id }, title));
     const chooser = h("select", { "aria-label": "Experiment", data: { field: "experiment" } }, options);
     chooser.addEventListener("change", async () => {
+      // What is filled in from now on would be gone with this form; one may still choose otherwise.
+      this.#hold(chooser, true);
       try {
         await choose(chooser.value);
       } catch (error) {
         chooser.value = this.#experiment.id;
         toast(messageOf(error), { kind: "error" });
+      } finally {
+        this.#hold(chooser, false);
       }
     });
     return chooser;
+  }
+
+  /**
+   * @param {HTMLElement} chooser What stays in use.
+   * @param {boolean} isHeld Whether all the rest takes no input.
+   */
+  #hold(chooser, isHeld) {
+    for (const part of [...this.#form.children, this.#size.element]) if (part instanceof HTMLElement) part.inert = isHeld && !part.contains(chooser);
   }
 
   /**
