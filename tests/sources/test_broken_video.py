@@ -42,8 +42,8 @@ def test_a_file_that_announces_a_length_and_is_cut_short_says_so(
     whole = make_film(tmp_path / "a.mkv", [make_picture(number) for number in range(60)], group=20).read_bytes()
     path = tmp_path / "short.mkv"
     path.write_bytes(whole[: len(whole) // 2])
-    (warning,) = opened(path).index.warnings
-    assert re.fullmatch(r"the file announces 2\.4 s and its pictures end after [01]\.\d+ s", warning)
+    told = "; ".join(opened(path).index.warnings)
+    assert re.search(r"the file announces 2\.4 s and its pictures end after [01]\.\d+ s", told)
 
 
 @pytest.mark.parametrize("seed", range(4))
