@@ -49,7 +49,7 @@ def film(
         stream = output.add_stream(codec, rate=25)
         stream.height, stream.width = pictures[0].shape[:2]
         stream.pix_fmt = pixels
-        # With its macroblock tree x264 writes other bytes now and then, and damage at the same place then hits other frames.
+        # With its macroblock tree x264 writes other bytes now and then, and the same damage hits other frames.
         stream.options = {**({"mbtree": "0"} if codec == "libx264" else {}), **(codec_options or {})}
         stream.codec_context.gop_size = group
         stream.codec_context.max_b_frames = between
