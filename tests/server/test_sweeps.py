@@ -259,7 +259,10 @@ class TestLooking:
 
 class TestOpening:
     def test_fails_in_the_frame_of_the_row(self, client: httpx.Client, sweep: dict[str, Any], result: Any) -> None:
-        """A failed run opens paused ten frames before its loss, fails in that frame, and has the row's estimates."""
+        """A failed run opens paused ten frames before its loss, fails in that frame, and has the row's estimates.
+
+        It has been computed to ten frames after, so that it can be asked at once why it was lost.
+        """
         failed = next(row for row in rows(client, sweep["id"], i=1, j=1)["rows"] if row["first_lost_frame"] > 10)
         session = client.post(f"/api/v1/sweeps/{sweep['id']}/rows/{failed['run']}/open").json()
         assert session["sweep"] == sweep["id"]
@@ -267,10 +270,11 @@ class TestOpening:
         assert (session["position"], session["state"], session["frames"]) == (loss - 10, "ready", 40)
         assert (session["tracker"], session["recipe"]["seed"]) == (failed["tracker"], failed["seed"])
         assert session["parameters"]["occlusion_width_px"] == 55
-        for _ in range(10):
-            steer(client, session["id"], "step")
+        assert session["computed"] == min(loss + 10, 39)
         lost = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]["lost"]
-        assert lost == [False] * loss + [True]
+        assert lost[: loss + 1] == [False] * loss + [True]
+        explained = client.get(f"/api/v1/sessions/{session['id']}/explanation").json()
+        assert (explained["diagnosis"]["lost"], explained["diagnosis"]["frame"]) == (True, loss)
         steer(client, session["id"], "seek", frame=39)
         saved = client.post("/api/v1/runs", json={"session": session["id"]}).json()
         row = result.table.filter(result.table["run"].to_numpy() == failed["run"]).to_pylist()[0]

@@ -1,7 +1,7 @@
 """Opening: from a row of a sweep to a live session that computes the same numbers, paused shortly before the loss."""
 
 from pftrack.model.recipe import Footage
-from pftrack.runs.loss_intervals import approach
+from pftrack.runs.loss_intervals import APPROACH_FRAMES, approach
 from pftrack.sweep import Plan
 from pftrack_server.errors import ConflictError, RefusedError
 from pftrack_server.schemas.spec import SessionSpec
@@ -18,7 +18,7 @@ def session_spec(store: Store, sweep: str, plan: Plan, results: Results, run: in
     """Return the spec of a session with exactly one run of a sweep, or the same with another method.
 
     The session stands ten frames before the first lost frame; with another method that lost nothing, where the run of
-    the row would.
+    the row would. It is computed to ten frames after it, so that one can ask at once why it was lost.
 
     Raises:
         NotFoundError: The sweep has no such run.
@@ -35,10 +35,11 @@ def session_spec(store: Store, sweep: str, plan: Plan, results: Results, run: in
             f"tracker must be one of {known}, got {method}.", field="tracker", bound=f"one of {known}", value=method
         )
     single = plan.single(run)
-    position = _before(_loss(plan, results, row, method), plan.frames)
+    loss, last = _loss(plan, results, row, method), plan.frames - 1
+    position, computed = (0, 0) if loss is None else (min(approach(loss), last), min(loss + APPROACH_FRAMES, last))
     recipe = single.recipe.model_copy(update={"tracker": method})
     upload = None if plan.footage is None else upload_of(store, plan).id
-    return new_spec(recipe, sweep=sweep, upload=upload, position=position)
+    return new_spec(recipe, sweep=sweep, upload=upload, position=position, computed=computed)
 
 
 def upload_of(store: Store, plan: Plan) -> UploadRow:
@@ -62,7 +63,3 @@ def _loss(plan: Plan, results: Results, row: RowPublic, method: str) -> int | No
     twin = row.run + plan.trackers.index(method) - plan.trackers.index(row.tracker)
     other = results.row(twin).first_lost_frame
     return row.first_lost_frame if other is None else other
-
-
-def _before(loss: int | None, frames: int) -> int:
-    return min(approach(loss or 0), frames - 1)
