@@ -12,8 +12,10 @@ import pytest
 
 from tools.pictures.live import LIVE
 from tools.pictures.shots import FILMS, PICTURES
+from tools.site import rest
 from tools.site.contents import entries
 from tools.site.inserts import NAMED, OUTSIDE
+from tools.site.python_pages import INTERNAL, ROOMS
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -83,6 +85,16 @@ class _Links(HTMLParser):
             self.asked.append(given["href"])
 
 
+def test_the_references_name_what_there_is() -> None:
+    """Every package is described or internal, and every kind of address has a title."""
+    packages = {f"pftrack.{each.parent.name}" for each in (ROOT / "pftrack").glob("*/__init__.py")}
+    assert packages <= {*ROOMS, *INTERNAL}
+    assert not INTERNAL & {*ROOMS}
+    assert {
+        tag for methods in rest.description()["paths"].values() for it in methods.values() for tag in it["tags"]
+    } <= {*rest.WORDS}
+
+
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The site, without pictures."""
@@ -133,7 +145,7 @@ def test_the_site_asks_no_other_host(built: Path) -> None:
 def test_the_references_are_whole(built: Path) -> None:
     """Every command, every address and every public name of `pftrack` has its place."""
     import pftrack
-    from tools.site import command_line, rest
+    from tools.site import command_line
 
     commands = re.sub(r"<[^>]+>", "", (built / "reference" / "command-line.html").read_text("utf-8"))
     assert [name for name, _ in command_line.commands() if f"{name}¶" not in commands] == []

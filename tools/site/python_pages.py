@@ -14,16 +14,24 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
-__all__ = ["CONTENTS", "ROOMS", "setup"]
+__all__ = ["CONTENTS", "INTERNAL", "ROOMS", "setup"]
 
 ROOMS = (
     "pftrack", "pftrack.comparison", "pftrack.sweep", "pftrack.failures", "pftrack.lessons", "pftrack.figures",
     "pftrack.displays", "pftrack.exports", "pftrack.experiments", "pftrack.testing", "pftrack.model", "pftrack.runs",
-    "pftrack.filters", "pftrack.resampling", "pftrack.particles", "pftrack.dynamics", "pftrack.likelihoods",
+    "pftrack.diagnosis", "pftrack.counterfactuals", "pftrack.explanation", "pftrack.loss_probability",
+    "pftrack.fitting", "pftrack.evaluation", "pftrack.filter_files", "pftrack.filters", "pftrack.resampling",
+    "pftrack.particles", "pftrack.dynamics", "pftrack.likelihoods",
     "pftrack.learning", "pftrack.sources", "pftrack.geometry", "pftrack.detection", "pftrack.rendering",
     "pftrack.numerics", "pftrack.structure", "pftrack.set_membership", "pftrack.reproduce",
 )  # fmt: skip
-"""The public rooms of the library. How children are started and compiled code is kept concerns nobody outside."""
+"""The public rooms of the library."""
+
+INTERNAL = frozenset(
+    {"pftrack.cli", "pftrack.exercises", "pftrack.model_files", "pftrack.process", "pftrack.trackers",
+     "pftrack.warming"}
+)  # fmt: skip
+"""Packages that concern nobody outside: commands, what experiments wire up, children, and how compiled code is kept."""
 
 CONTENTS = "## Packages\n\n```{toctree}\n:maxdepth: 1\n\n" + "\n".join(f"api/{room}" for room in ROOMS) + "\n```"
 

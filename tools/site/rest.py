@@ -11,8 +11,9 @@ __all__ = ["description", "markdown"]
 
 WORDS = {
     "compilation": "Compiling", "comparisons": "Comparisons", "experiments": "Experiments", "exports": "Exports",
-    "failures": "Failures", "follows": "Classes that follow", "health": "Health", "lessons": "Lessons",
-    "runs": "Saved runs", "sessions": "Sessions", "sweeps": "Sweeps", "uploads": "Uploads", "work": "My work",
+    "failures": "Failures", "filters": "Filters in files", "fits": "Fits of noises", "follows": "Classes that follow",
+    "health": "Health", "lectures": "Lectures", "lessons": "Lessons", "runs": "Saved runs", "sessions": "Sessions",
+    "source code": "Source code", "sweeps": "Sweeps", "uploads": "Uploads", "work": "My work",
 }  # fmt: skip
 
 
@@ -32,7 +33,7 @@ def markdown() -> str:
         for method, operation in methods.items():
             (tag,) = operation["tags"]
             tags.setdefault(tag, []).append(_operation(method, path, operation))
-    sections = [f"## {WORDS.get(tag, tag)}\n\n" + "\n\n".join(tags[tag]) for tag in sorted(tags, key=WORDS.__getitem__)]
+    sections = [f"## {WORDS[tag]}\n\n" + "\n\n".join(tags[tag]) for tag in sorted(tags, key=WORDS.__getitem__)]
     shapes = [_shape(name, shape) for name, shape in sorted(told["components"]["schemas"].items())]
     return "\n\n".join([*sections, "## Shapes", *shapes])
 
