@@ -12,6 +12,7 @@ from pftrack.counterfactuals import LossError, Report, what_if
 from pftrack.counterfactuals.trials import ROUNDS
 from pftrack.diagnosis import Diagnosis, diagnose
 from pftrack.entry_points import PRESENTERS, load
+from pftrack.runs.ensemble import ReplayError
 from pftrack.runs.run import Run
 
 __all__ = ["Explanation", "explain"]
@@ -24,15 +25,18 @@ class Explanation:
     Attributes:
         diagnosis: What went wrong, with the numbers that this is said from.
         what_if: What would have saved the run; None where that was not asked, or nothing was lost.
+        untried: Why nothing could be tried, where it was asked; else empty.
     """
 
     diagnosis: Diagnosis
     what_if: Report | None = None
+    untried: str = ""
 
     @property
     def lines(self) -> tuple[str, ...]:
         """The explanation in sentences: what went wrong, what each sign is said from, and what would have saved it."""
-        saved = () if self.what_if is None else self.what_if.lines
+        untried = (f"What would have saved it cannot be tried: {self.untried}.",) if self.untried else ()
+        saved = untried if self.what_if is None else self.what_if.lines
         return (self.diagnosis.sentence, *(sign.words for sign in self.diagnosis.signs), *saved)
 
     def as_dict(self) -> dict[str, Any]:
@@ -40,6 +44,7 @@ class Explanation:
         return {
             "diagnosis": self.diagnosis.as_dict(),
             "what_if": None if self.what_if is None else self.what_if.as_dict(),
+            "untried": self.untried,
         }
 
     def _repr_html_(self) -> str:
@@ -72,6 +77,6 @@ def explain(
     try:
         for found in what_if(run, diagnosis.frame, rounds=rounds):
             on_step(sum(each.runs for each in found.findings), (found.planned + 1) * seeds)
-    except LossError:  # it is lost from the beginning on: there is nothing before that could be changed
-        return Explanation(diagnosis)
+    except (LossError, ReplayError) as reason:
+        return Explanation(diagnosis, untried=str(reason))
     return Explanation(diagnosis, found)

@@ -2190,6 +2190,8 @@ export interface Tour {
 export interface TrackerPublic {
   id: string;
   title: string;
+  /** It says again what was recorded; no seed or setting changes that */
+  replays: boolean;
 }
 
 /** A command of the transport. */

@@ -10,7 +10,7 @@ from pftrack.counterfactuals.alternatives import Allow, Alternative, allow_all, 
 from pftrack.counterfactuals.report import Finding, Report
 from pftrack.model.timeline import Change, Timeline
 from pftrack.runs.continuation import Continuation, Stretch, go_on, read_stretches, takes_all_at_once
-from pftrack.runs.ensemble import other_seeds
+from pftrack.runs.ensemble import check_not_replayed, other_seeds
 from pftrack.runs.loss_intervals import before_loss, first_loss, losses
 from pftrack.runs.loss_probability import LossAccount, tells_loss
 from pftrack.runs.lost_frames import find_lost_frames
@@ -83,8 +83,10 @@ def what_if(
 
     Raises:
         LossError: The run has not lost its target so far, or begins with that.
+        ReplayError: It is a recording of what was computed elsewhere.
     """
     loss = find_loss(run, frame)
+    check_not_replayed(run, loss)
     if loss == 0:
         raise LossError("the run begins with its target lost: there is nothing before that could be changed")
     begin, last = _begin(run, loss), min(loss + HORIZON_FRAMES, run.frames - 1)

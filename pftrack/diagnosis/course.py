@@ -87,7 +87,7 @@ class Course:
         probability: (L,) that it is, by the tracker's own numbers.
         hidden: (L,) 1 where the target, or nearly all of its parts, are known to be out of sight, else 0.
         searching: (L,) 1 where the tracker looks for the target by its own account, else 0.
-        evidence: (L,) log evidence of each frame.
+        evidence: (L,) log evidence of each frame; NaN of a tracker that knows of none.
         likeness: (L,) how like the model that is which is at the estimate, 0..1.
         kept: (L,) how like the first look the model is, 0..1.
         misfit: (L,) share of what is seen by which that differs from what is believed, %.
@@ -182,6 +182,7 @@ def course_of(
     truths = np.array([row.truth or unknown for row in rows], dtype=np.float64)
     estimates = np.array([row.estimate for row in rows], dtype=np.float64)
     found = judge_rows(rows, probabilities)
+    evidence = np.array([row.log_evidence for row in rows])
     seen = np.where(np.isfinite(truths), truths, estimates) if truths.shape == estimates.shape else estimates
 
     def numbers(role: SeriesRole) -> Numbers:
@@ -204,7 +205,7 @@ def course_of(
         probability=found.probabilities,
         hidden=np.where(numbers("visible") <= MOST_HIDDEN, 1.0, _optional([row.hidden for row in rows])),
         searching=_optional([row.searching for row in rows]),
-        evidence=np.array([row.log_evidence for row in rows]),
+        evidence=evidence if evidence.any() else np.full(len(rows), np.nan),  # who knows of none says 0
         likeness=numbers("likeness"),
         misfit=numbers("misfit"),
         kept=numbers("model_likeness"),

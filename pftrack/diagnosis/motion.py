@@ -143,14 +143,16 @@ def left_behind(moment: Moment) -> Sign | None:
         since,
         0.8,
         "Since frame {since:.0f} the target, in full sight, is left behind|: it goes {true:.1f}{unit} a frame, and the "
-        "estimate {believed:.1f}{unit} that way|; in frame {frame:.0f} they are {error:.1f}{unit} apart, and nothing "
-        "of what is believed is left where the target is seen.",
+        "estimate {believed:.1f}{unit} that way|; in frame {frame:.0f} they are {error:.1f}{unit} apart|, and what is "
+        "believed fits by {fit:.2f}, where the target had fitted by {usual:.2f}|.",
         {
             "since": since,
             "true": true,
             "believed": believed,
             "frame": moment.frame,
             "error": float(course.error[moment.frame]),
+            "fit": middle(course.fit[moment.after]),
+            "usual": moment.usual_fit,
         },
         ("error", "fit", "true_step", "step"),
     )

@@ -112,6 +112,7 @@ class Tracker:
         evidence: What the log evidence of its states is worth when settings are compared.
         update_parts: (state before, state, frame, parameters) -> what the step of the frame was made of, beside
             particles: innovation and gain, or what each feature contributed.
+        replays: It says again what was recorded, whatever seed and settings are: nothing can be tried with it.
         linear: The model, where it is linear, its noise Gaussian, and what the tracker computes is exact.
         ensemble: (state, frames to come, history of parameters, seeds) -> for each of these frames the estimates
             (N, tracked) that steps come to with each of the N seeds, faster than by steps and without their states;
@@ -132,6 +133,7 @@ class Tracker:
     cloud: Callable[[Any], Cloud | None] | None = None
     evidence: Evidence = ""
     update_parts: Callable[[Any, Any, Frame, Any], tuple[Part, ...]] | None = None
+    replays: bool = False
     linear: LinearModel | None = None
     ensemble: EnsembleStep | None = None
 

@@ -20,7 +20,18 @@ from pftrack.runs.continuation import STRETCH_BYTES, Continuation, Courses, Stre
 from pftrack.runs.loss_probability import LossPast, tells_loss
 from pftrack.runs.run import Run
 
-__all__ = ["QUANTILES", "ROUNDS", "RUNS", "Ensemble", "Scene", "ensemble", "ensembling", "other_seeds"]
+__all__ = [
+    "QUANTILES",
+    "ROUNDS",
+    "RUNS",
+    "Ensemble",
+    "ReplayError",
+    "Scene",
+    "check_not_replayed",
+    "ensemble",
+    "ensembling",
+    "other_seeds",
+]
 
 RUNS = 40
 ROUNDS = (10,)
@@ -30,6 +41,10 @@ QUANTILES = 0.1, 0.5, 0.9
 
 Scene: TypeAlias = Literal["same", "other"]
 """Whether all runs see the scene of the run that they are compared with, or each the one that its own seed makes."""
+
+
+class ReplayError(ValueError):
+    """A run was only recorded, and cannot be carried out again."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +101,22 @@ class Ensemble:
         }
 
 
+def check_not_replayed(run: Run, frame: int) -> None:
+    """Refuse to carry out again what was only recorded.
+
+    Args:
+        run: The run.
+        frame: From which on its tracker would be used again.
+
+    Raises:
+        ReplayError: Its tracker replays.
+    """
+    if run.experiment.trackers[run.tracker_at(frame)].replays:
+        raise ReplayError(
+            "it was computed elsewhere and is shown as it was recorded, so no seed and no setting changes it"
+        )
+
+
 def other_seeds(seed: int, count: int) -> tuple[int, ...]:
     """Return so many seeds, none of which is the one given: those that follow it."""
     return tuple((seed + 1 + number) % (LARGEST_SEED + 1) for number in range(count))
@@ -99,6 +130,9 @@ def ensemble(run: Run, *, runs: int = RUNS, frames: int | None = None, scene: Sc
         runs: How many.
         frames: How far they go; as far as the run is long, if not given.
         scene: What they see.
+
+    Raises:
+        ReplayError: The run is a recording of what was computed elsewhere.
     """
     *_, last = ensembling(run, other_seeds(run.seed, runs), frames or run.frames, scene=scene)
     return last
@@ -117,7 +151,11 @@ def ensembling(
         frames: How far they go, at least 1.
         scene: What they see; where a scene does not depend on the seed, "other" is different in frame 0 alone.
         rounds: Ascending: so many runs are carried out to the end before further ones begin.
+
+    Raises:
+        ReplayError: The run is a recording of what was computed elsewhere.
     """
+    check_not_replayed(run, 0)
     stops = [*(each for each in rounds if each < len(seeds)), len(seeds)]
     parts: list[Courses] = []
     shared = _Shared(run, frames)

@@ -188,6 +188,7 @@ TRACKERS: dict[str, Tracker] = {
         searching=_is_absent,
         cloud=_cloud,
         reads=(),
+        replays=True,
     )
 }
 """The one tracker of recorded beliefs."""

@@ -10,6 +10,7 @@ import pytest
 
 import pftrack
 from tests.server.host import error_of, steer
+from tests.server.test_explorations import explore, finished
 from tests.server.test_uploads import send, video
 from tests.session_requests import session_request
 
@@ -24,7 +25,8 @@ def recording(tmp_path: Path) -> bytes:
     rng = np.random.default_rng(0)
     with pftrack.record(tmp_path / "mine.pft", source=clip) as rec:
         for t in range(FRAMES):
-            rec(t, particles=rng.standard_normal((80, 4)) + 20.0 + t, box=(10 + t, 10 + t, 21, 21))
+            true_box = (10 + t if t < 6 else 60, 10 + t, 21, 21)
+            rec(t, particles=rng.standard_normal((80, 4)) + 20.0 + t, box=(10 + t, 10 + t, 21, 21), true_box=true_box)
     return (tmp_path / "mine.pft").read_bytes()
 
 
@@ -44,6 +46,9 @@ def test_a_recording_becomes_a_session(client: httpx.Client, recording: bytes) -
     columns = client.get(f"/api/v1/sessions/{session['id']}/diagnostics").json()["columns"]
     assert columns["estimate"][-1] == pytest.approx([20 + FRAMES - 1] * 2, abs=0.5)
     assert columns["series"][-1]["particles"] == 80
+    assert session["trackers"][0]["replays"] is True
+    ended = finished(client, explore(client, session["id"], kind="what-if"))
+    assert (ended["state"], "shown as it was recorded" in ended["message"]) == ("failed", True)
     client.delete(f"/api/v1/sessions/{session['id']}")
 
 

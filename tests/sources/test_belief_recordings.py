@@ -9,6 +9,7 @@ import pytest
 
 import pftrack
 from pftrack.rendering.film import FilmWriter
+from pftrack.runs.ensemble import ReplayError, ensemble
 from pftrack.sources.beliefs import content
 from pftrack.sources.errors import SourceError
 from pftrack.sources.sequence import open_sequence
@@ -54,6 +55,49 @@ def test_the_paths_of_particles_are_those_of_their_ancestors(tmp_path: Path) -> 
         states, _, ancestors = particles_of(t)
         assert paths[FRAMES - 1 - t] == pytest.approx(states[places, :2])
         places = ancestors[places]
+
+
+TURN = np.array([(0.5 * t, 0.5) if t < 40 else (20.0 - 1.5 * (t - 40), -1.5) for t in range(80)])
+
+
+def record_turn(path: Path) -> Path:
+    """A filter of 300 particles that expects no turn follows a target that turns back after half of 80 frames."""
+    rng = np.random.default_rng(1)
+    states, ancestors = rng.normal(size=(300, 2)) * [0.5, 0.05] + [0.0, 0.5], np.arange(300)
+    with pftrack.record(path, components=("x", "vx")) as rec:
+        for t, truth in enumerate(TURN):
+            states[:, 0] += states[:, 1] + 0.02 * rng.normal(size=300)
+            log_weights = -0.5 * np.square((states[:, 0] - truth[0]) / 0.5)
+            rec(t, particles=states, log_weights=log_weights, ancestors=ancestors, truth=truth)
+            weights = np.exp(log_weights - log_weights.max())
+            ancestors = rng.choice(300, 300, p=weights / weights.sum())
+            states = states[ancestors]
+    return path
+
+
+def test_who_is_worse_than_the_middle_of_the_path_is_lost(tmp_path: Path) -> None:
+    """Where truths have no box the limit is their root mean square distance from their middle; a box says it better."""
+    run = pftrack.load(record_turn(tmp_path / "turn.pft"))
+    limit = run.parameters_at(0).lost_distance
+    assert limit == pytest.approx(np.sqrt(TURN.var(axis=0).sum()), rel=5e-3)  # it has three digits
+    run.finish()
+    assert [row.lost for row in run.diagnostics] == [row.error >= limit for row in run.diagnostics]
+    with pftrack.record(tmp_path / "box.pft") as rec:
+        for t in range(3):
+            rec(t, box=(t, 0, 10, 10), true_box=(2 * t, 0, 10, 10))
+    assert pftrack.load(tmp_path / "box.pft").parameters_at(0).lost_distance == 0
+
+
+def test_a_loop_that_lost_its_target_is_told_why_and_that_nothing_can_be_tried(tmp_path: Path) -> None:
+    """The law of motion is named from what was recorded; of the likelihood, which was not, nothing is said."""
+    run = pftrack.load(record_turn(tmp_path / "turn.pft"))
+    run.finish()
+    explanation = run.explain(seeds=2)
+    assert (explanation.diagnosis.cause, explanation.what_if) == ("wrong-dynamics", None)
+    assert "fit" not in " ".join(sign.words for sign in explanation.diagnosis.signs)
+    assert "shown as it was recorded" in explanation.lines[-1]
+    with pytest.raises(ReplayError):
+        ensemble(run, runs=2)
 
 
 def test_single_precision_is_enough_for_what_is_seen(tmp_path: Path) -> None:

@@ -26,7 +26,9 @@ export function explore(root, view) {
   root.before(bar, whatIf.card);
   const update = coalesce(() => {
     if (view.store.session === null) return;
-    bar.hidden = !view.store.isAwake;
+    // What was computed elsewhere says the same whatever one changes.
+    const { tracker, trackers } = view.store.session;
+    bar.hidden = !view.store.isAwake || trackers.some(({ id, replays }) => id === tracker && replays);
     seeds.update();
     whatIf.update();
   }, view.signal);

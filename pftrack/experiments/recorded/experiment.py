@@ -18,7 +18,7 @@ from pftrack.model.calibration import Calibration
 from pftrack.model.glossary import Term
 from pftrack.model.marks import Mark
 from pftrack.model.measures import MEAN_IOU, PICTURE_MEASURES
-from pftrack.model.parameters import ParameterError, Parameters, parameter
+from pftrack.model.parameters import ParameterError, Parameters, parameter, revise
 from pftrack.model.recipe import Footage
 from pftrack.model.references import BERNARDIN, Citation
 from pftrack.model.sequence import FrameSequence
@@ -33,6 +33,7 @@ from pftrack.trackers.parameters import loss_share
 __all__ = ["EXPERIMENT", "ExampleBeliefParameters", "RecordedBeliefParameters"]
 
 SCORING = "Scoring"
+MOST_DISTANCE = 100_000
 
 
 class ScoringParameters(Parameters):
@@ -41,8 +42,9 @@ class ScoringParameters(Parameters):
     # fmt: off
     lost_distance: float = parameter(
         0, "Lost from", "Distance from the truth from which on the target counts as lost, in the unit of the states; 0 "
-        "for half the longer side of its true box, where it has one.",
-        ge=0, le=100_000, step=1, group=SCORING)
+        "for half the longer side of its true box. Where truths have no box, it begins with how far the true places "
+        "lie from the middle of their path, root mean square: one who stays there is wrong by so much.",
+        ge=0, le=MOST_DISTANCE, step=1, group=SCORING)
     lost_share: float = loss_share(0.25, group=SCORING)
     # fmt: on
 
@@ -81,7 +83,9 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
         return units | {"estimate": units["across"]} if sequence.content.dimension == 1 else units
 
     parameters = RecordedBeliefParameters()
-    open_source(0, parameters)
+    spread = open_source(0, parameters).true_spread()
+    if spread < MOST_DISTANCE:
+        parameters = revise(parameters, {"lost_distance": float(f"{spread:.3g}")})
     footage = Footage.of(sequence, None, start, truth).model_copy(update={"labelled": sequence.content.has_truth})
     return Setup(open_source, parameters, footage, units=units)
 

@@ -1,6 +1,6 @@
 """The frames of a recording of beliefs as a tracker gets them: nothing is left to compute but moments."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cached_property
 
 import numpy as np
@@ -17,6 +17,9 @@ from pftrack.sources.beliefs.sequence import BeliefSequence
 from pftrack.sources.recording import check_start
 
 __all__ = ["RecordedBeliefs", "target_of"]
+
+SPREAD_FRAMES = 500
+"""So many frames at most are looked at for how far the true places lie apart."""
 
 
 class RecordedBeliefs:
@@ -81,6 +84,34 @@ class RecordedBeliefs:
         )
         shown = self._sequence.picture(self._first + index) if self._sequence.has_pictures else None
         return Frame(index, float(self._times_s[index]), image_rgb=shown, target=self._target(number), beliefs=beliefs)
+
+    def true_spread(self) -> float:
+        """Return how far the true places lie from the middle of their path: root mean square, in the states' unit.
+
+        Who stays at that middle is wrong by so much (Nash and Sutcliffe 1970 measure skill by it). It is 0 where a
+        truth has a box, which says better how near is near enough, and where none moves.
+        """
+        frames = np.unique(np.linspace(0, (self.frame_count or 1) - 1, SPREAD_FRAMES).astype(np.int64)).tolist()
+        paths: dict[int, list[NDArray[np.float64]]] = {}
+        for target, found in (each for frame in frames for each in self._true_targets(self._number(frame))):
+            if found.extent is not None:
+                return 0.0
+            paths.setdefault(target, []).append(found.position)
+        offsets = [np.array(path) - np.mean(path, axis=0) for path in paths.values()]
+        return float(np.sqrt(np.square(np.concatenate(offsets)).sum(axis=1).mean())) if offsets else 0.0
+
+    def _true_targets(self, number: int) -> Iterator[tuple[int, Target]]:
+        """Yield what is true of any target in a frame."""
+        if self._truth is not None:
+            found = self._truth(number - self._sequence.first)
+            if found is not None:
+                yield self._selected, found
+            return
+        content = self._sequence.content
+        for target in content.true_targets_in(number):
+            found = target_of(content.truth(number, target), self._components)
+            if found is not None:
+                yield target, found
 
     def _number(self, index: int) -> int:
         """Return the number in the file of a frame of the run."""

@@ -23,6 +23,7 @@ class TrackerPublic(BaseModel):
 
     id: str
     title: str
+    replays: bool = Field(False, description="It says again what was recorded; no seed or setting changes that")
 
 
 class ExportPublic(BaseModel):

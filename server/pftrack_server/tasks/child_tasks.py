@@ -16,6 +16,7 @@ from pftrack.fitting import FitError
 from pftrack.model.export import ExportError
 from pftrack.model.parameters import ParameterError
 from pftrack.process import Budget, Ending, Fault, Outcome, Refusal, Reply, run_task
+from pftrack.runs.ensemble import ReplayError
 from pftrack.runs.record import RecordError
 from pftrack.sources.errors import SourceError
 from pftrack.sources.truth import TruthError
@@ -35,6 +36,7 @@ REFUSALS = (
     LossError,
     ParameterError,
     RecordError,
+    ReplayError,
     SourceError,
     TruthError,
 )

@@ -38,7 +38,10 @@ def describe(run: Run) -> SessionDescription:
         truth_columns=list(truth.form.columns) if truth else [],
         truth_mark=TruthMark(editor=truth.mark.editor(), parts=list(truth.parts)) if truth and truth.mark else None,
         declarations=list(experiment.declarations(type(setup.parameters))),
-        trackers=[TrackerPublic(id=name, title=tracker.title) for name, tracker in experiment.trackers.items()],
+        trackers=[
+            TrackerPublic(id=name, title=tracker.title, replays=tracker.replays)
+            for name, tracker in experiment.trackers.items()
+        ],
         fittable={name: [it.name for it in numbers] for name, numbers in _fittable(run) if numbers},
         layers=list(experiment.layers),
         worlds=list(experiment.worlds),
