@@ -1763,7 +1763,7 @@ export interface Series {
   title: string;
   unit: string;
   shape: "number" | "vector" | "interval" | "hypotheses";
-  role: "" | "particles" | "ess" | "resampled" | "distinct" | "share" | "flag" | "event" | "extent" | "likeness" | "model_likeness" | "misfit" | "visible" | "mirrored" | "loss_probability" | "excess" | "nis" | "nis_freedom" | "nis_limit";
+  role: "" | "particles" | "ess" | "resampled" | "distinct" | "share" | "flag" | "event" | "extent" | "likeness" | "model_likeness" | "misfit" | "visible" | "mirrored" | "mirror_gap" | "measured" | "loss_probability" | "excess" | "nis" | "nis_freedom" | "nis_limit";
   components: string[];
   colours: string[];
   reductions: Reduction[];

@@ -60,6 +60,7 @@ COLUMNS = {
         Column("searching", "searching", is_flag=True),
         Column("probability", "probability that it is lost"),
         Column("mirrored", "mirror image", is_flag=True),
+        Column("mirror_gap", "from the mirror image, in deviations"),
         Column("outside", "beyond the picture", is_flag=True),
         Column("step", "way of the estimate a frame", "run"),
         Column("true_step", "way of the target a frame", "run"),
@@ -81,6 +82,7 @@ class Course:
         truths: (L, d).
         error: (L,) distance of the estimate from the truth.
         deviation: (L,) root mean square of the posterior standard deviations that are in the run's unit.
+        sigmas: (L, d) posterior standard deviations; NaN of a number in another unit.
         excess: (L,) largest error of a component, or of what else is believed, over its standard deviation.
         lost: (L,) whether the target is lost.
         witnesses: Who says so of each frame.
@@ -98,7 +100,10 @@ class Course:
         distinct: (L,) how many of the particles differ in what no noise renews.
         resampled: (L,) 1 where parents were drawn, else 0.
         mirrored: (L,) 1 where the estimate is nearer to a mirror image of the truth than to the truth, else 0.
+        mirror_gap: (L,) deviations from the estimate to the nearest other pose that the camera shows alike.
         outside: (L,) 1 where the target, or where no truth is known the estimate, is beyond the picture, else 0.
+        parts: (L, P) likeness of each part, where the target has parts.
+        measured: (L, m) numbers that were measured.
     """
 
     unit: str
@@ -106,6 +111,7 @@ class Course:
     truths: Numbers
     error: Numbers
     deviation: Numbers
+    sigmas: Numbers
     excess: Numbers
     lost: Flags
     witnesses: tuple[Witness, ...]
@@ -123,7 +129,10 @@ class Course:
     distinct: Numbers
     resampled: Numbers
     mirrored: Numbers
+    mirror_gap: Numbers
     outside: Numbers
+    parts: Numbers
+    measured: Numbers
 
     def __len__(self) -> int:
         """Return the number of frames L."""
@@ -199,6 +208,7 @@ def course_of(
         truths=truths,
         error=_optional([row.error for row in rows]),
         deviation=_deviations(rows),
+        sigmas=_matrix([row.sigma for row in rows], estimates.shape[1])[:, : estimates.shape[1]],
         excess=np.where(np.isfinite(told), told, _excess(rows)),
         lost=found.lost,
         witnesses=found.witnesses,
@@ -216,7 +226,10 @@ def course_of(
         distinct=numbers("distinct"),
         resampled=numbers("resampled"),
         mirrored=numbers("mirrored"),
+        mirror_gap=numbers("mirror_gap"),
         outside=_outside(seen, size),
+        parts=_vectors(rows, declared, "likeness"),
+        measured=_vectors(rows, declared, "measured"),
     )
 
 
@@ -226,6 +239,19 @@ def _number(row: Diagnostics, series: Series) -> float:
         return row.number(series.name)
     known = [one for one in row.vector(series.name) or () if np.isfinite(one)]
     return float(np.mean(known)) if known else np.nan
+
+
+def _vectors(rows: Sequence[Diagnostics], declared: Sequence[Series], role: SeriesRole) -> Numbers:
+    """Return the vectors (L, n) of the series of a role, beside each other."""
+    names = [series.name for series in declared if series.role == role and series.shape == "vector"]
+    return _matrix([[number for name in names for number in row.vector(name) or ()] for row in rows])
+
+
+def _matrix(values: Sequence[Sequence[float]], least: int = 0) -> Numbers:
+    """Return rows of numbers as an array as wide as the longest, and at least so wide; the rest NaN."""
+    width = max(least, *map(len, values))
+    padded = [[*value, *(np.nan,) * (width - len(value))] for value in values]
+    return np.array(padded, dtype=np.float64).reshape(len(values), width)
 
 
 def _deviations(rows: Sequence[Diagnostics]) -> Numbers:

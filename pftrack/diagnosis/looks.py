@@ -10,6 +10,8 @@ __all__ = ["another_that_fits", "changed_model", "widened_cloud", "wrong_find"]
 
 WIDENED = 1.4
 """Times its usual value that the deviation is where a cloud comes apart."""
+DOUBTED = 2.0
+"""Times the fall to what is low, at most, where a model that has changed still fits what is followed."""
 CHANGED, STILL_ALIKE = 0.8, 0.95
 """Likeness of the model to the first look below which it is another one, and above which it is the same."""
 
@@ -19,7 +21,7 @@ def changed_model(moment: Moment) -> Sign | None:
     course = moment.course
     later = moment.after
     kept, fit = middle(course.kept[later]), middle(course.fit[later])
-    if not (kept < CHANGED and fit >= moment.low_fit):
+    if not (kept < CHANGED and fit >= moment.usual_fit - DOUBTED * (moment.usual_fit - moment.low_fit)):
         return None
     since = moment.since(course.kept < STILL_ALIKE)
     return Sign(

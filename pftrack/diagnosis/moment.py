@@ -27,6 +27,9 @@ EQUAL = 0.985
 FALLEN, RISEN, ALIKE = 0.8, 1.12, 0.9
 """Times the least ESS before that it falls to where few particles are better than the rest; times its usual value, and
 of the particles at the least, that it rises to where none is."""
+PART_FALL, HALFWAY, FADING = 0.3, (0.25, 0.7), 0.2
+"""A part's likeness falls if by so much; it is halfway between these shares of its fall; and so many frames of each are
+so, at the least, where a target fades rather than goes out of sight."""
 LEADING, FOLLOWING = 8, 8
 """So many frames before a moment may hold what led to it, and so many after it show what came of it."""
 
@@ -113,7 +116,7 @@ class Moment:
         """
         shares, since = self.course.ess_share, self.goes_blind
         # Of a pose by its features the effective sample size tells nothing: they are weighed one by one.
-        if since is None or (self.course.fit is self.course.likeness and not self.is_place):
+        if since is None or self.by_features:
             return False
         before = shares[max(since - LEADING - 2, 1) : max(since - 1, 2)]
         falling = shares[max(since - 4, 1) : since + 4]
@@ -123,6 +126,27 @@ class Moment:
         usual, later = middle(shares[self.usual]), middle(shares[since : since + FOLLOWING])
         never_alike = later < min(RISEN * usual, ALIKE)
         return bool(falling.min() < FALLEN * np.nanmin(before)) or never_alike
+
+    @property
+    def by_features(self) -> bool:
+        """Whether the estimate is no place, but a pose that is told by the likeness of features."""
+        return self.course.fit is self.course.likeness and not self.is_place
+
+    @cached_property
+    def fades(self) -> bool:
+        """Whether, as the fit fell, parts of the target fitted by half: they are in sight, and looked for beside it.
+
+        What covers a part takes it within a frame, and leaves those beside it as they were.
+        """
+        parts, since = self.course.parts, self.goes_blind
+        if since is None or not self.by_features or not parts.shape[1]:
+            return False
+        usual = self.usual & (np.arange(len(parts)) < since - 2)
+        fell = _medians(parts[usual]) - _medians(parts[since + 1 : since + 1 + FOLLOWING])
+        falling = fell > PART_FALL
+        way = (_medians(parts[usual]) - parts[max(since - 1, 0) : since + 2]) / fell
+        half = (way > HALFWAY[0]) & (way < HALFWAY[1])
+        return bool(np.count_nonzero(half[:, falling]) > FADING * np.count_nonzero(falling))
 
     @property
     def fits_after(self) -> bool:
@@ -173,6 +197,11 @@ class Moment:
             return self.frame + (int(later[0]) if len(later) else 0)
         breaks = np.flatnonzero(np.diff(places) > gap + 1)
         return int(places[breaks[-1] + 1] if len(breaks) else places[0])
+
+
+def _medians(values: Numbers) -> Numbers:
+    """Return the medians (n,) of the finite values in each column of (k, n); NaN of a column without."""
+    return np.array([middle(column) for column in values.T])
 
 
 def middle(values: Numbers) -> float:

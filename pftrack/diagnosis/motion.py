@@ -3,7 +3,7 @@
 import numpy as np
 
 from pftrack.diagnosis.course import Course, Flags, Numbers
-from pftrack.diagnosis.moment import Moment, middle
+from pftrack.diagnosis.moment import FOLLOWING, Moment, middle
 from pftrack.diagnosis.sign import Sign
 
 __all__ = ["beyond_the_picture", "left_behind", "out_of_sight", "out_of_the_cloud", "suddenly_gone"]
@@ -66,7 +66,7 @@ def suddenly_gone(moment: Moment) -> Sign | None:
     if moment.knows_truth or np.isfinite(course.hidden).any() or not unseen[moment.around].any():
         return None
     by_hypotheses = bool(np.isfinite(course.misfit).any())
-    if moment.is_gaussian or by_hypotheses or moment.leaves_cloud or _at_once(moment):
+    if moment.is_gaussian or by_hypotheses or moment.leaves_cloud or moment.fades or _at_once(moment):
         return None
     since = moment.since(unseen)
     before = middle(course.fit[max(since - 4, 0) : max(since - 2, 1)])
@@ -90,6 +90,8 @@ def out_of_the_cloud(moment: Moment) -> Sign | None:
         return None
     if not np.isfinite(course.particles).any():
         return _nothing_fits(moment, since)
+    if moment.fades:
+        return _beside_its_features(moment, since)
     if not (moment.leaves_cloud or _at_once(moment)):
         return None
     shares = course.ess_share
@@ -105,6 +107,21 @@ def out_of_the_cloud(moment: Moment) -> Sign | None:
         else "From frame {since:.0f} on, as soon as the target moves, nothing of it is seen where the particles go.",
         {"since": since, "usual": moment.usual_fit, "fit": middle(course.fit[moment.after]), "least": least},
         ("fit", "ess_share", "step", "deviation"),
+    )
+
+
+def _beside_its_features(moment: Moment, since: int) -> Sign:
+    """Say the same of a target in parts, as a face by its features."""
+    course = moment.course
+    return Sign(
+        "wrong-dynamics",
+        since,
+        0.6,
+        "From frame {since:.0f} on the parts of the target fit worse and worse, {fit:.2f} in place of {usual:.2f}, and "
+        "several at a time fit by half: they are in sight, but beside where they are believed to be. What covers one "
+        "takes it at once.",
+        {"since": since, "usual": moment.usual_fit, "fit": middle(course.fit[since + 1 : since + 1 + FOLLOWING])},
+        ("fit", "step", "deviation"),
     )
 
 

@@ -8,7 +8,14 @@ sign begins later, so no rule needs to know the others.
 from pftrack.diagnosis.looks import another_that_fits, changed_model, widened_cloud, wrong_find
 from pftrack.diagnosis.motion import beyond_the_picture, left_behind, out_of_sight, out_of_the_cloud, suddenly_gone
 from pftrack.diagnosis.sign import Rule
-from pftrack.diagnosis.sureness import mirror_image, refuted, same_again, too_sure
+from pftrack.diagnosis.sureness import (
+    mirror_image,
+    near_its_mirror_image,
+    refuted,
+    same_again,
+    still_picture,
+    too_sure,
+)
 from pftrack.diagnosis.weights import alike_particles, everything_fits, few_weights, sure_of_nothing
 
 __all__ = ["RULES"]
@@ -18,7 +25,9 @@ RULES: tuple[Rule, ...] = (
     few_weights,
     alike_particles,
     same_again,
+    still_picture,
     mirror_image,
+    near_its_mirror_image,
     changed_model,
     wrong_find,
     everything_fits,

@@ -2,15 +2,25 @@
 
 import numpy as np
 
+from pftrack.diagnosis.course import Numbers
 from pftrack.diagnosis.moment import FOLLOWING, Moment, middle
 from pftrack.diagnosis.sign import Sign
 
-__all__ = ["mirror_image", "refuted", "same_again", "too_sure"]
+__all__ = ["mirror_image", "near_its_mirror_image", "refuted", "same_again", "still_picture", "too_sure"]
 
 TOO_SURE, DOUBTFUL = 3.0, 2.0
 """Times the stated deviation that an error exceeds where a belief is too sure, and where it begins to be."""
 STANDING = 0.01
 """Of the stated deviation that a target goes in a frame where it stands still."""
+WHITE = 1.2
+"""Mean square of the changes of a number from frame to frame over its variance, above which it does not go anywhere: of
+white noise it is 2 on average (von Neumann 1941)."""
+STILL_FRAMES, FEWEST = (60, 30), 12
+"""So many frames make a picture that stands still, if not all of them do; and the fewest of which that can be said."""
+WENT = 1.5
+"""Of its deviations that an estimate goes, at the least, where it should have stayed where it was."""
+MIRROR_NEAR = 3.0
+"""Deviations from a mirror image, at most, where a filter may come out on its side."""
 
 
 def same_again(moment: Moment) -> Sign | None:
@@ -31,6 +41,44 @@ def same_again(moment: Moment) -> Sign | None:
         {"since": since, "worst": worst},
         ("excess", "error", "deviation"),
     )
+
+
+def still_picture(moment: Moment) -> Sign | None:
+    """Ask, where no truth is known, whether what a filter without particles measures stands still."""
+    course, frame = moment.course, moment.frame
+    if moment.knows_truth or np.isfinite(course.particles).any():
+        return None
+    firsts = (1, *(frame + 1 - count for count in STILL_FRAMES))
+    still = [
+        one for one in firsts if one > 0 and frame + 1 - one >= FEWEST and _stands(course.measured[one : frame + 1])
+    ]
+    if not still:
+        return None
+    since = still[0]
+    first = slice(since, since + FEWEST // 3)
+    goes = np.abs(course.estimates[frame] - np.median(course.estimates[first], axis=0))
+    way = float(np.nanmax(goes / course.sigmas[first].mean(axis=0), initial=0.0))
+    if not way > WENT:
+        return None
+    return Sign(
+        "shrinking-covariance",
+        since,
+        0.6,
+        "Since frame {since:.0f} what is measured of the target stands still but for its noise, and the filter takes "
+        "each of {count:.0f} pictures for news: meanwhile the estimate has gone {way:.1f} times the deviation that it "
+        "had stated.",
+        {"since": since, "count": frame + 1 - since, "way": way},
+        ("deviation", "step", "nis"),
+    )
+
+
+def _stands(measured: Numbers) -> bool:
+    """Whether all numbers (n, m) that were measured stay where they are but for white noise."""
+    known = measured[:, np.isfinite(measured).all(axis=0)]
+    if not known.shape[1]:
+        return False
+    changes, variances = np.square(np.diff(known, axis=0)).mean(axis=0), known.var(axis=0)
+    return bool((changes >= WHITE * variances).all())
 
 
 def too_sure(moment: Moment) -> Sign | None:
@@ -103,4 +151,25 @@ def mirror_image(moment: Moment) -> Sign | None:
         "is {off:.1f}{unit} off|, and the camera cannot tell one from the other.",
         {"since": since, "off": float(moment.course.error[first])},
         ("mirrored", "error", "fit"),
+    )
+
+
+def near_its_mirror_image(moment: Moment) -> Sign | None:
+    """Ask, where no truth is known, whether two poses that the camera shows alike were near each other."""
+    course = moment.course
+    gap = course.mirror_gap
+    first = max(moment.before.start, 1)
+    window = gap[first : moment.frame + 2 * FOLLOWING]
+    if moment.knows_truth or not (window < MIRROR_NEAR).any() or not moment.fits_after:
+        return None
+    nearest = first + int(np.nanargmin(window))
+    return Sign(
+        "mirror-pose",
+        min(moment.since(gap < MIRROR_NEAR), moment.frame),
+        0.5,
+        "In frame {nearest:.0f} the estimate is {gap:.1f} deviations from its mirror image, which the camera shows "
+        "just the same, and what is seen fits as before: from there on the target may be either of both, and no number "
+        "of the tracker's tells which.",
+        {"nearest": nearest, "gap": float(gap[nearest])},
+        ("mirror_gap", "nis", "fit"),
     )

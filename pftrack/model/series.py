@@ -62,6 +62,8 @@ SeriesRole: TypeAlias = Literal[
     "misfit",
     "visible",
     "mirrored",
+    "mirror_gap",
+    "measured",
     "loss_probability",
     "excess",
     "nis",
@@ -84,6 +86,9 @@ SeriesRole: TypeAlias = Literal[
 - "misfit": a number, the share in % of what is seen by which that differs from what is believed.
 - "visible": a vector, 1 for each part of the target that is to be seen in the picture, else 0, by the truth.
 - "mirrored": a number, 1 where the estimate is nearer to a mirror image of the truth than to the truth, else 0.
+- "mirror_gap": a number, how many of its stated deviations the estimate is from the nearest other pose that the camera
+  shows alike; the tracker knows it without the truth.
+- "measured": a vector, the numbers that were measured of the target in the frame; NaN of one that was not seen.
 - "loss_probability": a number from 0 to 1, how probable it is that the target is lost; it is told from the rows of a
   run (`pftrack.loss_probability`), and no tracker reports it.
 - "excess": a number, the largest error of what is believed over its stated deviation; declared where the estimate is

@@ -1,20 +1,35 @@
 """Why a target was lost, said from a run's own numbers."""
 
+from dataclasses import replace
+
 import pytest
 
 import pftrack
-from pftrack.diagnosis import diagnose, diagnose_course
+from pftrack.diagnosis import Diagnosis, course_of, diagnose, diagnose_course
+from pftrack.experiments import find
 from pftrack.model.cause import CAUSES, CauseId
 from pftrack.model.parameters import Value
+from pftrack.model.recipe import Recipe
+from pftrack.model.series import Series
+from pftrack.reproduce.diagnosis.conditions import CONDITIONS
 from pftrack.reproduce.diagnosis.confusion import without_truth
 from pftrack.runs.run import Run
 
+LINKAGE = {condition.name: condition for condition in CONDITIONS if condition.experiment == "linkage"}
 CALM: dict[str, Value] = {"occlusion_width_px": 0, "distracter_radius_px": 0, "process_noise_px": 6}
 
 
 def ball(tracker: str, seed: int = 0, **values: Value) -> Run:
     """Return sixty frames of the ball, with nothing in its way but what is said."""
     return pftrack.run("ball", tracker=tracker, seed=seed, frames=60, **{**CALM, **values})
+
+
+def finished(recipe: Recipe) -> Run:
+    """Return the whole run of a recipe."""
+    experiment = find(recipe.experiment)
+    run = Run.from_recipe(recipe, experiment, experiment.simulate())
+    run.finish()
+    return run
 
 
 @pytest.mark.parametrize(
@@ -67,6 +82,52 @@ def test_a_filter_that_is_too_sure_is_refuted_by_its_innovations() -> None:
     assert numbers["nis"] > numbers["limit"] == pytest.approx(5.99, abs=0.01)
     assert "it would be below 6.0 in 95 of 100 frames" in found.signs[0].words
     assert found.evidence[0][0].name == "nis"
+
+
+def unaided(run: Run) -> Diagnosis:
+    """Return what is said of the loss of a run if no truth is known."""
+    first = next(row.frame for row in run.diagnostics if row.is_lost)
+    return diagnose_course(without_truth(run), first)
+
+
+def test_a_filter_of_a_target_that_stands_still_is_told_by_what_it_measures() -> None:
+    """Measurements that are white around one place, and an estimate that leaves it, are told without the truth."""
+    flawed, _ = LINKAGE["the same picture again"].draw(14)
+    found = unaided(finished(flawed))
+    assert found.cause == "shrinking-covariance"
+    assert "stands still but for its noise" in found.signs[0].words
+    assert found.signs[0].numbers["way"] > 1.5
+
+
+def test_a_pose_near_its_mirror_image_is_told_as_one_of_both() -> None:
+    """Without the truth it is said when the camera showed both alike, and that no number tells which of them it is."""
+    flawed, _ = LINKAGE["one side only"].draw(8)
+    found = unaided(finished(flawed))
+    assert found.cause == "mirror-pose"
+    assert found.signs[0].numbers["gap"] < 1
+    assert found.evidence[0][0].name == "mirror_gap"
+
+
+@pytest.mark.parametrize(
+    ("falls", "cause"),
+    [((0.9, 0.9, 0.1), "occlusion-longer-than-memory"), ((0.8, 0.5, 0.3), "wrong-dynamics")],
+)
+def test_features_that_fade_are_beside_and_those_that_go_at_once_are_covered(
+    falls: tuple[float, ...], cause: CauseId
+) -> None:
+    """Of a pose by its features, what covers one takes it at once; one beside which is looked fits by half before."""
+    rows = pftrack.run("head", tracker="pf-asd", frames=30).diagnostics
+    fits = [0.9] * 15 + list(falls) + [0.1] * 12
+    told = [
+        replace(row, truth=None, error=None, lost=None, hidden=None, series={"alike": (fit,) * 4, "count": 100.0})
+        for row, fit in zip(rows, fits, strict=True)
+    ]
+    declared = (
+        Series("alike", "alike", shape="vector", role="likeness"),
+        Series("count", "count", role="particles"),
+    )
+    found = diagnose_course(course_of(told, declared, unit="°"), 20)
+    assert (found.cause, len(found.signs)) == (cause, 1)
 
 
 def test_a_single_particle_is_told_as_one() -> None:

@@ -89,6 +89,7 @@ def state_of(
     log_evidence: float = 0.0,
     events: Events = NOTHING,
     innovation: NormalisedInnovation | None = None,
+    seen_px: tuple[float, ...] = (),
 ) -> LinkageState:
     """Return the state of a beam.
 
@@ -115,6 +116,7 @@ def state_of(
         log_evidence,
         events,
         innovation,
+        seen_px,
     )
 
 
@@ -180,6 +182,7 @@ def filter_step(
         float(found.log_evidences[chosen[0]]),
         events,
         NormalisedInnovation(float(found.distances[told]) ** 2, len(observed_rows(given.seen))) if told else None,
+        tuple(given.seen[:, 0].tolist()),
     )
 
 
@@ -263,4 +266,12 @@ def unscented_step(
     parents = np.full(1, beam.best if _has_chains(state) else -1)
     following = Beam((Chain(mean, covariance, attitude),), np.zeros(1), parents)
     events = Events(truncated=cut, outlier=outlier)
-    return state_of(following, state.reference, state.origin_px, log_evidence, events, innovation)
+    return state_of(
+        following,
+        state.reference,
+        state.origin_px,
+        log_evidence,
+        events,
+        innovation,
+        tuple(seen[:, 0].tolist()),
+    )

@@ -6,6 +6,7 @@ import numpy as np
 
 from pftrack.geometry.linkage import LINKS
 from pftrack.model.series import Hypotheses, Interval, Reduction, Series, SeriesValue
+from pftrack.numerics.angles import wrap
 from pftrack.particles import ParticleSet
 from pftrack.trackers import reports
 from pftrack.trackers.innovation import NIS, measure_innovation
@@ -19,6 +20,7 @@ SERIES = (
     *(Series(f"length_{i}", f"length of link {i}", "px", "interval") for i in range(1, LINKS + 1)),
     *(Series(f"direction_{i}", f"direction of link {i}", "°") for i in range(1, LINKS + 1)),
     *(Series(f"direction_{i}_sd", f"deviation of direction {i}", "°") for i in range(1, LINKS + 1)),
+    Series("mirror_gap", "from the nearest mirror image, in deviations", role="mirror_gap"),
     Series("hypothesis_count", "hypotheses", reductions=(Reduction("mean_hypotheses", "mean hypotheses", "mean"),)),
     Series("hypotheses", "hypotheses", shape="hypotheses", components=COMPONENTS),
     Series(
@@ -48,7 +50,7 @@ SERIES = (
 """Of every tracker: the range of each length, directions, hypotheses, and what happened. The range is two standard
 deviations to either side, the middle 95 % of particles, or all that is not excluded; of hypotheses, of all together."""
 
-GAUSSIAN_SERIES = (*SERIES, *NIS)
+GAUSSIAN_SERIES = (*SERIES, *NIS, Series("seen_px", "what was measured", "px", "vector", role="measured"))
 
 PARTICLE_SERIES = (*SERIES, *reports.CLOUD)
 
@@ -70,6 +72,10 @@ def measure(state: LinkageState) -> Mapping[str, SeriesValue]:
     }
     innovation = measure_innovation(state.innovation)
     values: dict[str, SeriesValue] = {**lengths, **angles, **deviations, **happened, **innovation}
+    if not state.in_space:
+        values["mirror_gap"] = _mirror_gap(state)
+    if state.seen_px:
+        values["seen_px"] = state.seen_px
     if isinstance(belief, ParticleSet):
         return {**values, **reports.cloud(belief, resampled=bool((belief.ancestors != np.arange(len(belief))).any()))}
     poses = tuple(
@@ -81,3 +87,14 @@ def measure(state: LinkageState) -> Mapping[str, SeriesValue]:
         "hypothesis_count": float(len(belief)),
         "hypotheses": Hypotheses(poses, weights, parents=tuple(belief.parents.tolist())),
     }
+
+
+def _mirror_gap(state: LinkageState) -> float:
+    """Return how many deviations it is to the nearest pose with one link mirrored in depth, from theta* to -theta*.
+
+    In the plane it is seen just the same, so nothing that is measured tells which of both is the true one; where they
+    are near each other, a filter may come out on the other side.
+    """
+    ways = np.abs(wrap(2.0 * state.directions))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return float((ways / state.directions_sd).min())

@@ -73,6 +73,7 @@ class LinkageState:
         log_evidence: Of this frame, where the method has one; else 0.
         events: What happened in this frame.
         innovation: How far off what was seen was, of a Gaussian filter that saw something.
+        seen_px: What a Gaussian filter was given to see, NaN where it saw nothing; empty of other methods.
     """
 
     belief: Beam[Any] | ParticleSet
@@ -87,6 +88,7 @@ class LinkageState:
     log_evidence: float = 0.0
     events: Events = NOTHING
     innovation: NormalisedInnovation | None = None
+    seen_px: tuple[float, ...] = ()
 
     @property
     def estimate(self) -> NDArray[np.float64]:
