@@ -155,11 +155,13 @@ def left_behind(moment: Moment) -> Sign | None:
     far = course.error > 0.5 * course.error[moment.frame]
     since = min(moment.since(far, gap=0), moment.since(moment.unseen, gap=0))
     true, believed = _paces(course, since, moment.frame)
+    seen = ", in full sight," if np.isfinite(course.hidden[near]).all() else ""  # of a clip nobody may have told
     return Sign(
         "wrong-dynamics",
         since,
         0.8,
-        "Since frame {since:.0f} the target, in full sight, is left behind|: it goes {true:.1f}{unit} a frame, and the "
+        f"Since frame {{since:.0f}} the target{seen} is left behind"
+        "|: it goes {true:.1f}{unit} a frame, and the "
         "estimate {believed:.1f}{unit} that way|; in frame {frame:.0f} they are {error:.1f}{unit} apart|, and what is "
         "believed fits by {fit:.2f}, where the target had fitted by {usual:.2f}|.",
         {
