@@ -96,7 +96,8 @@ def widened_cloud(moment: Moment) -> Sign | None:
     usual = middle(course.deviation[moment.usual])
     around = course.deviation[max(moment.frame - 4, 1) : moment.frame + 12]
     widest = float(np.nanmax(around)) if np.isfinite(around).any() else np.nan
-    if moment.knows_truth or not (moment.is_place and moment.fits_after and widest >= WIDENED * usual):
+    cloud = moment.is_place and bool(np.isfinite(course.particles).any())
+    if moment.knows_truth or not (cloud and moment.fits_after and widest >= WIDENED * usual):
         return None
     wide = course.deviation > 0.5 * (usual + widest)
     since = min(moment.since(wide, gap=0), moment.frame)

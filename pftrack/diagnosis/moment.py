@@ -14,6 +14,8 @@ SCATTERS = 3.0
 """A fit is low if it is below its usual value by so many times its usual scatter,"""
 LEAST_FALL = {True: 0.12, False: 0.6}
 """and by at least so much: of a likeness, 0..1, and of a log evidence."""
+LOWEST = 2.0 / 3.0
+"""Of its usual value that a likeness has at the least where it is not low, however much it scatters."""
 ENOUGH = 8
 """So many usual frames make a scatter."""
 
@@ -87,7 +89,10 @@ class Moment:
         """Fit below which the picture does not show the target where it is believed to be."""
         fits = self._usual_fits
         scatter = 1.4826 * middle(np.abs(fits - self.usual_fit)) if len(fits) >= ENOUGH else 0.0
-        return self.usual_fit - max(SCATTERS * scatter, LEAST_FALL[self.course.fit is self.course.likeness])
+        by_likeness = self.course.fit is self.course.likeness
+        low = self.usual_fit - max(SCATTERS * scatter, LEAST_FALL[by_likeness])
+        # What is lost slowly fits worse and worse, which is no scatter of a good fit.
+        return max(low, LOWEST * self.usual_fit) if by_likeness else low
 
     @cached_property
     def unseen(self) -> Flags:
@@ -95,11 +100,16 @@ class Moment:
 
         Either the fit is low, or nothing tells the particles apart while the fit is at the lowest of the run.
         """
+        nothing = (self.course.ess_share >= EQUAL) & self.at_floor
+        return np.asarray((self.course.fit < self.low_fit) | nothing)
+
+    @cached_property
+    def at_floor(self) -> Flags:
+        """(L,) whether the fit is as low as in any frame of the run, or nearly."""
         fit = self.course.fit
         known = fit[np.isfinite(fit)]
         floor = known.min() + 0.05 * float(np.ptp(known)) if len(known) else np.nan
-        nothing = (self.course.ess_share >= EQUAL) & (fit <= floor)
-        return np.asarray((fit < self.low_fit) | nothing)
+        return np.asarray(fit <= floor)
 
     @cached_property
     def goes_blind(self) -> int | None:

@@ -8,6 +8,8 @@ from pftrack.diagnosis.sign import Sign
 
 __all__ = ["beyond_the_picture", "left_behind", "out_of_sight", "out_of_the_cloud", "suddenly_gone"]
 
+PASSING = 3
+"""Frames, at most, in which a target passes the edge of the picture."""
 AT_ONCE = 3
 """Frames from the first on, at most, after which a target was never followed."""
 
@@ -19,6 +21,10 @@ def beyond_the_picture(moment: Moment) -> Sign | None:
         return None
     since = moment.since(outside)
     frames = int(np.count_nonzero(outside[since:]))
+    blind = moment.goes_blind
+    # An estimate follows what it does not see, and comes to the edge a little later than the target.
+    if not moment.knows_truth and blind is not None and since - PASSING <= blind < since:
+        since = blind
     return Sign(
         "target-not-in-the-picture",
         since,

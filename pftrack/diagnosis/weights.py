@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pftrack.diagnosis.moment import Moment, middle
+from pftrack.diagnosis.moment import FOLLOWING, Moment, middle
 from pftrack.diagnosis.sign import Sign
 
 __all__ = ["alike_particles", "everything_fits", "few_weights", "sure_of_nothing"]
@@ -23,7 +23,7 @@ OPINIONATED = 0.92
 """ESS over the particles below which weights prefer some of them, where nothing of the target is seen."""
 GROWN = 3.0
 """Times its usual value that a deviation is greater where a cloud is no longer held together."""
-BEGINNING = slice(1, 4)
+BEGINNING = slice(1, 2)
 """The first frames, in which a cloud is still as it was placed."""
 WITHIN = 2.0
 """Deviations that an error is below where the target is still within the cloud."""
@@ -88,13 +88,17 @@ def sure_of_nothing(moment: Moment) -> Sign | None:
     hides = course.hidden[moment.near] == 1.0
     # What is only half covered is still told from the rest, and rightly: where it is known, all of it must be hidden.
     window, nothing = (moment.near, blind & (course.hidden == 1.0)) if hides.any() else (moment.around, blind)
+    if not np.isfinite(course.hidden[moment.near]).any():
+        # What is in sight by half is told from the rest as well; only where all of it is gone the fit is at its lowest.
+        window, nothing = moment.near, blind & moment.at_floor
     share = middle(course.ess_share[window][nothing[window]])
     if not (share < OPINIONATED and np.count_nonzero(nothing[window]) >= 3):
         return None
     # The features of a pose are weighed one by one, and most of them hold even where one is hidden.
     if not moment.is_place or (moment.leaves_cloud and not hides.any()):
         return None
-    grown = middle(course.deviation[moment.after]) / middle(course.deviation[moment.usual])
+    begun = moment.goes_blind or moment.frame
+    grown = middle(course.deviation[begun : begun + FOLLOWING]) / middle(course.deviation[moment.usual])
     # Where it is in sight, the particles are elsewhere, and which of them is the least wrong says nothing of weights.
     if not hides.any() if np.isfinite(course.hidden[moment.near]).any() else not grown < GROWN:
         return None

@@ -8,6 +8,7 @@ import pftrack
 from pftrack.diagnosis import Diagnosis, course_of, diagnose, diagnose_course
 from pftrack.experiments import find
 from pftrack.model.cause import CAUSES, CauseId
+from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.parameters import Value
 from pftrack.model.recipe import Recipe
 from pftrack.model.series import Series
@@ -128,6 +129,62 @@ def test_features_that_fade_are_beside_and_those_that_go_at_once_are_covered(
     )
     found = diagnose_course(course_of(told, declared, unit="°"), 20)
     assert (found.cause, len(found.signs)) == (cause, 1)
+
+
+PLACES = pftrack.run("ball", tracker="kalman", frames=40, **CALM).diagnostics
+CLOUD = (
+    Series("alike", "alike", role="likeness"),
+    Series("ess", "ess", role="ess"),
+    Series("count", "count", role="particles"),
+)
+
+
+def told(rows: list[Diagnostics], fits: list[float], shares: list[float], count: float = 100.0) -> list[Diagnostics]:
+    """Return rows that report fits, and effective sample sizes of a hundred particles."""
+    values = [{"alike": fit, "ess": share * count, "count": count} for fit, share in zip(fits, shares, strict=True)]
+    return [replace(row, hidden=None, series=value) for row, value in zip(rows, values, strict=True)]
+
+
+def blinded(rows: list[Diagnostics]) -> list[Diagnostics]:
+    """Return rows of which no truth is known."""
+    return [replace(row, truth=None, error=None, lost=None) for row in rows]
+
+
+def test_what_fits_worse_and_worse_is_left_behind_and_not_taken_for_another() -> None:
+    """A likeness that sinks to a third does not fit as before; that the target is in sight is said only if known."""
+    fits = [0.9 - 0.03 * min(frame, 20) for frame in range(40)]
+    rows = told(list(PLACES), fits, [0.5] * 40)
+    off = [replace(row, error=60.0 if row.frame >= 20 else 1.0, lost=row.frame >= 20) for row in rows]
+    found = diagnose_course(course_of(off, CLOUD, unit="px"))
+    assert [sign.cause for sign in found.signs] == ["wrong-dynamics"]
+    assert "in full sight" not in found.signs[0].words
+    known = [replace(row, hidden=False) for row in off]
+    assert "in full sight" in diagnose_course(course_of(known, CLOUD, unit="px")).signs[0].words
+
+
+@pytest.mark.parametrize(("share", "cause"), [(0.6, "overconfident-weights"), (0.99, "occlusion-longer-than-memory")])
+def test_weights_are_judged_where_nothing_is_seen(share: float, cause: CauseId) -> None:
+    """Half covered it is told from the rest; where all of it is gone, weights that prefer places are too sharp."""
+    fits = [0.95] * 20 + [0.8, 0.7, 0.6] + [0.4] * 17
+    shares = [0.5] * 20 + [0.7, 0.8, 0.9] + [share] * 17
+    rows = blinded(told(list(PLACES), fits, shares))
+    assert diagnose_course(course_of(rows, CLOUD, unit="px"), 26).cause == cause
+
+
+def test_a_kalman_filter_has_no_particles_that_come_apart() -> None:
+    """A deviation that grows is nothing that it follows; of particles the same is told as more than one thing."""
+    grown = [replace(row, sigma=(12.0, 12.0) if row.frame > 20 else (3.0, 3.0)) for row in blinded(list(PLACES))]
+    assert diagnose_course(course_of(grown, (), unit="px"), 20).signs == ()
+    cloud = told(grown, [0.9] * 40, [0.4] * 40)
+    assert diagnose_course(course_of(cloud, CLOUD, unit="px"), 20).cause == "look-alike-capture"
+
+
+def test_an_estimate_comes_to_the_edge_a_little_later_than_the_target() -> None:
+    """Without the truth, what is no longer seen just before the estimate leaves the picture has left it as well."""
+    (edge,) = (one for one in CONDITIONS if one.name == "beyond the edge")
+    found = unaided(finished(edge.draw(7)[0]))
+    assert [sign.cause for sign in found.signs][:1] == ["target-not-in-the-picture"]
+    assert found.signs[0].since == 35
 
 
 def test_a_single_particle_is_told_as_one() -> None:

@@ -20,6 +20,9 @@ __all__ = ["Condition", "Drawn", "Range"]
 Range: TypeAlias = tuple[float, float]
 """Bounds between which a number is drawn; a list is of values of which one is drawn."""
 
+KEPT_FROM = 1000
+"""Draws that are kept aside have numbers from here on: odd ones below had been counted before."""
+
 Drawn: TypeAlias = Mapping[str, "Value | Range | list[Value]"]
 
 
@@ -37,7 +40,7 @@ class Condition:
         at: Frame at which the flaw comes; 0 for a whole run with it.
         cured_by: Another tracker than the drawn one for the run that holds.
         frames: Length of both.
-        draws: How many there are of it in the study; those with odd numbers are kept aside.
+        draws: How many there are of it in the study, half of them kept aside (`numbers`).
     """
 
     name: str
@@ -50,6 +53,11 @@ class Condition:
     cured_by: str = ""
     frames: int | None = 60
     draws: int = 24
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """The draws of the study: even numbers are of those on which rules are made, odd ones of those kept aside."""
+        return (*range(0, self.draws, 2), *range(KEPT_FROM + 1, KEPT_FROM + self.draws, 2))
 
     def draw(self, number: int) -> tuple[Recipe, Recipe]:
         """Return a run with the flaw and the same without it.

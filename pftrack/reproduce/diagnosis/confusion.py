@@ -1,7 +1,7 @@
 """What runs were lost by, against what the diagnosis says of them (`docs/explanation/diagnosis.md`).
 
 A run counts if it is lost with its flaw and holds without it. The rules were made on the draws with even numbers; those
-with odd ones were kept aside, and are what the shares are of. `unclear` counts as wrong.
+with odd ones were kept aside, and are what the shares are of (`Condition.numbers`). `unclear` counts as wrong.
 
 Each run is told twice: with the truth, and as on a recording of which nothing is known. Somebody asks then about the
 frame in which it is lost, and there is nothing to go by but what the tracker itself computes.
@@ -56,7 +56,7 @@ def confusion(pool: Pool, full: bool) -> list[Finding]:
     """Count what is said of runs of each cause, of the half that was kept aside; not in the quick form."""
     if not full:
         return [not_run("diagnosis: share of the causes that are found", "few runs would say nothing of a share")]
-    draws = [(place, number) for place, condition in enumerate(CONDITIONS) for number in range(condition.draws)]
+    draws = [(place, number) for place, condition in enumerate(CONDITIONS) for number in condition.numbers]
     return findings_of(zip(draws, pool.map(judge_draw, draws), strict=True))
 
 
