@@ -115,6 +115,7 @@ def test_two_sessions_are_in_step_and_leave_nothing_behind(several: Several, ser
     """
     page = several.page
     one, other = (server.start_session(tracker=tracker)["id"] for tracker in ("h-spf", "condensation"))
+    page.evaluate("import('./static/session/mount.js')")  # what explains words listens as long as the page is there
     at_first = page.evaluate(LEFT)
     several.mount("a", {"session": one}, shared=True)
     several.mount("b", {"session": other, "view": "flat"}, shared=True)

@@ -38,9 +38,10 @@ export class Why {
 
   /** Ask about the loss in which the frame is that is shown, else about the first one. */
   open() {
-    const { store } = this.#view;
+    const { able, store } = this.#view;
+    if (!able) return; // a key may be pressed before there is a session
     const { position } = store.known;
-    return this.ask(isGone(store.history.at(position)) ? position : undefined);
+    this.ask(isGone(store.history.at(position)) ? position : undefined);
   }
 
   close() {
