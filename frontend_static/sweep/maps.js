@@ -197,10 +197,12 @@ function named(store, tracker) {
  * @param {SweepStore} store
  * @param {MapPublic} map
  */
-function pooled({ known }, map) {
+function pooled({ known, measure }, map) {
   const sum = (/** @type {(number|null)[]} */ column) => column.reduce((/** @type {number} */ total, value) => total + (value ?? 0), 0);
   const runs = sum(map.runs) - sum(map.problems);
   if (runs === 0) return "";
+  // Such as a filter from a file, which says of no loss how probable it is.
+  if (measure && map.measures[measure.name].every((value) => value === null)) return `has no number for “${measure.title}”`;
   return known.judged ? `${((100 * sum(map.successes)) / runs).toFixed(0)} % of ${count(runs, "run")} succeeded` : count(runs, "run");
 }
 
