@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable
-from datetime import datetime, tzinfo
+from datetime import datetime
 
 from pftrack.experiments import EXPERIMENTS
 
@@ -43,16 +43,16 @@ def experiment_words(experiment: str, trackers: Iterable[str]) -> str:
     return " ".join(names)
 
 
-def date_words(created: str, zone: tzinfo) -> str:
+def date_words(created: str, now: datetime) -> str:
     """Return a moment as it may be looked for: in digits, in words, and "today" on that day.
 
     Args:
         created: The moment, as ISO 8601 has it.
-        zone: Where somebody looks for it: in another zone it may be another day.
+        now: When somebody looks for it, in the zone of who does: in another zone it may be another day.
     """
     try:
-        moment = datetime.fromisoformat(created).astimezone(zone)
+        moment = datetime.fromisoformat(created).astimezone(now.tzinfo)
     except ValueError:
         return created
-    today = "today" if moment.date() == datetime.now(zone).date() else ""
+    today = "today" if moment.date() == now.date() else ""
     return f"{moment:%Y-%m-%d %H:%M} {moment.day} {moment:%B %Y} {today}"

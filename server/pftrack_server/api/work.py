@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import Callable, Sequence, Sized
-from datetime import tzinfo
+from datetime import datetime
 from typing import Annotated, TypeVar
 from zoneinfo import ZoneInfo
 
@@ -39,15 +39,16 @@ async def find_work(
 ) -> WorkPublic:
     """Find sessions, saved runs, comparisons, sweeps and uploads by words, the newest first."""
     words = Words(q)
+    now = datetime.now(zone)
     started = [session.view() for session in manager.all if session.spec.description]
     planned = [sweep.view() for sweep in sweeps.all]
     runs, uploads = await asyncio.gather(asyncio.to_thread(store.runs), asyncio.to_thread(store.uploads))
     kept = await asyncio.to_thread(store.comparisons)
-    these = _having(words, zone, started, _of_session)
-    saved = _having(words, zone, runs, _of_run)
-    compared = _having(words, zone, kept, _of_comparison)
-    swept = _having(words, zone, planned, _of_sweep)
-    sent = _having(words, zone, uploads, _of_upload)
+    these = _having(words, now, started, _of_session)
+    saved = _having(words, now, runs, _of_run)
+    compared = _having(words, now, kept, _of_comparison)
+    swept = _having(words, now, planned, _of_sweep)
+    sent = _having(words, now, uploads, _of_upload)
 
     def most(kind: Kind) -> int:
         return limit if show in {None, kind} else 0
@@ -70,9 +71,9 @@ def _count(sessions: Sized, runs: Sized, comparisons: Sized, sweeps: Sized, uplo
 
 
 def _having(
-    words: Words, zone: tzinfo, things: Sequence[Thing], texts: Callable[[Thing], tuple[object, ...]]
+    words: Words, now: datetime, things: Sequence[Thing], texts: Callable[[Thing], tuple[object, ...]]
 ) -> list[Thing]:
-    return [thing for thing in things if words.occur_in(*texts(thing), date_words(thing.created, zone))]
+    return [thing for thing in things if words.occur_in(*texts(thing), date_words(thing.created, now))]
 
 
 def _of_session(session: SessionPublic) -> tuple[object, ...]:
