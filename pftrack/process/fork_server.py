@@ -122,7 +122,7 @@ class ForkServer:
     ) -> Child:
         """Fork a child as `fork` does, while others go on.
 
-        When this is cancelled, the child is made first, and then ended.
+        When this is cancelled, however often, the child is made first, and then ended.
         """
         making = asyncio.get_running_loop().run_in_executor(
             self._forking, lambda: self.fork(function, *arguments, load=load)
@@ -130,12 +130,10 @@ class ForkServer:
         try:
             return await asyncio.shield(making)
         except asyncio.CancelledError:
-            await asyncio.wait((making,))
-            if making.exception() is None:
-                child = making.result()
-                child.kill()
-                child.end.close()
-                await child.wait()
+            ending = asyncio.ensure_future(_end_unwanted(making))
+            while not ending.done():  # to be cancelled once more is no reason to leave the child behind
+                with suppress(asyncio.CancelledError):
+                    await asyncio.wait((ending,))
             raise
 
     def close(self) -> None:
@@ -211,6 +209,16 @@ class ForkServer:
             self._socket, self._has_forked = None, False
             self._loaded.clear()
             atexit.unregister(self.close)
+
+
+async def _end_unwanted(making: asyncio.Future[Child]) -> None:
+    """End the child that is being made, if it can be made, and let go of what belongs to it."""
+    await asyncio.wait((making,))
+    if making.exception() is None:
+        child = making.result()
+        child.kill()
+        child.end.close()
+        await child.wait()
 
 
 def main(descriptor: int, preload: str) -> None:

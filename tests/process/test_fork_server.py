@@ -1,5 +1,6 @@
 """Fork servers: processes from which others are forked."""
 
+import asyncio
 import os
 import signal
 import socket
@@ -7,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import psutil
 import pytest
@@ -138,6 +140,40 @@ def test_what_it_loads_for_one_child_all_later_ones_share(
         os.kill(parent, signal.SIGKILL)
         assert child.status(30) is None
     assert loaded("two") == ["two"]
+
+
+def wait_for(fifo: Path) -> None:
+    fifo.read_bytes()
+
+
+@pytest.mark.parametrize("times", [1, 2, 3])
+def test_a_child_that_nobody_wants_any_more_leaves_nothing_behind(
+    server: ForkServer, tmp_path: Path, times: int
+) -> None:
+    """Whoever asks for a child and is cancelled, however often, has no descriptor and no process more than before."""
+    fifo = tmp_path / "fifo"
+    os.mkfifo(fifo)
+
+    async def ask_and_cancel() -> None:
+        asked = asyncio.create_task(server.fork_async(obey, load=(wait_for, fifo)))
+        with await asyncio.to_thread(fifo.open, "wb"):  # which is when the fork server reads it, and is held up
+            for _ in range(times):
+                asked.cancel()
+                for _ in range(4):  # until it has begun to clear up
+                    await asyncio.sleep(0)
+                assert not asked.done()
+        with pytest.raises(asyncio.CancelledError):
+            await asked
+
+    child = server.fork(obey)
+    with child.end:
+        _, parent, *_ = who(child)
+        tell(child, "exit")
+        assert child.status(30) == 3
+    before = psutil.Process().num_fds()
+    asyncio.run(ask_and_cancel())
+    assert psutil.Process().num_fds() == before
+    assert psutil.Process(parent).children() == []
 
 
 def test_it_ends_with_its_owner(server: ForkServer) -> None:
