@@ -312,7 +312,7 @@ export interface Declaration {
   live: boolean;
   group: string;
   trackers: string[];
-  role: "" | "particles" | "threshold" | "noise" | "memory" | "sharpness" | "resampling" | "world" | "loss_share" | "drawing";
+  role: "" | "particles" | "threshold" | "noise" | "memory" | "smoothing" | "sharpness" | "resampling" | "world" | "loss_share" | "drawing";
   threshold_of: string;
   sets: number;
   accept: string;

@@ -33,7 +33,17 @@ __all__ = [
 Value: TypeAlias = bool | int | float | str
 
 Role: TypeAlias = Literal[
-    "", "particles", "threshold", "noise", "memory", "sharpness", "resampling", "world", "loss_share", "drawing"
+    "",
+    "particles",
+    "threshold",
+    "noise",
+    "memory",
+    "smoothing",
+    "sharpness",
+    "resampling",
+    "world",
+    "loss_share",
+    "drawing",
 ]
 """What general code may know of a parameter without knowing its name.
 
@@ -41,6 +51,8 @@ Role: TypeAlias = Literal[
 - "threshold": a limit of the series that the parameter is a threshold of; it is drawn beside that series.
 - "noise": how far a tracker takes the target, or a measurement, to stray: a deviation, a variance or a bound.
 - "memory": how long a tracker holds on to what was: a share kept from frame to frame, or a number of frames.
+- "smoothing": how many later frames an earlier one is reconsidered by; a change of it changes no estimate of a frame
+  that is made when the frame is seen, and so neither saves nor loses a target.
 - "sharpness": how much more likely a good match is than a poor one.
 - "resampling": how or when particles are drawn anew.
 - "world": of the scene and not of the tracker: how hard it is, such as the width of an occluder or the light.

@@ -9,7 +9,7 @@ import numpy as np
 
 from pftrack.experiment import Experiment
 from pftrack.model.frame import Frame
-from pftrack.model.parameters import Value, declarations, flat
+from pftrack.model.parameters import Value, declarations, flat, with_role
 from pftrack.model.source import History
 from pftrack.runs import batch
 from pftrack.runs.record import RecordError, load, save
@@ -58,6 +58,7 @@ def checks(experiment: Experiment) -> Iterator[Check]:
         [
             ("seeking comes to the same numbers", _seeking_agrees),
             ("a branch shares the past and comes to the same numbers", _a_branch_agrees),
+            ("what only smooths changes no estimate", _smoothing_changes_no_estimate),
             ("a saved run comes to the same numbers", _a_saved_run_agrees),
         ],
     )
@@ -115,6 +116,16 @@ def _a_branch_agrees(experiment: Experiment, tracker: str) -> None:
     replayed = begin_run(experiment, tracker, timeline=changed.timeline.changes)
     replayed.finish()
     demand_equal(changed, replayed, "a run with the branch's timeline")
+
+
+def _smoothing_changes_no_estimate(experiment: Experiment, tracker: str) -> None:
+    trunk = straight(experiment, tracker).run
+    for declared in with_role(type(trunk.parameters_at(LATE)), "smoothing"):
+        if not declared.trackers or tracker in declared.trackers:
+            for bound in (it for it in (declared.minimum, declared.maximum) if it is not None):
+                smoothed = trunk.branch(LATE, {declared.name: bound})
+                smoothed.finish()
+                demand_equal(trunk, smoothed, f"a branch in which {declared.title}, which only smooths, is {bound:g}")
 
 
 def _other_values(experiment: Experiment, tracker: str) -> Iterator[tuple[str, Value]]:

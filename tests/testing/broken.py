@@ -111,6 +111,14 @@ class NoUnit(SineParameters):
     width_px: float = parameter(1.0, "Width", "How wide.", ge=0, le=2, step=1, group="Signal")
 
 
+class Smoothed(SineParameters):
+    """Says of a noise that it only smooths."""
+
+    process_noise_sd: float = parameter(
+        0.001, "Process noise", "How free.", ge=1e-6, le=1, step=0.0005, group="Signal", role="smoothing"
+    )
+
+
 def refusing(*_: Any, **__: Any) -> Any:
     raise ValueError("too dark")
 
@@ -351,6 +359,10 @@ BROKEN: dict[str, tuple[Callable[[], Experiment], str]] = {
     ),
     "seeking comes to the same numbers": (hidden_state, "a run that seeks to and fro must come to the same estimates"),
     "a branch shares the past and comes to the same numbers": (hidden_state, "a branch that changes nothing must come"),
+    "what only smooths changes no estimate": (
+        lambda: declaring(Smoothed),
+        "a branch in which Process noise, which only smooths, is 1e-06 must come to the same estimates",
+    ),
     "a saved run comes to the same numbers": (hidden_state, "the run from its file .* differs from frame 1 on"),
     "its kinds of mark describe themselves": (
         lambda: replace(SOUND, marks=(Loose,)),

@@ -161,6 +161,7 @@ class LearningParameters(Parameters):
         step=1,
         group=SAMPLING,
         trackers=PARTICLE,
+        role="smoothing",
     )
 
 

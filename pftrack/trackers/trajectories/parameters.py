@@ -26,7 +26,7 @@ class TrajectoriesTrackerParameters(SelectionParameters):
         unit="px²", ge=0.0001, le=100, step=0.1, group=MODEL, role="noise")
     lag_frames: int = parameter(
         25, "Smoothing lag", "How many later frames a smoothed position takes into account.",
-        unit="frames", ge=0, le=LONGEST_LAG, step=1, group=MODEL, role="memory")
+        unit="frames", ge=0, le=LONGEST_LAG, step=1, group=MODEL, role="smoothing")
     start_spread_px: float = parameter(
         1, "Initial spread", "Standard deviation of the two positions with which a track begins.",
         unit="px", ge=0.1, le=50, step=0.5, live=False, group=MODEL)
