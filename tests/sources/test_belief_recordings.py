@@ -100,6 +100,18 @@ def test_a_loop_that_lost_its_target_is_told_why_and_that_nothing_can_be_tried(t
         ensemble(run, runs=2)
 
 
+def test_the_paper_has_room_for_the_truth(tmp_path: Path) -> None:
+    """Where a loop has lost its target, both are to be seen: what it believes, and where the target is."""
+    with pftrack.record(tmp_path / "far.pft", components=("x", "y", "z")) as rec:
+        for t in range(9):
+            rec(t, mean=(0.1 * t, 0.0, 1.0), truth=(50.0 * t, -3.0))
+    sequence = open_sequence(tmp_path / "far.pft")
+    plane = sequence.plane((0, 1))
+    for place in ((0.0, 0.0), (400.0, -3.0)):
+        drawn = np.array(plane.scale) * place + plane.shift
+        assert np.all((drawn > 0) & (drawn < sequence.size))
+
+
 def test_single_precision_is_enough_for_what_is_seen(tmp_path: Path) -> None:
     """Half the bytes are written if not asked otherwise, and the estimate differs in the seventh digit at most."""
     single, double = record(tmp_path / "one.pft"), record(tmp_path / "two.pft", precision="double")

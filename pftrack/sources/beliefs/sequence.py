@@ -7,6 +7,7 @@ The clip is in the file itself, or a file of its own; see `clip`.
 import threading
 import weakref
 import zlib
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
@@ -15,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.belief import Plane
+from pftrack.model.belief import Belief, Plane
 from pftrack.model.sequence import FrameIndex, FrameSequence
 from pftrack.sources.beliefs.clip import find_clip, open_clip
 from pftrack.sources.beliefs.content import Content
@@ -193,17 +194,26 @@ class BeliefSequence:
         return width, height
 
     def _extent(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the least and the greatest value of each component, of some of the frames."""
+        """Return the least and the greatest value of each component, believed or true, of some of the frames."""
         low, high = np.full((2, self.content.dimension), np.nan)
-        for target, frames in self.content.targets.items():
-            for frame in frames[:: max(len(frames) // 100, 1)]:
-                known = self.content.belief(frame, target)
-                states = known.particles if known.particles is not None else known.mean
-                if states is not None:
-                    rows = np.where(np.isfinite(states), states, np.nan).reshape(-1, self.content.dimension)
-                    low = np.fmin(low, np.fmin.reduce(rows))
-                    high = np.fmax(high, np.fmax.reduce(rows))
+        for known in self._some_of_it():
+            states = known.particles if known.particles is not None else known.mean
+            if states is not None:
+                rows = np.where(np.isfinite(states), states, np.nan).reshape(-1, states.shape[-1])
+                said = slice(states.shape[-1])  # of a truth perhaps only the first components
+                low[said] = np.fmin(low[said], np.fmin.reduce(rows))
+                high[said] = np.fmax(high[said], np.fmax.reduce(rows))
         return np.nan_to_num(low), np.nan_to_num(high)
+
+    def _some_of_it(self) -> Iterator[Belief]:
+        """Yield what is believed and what is true in about a hundred frames of each target."""
+        content = self.content
+        for target, frames in content.targets.items():
+            for frame in frames[:: max(len(frames) // 100, 1)]:
+                yield content.belief(frame, target)
+        for frame in range(content.first, content.last + 1, max((content.last - content.first) // 100, 1)):
+            for target in content.true_targets_in(frame):
+                yield content.truth(frame, target)
 
 
 def _outside(said: int, count: int) -> list[str]:
