@@ -4,7 +4,7 @@ import js from "@eslint/js";
 
 const BROWSER = [
   "AbortController", "AbortSignal", "CanvasRenderingContext2D", "CustomEvent", "DOMParser", "Element", "Event", "EventTarget",
-  "FormData", "HTMLElement", "HTMLIFrameElement", "IntersectionObserver", "Image", "MouseEvent", "MutationObserver", "Node", "OffscreenCanvas",
+  "FormData", "HTMLElement", "HTMLIFrameElement", "IntersectionObserver", "Image", "KeyboardEvent", "MouseEvent", "MutationObserver", "Node", "OffscreenCanvas",
   "PointerEvent", "ResizeObserver", "TextDecoder", "TextEncoder", "URL", "URLSearchParams", "WebSocket", "XMLHttpRequest",
   "addEventListener", "atob", "btoa", "cancelAnimationFrame", "clearInterval", "clearTimeout", "createImageBitmap", "devicePixelRatio",
   "document", "CSS", "NodeFilter", "Text", "DecompressionStream", "Response",

@@ -147,8 +147,7 @@ export class JointView {
       event: (/** @type {number} */ direction) => steering.event(direction),
       ...more,
     };
-    const isScene = (/** @type {MessageEventSource|null} */ source) => source !== null && this.views.some(({ scene }) => scene?.window === source);
-    listen(document.body, actions, isScene, this.signal);
+    listen(document.body, actions, this.signal);
   }
 
   /**

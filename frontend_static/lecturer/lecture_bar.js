@@ -79,7 +79,6 @@ class LectureBar {
     document.body.append(this.#hands);
     this.#control.on(["follow"], () => this.#look(), this.#signal);
     document.addEventListener("keydown", (event) => this.#press(event), { signal: this.#signal });
-    globalThis.addEventListener("message", (event) => this.#hear(event), { signal: this.#signal });
     const ticking = setInterval(() => this.#tick(), SECOND_MS);
     this.#signal.addEventListener("abort", () => {
       clearInterval(ticking);
@@ -209,22 +208,14 @@ class LectureBar {
   }
 
   /**
-   * The scene hands its keys on.
-   *
-   * @param {MessageEvent} event
-   */
-  #hear({ origin, data }) {
-    if (origin === location.origin && data?.source === "pftrack-viser" && typeof data.key === "string") this.#turn(data.key);
-  }
-
-  /**
    * Whether page up and page down are the lecture's: whoever presents has a remote control in the hand, and else what has the
    * focus may need them.
    *
    * @param {EventTarget|null} target
    */
   #takes(target) {
-    if (!(target instanceof Element)) return true;
+    // The scene keeps for itself what it needs of its keys.
+    if (!(target instanceof Element) || target instanceof HTMLIFrameElement) return true;
     if (isPresenting()) return target.closest("input[type=text], input[type=number], input[type=search], textarea, [contenteditable]") === null;
     return target.closest(USES_PAGE_KEYS) === null && !scrolls(target);
   }

@@ -1,5 +1,5 @@
 /**
- * The keyboard, one table. The keys work in the page and, forwarded as messages, in the scene's frame.
+ * The keyboard, one table. The keys work in the page, and in the scene's frame, which hands them on (`spatial_scene.js`).
  */
 
 import { dialogIsOpen } from "../shared/dialog.js";
@@ -77,10 +77,9 @@ const LETTERS = {
  *
  * @param {HTMLElement} element What holds the session.
  * @param {Partial<Actions>} actions
- * @param {(source: MessageEventSource|null) => boolean} isScene Whether forwarded keys may come from there.
  * @param {AbortSignal} signal Ends the listening.
  */
-export function listen(element, actions, isScene, signal) {
+export function listen(element, actions, signal) {
   listening.add(element);
   signal.addEventListener("abort", () => listening.delete(element));
   // One that is inert, as while a lesson's question waits for an answer, has none.
@@ -99,12 +98,6 @@ export function listen(element, actions, isScene, signal) {
   // Who clicks in the page has left the scene's text boxes, even if what was clicked takes no focus.
   document.addEventListener("pointerdown", () => {
     if (document.activeElement instanceof HTMLIFrameElement) document.activeElement.blur();
-  }, { signal });
-  globalThis.addEventListener("message", (event) => {
-    if (event.origin !== location.origin || !isScene(event.source)) return;
-    /** @type {{source?: unknown, key?: unknown, shiftKey?: unknown}} */
-    const { source, key, shiftKey } = event.data ?? {};
-    if (source === "pftrack-viser" && typeof key === "string") press(key, shiftKey === true);
   }, { signal });
 }
 

@@ -139,7 +139,7 @@ export class Mounted {
     if (places.plots && places.scene && !this.store.isReadOnly) explore(places.plots, this);
     if (places.panel) this.#panel(places.panel);
     this.scene?.follow(this);
-    if (this.#keys) listen(this.#keys, this.actions, (source) => source !== null && source === this.scene?.window, this.signal);
+    if (this.#keys) listen(this.#keys, this.actions, this.signal);
     this.store.on(["refused"], () => toast(this.store.refusal, { kind: "error" }));
   }
 

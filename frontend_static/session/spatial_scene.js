@@ -38,6 +38,7 @@ export class SpatialScene {
     this.#signal = signal;
     this.#isBare = isBare;
     this.element.classList.toggle("bare", isBare);
+    globalThis.addEventListener("message", (event) => this.#press(event), { signal });
     onTheme(() => this.window?.postMessage({ source: "pftrack", theme: theme() }, location.origin), signal);
     beforePrinting(() => this.#print(), signal);
     this.#load(isFresh);
@@ -65,6 +66,18 @@ export class SpatialScene {
       if (alive) down = false;
     });
     store.on(["position", "playing", "branch"], () => this.#preview?.refresh(store.session?.playing ?? false));
+  }
+
+  /**
+   * The frame has handed on a key: for the page it is pressed on the frame, so whatever listens to keys takes it.
+   *
+   * @param {MessageEvent} event
+   */
+  #press({ origin, source, data }) {
+    if (origin !== location.origin || source === null || source !== this.window) return;
+    if (data?.source !== "pftrack-viser" || typeof data.key !== "string") return;
+    const { key, shiftKey } = data;
+    this.#frame?.dispatchEvent(new KeyboardEvent("keydown", { key, shiftKey: shiftKey === true, bubbles: true, cancelable: true }));
   }
 
   async #print() {

@@ -51,11 +51,26 @@ def test_the_scene_shows_the_run_and_obeys_its_panel(watch: Watch, server: Serve
     shown.stands_at(at + 1)
     shown.press("b")
     shown.until(lambda: shown.page.inner_text(".amount") == "1", "the frame is bookmarked")
+    the_keys_of_the_page_work_within_it(shown)
     the_page_around_it_can_be_used_by_everybody(shown)
     its_panel_leaves_room_and_keeps_its_folds(shown, server)
     complaints.expected = ("Failed to fetch",)  # what the scene was just fetching when it is left
     shown.page.get_by_role("button", name="Flat").click()
     shown.page.locator(".controls").get_by_label("Ball radius (px)", exact=True).first.wait_for()
+
+
+def the_keys_of_the_page_work_within_it(shown: SessionPage) -> None:
+    """From the scene W asks why, F presents, and Escape, which ends it, reaches the page as well."""
+    in_focus = "document.activeElement.localName === 'iframe'"
+    assert shown.page.evaluate(in_focus)
+    presented = "document.documentElement.dataset.presenting !== undefined"
+    shown.press("f")
+    shown.until(lambda: shown.page.evaluate(presented), "it is presented")
+    assert shown.page.evaluate(in_focus)
+    shown.press("Escape")
+    shown.until(lambda: not shown.page.evaluate(presented), "the presentation has ended")
+    shown.press("w")
+    shown.page.get_by_role("button", name="Back to the plots").click()
 
 
 def the_page_around_it_can_be_used_by_everybody(shown: SessionPage) -> None:

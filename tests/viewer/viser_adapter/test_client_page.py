@@ -2,12 +2,15 @@
 
 import gzip
 import re
+from pathlib import Path
 
 import viser
 
 from pftrack_server.viewer import CONTENT_SECURITY_POLICY, client_asset, client_page
 from pftrack_server.viewer.viser_adapter.client_bundle import take_apart
-from pftrack_server.viewer.viser_adapter.client_page import ASSETS
+from pftrack_server.viewer.viser_adapter.client_page import ASSETS, CLIENT
+
+PAGE_KEYS = Path(__file__).parents[3] / "frontend_static" / "session" / "keys.js"
 
 
 def test_our_script_runs_before_visers() -> None:
@@ -15,6 +18,15 @@ def test_our_script_runs_before_visers() -> None:
     page = client_page().decode()
     assert page.index("pftrack-viser") < page.index("await import(")
     assert "<title>pftrack scene</title>" in page
+
+
+def test_letters_of_the_page_leave_the_scene() -> None:
+    """Each letter that the page's help lists is handed on from the scene's frame, with shift or without."""
+    listed = set(re.findall(r'keys: "([A-Z])"', PAGE_KEYS.read_text(encoding="utf-8")))
+    handed = re.search(r'\.\.\."([^"]+)"', (CLIENT / "keys.js").read_text(encoding="utf-8"))
+    assert handed is not None
+    assert len(listed) > 8
+    assert listed | {letter.lower() for letter in listed} <= set(handed[1])
 
 
 def test_the_client_is_the_one_of_the_server() -> None:

@@ -1,5 +1,7 @@
-// Keys that steer the run go to the page around.
-const KEYS = new Set([" ", "ArrowLeft", "ArrowRight", "Home", "End", "PageUp", "PageDown", "[", "]", "?", ..."bBcCdDfFiIlLnNpPtT"]);
+// The keys of the page around go to it. viser would fly with W, E and some others of them; the mouse does that as well.
+const KEYS = new Set([" ", "ArrowLeft", "ArrowRight", "Home", "End", "PageUp", "PageDown", "[", "]", "?", ..."bBcCdDeEfFiIlLnNpPtTwW12345678"]);
+// Escape ends something in the page, and in the scene, which is told it as well.
+const SHARED_KEY = "Escape";
 const SLIDER_KEYS = new Set(["ArrowLeft", "ArrowRight", "Home", "End"]);
 // A page that was opened from a file has no origin.
 const AROUND = location.origin === "null" ? "*" : location.origin;
@@ -19,10 +21,12 @@ const belongsTo = (/** @type {EventTarget|null} */ element, /** @type {string} *
 addEventListener(
   "keydown",
   (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey || !KEYS.has(event.key)) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || (event.key !== SHARED_KEY && !KEYS.has(event.key))) return;
     if (belongsTo(event.target, event.key)) return;
-    event.preventDefault();
-    event.stopImmediatePropagation();
+    if (event.key !== SHARED_KEY) {
+      event.preventDefault();
+      event.stopImmediatePropagation();
+    }
     if (parent !== window) {
       parent.postMessage({ source: "pftrack-viser", key: event.key, shiftKey: event.shiftKey }, AROUND);
     }
