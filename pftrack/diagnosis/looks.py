@@ -3,13 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.diagnosis.moment import FOLLOWING, Moment, middle
+from pftrack.diagnosis.moment import ENOUGH, FOLLOWING, Moment, middle
 from pftrack.diagnosis.sign import Sign
 
 __all__ = ["another_that_fits", "changed_model", "widened_cloud", "wrong_find"]
 
-WIDENED = 1.4
-"""Times its usual value that the deviation is where a cloud comes apart."""
+WIDENED, WIDENED_EARLY, WIDER = 1.4, 2.0, 1.1
+"""Times its usual value that the deviation is where a cloud comes apart; the same in the first frames, and times the
+largest value before."""
 DOUBTED = 2.0
 """Times the fall to what is low, at most, where a model that has changed still fits what is followed."""
 CHANGED, STILL_ALIKE = 0.8, 0.95
@@ -97,10 +98,15 @@ def widened_cloud(moment: Moment) -> Sign | None:
     around = course.deviation[max(moment.frame - 4, 1) : moment.frame + 12]
     widest = float(np.nanmax(around)) if np.isfinite(around).any() else np.nan
     cloud = moment.is_place and bool(np.isfinite(course.particles).any())
-    if moment.knows_truth or not (cloud and moment.fits_after and widest >= WIDENED * usual):
+    before = course.deviation[moment.usual]
+    # In its first frames a cloud grows to what is usual.
+    wide = max(
+        (WIDENED if len(before) >= ENOUGH else WIDENED_EARLY) * usual, WIDER * float(np.max(before, initial=0.0))
+    )
+    if moment.knows_truth or not (cloud and moment.fits_after and widest >= wide):
         return None
-    wide = course.deviation > 0.5 * (usual + widest)
-    since = min(moment.since(wide, gap=0), moment.frame)
+    apart = course.deviation > 0.5 * (usual + widest)
+    since = min(moment.since(apart, gap=0), moment.frame)
     return Sign(
         "look-alike-capture",
         since,

@@ -8,7 +8,7 @@ import numpy as np
 from pftrack.diagnosis.course import Course, Flags, Numbers
 from pftrack.runs.loss_intervals import LASTING_FRAMES
 
-__all__ = ["FOLLOWING", "Moment", "middle"]
+__all__ = ["ENOUGH", "FOLLOWING", "Moment", "middle"]
 
 SCATTERS = 3.0
 """A fit is low if it is below its usual value by so many times its usual scatter,"""
@@ -16,8 +16,8 @@ LEAST_FALL = {True: 0.12, False: 0.6}
 """and by at least so much: of a likeness, 0..1, and of a log evidence."""
 LOWEST = 2.0 / 3.0
 """Of its usual value that a likeness has at the least where it is not low, however much it scatters."""
-ENOUGH = 8
-"""So many usual frames make a scatter."""
+ENOUGH, FEWEST = 8, 4
+"""So many usual frames show what is usual, and so many at the least make a scatter."""
 
 PLACE = 2
 """Numbers of an estimate that is a place in the picture."""
@@ -88,7 +88,7 @@ class Moment:
     def low_fit(self) -> float:
         """Fit below which the picture does not show the target where it is believed to be."""
         fits = self._usual_fits
-        scatter = 1.4826 * middle(np.abs(fits - self.usual_fit)) if len(fits) >= ENOUGH else 0.0
+        scatter = 1.4826 * middle(np.abs(fits - self.usual_fit)) if len(fits) >= FEWEST else 0.0
         by_likeness = self.course.fit is self.course.likeness
         low = self.usual_fit - max(SCATTERS * scatter, LEAST_FALL[by_likeness])
         # What is lost slowly fits worse and worse, which is no scatter of a good fit.
@@ -141,6 +141,11 @@ class Moment:
     def by_features(self) -> bool:
         """Whether the estimate is no place, but a pose that is told by the likeness of features."""
         return self.course.fit is self.course.likeness and not self.is_place
+
+    @property
+    def is_gone(self) -> bool:
+        """Whether a pose by its features fits so badly that it is not only seen from the side, some hidden."""
+        return middle(self.course.fit[self.after]) < LOWEST * self.usual_fit
 
     @cached_property
     def fades(self) -> bool:

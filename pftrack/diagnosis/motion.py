@@ -72,6 +72,8 @@ def suddenly_gone(moment: Moment) -> Sign | None:
     if moment.knows_truth or np.isfinite(course.hidden).any() or not unseen[moment.around].any():
         return None
     by_hypotheses = bool(np.isfinite(course.misfit).any())
+    if moment.by_features and not moment.is_gone:
+        return None
     if moment.is_gaussian or by_hypotheses or moment.leaves_cloud or moment.fades or _at_once(moment):
         return None
     since = moment.since(unseen)
@@ -97,7 +99,7 @@ def out_of_the_cloud(moment: Moment) -> Sign | None:
     if not np.isfinite(course.particles).any():
         return _nothing_fits(moment, since)
     if moment.fades:
-        return _beside_its_features(moment, since)
+        return _beside_its_features(moment, since) if moment.is_gone else None
     if not (moment.leaves_cloud or _at_once(moment)):
         return None
     shares = course.ess_share
@@ -156,7 +158,8 @@ def left_behind(moment: Moment) -> Sign | None:
     course = moment.course
     near = moment.near
     sight = ~((course.hidden[near] == 1.0) | (course.outside[near] == 1.0)).any()
-    if not (sight and not moment.fits_after and moment.is_off):
+    mirrored = course.mirrored[moment.after] == 1.0  # then it is followed, as what looks the same
+    if not (sight and not moment.fits_after and moment.is_off) or np.count_nonzero(mirrored) > len(mirrored) / 2:
         return None
     far = course.error > 0.5 * course.error[moment.frame]
     since = min(moment.since(far, gap=0), moment.since(moment.unseen, gap=0))

@@ -19,8 +19,8 @@ STILL_FRAMES, FEWEST = (60, 30), 12
 """So many frames make a picture that stands still, if not all of them do; and the fewest of which that can be said."""
 WENT = 1.5
 """Of its deviations that an estimate goes, at the least, where it should have stayed where it was."""
-MIRROR_NEAR = 3.0
-"""Deviations from a mirror image, at most, where a filter may come out on its side."""
+MIRROR_NEAR, PARTED = 3.0, 8.0
+"""Deviations from a mirror image, at most, where a filter may come out on its side; and where both have parted."""
 
 
 def same_again(moment: Moment) -> Sign | None:
@@ -156,20 +156,21 @@ def mirror_image(moment: Moment) -> Sign | None:
 
 def near_its_mirror_image(moment: Moment) -> Sign | None:
     """Ask, where no truth is known, whether two poses that the camera shows alike were near each other."""
-    course = moment.course
+    course, frame = moment.course, moment.frame
     gap = course.mirror_gap
-    first = max(moment.before.start, 1)
-    window = gap[first : moment.frame + 2 * FOLLOWING]
-    if moment.knows_truth or not (window < MIRROR_NEAR).any() or not moment.fits_after:
+    first = max(frame - 2 * FOLLOWING, 1)
+    window = gap[first : frame + 2 * FOLLOWING]
+    # Of hypotheses both are known to have been near each other when they have parted; of a Gaussian it is told at once.
+    passed = moment.fits_after if moment.is_gaussian else bool(gap[frame] > PARTED)
+    if moment.knows_truth or not (window < MIRROR_NEAR).any() or not passed:
         return None
     nearest = first + int(np.nanargmin(window))
     return Sign(
         "mirror-pose",
-        min(moment.since(gap < MIRROR_NEAR), moment.frame),
+        min(first + int(np.flatnonzero(window < MIRROR_NEAR)[0]), frame),
         0.5,
         "In frame {nearest:.0f} the estimate is {gap:.1f} deviations from its mirror image, which the camera shows "
-        "just the same, and what is seen fits as before: from there on the target may be either of both, and no number "
-        "of the tracker's tells which.",
+        "alike: from there on the target may be either of both, and no number of the tracker's tells which.",
         {"nearest": nearest, "gap": float(gap[nearest])},
         ("mirror_gap", "nis", "fit"),
     )

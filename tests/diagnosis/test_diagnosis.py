@@ -66,7 +66,7 @@ def test_a_cause_that_was_put_there_is_found(cause: CauseId, tracker: str, value
 )
 def test_a_cause_is_told_without_the_truth(cause: CauseId, tracker: str, values: dict[str, Value]) -> None:
     """Whoever asks about the frame of the loss is told the cause from what the tracker computes, in words."""
-    run = ball(tracker, **values)
+    run = ball(tracker, 1, **values)
     first = next(row.frame for row in run.diagnostics if row.is_lost)
     found = diagnose_course(without_truth(run), first)
     assert found.cause == cause
@@ -117,8 +117,17 @@ def test_features_that_fade_are_beside_and_those_that_go_at_once_are_covered(
     falls: tuple[float, ...], cause: CauseId
 ) -> None:
     """Of a pose by its features, what covers one takes it at once; one beside which is looked fits by half before."""
+    assert of_features([0.9] * 15 + list(falls) + [0.1] * 12) == [cause]
+
+
+def test_a_head_that_is_seen_from_the_side_is_not_lost() -> None:
+    """Some of its features are hidden there, and the others fit: two thirds of what is usual are no loss."""
+    assert of_features([0.9] * 15 + [0.8, 0.7] + [0.65] * 13) == []
+
+
+def of_features(fits: list[float]) -> list[CauseId]:
+    """Return what is told of thirty frames of four features that all fit like this, asked about frame 20."""
     rows = pftrack.run("head", tracker="pf-asd", frames=30).diagnostics
-    fits = [0.9] * 15 + list(falls) + [0.1] * 12
     told = [
         replace(row, truth=None, error=None, lost=None, hidden=None, series={"alike": (fit,) * 4, "count": 100.0})
         for row, fit in zip(rows, fits, strict=True)
@@ -127,8 +136,23 @@ def test_features_that_fade_are_beside_and_those_that_go_at_once_are_covered(
         Series("alike", "alike", shape="vector", role="likeness"),
         Series("count", "count", role="particles"),
     )
-    found = diagnose_course(course_of(told, declared, unit="°"), 20)
-    assert (found.cause, len(found.signs)) == (cause, 1)
+    return [sign.cause for sign in diagnose_course(course_of(told, declared, unit="°"), 20).signs]
+
+
+@pytest.mark.parametrize(("tilt", "causes"), [(15.0, ["mirror-pose"]), (4.0, [])])
+def test_hypotheses_that_have_parted_from_their_mirror_image_may_be_it(tilt: float, causes: list[CauseId]) -> None:
+    """Of a pose by what differs it is told where both were near each other, and now are not."""
+    gaps = [1.0] * 10 + [tilt] * 30
+    rows = [
+        replace(row, series={"gap": gap, "differs": 8.0, "alike": 0.9})
+        for row, gap in zip(blinded(list(PLACES)), gaps, strict=True)
+    ]
+    declared = (
+        Series("gap", "gap", role="mirror_gap"),
+        Series("differs", "differs", "%", role="misfit"),
+        Series("alike", "alike", role="likeness"),
+    )
+    assert [sign.cause for sign in diagnose_course(course_of(rows, declared, unit="px"), 15).signs] == causes
 
 
 PLACES = pftrack.run("ball", tracker="kalman", frames=40, **CALM).diagnostics
@@ -177,6 +201,17 @@ def test_a_kalman_filter_has_no_particles_that_come_apart() -> None:
     assert diagnose_course(course_of(grown, (), unit="px"), 20).signs == ()
     cloud = told(grown, [0.9] * 40, [0.4] * 40)
     assert diagnose_course(course_of(cloud, CLOUD, unit="px"), 20).cause == "look-alike-capture"
+
+
+def test_a_cloud_that_grows_to_what_is_usual_follows_nothing_else() -> None:
+    """In the first frames it must be twice as wide as it was, and at any time wider than before."""
+    rows = blinded(list(PLACES))
+    early = told(
+        [replace(row, sigma=(6.0, 6.0) if row.frame < 5 else (11.0, 11.0)) for row in rows], [0.9] * 40, [0.4] * 40
+    )
+    assert diagnose_course(course_of(early, CLOUD, unit="px"), 5).signs == ()
+    often = told([replace(row, sigma=(3.0 + 3.0 * (row.frame % 9 == 0),) * 2) for row in rows], [0.9] * 40, [0.4] * 40)
+    assert diagnose_course(course_of(often, CLOUD, unit="px"), 27).signs == ()
 
 
 def test_an_estimate_comes_to_the_edge_a_little_later_than_the_target() -> None:

@@ -37,14 +37,16 @@ def test_half_of_the_draws_are_kept_aside() -> None:
     for condition in CONDITIONS:
         odd = [number for number in condition.numbers if number % 2]
         assert len(condition.numbers) == len(set(condition.numbers)) == condition.draws == 2 * len(odd)
-        assert min(odd) > 1000
+        assert min(odd) > 2000
 
 
 @pytest.mark.parametrize("name", ["wide pillar", "few particles", "things of its colour", "beyond the edge"])
 def test_what_was_put_there_is_told(name: str) -> None:
     """One draw of each: it is lost with the flaw, held without it, and the diagnosis names the flaw, truth or none."""
     cause = CONDITIONS[BY_NAME[name]].cause
-    assert judge_draw((BY_NAME[name], 2)) == Judgement(aided=cause, unaided=cause)
+    said = judge_draw((BY_NAME[name], 2))
+    assert said is not None
+    assert said[:2] == (cause, cause)
 
 
 def test_a_run_that_the_flaw_does_not_lose_does_not_count() -> None:
@@ -57,11 +59,18 @@ def test_runs_kept_aside_are_counted_apart() -> None:
     """Shares and cells are of the draws with odd numbers, with the truth and without it; one that holds counts not."""
     place = BY_NAME["wide pillar"]
     cause, other = CONDITIONS[place].cause, "look-alike-capture"
-    said = [Judgement(cause, cause), Judgement(cause, other), None, Judgement(other, "unclear")]
+    said = [
+        Judgement(cause, cause, calm_aided=False, calm_unaided=False),
+        Judgement(cause, other, calm_aided=True, calm_unaided=False),
+        None,
+        Judgement(other, "unclear"),
+    ]
     found = {one.result: one.ours for one in findings_of(((place, number), it) for number, it in enumerate(said))}
     assert found["diagnosis: at least 400 runs are lost by what was put there (runs)"] == 3
     assert found["diagnosis: at least 80 % of the runs kept aside are told right (share)"] == 0.5
     assert found["diagnosis: so are those on which the rules were made (share)"] == 1
     assert found["diagnosis without truth: runs kept aside that are told right (share)"] == 0
+    assert found["diagnosis: runs kept aside that hold, and of which nothing is said (share)"] == 1
+    assert found["diagnosis without truth: runs kept aside that hold, and of which nothing is said (share)"] == 0
     assert found[CELL.format("occlusion longer than memory", "look-alike capture")] == 1
     assert found[UNAIDED_CELL.format("occlusion longer than memory", "unclear")] == 1

@@ -20,7 +20,7 @@ __all__ = ["Condition", "Drawn", "Range"]
 Range: TypeAlias = tuple[float, float]
 """Bounds between which a number is drawn; a list is of values of which one is drawn."""
 
-KEPT_FROM = 1000
+KEPT_FROM = 2000
 """Draws that are kept aside have numbers from here on: odd ones below had been counted before."""
 
 Drawn: TypeAlias = Mapping[str, "Value | Range | list[Value]"]

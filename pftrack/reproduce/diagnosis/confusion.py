@@ -37,19 +37,26 @@ OF_TRUTH = ("mirrored", "excess", "visible")
 SOURCE = Own("this project, docs/explanation/diagnosis.md")
 AT_END = 5
 HELD_SHARE = 0.1
-"""Frames at the end in which a run must hold, and share of all that it may lose before."""
+AROUND = 10, 20
+"""Frames at the end in which a run must hold, and share of all that it may lose before; and so many frames before and
+after one must it hold that is asked about it."""
 
 
 class Judgement(NamedTuple):
-    """What is said of a lost run.
+    """What is said of a lost run, and of the one that holds in its place.
 
     Attributes:
         aided: With the truth.
         unaided: Without.
+        calm_aided: Whether nothing is said of the run that holds, if it is asked about the same frame; None where it is
+            lost shortly before or after.
+        calm_unaided: The same without the truth.
     """
 
     aided: CauseId
     unaided: CauseId
+    calm_aided: bool | None = None
+    calm_unaided: bool | None = None
 
 
 def confusion(pool: Pool, full: bool) -> list[Finding]:
@@ -65,6 +72,7 @@ def findings_of(judged: Iterable[tuple[tuple[int, int], Judgement | None]]) -> l
     counted = [(CONDITIONS[place], number, said) for (place, number), said in judged if said is not None]
     aside, known = ([it for it in counted if it[1] % 2 == half] for half in (1, 0))
     poses = [it for it in aside if it[0] in POSE_CONDITIONS]
+    calm = [said for _, _, said in aside if said.calm_aided is not None]
     return [
         claim(
             f"diagnosis: at least {LEAST_RUNS} runs are lost by what was put there (runs)",
@@ -75,9 +83,16 @@ def findings_of(judged: Iterable[tuple[tuple[int, int], Judgement | None]]) -> l
         _right("diagnosis: at least 80 % of the runs kept aside are told right (share)", _aided(aside), LEAST_RIGHT),
         _right("diagnosis: so are those on which the rules were made (share)", _aided(known), LEAST_RIGHT),
         _right("diagnosis: so are the heads and hands among those kept aside (share)", _aided(poses), LEAST_RIGHT),
+        _calm(
+            "diagnosis: runs kept aside that hold, and of which nothing is said (share)", [it.calm_aided for it in calm]
+        ),
         _right("diagnosis without truth: runs kept aside that are told right (share)", _unaided(aside), 0.0),
         _right("diagnosis without truth: of those on which the rules were made (share)", _unaided(known), 0.0),
         _right("diagnosis without truth: of the heads and hands kept aside (share)", _unaided(poses), 0.0),
+        _calm(
+            "diagnosis without truth: runs kept aside that hold, and of which nothing is said (share)",
+            [it.calm_unaided for it in calm],
+        ),
         *_cells(CELL, _aided(aside)),
         *_cells(UNAIDED_CELL, _unaided(aside)),
     ]
@@ -98,6 +113,10 @@ def _unaided(counted: Counted) -> Told:
 def _right(result: str, told: Told, least: float) -> Finding:
     share = sum(truth == cause for truth, cause in told) / max(len(told), 1)
     return claim(result, share, holds=share >= least, source=SOURCE)
+
+
+def _calm(result: str, calm: Sequence[bool | None]) -> Finding:
+    return claim(result, sum(one is True for one in calm) / max(len(calm), 1), holds=True, source=SOURCE)
 
 
 def _cells(cell: str, told: Told) -> list[Finding]:
@@ -123,13 +142,17 @@ def judge_draw(draw: tuple[int, int]) -> Judgement | None:
     begun = first_loss(gone)
     if begun is None or sum(gone[begun:]) < LASTING_FRAMES:
         return None
-    lost = [row.lost is True for row in _finish(base).diagnostics]
+    holding = _finish(base)
+    lost = [row.lost is True for row in holding.diagnostics]
     at_end = all(row.lost for row in failing.diagnostics[-AT_END:])
     if any(lost[-AT_END:]) or not (at_end or sum(lost) <= HELD_SHARE * len(lost)):
         return None
-    return Judgement(
-        diagnose_course(course_of_run(failing)).cause, diagnose_course(without_truth(failing), begun).cause
-    )
+    said = (diagnose_course(course_of_run(failing)).cause, diagnose_course(without_truth(failing), begun).cause)
+    before, after = AROUND
+    if begun >= len(lost) or any(row.is_lost for row in holding.diagnostics[max(begun - before, 0) : begun + after]):
+        return Judgement(*said)
+    calm = (diagnose_course(course, begun).cause for course in (course_of_run(holding), without_truth(holding)))
+    return Judgement(*said, *(cause == "unclear" for cause in calm))
 
 
 def without_truth(run: Run) -> Course:

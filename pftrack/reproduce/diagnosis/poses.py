@@ -9,6 +9,8 @@ PEOPLE: Drawn = {"person": (0, 2000)}
 QUICK: Drawn = {**PEOPLE, "speed": (2.0, 3.0)}
 FEW = 20
 """Draws of a condition."""
+RARE = 80
+"""Draws of one whose flaw loses one hand in ten."""
 
 POSE_CONDITIONS = (
     Condition(
@@ -82,6 +84,16 @@ POSE_CONDITIONS = (
         {"sample_count": 1},
         frames=30,
         draws=FEW,
+    ),
+    Condition(
+        "one hand kept of another build",
+        "mirror-pose",
+        "hand",
+        ("beam",),
+        {"motion": "wrist", "proportions": (0.09, 0.2)},
+        {"beam_width": 1},
+        frames=30,
+        draws=RARE,
     ),
     Condition(
         "stiff fingers",

@@ -15,6 +15,9 @@ _BENT = ("spread", "f1", "f2", "f3")
 POSE = ("wrist u", "wrist v", "a", "b", "c", *(f"{finger} {angle}" for finger in FINGERS for angle in _BENT))
 """Names of a pose's numbers, px and rad."""
 
+TILT, TILT_SD_RAD = 3, 0.1
+"""The palm's angle b in a pose, out of the picture's plane; and the standard deviation of its change that is usual."""
+
 SERIES = (
     Series("hands", "hands that are kept", shape="hypotheses", components=POSE),
     Series("palm", "angles of the palm", "°", "vector", components=("a", "b", "c")),
@@ -27,6 +30,7 @@ SERIES = (
         role="misfit",
         reductions=(Reduction("difference", "difference from the silhouette", "mean"),),
     ),
+    Series("mirror_gap", "from the mirror image, in deviations of the tilt", role="mirror_gap"),
     Series("protrusions", "protrusions"),
     Series("tried", "palms or particles tried"),
     Series("searching", "waiting for a hand", role="flag", reductions=(Reduction("waited", "frames waited", "count"),)),
@@ -52,6 +56,8 @@ def measure(state: HandState) -> Mapping[str, SeriesValue]:
         "palm_sd": tuple(sd.tolist()),
         "flexion": tuple(flexion.tolist()),
         "difference": 100.0 * float(state.fit[beam.best]),
+        # Turned out of the picture's plane the other way, a hand has nearly the same silhouette.
+        "mirror_gap": float(2.0 * abs(state.pose[TILT]) / TILT_SD_RAD),
         "protrusions": float(state.protrusions),
         "tried": float(state.tried),
         "searching": float(state.searching),
