@@ -1326,6 +1326,10 @@ export interface PairedPublic {
 /** A particle, where it comes from and what became of it. */
 export interface ParticlePublic {
   particle: number;
+  /** What has drawn it, where several filters have; the numbers are of that one */
+  filter: string;
+  /** Its place among the particles of that filter */
+  number: number;
   count: number;
   weight: number;
   rank: number;

@@ -13,7 +13,7 @@ All features are handled together. The likelihood comes from outside, for all pa
 likelihood of `positions`, then `weigh`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ from pftrack.numerics.random import Generator
 from pftrack.particles import moments, normalise
 from pftrack.resampling import systematic_parents
 
-__all__ = ["Draw", "Features", "begin", "draw", "propagate", "surviving", "weigh"]
+__all__ = ["Draw", "Features", "begin", "draw", "hold", "orphan", "propagate", "surviving", "weigh"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,10 +35,13 @@ class Draw:
     Attributes:
         coordinates: (F, 4, N) px; by feature: x and y in this frame, x and y in the last.
         upper_counts: (F,) how many of each feature's particles, the first ones, came from the upper prediction.
+        parents: (F, N) which particle of the last frame each was drawn from, counted over all features, feature by
+            feature; -1 of those from the upper prediction, which have none.
     """
 
     coordinates: NDArray[np.float64]
     upper_counts: NDArray[np.int64]
+    parents: NDArray[np.int64]
 
     @property
     def positions(self) -> NDArray[np.float64]:
@@ -58,6 +61,7 @@ class Features:
         means: (F, 2) px, weighted means of the positions.
         covariances: (F, 2, 2) px^2, weighted.
         log_evidences: (F,) log of the mean likelihood; -inf if no particle of the feature had any.
+        parents: (F, N) which particle of the last frame each was drawn from, counted as in `Draw`; -1 without one.
     """
 
     coordinates: NDArray[np.float64]
@@ -67,6 +71,7 @@ class Features:
     means: NDArray[np.float64]
     covariances: NDArray[np.float64]
     log_evidences: NDArray[np.float64]
+    parents: NDArray[np.int64]
 
     @property
     def particles(self) -> NDArray[np.float64]:
@@ -100,7 +105,8 @@ def begin(
     features = len(positions)
     scattered = positions[:, :, None] + spread_px * rng.standard_normal((features, 2, count))
     before = scattered - speed_px * rng.standard_normal(scattered.shape) if speed_px > 0.0 else scattered
-    fresh = Draw(np.concatenate([scattered, before], axis=1), np.zeros(features, np.int64))
+    nobody = np.full((features, count), -1, np.int64)
+    fresh = Draw(np.concatenate([scattered, before], axis=1), np.zeros(features, np.int64), nobody)
     return weigh(fresh, np.zeros((features, count)), rng)
 
 
@@ -149,7 +155,26 @@ def weigh(drawn: Draw, log_likelihoods: NDArray[np.float64], rng: Generator) -> 
     """
     offsets = rng.random(len(drawn.upper_counts))
     log_weights, survivors, means, covariances, log_evidences = _weigh(drawn.coordinates, log_likelihoods, offsets)
-    return Features(drawn.coordinates, log_weights, drawn.upper_counts, survivors, means, covariances, log_evidences)
+    return Features(
+        drawn.coordinates,
+        log_weights,
+        drawn.upper_counts,
+        survivors,
+        means,
+        covariances,
+        log_evidences,
+        drawn.parents,
+    )
+
+
+def orphan(features: Features) -> Features:
+    """Return features whose particles have no parents, as the last frame's were those of another filter."""
+    return replace(features, parents=np.full_like(features.parents, -1))
+
+
+def hold(features: Features) -> Features:
+    """Return features for a frame in which nothing is drawn, so that each particle is what it was in the last."""
+    return replace(features, parents=np.arange(features.parents.size).reshape(features.parents.shape))
 
 
 def surviving(features: Features) -> NDArray[np.float64]:
@@ -172,10 +197,10 @@ def _draw(
     noise_sd: float,
     normals: NDArray[np.float64],
     uniforms: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
     features, _, count = normals.shape
     drawn = np.empty((features, 4, count))
-    upper_counts = np.empty(features, np.int64)
+    upper_counts, parents = np.empty(features, np.int64), np.full((features, count), -1, np.int64)
     for n in range(features):
         upper = int(np.rint(ratios[n] * count))
         upper_counts[n] = upper
@@ -190,11 +215,12 @@ def _draw(
                 drawn[n, 2 + axis, i] = means[n, axis, 1] + shared * first + rest * second
         for i in range(upper, count):
             parent = survivors[n, int(uniforms[n, i] * survivors.shape[1])]
+            parents[n, i] = n * coordinates.shape[2] + parent
             for axis in range(2):
                 newest, older = coordinates[n, axis, parent], coordinates[n, 2 + axis, parent]
                 drawn[n, axis, i] = 2.0 * newest - older + noise_sd * normals[n, axis, i]
                 drawn[n, 2 + axis, i] = newest
-    return drawn, upper_counts
+    return drawn, upper_counts, parents
 
 
 @compiled

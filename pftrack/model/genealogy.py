@@ -72,23 +72,27 @@ class Genealogy:
         return self.heights[:, chosen[:: -(-count // most)]]
 
 
-def trace(last: int, ancestors: Sequence[NDArray[np.int64]], count: int) -> Genealogy:
+def trace(last: int, ancestors: Sequence[NDArray[np.int64]], count: int, among: slice = slice(None)) -> Genealogy:
     """Trace particles back.
 
     Args:
         last: The frame of the present generation.
         ancestors: (N_t,) of the frames that end with it, the oldest first: the place of each particle's parent in the
-            frame before, -1 without one.
+            frame before, -1 without one. It is followed no further back than to where the oldest line begins.
         count: How many present particles there are.
+        among: Which of the present particles are traced, as those of one of several filters; all if not given.
 
     Raises:
         ValueError: The last frame has another number of particles.
     """
     if ancestors and len(ancestors[-1]) != count:
         raise ValueError(f"expected the parents of {count} particles, got {len(ancestors[-1])}")
-    rows = [np.arange(count)]
+    rows = [np.arange(count)[among]]
     for parents in reversed(ancestors):
-        rows.append(np.append(parents, -1)[rows[-1]])
+        before = np.append(parents, -1)[rows[-1]]
+        if (before < 0).all():
+            break
+        rows.append(before)
     return Genealogy(last, np.stack(rows[::-1]).astype(np.int64))
 
 

@@ -7,6 +7,7 @@ are taken again once, and kept while one looks. The run stands where it is.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -35,8 +36,10 @@ class ParticleFinding:
 
     Attributes:
         particle: Its place in the cloud.
-        count: How many there are.
-        weight: Of all, 0..1.
+        filter: The filter that has drawn it, where there are several; all numbers are of that one. Else empty.
+        number: Its place among the particles of that filter.
+        count: How many these are.
+        weight: Of them all, 0..1.
         rank: The heaviest is 1.
         sampler: What has drawn it; empty where nothing is to choose from.
         ancestors: Its parent in the frame before, the parent of that, and so on, as far as they are known.
@@ -45,6 +48,8 @@ class ParticleFinding:
     """
 
     particle: int
+    filter: str
+    number: int
     count: int
     weight: float
     rank: int
@@ -158,7 +163,9 @@ class Inspection:
         if likelihood is None or cloud.components:
             place = None if cloud.places is None else cloud.places[particle]
             named = tuple(zip(cloud.components, state.tolist(), strict=False))
-            return Finding(self.run.position, place, "", None, (), named, own)
+            said = None if cloud.log_likelihoods is None else float(cloud.log_likelihoods[particle])
+            title = "" if said is None or likelihood is None else likelihood.title
+            return Finding(self.run.position, place, title, said, (), named, own)
         known = self._known(likelihood)
         return self._ask(likelihood, known, state, self._place(likelihood, known, state), own)
 
@@ -204,12 +211,17 @@ class Inspection:
         step = self.run.current
         return likelihood.map(self.before, step.state, step.frame, self.parameters, size)
 
-    def genealogy(self) -> Genealogy | None:
-        """Return the ancestors of the frame's particles as far back as they are known; None without."""
+    def genealogy(self, particle: int | None = None) -> Genealogy | None:
+        """Return the ancestors of the frame's particles as far back as they are known; None without.
+
+        Args:
+            particle: One of them, if only its own filter's are wanted, where there are several.
+        """
         cloud = self.cloud
         if cloud is None or cloud.ancestors is None:
             return None
-        return trace(self.run.position, self._ancestors(self._past(GENERATIONS)), len(cloud))
+        among = slice(None) if particle is None else cloud.siblings(particle)
+        return trace(self.run.position, self._ancestors(self._past(GENERATIONS)), len(cloud), among)
 
     def follow(self, particle: int, frame: int) -> int | None:
         """Return what a particle of another frame is in the frame that is shown: its ancestor, or its heaviest child.
@@ -225,8 +237,8 @@ class Inspection:
 
     def _ancestor(self, particle: int, steps: Sequence[Step]) -> int | None:
         """Return what a particle of the last of some steps was in the first; None if its line began in between."""
-        for step in steps[:0:-1]:
-            parents = _ancestors(self.run, step)
+        for before, step in zip(steps[-2::-1], steps[:0:-1], strict=True):
+            parents = _parents(self.run, before, step)
             if parents is None or not 0 <= particle < len(parents):
                 return None
             particle = int(parents[particle])
@@ -234,11 +246,11 @@ class Inspection:
 
     def _heir(self, particle: int, steps: Sequence[Step]) -> int | None:
         """Return what has become of a particle of the first of some steps in the last; None if its line has ended."""
-        for step in steps[1:]:
-            cloud = _cloud(self.run, step)
-            if cloud is None or cloud.ancestors is None:
+        for before, step in pairwise(steps):
+            cloud, parents = _cloud(self.run, step), _parents(self.run, before, step)
+            if cloud is None or parents is None:
                 return None
-            children = np.flatnonzero(cloud.ancestors == particle)
+            children = np.flatnonzero(parents == particle)
             if not len(children):
                 return None
             particle = int(children[cloud.log_weights[children].argmax()])
@@ -254,10 +266,13 @@ class Inspection:
         if not cloud.components and likelihood is not None and likelihood.anchor is not None:
             path = likelihood.anchor.place(self._known(likelihood), np.stack([each.states[at] for each, at in line]))
         last = min(self.run.computed, self.run.position + GENERATIONS - 1)
-        following = self._window(self.run.position, last)[1:]
+        following = self._window(self.run.position, last)
+        siblings = cloud.siblings(particle)
         return ParticleFinding(
             particle,
-            len(cloud),
+            cloud.filter(particle),
+            particle - siblings.start,
+            siblings.stop - siblings.start,
             float(np.exp(cloud.log_weights[particle])),
             cloud.rank(particle),
             cloud.sampler(particle),
@@ -304,16 +319,17 @@ class Inspection:
         """
         found: list[NDArray[np.int64]] = []
         for before, step in zip(steps[-2::-1], steps[:0:-1], strict=True):
-            parents, cloud = _ancestors(self.run, step), _cloud(self.run, before)
-            if parents is None or cloud is None or parents.max(initial=0) >= len(cloud):
+            parents = _parents(self.run, before, step)
+            if parents is None:
                 break
             found.append(parents)
         return found[::-1]
 
     def _forward(self, steps: Sequence[Step]) -> list[NDArray[np.int64]]:
+        """Return the parents of the particles of steps after the first one, as far as all are known."""
         found: list[NDArray[np.int64]] = []
-        for step in steps:
-            parents = _ancestors(self.run, step)
+        for before, step in pairwise(steps):
+            parents = _parents(self.run, before, step)
             if parents is None:
                 break
             found.append(parents)
@@ -340,6 +356,9 @@ def _cloud(run: Run, step: Step) -> Cloud | None:
     return None if opened is None else opened(step.state)
 
 
-def _ancestors(run: Run, step: Step) -> NDArray[np.int64] | None:
-    cloud = _cloud(run, step)
-    return None if cloud is None else cloud.ancestors
+def _parents(run: Run, before: Step, step: Step) -> NDArray[np.int64] | None:
+    """Return the parents of a step's particles among those of the step before; None if these are of other filters."""
+    cloud, parents = _cloud(run, step), _cloud(run, before)
+    if cloud is None or cloud.ancestors is None or parents is None or cloud.filters != parents.filters:
+        return None
+    return None if cloud.ancestors.max(initial=0) >= len(parents) else cloud.ancestors

@@ -37,7 +37,8 @@ def _clouds_are_whole(experiment: Experiment, tracker: str) -> None:
         if parents is None:
             continue
         where = f"in frame {step.frame.index}"
-        demand(abs(np.exp(parents.log_weights).sum() - 1.0) < 1e-6, f"weights of particles must sum to 1 {where}")
+        sums = np.exp(parents.log_weights).reshape(max(len(parents.filters), 1), -1).sum(axis=1)
+        demand((np.abs(sums - 1.0) < 1e-6).all(), f"weights of particles must sum to 1 {where}")
         demand(len(parents.states) == len(parents), f"there must be a weight for each particle {where}")
         demand(sum(parents.counts) in {0, len(parents)}, f"samplers must have drawn all particles {where}")
         if parents.ancestors is not None and cloud is not None:

@@ -15,8 +15,8 @@ from pftrack.numerics.random import Stream
 from pftrack.sources.prism import NAMES, PRINCIPAL_PX, VERTICES_MM, PrismParameters
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.calibrated import pose_and_band
+from pftrack.trackers.pose.clouds import point_clouds
 from pftrack.trackers.pose.contributions import contribution_parts
-from pftrack.trackers.pose.joint_cloud import joint_cloud
 from pftrack.trackers.pose.methods import METHODS, Method
 from pftrack.trackers.pose.parameters import PoseTrackerParameters, particles_per_feature, pose_guidance
 from pftrack.trackers.pose.reports import measurement, report
@@ -89,7 +89,7 @@ def _tracker(method: Method, title: str, description: str) -> Tracker:
         series=series,
         measure=measurement(series),
         likelihood=LIKELIHOOD,
-        cloud=partial(joint_cloud, NAMES) if method == "rb-pf" else None,
+        cloud=partial(point_clouds, NAMES),
         update_parts=partial(contribution_parts, NAMES),
     )
 

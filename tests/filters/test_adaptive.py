@@ -45,7 +45,8 @@ def test_from_above_comes_the_joint_prediction() -> None:
 def test_from_below_come_survivors_in_motion() -> None:
     """With a ratio of 0, each particle is a survivor moved on as it was moving, with noise, and knows where it was."""
     features = adaptive.begin(PLACES, 1.0, 40_000, rng(0))
-    moving = adaptive.Draw(features.coordinates + np.array([3.0, 1.0, 0.0, 0.0])[:, None], features.upper_counts)
+    moved = features.coordinates + np.array([3.0, 1.0, 0.0, 0.0])[:, None]
+    moving = adaptive.Draw(moved, features.upper_counts, features.parents)
     features = adaptive.weigh(moving, np.zeros((3, 40_000)), rng(1))
     cloud = adaptive.draw(features, from_above(), np.zeros(3), 5.0, 40_000, rng(2))
     assert not cloud.upper_counts.any()
@@ -56,10 +57,34 @@ def test_from_below_come_survivors_in_motion() -> None:
         assert np.allclose(steps.std(axis=1), 5.0, atol=0.1)
 
 
+def test_parents_are_where_particles_were() -> None:
+    """A particle from below was, in the last frame, where its parent is; one from above has no parent."""
+    features = adaptive.weigh(drawn(0.5, 30), np.random.default_rng(3).normal(size=(3, 30)), rng())
+    cloud = adaptive.draw(features, from_above(), np.array([0.2, 0.0, 1.0]), 5.0, 20, rng(2))
+    assert [np.count_nonzero(row < 0) for row in cloud.parents] == [4, 0, 20]
+    positions = features.positions.reshape(-1, 2)
+    for n in range(3):
+        below = cloud.parents[n] >= 0
+        assert not below[: cloud.upper_counts[n]].any()
+        assert np.array_equal(positions[cloud.parents[n, below]], cloud.coordinates[n, 2:, below])
+        assert np.isin(cloud.parents[n, below], 30 * n + features.survivors[n]).all()
+    assert np.array_equal(adaptive.weigh(cloud, np.zeros((3, 20)), rng()).parents, cloud.parents)
+
+
+def test_what_is_held_is_its_own_parent() -> None:
+    """Without a draw each particle is what it was; of another filter's particles none descends."""
+    features = adaptive.begin(PLACES, 1.0, 4, rng(0))
+    assert (features.parents == -1).all()
+    held = adaptive.hold(features)
+    assert held.parents.tolist() == [[0, 1, 2, 3], [4, 5, 6, 7], [8, 9, 10, 11]]
+    assert (adaptive.orphan(held).parents == -1).all()
+
+
 def test_features_are_resampled_apart() -> None:
     """Each feature has its own random offset: equal weights do not make equal parents."""
     count = 50
-    cloud = adaptive.Draw(np.random.default_rng(2).normal(size=(8, 4, count)), np.zeros(8, np.int64))
+    places = np.random.default_rng(2).normal(size=(8, 4, count))
+    cloud = adaptive.Draw(places, np.zeros(8, np.int64), np.full((8, count), -1))
     scores = np.tile(np.linspace(-3.0, 0.0, count), (8, 1))
     parents = {tuple(survivors) for survivors in adaptive.weigh(cloud, scores, rng()).survivors.tolist()}
     assert len(parents) > 4

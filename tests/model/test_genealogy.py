@@ -45,6 +45,16 @@ def test_a_particle_without_a_parent_begins_a_line() -> None:
     assert np.isfinite(found.heights[:, [0, 2]]).all()
 
 
+def test_nobody_is_followed_to_before_all_lines_begin() -> None:
+    """Where no present particle has an ancestor any more the genealogy ends; only those asked for are traced."""
+    parents = [np.array([0, 1, 2, 3]), np.array([-1, -1, 2, 3]), np.array([0, 0, 2, 3])]
+    assert list(trace(8, parents, 4).frames) == [5, 6, 7, 8]
+    alone = trace(8, parents, 4, slice(0, 2))
+    assert list(alone.frames) == [7, 8]
+    assert alone.places.tolist() == [[0, 0], [0, 1]]
+    assert alone.coalesced == 7
+
+
 @settings(max_examples=40, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 9), st.integers(1, 30))
 def test_lines_never_cross(seed: int, frames: int, count: int) -> None:

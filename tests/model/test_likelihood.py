@@ -76,3 +76,15 @@ def test_particles_have_ranks_and_samplers() -> None:
     assert [cloud.rank(particle) for particle in range(4)] == [3, 1, 1, 3]
     assert [cloud.sampler(particle) for particle in range(4)] == ["prediction", *["observation"] * 3]
     assert Cloud(np.zeros((1, 1)), np.zeros(1)).sampler(0) == ""
+    assert cloud.filter(3) == ""
+    assert cloud.siblings(3) == slice(0, 4)
+
+
+def test_each_filter_has_ranks_and_samplers_of_its_own() -> None:
+    """Of two filters with three particles each, the first has drawn one from above, the second two."""
+    log_weights, drawn = np.log([0.2, 0.5, 0.3, 0.1, 0.1, 0.8]), (1, 2, 2, 1)
+    cloud = Cloud(np.zeros((6, 1)), log_weights, None, drawn, ("above", "below"), filters=("nose", "chin"))
+    assert [cloud.filter(particle) for particle in range(6)] == ["nose"] * 3 + ["chin"] * 3
+    assert [cloud.rank(particle) for particle in range(6)] == [3, 1, 2, 2, 2, 1]
+    assert [cloud.sampler(each) for each in range(6)] == ["above", "below", "below", "above", "above", "below"]
+    assert cloud.siblings(4) == slice(3, 6)

@@ -1,5 +1,7 @@
 """Looking into a run: places, particles, and where they come from."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -7,8 +9,9 @@ from pftrack.experiments import find
 from pftrack.model.parameters import ParameterError
 from pftrack.runs.inspection import GENERATIONS, Inspection
 from pftrack.runs.run import Run
+from pftrack.sources.prism import NAMES
 
-BALL = find("ball")
+BALL, PRISM = find("ball"), find("prism")
 
 
 @pytest.fixture(scope="module")
@@ -77,6 +80,50 @@ def test_a_place_is_asked_with_the_values_in_force(steps: tuple[Run, list]) -> N
     assert looked.map((320, 240)).range[0] == pytest.approx(np.log(0.5))
     near = looked.nearest(known[10].state.particles.states[3, :2])
     assert (known[10].state.particles.states[near, :2] == known[10].state.particles.states[3, :2]).all()
+
+
+def test_each_feature_has_a_genealogy_of_its_own() -> None:
+    """Features that follow their own past descend from the particles of theirs alone, and were where these are."""
+    run = Run(PRISM, PRISM.simulate(), tracker="alpha-0", seed=3, frames=12)
+    clouds = [PRISM.trackers["alpha-0"].cloud(step.state) for step in run]
+    for before, cloud in pairwise(clouds):
+        assert np.array_equal(cloud.states[:, 2:], before.states[cloud.ancestors, :2])
+        assert np.array_equal(cloud.ancestors // 50, np.arange(400) // 50)
+    looked = Inspection(run)
+    found = looked.at_particle(170)
+    own = found.particle
+    assert (own.filter, own.number, own.count, own.sampler) == (NAMES[3], 20, 50, "the feature's own past")
+    assert own.rank <= 50
+    assert len(own.ancestors) == 11
+    assert np.array_equal(own.path[1], clouds[-1].states[170, 2:])
+    assert found.log_likelihood == clouds[-1].log_likelihoods[170]
+    lineage = looked.genealogy(170)
+    assert lineage.places.shape == (12, 50)
+    assert looked.genealogy().places.shape == (12, 400)
+    assert set(np.unique(lineage.places[0] // 50)) == {3}
+
+
+def test_particles_from_the_solid_have_no_parents() -> None:
+    """Where all particles are drawn from the solid's pose each is the beginning of its line."""
+    run = Run(PRISM, PRISM.simulate(), tracker="alpha-1", seed=3, frames=5)
+    run.seek(4)
+    looked = Inspection(run)
+    own = looked.at_particle(7).particle
+    assert (own.sampler, own.ancestors) == ("the solid's pose", ())
+    assert list(looked.genealogy().frames) == [4]
+
+
+def test_another_method_begins_other_lines() -> None:
+    """Joint particles are no ancestors of a feature's own, though there are as many of them."""
+    run = Run(PRISM, PRISM.simulate(), tracker="rb-pf", seed=3, frames=8)
+    run.change({"joint_sample_count": 500})
+    run.seek(4)
+    run.change({"tracker": "alpha-0"})
+    run.seek(6)
+    looked = Inspection(run)
+    assert list(looked.genealogy().frames) == [5, 6]
+    assert looked.at_particle(9).particle.ancestors == (looked.follow(9, 6) and looked.cloud.ancestors[9],)
+    assert looked.follow(9, 4) is None
 
 
 def test_frame_0_has_no_frame_before(steps: tuple[Run, list]) -> None:

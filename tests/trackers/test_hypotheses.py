@@ -91,6 +91,19 @@ def test_who_is_believed_changes_only_where_it_is_clear(odds: float, *, doubting
     assert bool(one.hidden.any()) == after
 
 
+@pytest.mark.parametrize("takes_over", [False, True])
+def test_of_particles_that_were_not_believed_none_descends(*, takes_over: bool) -> None:
+    """A filter that stays has particles from its own in the last frame; one that takes over begins all lines anew."""
+    score = likelihood(seen(0.0))
+    believed, rival = follow([score] * 8)[-1]
+    odds = 8.0 if rival.doubting == takes_over else -8.0
+    rng = Stream(3, 9, Purpose.TRACK)
+    after, other = hypotheses.step(believed, replace(rival, log_odds=odds), LAYER, (score, score), SETTINGS, rng)
+    assert (other.doubting != rival.doubting) == takes_over
+    assert (after.features.parents >= 0).any() != takes_over
+    assert (other.layers.features.parents >= 0).any()
+
+
 def test_what_was_known_counts_the_less_from_frame_to_frame() -> None:
     """The same filter twice adds nothing; a fifth of the log odds is forgotten."""
     state, score = begun(), likelihood(seen(0.0))

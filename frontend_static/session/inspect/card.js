@@ -46,13 +46,13 @@ function headline({ subject, title, place, log_likelihood: value, impossible }) 
  * @param {ParticlePublic} particle
  * @param {number} frame
  */
-function particleList({ particle, count, weight, rank, sampler, ancestors, descendants }, frame) {
+function particleList({ filter, number: place, count, weight, rank, sampler, ancestors, descendants }, frame) {
   const line = (/** @type {string} */ title, /** @type {string} */ text) => [h("dt", {}, title), h("dd", {}, text)];
   const back = ancestors.length === 0 ? "not known" : `followed back to frame ${frame - ancestors.length}`;
   return h(
     "dl",
     { class: "particle-list" },
-    line("particle", `${particle} of ${count}`),
+    line("particle", `${place} of ${count}${filter && `, ${filter}`}`),
     line("weight", `${number(100 * weight, 3)} %, ${number(weight * count, 1)} times the mean`),
     line("rank", `${rank} of ${count}`),
     sampler !== "" && line("drawn by", sampler),

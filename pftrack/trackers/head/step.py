@@ -35,8 +35,8 @@ from pftrack.trackers.head.reacquisition import EYES, Found, is_same_face, pose_
 from pftrack.trackers.head.reports import head_measurement, head_series
 from pftrack.trackers.pose import methods as pose
 from pftrack.trackers.pose.calibrated import pose_and_band
+from pftrack.trackers.pose.clouds import point_clouds
 from pftrack.trackers.pose.contributions import contribution_parts
-from pftrack.trackers.pose.joint_cloud import joint_cloud
 from pftrack.trackers.pose.layered import FeatureLikelihood
 from pftrack.trackers.pose.methods import METHODS, Method
 from pftrack.trackers.pose.pose_likelihood import pose_likelihood
@@ -175,6 +175,7 @@ def _search(
             return _resume(method, state, grey, face.points_px, parameters, rng)
     return replace(
         state,
+        belief=pose.hold(state.belief),
         pose=widen(state.pose, np.deg2rad(parameters.pose_noise_deg)),
         recognised=np.zeros_like(state.recognised),
         switched=False,
@@ -290,7 +291,7 @@ def _tracker(method: Method, title: str, description: str) -> Tracker:
         measure=head_measurement(method),
         searching=lambda state: _memory(state).lost,
         likelihood=LIKELIHOOD,
-        cloud=partial(joint_cloud, FEATURES) if method == "rb-pf" else None,
+        cloud=partial(point_clouds, FEATURES),
         update_parts=partial(contribution_parts, FEATURES),
     )
 

@@ -17,6 +17,7 @@ from typing import Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.filters import adaptive
 from pftrack.filters.layers import UpperLayer
 from pftrack.likelihoods.hidden import compare, log_fits
 from pftrack.numerics.random import Generator
@@ -88,6 +89,9 @@ def step(
     log_odds = DISCOUNT * rival.log_odds + compare(_fits(doubts, layer, settings), _fits(trusts, layer, settings))
     doubted = log_odds > 0.0 if rival.doubting else log_odds >= -BETTER
     best, behind = (doubts, trusts) if doubted else (trusts, doubts)
+    if doubted == rival.doubting:
+        # What was believed in the last frame were the particles of the other filter: none of these descends from them.
+        best = replace(best, features=adaptive.orphan(best.features))
     if abs(log_odds) > HOPELESS:
         behind, log_odds = best, 0.0
     return best, Rival(behind, doubting=not doubted, log_odds=log_odds)

@@ -13,7 +13,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.filters import rao_blackwell
+from pftrack.filters import adaptive, rao_blackwell
 from pftrack.filters.affine import ENTRY_NOISE, AffineBelief, AffineLayer
 from pftrack.filters.layers import UpperLayer
 from pftrack.filters.perspective import POSE_NOISE, PerspectiveLayer
@@ -38,6 +38,7 @@ __all__ = [
     "advance",
     "begin",
     "has_switched",
+    "hold",
     "slopes",
     "slopes_at",
     "transfer",
@@ -140,6 +141,14 @@ def transfer(state: PoseState, solid: Solid, parameters: PoseTrackerParameters) 
         upper = _upper(solid, parameters, belief.means, belief.pose)
         kept = _layers(replace(belief.layers, upper=upper), parameters)
     return replace(state, solid=solid, belief=kept)
+
+
+def hold(belief: Belief) -> Belief:
+    """Return a belief for a frame in which nothing is drawn: each point's own particles are what they were."""
+    if not isinstance(belief, Layers):
+        return belief
+    layers = belief.layers
+    return replace(belief, layers=replace(layers, features=adaptive.hold(layers.features)))
 
 
 def slopes(state: PoseState, parameters: PoseTrackerParameters) -> NDArray[np.float64]:

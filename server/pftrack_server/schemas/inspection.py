@@ -101,6 +101,8 @@ class ParticlePublic(BaseModel):
     """A particle, where it comes from and what became of it."""
 
     particle: int
+    filter: str = Field(description="What has drawn it, where several filters have; the numbers are of that one")
+    number: int = Field(description="Its place among the particles of that filter")
     count: int
     weight: float
     rank: int

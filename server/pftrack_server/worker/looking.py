@@ -82,7 +82,7 @@ class Looking:
         if particle is not None:
             subject = "gone" if followed is None else "particle"
         found = self._find_map(run, size) if wanted.likelihood else None
-        lineage = inspection.genealogy() if wanted.genealogy else None
+        lineage = inspection.genealogy(followed) if wanted.genealogy else None
         likelihood = inspection.tracker.likelihood
         return InspectionPublic(
             frame=run.position,
@@ -145,6 +145,8 @@ def _find(inspection: Inspection, place: NDArray[np.float64] | None, particle: i
 def _particle(found: ParticleFinding) -> ParticlePublic:
     return ParticlePublic(
         particle=found.particle,
+        filter=found.filter,
+        number=found.number,
         count=found.count,
         weight=found.weight,
         rank=found.rank,
