@@ -1,7 +1,7 @@
 """What a command line says of a recording: where it is, where it begins, what is marked in it, what is true of it."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -140,6 +140,7 @@ def open_setup(
         sequences.append(sequence)
         for warning in sequence.index.warnings:
             note(f"pftrack: {warning}")
+        _note_misfits(experiment, changes.get("truth", {}), sequence)
         _demand_mark(experiment, said, footage, (sequence.index.kind,))
         return sequence
 
@@ -270,6 +271,14 @@ def _truth(experiment: "Experiment", path: Path) -> dict[int, tuple[float, ...]]
     for warning in known.warnings:
         note(f"pftrack: {warning}")
     return dict(known.rows)
+
+
+def _note_misfits(experiment: "Experiment", truth: Mapping[int, Sequence[float]], sequence: "FrameSequence") -> None:
+    """Say what makes it doubtful that a truth is of this recording."""
+    rows = [(frame, row) for frame, row in truth.items() if frame < sequence.frame_count]
+    if experiment.truth is not None:
+        for warning in experiment.truth.misfits(rows, sequence.index.width, sequence.index.height):
+            note(f"pftrack: {warning}")
 
 
 def _frame(text: str) -> int:

@@ -13,7 +13,7 @@ values of a frame stand.
 
 import csv
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -28,6 +28,7 @@ from pftrack.sources.errors import SourceError
 from pftrack.sources.results.form import form_of
 from pftrack.sources.results.reading import read_results
 from pftrack.sources.text import decode
+from pftrack.sources.truth_bounds import boxes_outside
 from pftrack.spreadsheet import csv_text
 
 __all__ = [
@@ -206,6 +207,8 @@ class TruthKind(NamedTuple):
         mark: By which a person says in a picture what is true of it; None if no mark says that.
         parts: Where in the mark's JSON the values of a frame stand, in the order of the columns; names of a path are
             joined by dots.
+        misfits: (frame and values of every row, width and height of the pictures, px) -> what makes it doubtful that
+            they are of these pictures, a sentence each.
     """
 
     form: Form
@@ -213,9 +216,10 @@ class TruthKind(NamedTuple):
     table: Callable[[Any], Truth]
     mark: type[Mark] | None = None
     parts: tuple[str, ...] = ()
+    misfits: Callable[[Iterable[tuple[int, Sequence[float]]], int, int], tuple[str, ...]] = lambda *_: ()
 
 
-BOXES = TruthKind(BOX_FORM, read_truth, TruthTable, Box, ("x", "y", "width", "height"))
+BOXES = TruthKind(BOX_FORM, read_truth, TruthTable, Box, ("x", "y", "width", "height"), boxes_outside)
 
 
 def write_table(rows: Mapping[int, Sequence[float]], form: Form) -> str:

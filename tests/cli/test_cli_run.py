@@ -145,6 +145,16 @@ def test_a_clip_begins_at_its_first_frame_with_truth(call: Call, clip: Path, tmp
     assert summary["hit_rate"] == 1.0
 
 
+def test_a_truth_outside_the_picture_is_told(call: Call, clip: Path, tmp_path: Path) -> None:
+    """As of a clip of another size; what lies in the picture, or after the last frame, is nothing to tell."""
+    inside = clip.with_name("truth.csv")
+    assert "outside" not in call(*on_clip(clip, "--truth", inside, "--json"))[2]
+    large = tmp_path / "large.csv"
+    large.write_text("frame,x,y,w,h\n" + "".join(f"{frame},200,300,100,80\n" for frame in range(2 * FRAMES)))
+    error = call(*on_clip(clip, "--truth", large, "--json"))[2]
+    assert f"pftrack: {FRAMES} of {FRAMES} true boxes lie wholly outside the picture of 120 x 80 px: frames" in error
+
+
 def test_a_run_on_a_clip_replays_with_its_truth_and_moves_with_its_clip(call: Call, clip: Path, tmp_path: Path) -> None:
     """The saved run finds the video beside it and keeps the table; a video that was moved can be pointed out."""
     here = tmp_path / "here"

@@ -2,7 +2,7 @@
 
 import json
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, BinaryIO
 
@@ -168,6 +168,18 @@ class Content:
     def truth(self, frame: int, target: int) -> Belief:
         """Return what is true of a target in a frame."""
         return self._read(target, self._truths[frame][target])
+
+    def true_boxes(self) -> Iterator[tuple[int, tuple[float, ...]]]:
+        """Yield (frame, (x, y, w, h)) of every box that is true, px."""
+        place_of_box, known = NAMES.index("box"), {}
+        for frame, targets in self._truths.items():
+            for row in targets.values():
+                if (place := row.places[place_of_box]) is not None:
+                    stored, start, _ = place
+                    if id(stored) not in known:  # all boxes of a chunk at once
+                        with self._lock:
+                            known[id(stored)] = read_array(self._file, stored, 0, stored.shape[0])
+                    yield frame, tuple(known[id(stored)][start, :4].tolist())
 
     @property
     def has_truth(self) -> bool:

@@ -22,6 +22,7 @@ from pftrack.sources.beliefs.clip import find_clip, open_clip
 from pftrack.sources.beliefs.content import Content
 from pftrack.sources.errors import SourceError
 from pftrack.sources.limits import Limits, check_pixels
+from pftrack.sources.truth_bounds import boxes_outside
 
 __all__ = ["BeliefSequence"]
 
@@ -146,6 +147,7 @@ class BeliefSequence:
         if self._clip is not None:
             known = self._clip.index
             warnings += [*known.warnings, *_outside(content.last + 1, known.frame_count)]
+            warnings += self._misfits(known.width, known.height, known.frame_count)
             return replace(known, kind="beliefs", sha256=self.sha256, warnings=tuple(warnings))
         times = content.times_s
         count = (max([content.last, *self._pictures[-1:]]) + 1 - self.first) if times is None else len(times)
@@ -161,6 +163,8 @@ class BeliefSequence:
         if self.first:
             warnings.append(f"Frame 0 is the frame {self.first} of the file, the first of which something is said.")
         width, height = self._paper(limits)
+        if self._pictures:
+            warnings += self._misfits(width, height, count)
         checksums = tuple(zlib.crc32(f"{self.first + number}".encode()) for number in range(count))
         return FrameIndex(
             kind="beliefs",
@@ -172,6 +176,11 @@ class BeliefSequence:
             checksums=checksums,
             warnings=tuple(warnings),
         )
+
+    def _misfits(self, width: int, height: int, count: int) -> tuple[str, ...]:
+        """Return what makes it doubtful that the true boxes are of these pictures."""
+        boxes = ((frame - self.first, box) for frame, box in self.content.true_boxes())
+        return boxes_outside(((frame, box) for frame, box in boxes if 0 <= frame < count), width, height)
 
     def _paper(self, limits: Limits) -> tuple[int, int]:
         """Return width and height of the pictures, or of paper that has room for all boxes."""

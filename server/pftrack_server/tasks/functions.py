@@ -234,8 +234,8 @@ def _sighting_json(seen: Sighting, looked: int, of: int) -> dict[str, Any]:
     }
 
 
-def read_truth(path: str, experiment_id: str, frames: int) -> dict[str, Any]:
-    """Read a table of truth of the kind that goes with an experiment, for an upload with that many frames."""
+def read_truth(path: str, experiment_id: str, frames: int, size: tuple[int, int]) -> dict[str, Any]:
+    """Read a table of truth of the kind that goes with an experiment, for an upload of so many frames of this size."""
     kind, name = find(experiment_id).truth, Path(path).name
     if kind is None:
         raise TruthError(f"the experiment {experiment_id} takes no truth")
@@ -255,6 +255,7 @@ def read_truth(path: str, experiment_id: str, frames: int) -> dict[str, Any]:
     if beyond := len(table.rows) - len(rows):  # as of a table for a longer clip
         listed = "a frame" if beyond == 1 else f"{beyond:,} frames"
         warnings.append(f"The file lists {listed} after the last of the upload, {frames - 1}; they are left out.")
+    warnings += kind.misfits(rows.items(), *size)
     return {**view, "warnings": warnings, "rows": rows}
 
 

@@ -45,7 +45,8 @@ async def store_truth(
         ConflictError: The upload was deleted while the table was read.
     """
     try:
-        read = _StoredTruth(**await tasks.run(read_truth, str(received.paths[0]), experiment.id, upload.frames))
+        path, size = str(received.paths[0]), (upload.width, upload.height)
+        read = _StoredTruth(**await tasks.run(read_truth, path, experiment.id, upload.frames, size))
     finally:
         await asyncio.to_thread(shutil.rmtree, folder, ignore_errors=True)
     try:
