@@ -165,12 +165,14 @@ def near_its_mirror_image(moment: Moment) -> Sign | None:
     if moment.knows_truth or not (window < MIRROR_NEAR).any() or not passed:
         return None
     nearest = first + int(np.nanargmin(window))
+    since = min(first + int(np.flatnonzero(window < MIRROR_NEAR)[0]), frame)
     return Sign(
         "mirror-pose",
-        min(first + int(np.flatnonzero(window < MIRROR_NEAR)[0]), frame),
+        since,
         0.5,
-        "In frame {nearest:.0f} the estimate is {gap:.1f} deviations from its mirror image, which the camera shows "
-        "alike: from there on the target may be either of both, and no number of the tracker's tells which.",
-        {"nearest": nearest, "gap": float(gap[nearest])},
+        "Since frame {since:.0f} the estimate is, or was, near its mirror image, in frame {nearest:.0f} {gap:.1f} "
+        "deviations from it, and the camera shows both alike: the target may be either, and no number of the tracker's "
+        "tells which.",
+        {"since": since, "nearest": nearest, "gap": float(gap[nearest])},
         ("mirror_gap", "nis", "fit"),
     )
