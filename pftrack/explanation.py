@@ -25,7 +25,7 @@ class Explanation:
     Attributes:
         diagnosis: What went wrong, with the numbers that this is said from.
         what_if: What would have saved the run; None where that was not asked, or nothing was lost.
-        untried: Why nothing could be tried, where it was asked; else empty.
+        untried: Why nothing could be tried, a sentence, where it was asked; else empty.
     """
 
     diagnosis: Diagnosis
@@ -35,7 +35,7 @@ class Explanation:
     @property
     def lines(self) -> tuple[str, ...]:
         """The explanation in sentences: what went wrong, what each sign is said from, and what would have saved it."""
-        untried = (f"What would have saved it cannot be tried: {self.untried}.",) if self.untried else ()
+        untried = (self.untried,) if self.untried else ()
         saved = untried if self.what_if is None else self.what_if.lines
         return (self.diagnosis.sentence, *(sign.words for sign in self.diagnosis.signs), *saved)
 
@@ -78,5 +78,5 @@ def explain(
         for found in what_if(run, diagnosis.frame, rounds=rounds):
             on_step(sum(each.runs for each in found.findings), (found.planned + 1) * seeds)
     except (LossError, ReplayError) as reason:
-        return Explanation(diagnosis, untried=str(reason))
+        return Explanation(diagnosis, untried=f"What would have saved it cannot be tried: {reason}.")
     return Explanation(diagnosis, found)

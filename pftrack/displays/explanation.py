@@ -21,7 +21,8 @@ def explanation_html(explanation: "Explanation") -> str:
     diagnosis, report = explanation.diagnosis, explanation.what_if
     signs = "".join(f"<li>{escape(sign.words)}</li>" for sign in diagnosis.signs)
     said = f"<div><p style='margin:4px 0'>{escape(diagnosis.sentence)}</p><ul>{signs}</ul></div>"
-    return box("Why it was lost", said + (_what_if(report) if report else ""))
+    untried = f"<p>{escape(explanation.untried)}</p>" if explanation.untried else ""
+    return box("Why it was lost", said + (_what_if(report) if report else untried))
 
 
 def _what_if(report: "Report") -> str:
