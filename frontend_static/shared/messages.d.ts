@@ -2302,6 +2302,8 @@ export interface WhatIfPublic {
   /** Seeds that each is tried with in the end */
   trials: number;
   is_complete: boolean;
+  /** Which loss is meant */
+  loss_sentence: string;
   sentence: string;
   /** With how many seeds the changes have been tried, in a sentence */
   progress: string;

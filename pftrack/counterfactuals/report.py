@@ -125,6 +125,7 @@ class Report:
         trials: Seeds that each is tried with in the end.
         findings: Of the unchanged settings first, then in the order in which they were tried.
         is_complete: Whether all that was planned was tried.
+        asked: First frame of the loss that was asked about, if an earlier one goes on in it; else None.
     """
 
     loss: int
@@ -135,6 +136,17 @@ class Report:
     trials: int
     findings: tuple[Finding, ...]
     is_complete: bool = False
+    asked: int | None = None
+
+    @property
+    def loss_sentence(self) -> str:
+        """Which loss is meant, a sentence."""
+        if self.asked is None:
+            return f"Lost in frame {self.loss}."
+        return (
+            f"Lost in frame {self.loss}, of which the loss in frame {self.asked} is a part: between them the target "
+            f"was back for less than the {self.judged} frames in which a run must have it to hold."
+        )
 
     @property
     def baseline(self) -> Finding:
@@ -211,7 +223,8 @@ class Report:
     @property
     def lines(self) -> tuple[str, ...]:
         """All of it in sentences: what it comes to, each finding, and what it does not say."""
-        return (self.sentence, *map(self._line, self.best_first), self.correction, CAVEAT)
+        which = () if self.asked is None else (self.loss_sentence,)
+        return (*which, self.sentence, *map(self._line, self.best_first), self.correction, CAVEAT)
 
     def _line(self, each: Finding) -> str:
         low, high = each.interval
@@ -221,7 +234,7 @@ class Report:
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON values, the findings best first."""
-        numbers = ("loss", "begin", "end", "judged", "planned", "trials", "is_complete", "sentence")
+        numbers = ("loss", "begin", "end", "judged", "planned", "trials", "is_complete", "loss_sentence", "sentence")
         findings = [self._told(each) for each in self.best_first]
         told = {name: getattr(self, name) for name in numbers}
         return {
@@ -255,7 +268,7 @@ class Report:
 
 def record(report: Report) -> dict[str, Any]:
     """Return a report as JSON values, for another process; `read_record` reads it."""
-    names = ("loss", "begin", "end", "judged", "planned", "trials", "is_complete")
+    names = ("loss", "begin", "end", "judged", "planned", "trials", "is_complete", "asked")
     return {**{name: getattr(report, name) for name in names}, "findings": [*map(_record_finding, report.findings)]}
 
 

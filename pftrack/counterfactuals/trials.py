@@ -46,15 +46,22 @@ def find_loss(run: Run, frame: int | None = None) -> int:
         LossError: The run has not lost its target so far.
     """
     lost = find_lost_frames(run).lost.tolist()
-    first = first_loss(lost)
-    if first is None:
-        raise LossError("the run has not lost its target so far")
-    found = losses(lost)
-    meant = first if frame is None else max((start for start, _ in found if start <= frame), default=found[0][0])
-    for start, end in reversed(found):
+    meant = _asked_loss(lost, frame)
+    for start, end in reversed(losses(lost)):
         if end < meant <= end + JUDGED_FRAMES:
             meant = start
     return meant
+
+
+def _asked_loss(lost: list[bool], frame: int | None) -> int:
+    """Return the first frame of the loss that is asked about, taken for itself."""
+    first = first_loss(lost)
+    if first is None:
+        raise LossError("the run has not lost its target so far")
+    if frame is None:
+        return first
+    starts = [start for start, _ in losses(lost)]
+    return max((start for start in starts if start <= frame), default=starts[0])
 
 
 def what_if(
@@ -95,7 +102,17 @@ def what_if(
     seeds = other_seeds(run.seed, rounds[-1])
     before = {each.place: each for each in known}
     findings: dict[int, Finding] = {}
-    report = Report(loss, begin, last, trials.judged, len(tried) - 1, rounds[-1], ())
+    asked = _asked_loss(find_lost_frames(run).lost.tolist(), frame)
+    report = Report(
+        loss,
+        begin,
+        last,
+        trials.judged,
+        len(tried) - 1,
+        rounds[-1],
+        (),
+        asked=asked if asked != loss else None,
+    )
     for count, following in zip(rounds, (*rounds[1:], rounds[-1]), strict=True):
         for place in range(share[0], len(tried), share[1]):
             finding = findings.get(place) or _take_over(tried[place], place, before)

@@ -86,6 +86,12 @@ def test_the_loss_that_is_meant(lost: Run) -> None:
         flags = [3 <= t < 9 or t >= 9 + gap for t in range(45)]
         twin.diagnostics = [replace(row, lost=flag) for row, flag in zip(lost.diagnostics, flags, strict=True)]
         assert [find_loss(twin, frame) for frame in (0, 9 + gap - 1, 9 + gap, 44)] == expected
+        report = next(what_if(twin, 44, rounds=(1,)))
+        assert report.asked == (18 if gap == 9 else None)
+        assert report.loss_sentence.startswith("Lost in frame 3, of which the loss in frame 18 is a part:") == (
+            gap == 9
+        )
+        assert (report.loss_sentence == report.lines[0]) == (gap == 9)
 
 
 def held(report: Report) -> dict[str, dict[int, bool]]:

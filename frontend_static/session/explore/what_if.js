@@ -123,9 +123,10 @@ export class WhatIf {
    * @param {boolean} isOver
    */
   #show(found, isOver) {
+    const isFirst = this.#found === null;
     this.#found = found;
     const left = isOver ? "" : " Trying…";
-    setText(this.#status, `Lost in frame ${found.loss}. ${found.sentence} ${found.progress}${left}`);
+    setText(this.#status, `${found.loss_sentence} ${found.sentence} ${found.progress}${left}`);
     setText(this.#correction, found.correction);
     this.#correction.hidden = false;
     const lines = found.findings.map((finding) => this.#line(finding));
@@ -135,6 +136,8 @@ export class WhatIf {
     const best = found.findings.find(({ verdict }) => verdict === "better");
     this.#sweep.hidden = best === undefined;
     if (best) this.#sweep.href = this.#sweepOf(best);
+    // Empty it was not tall enough to be scrolled to.
+    if (isFirst) this.card.scrollIntoView({ block: "nearest" });
   }
 
   /** @param {FindingPublic} finding */

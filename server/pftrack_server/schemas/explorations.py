@@ -61,6 +61,7 @@ class WhatIfPublic(BaseModel):
     planned: int = Field(description="Changes that are tried in all")
     trials: int = Field(description="Seeds that each is tried with in the end")
     is_complete: bool
+    loss_sentence: str = Field(description="Which loss is meant")
     sentence: str
     progress: str = Field(description="With how many seeds the changes have been tried, in a sentence")
     correction: str = Field(description="What the p-values are, a sentence")
