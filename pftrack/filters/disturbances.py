@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from pftrack.model.linear import LinearChain
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.gaussian import log_densities
-from pftrack.numerics.matrices import multiply, solve
+from pftrack.numerics.matrices import contiguous_copy, multiply, solve
 
 __all__ = ["Disturbances", "smooth_disturbances"]
 
@@ -58,8 +58,12 @@ def smooth_disturbances(
     """
     measured = np.asarray(np.isfinite(chain.measurements).all(axis=1))
     noises, covariances = chain.noises * np.sqrt(process_factor), chain.covariances * observation_factor
-    model = chain.transitions, chain.offsets, noises, measured, chain.observations, covariances
-    forward, regular = _go_forward(chain.mean, chain.covariance, chain.measurements, *model)
+    # Compiling takes seconds for each order in memory, and chains are made of views and transposes.
+    transitions, offsets, noises = map(contiguous_copy, (chain.transitions, chain.offsets, noises))
+    observations, covariances = map(contiguous_copy, (chain.observations, covariances))
+    mean, covariance, measurements = map(contiguous_copy, (chain.mean, chain.covariance, chain.measurements))
+    model = transitions, offsets, noises, measured, observations, covariances
+    forward, regular = _go_forward(mean, covariance, measurements, *model)
     if not regular:
         raise np.linalg.LinAlgError("Singular matrix")
     evidence, innovations, precisions, gains = forward

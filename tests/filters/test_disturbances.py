@@ -1,11 +1,16 @@
 """Smoothing disturbances: the moments of the noises are those of the joint distribution of all frames."""
 
+from dataclasses import fields
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from pftrack.filters import disturbances
 from pftrack.filters.disturbances import smooth_disturbances
 from pftrack.model.linear import LinearChain
+from pftrack.numerics.compiled import FUNCTIONS
 from pftrack.numerics.gaussian import log_density
 
 
@@ -87,6 +92,27 @@ def test_factors_scale_the_noises() -> None:
     first, second = smooth_disturbances(it, 4.0, 0.25), smooth_disturbances(scaled)
     assert first.log_evidence.tolist() == second.log_evidence.tolist()
     assert (first.process, first.observation) == (second.process, second.observation)
+
+
+def test_nothing_is_compiled_again_for_another_order_in_memory() -> None:
+    """Read-only arrays and such in Fortran's order come to the same numbers by what is compiled already."""
+    it = chain()
+    arrays = [np.array(getattr(it, field.name), order="F") for field in fields(it)]
+    for array in arrays:
+        array.flags.writeable = False
+    first = smooth_disturbances(it)
+    known = [len(function.signatures) for function in compiled_functions()]
+    second = smooth_disturbances(LinearChain(*arrays))
+    assert [len(function.signatures) for function in compiled_functions()] == known
+    assert first.log_evidence.tolist() == second.log_evidence.tolist()
+    assert (first.process, first.observation) == (second.process, second.observation)
+
+
+def compiled_functions() -> list[Any]:
+    """What this module compiles."""
+    found = [function for function in FUNCTIONS if function.py_func.__module__ == disturbances.__name__]
+    assert len(found) == 2
+    return found
 
 
 def test_a_measurement_without_noise_is_refused() -> None:
