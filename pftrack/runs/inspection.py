@@ -1,13 +1,12 @@
 """Looking into a run: what a likelihood says at a place of the frame that is shown, and what became of a particle.
 
 A run keeps states now and then only (`pftrack.runs.keyframes`). To follow particles back, the steps of the last frames
-are taken again once, and kept while one looks. The run stands where it is.
+are taken again once, and what is asked of their particles is kept while one looks: of a state with very many particles
+that is a small part. The run stands where it is.
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import pairwise
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from pftrack.model.likelihood import Component, LikelihoodMap, ObservationLikeli
 from pftrack.model.parameters import ParameterError
 from pftrack.model.part import Part
 from pftrack.model.tracker import Tracker
+from pftrack.runs.lineage import find_ancestor, find_heir, known_parents, parents_onward
 from pftrack.runs.run import Run
 
 __all__ = ["GENERATIONS", "Course", "Finding", "Inspection", "ParticleFinding"]
@@ -27,7 +27,7 @@ __all__ = ["GENERATIONS", "Course", "Finding", "Inspection", "ParticleFinding"]
 GENERATIONS = 30
 """So many frames back particles are followed, and as many on."""
 KEPT_BYTES = 32 * 1024 * 1024
-"""That the steps may take which are kept while one looks."""
+"""That the clouds of earlier frames may take which are kept while one looks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +106,7 @@ class Inspection:
         """Begin to look."""
         self.run = run
         self._steps: dict[int, Step] = {}
+        self._clouds: dict[int, Cloud | None] = {}
 
     @property
     def tracker(self) -> Tracker:
@@ -125,7 +126,11 @@ class Inspection:
     @property
     def before(self) -> Any:  # noqa: ANN401 - the state of any family
         """The state of the frame before; of frame 0 that of frame 0 itself."""
-        return self._past(2)[0].state
+        index, current = max(self.run.position - 1, 0), self.run.current
+        self._steps = {at: step for at, step in self._steps.items() if at == index} | {self.run.position: current}
+        if index not in self._steps:
+            (self._steps[index],) = self.run.replay(index, index)
+        return self._steps[index].state
 
     def at_place(self, place: NDArray[np.float64]) -> Finding:
         """Return what the likelihood says of the state that is like the estimate in all but the place (2,), px.
@@ -221,7 +226,7 @@ class Inspection:
         if cloud is None or cloud.ancestors is None:
             return None
         among = slice(None) if particle is None else cloud.siblings(particle)
-        return trace(self.run.position, self._ancestors(self._past(GENERATIONS)), len(cloud), among)
+        return trace(self.run.position, known_parents(self._past(GENERATIONS)), len(cloud), among)
 
     def follow(self, particle: int, frame: int) -> int | None:
         """Return what a particle of another frame is in the frame that is shown: its ancestor, or its heaviest child.
@@ -232,36 +237,14 @@ class Inspection:
         position = self.run.position
         if abs(position - frame) >= GENERATIONS:
             return None
-        steps = self._window(min(frame, position), max(frame, position))
-        return self._ancestor(particle, steps) if position <= frame else self._heir(particle, steps)
-
-    def _ancestor(self, particle: int, steps: Sequence[Step]) -> int | None:
-        """Return what a particle of the last of some steps was in the first; None if its line began in between."""
-        for before, step in zip(steps[-2::-1], steps[:0:-1], strict=True):
-            parents = _parents(self.run, before, step)
-            if parents is None or not 0 <= particle < len(parents):
-                return None
-            particle = int(parents[particle])
-        return particle if particle >= 0 else None
-
-    def _heir(self, particle: int, steps: Sequence[Step]) -> int | None:
-        """Return what has become of a particle of the first of some steps in the last; None if its line has ended."""
-        for before, step in pairwise(steps):
-            cloud, parents = _cloud(self.run, step), _parents(self.run, before, step)
-            if cloud is None or parents is None:
-                return None
-            children = np.flatnonzero(parents == particle)
-            if not len(children):
-                return None
-            particle = int(children[cloud.log_weights[children].argmax()])
-        return particle
+        clouds = self._window(min(frame, position), max(frame, position))
+        return find_ancestor(particle, clouds) if position <= frame else find_heir(particle, clouds)
 
     def _particle(self, cloud: Cloud, particle: int, likelihood: ObservationLikelihood | None) -> ParticleFinding:
         past = self._past(GENERATIONS)
-        lineage = trace(self.run.position, self._ancestors(past), len(cloud)).places[::-1, particle]
+        lineage = trace(self.run.position, known_parents(past), len(cloud)).places[::-1, particle]
         lineage = lineage[lineage >= 0]
-        clouds = (_cloud(self.run, step) for step in reversed(past))
-        line = [(each, at) for each, at in zip(clouds, lineage, strict=False) if each is not None]
+        line = [(each, at) for each, at in zip(reversed(past), lineage, strict=False) if each is not None]
         path = np.array([each.places[at] for each, at in line if each.places is not None]).reshape(-1, 2)
         if not cloud.components and likelihood is not None and likelihood.anchor is not None:
             path = likelihood.anchor.place(self._known(likelihood), np.stack([each.states[at] for each, at in line]))
@@ -278,7 +261,7 @@ class Inspection:
             cloud.sampler(particle),
             tuple(lineage[1:].tolist()),
             path,
-            tuple(count_descendants(particle, self._forward(following))),
+            tuple(count_descendants(particle, parents_onward(following))),
         )
 
     def _ask(
@@ -312,43 +295,25 @@ class Inspection:
     ) -> NDArray[np.float64] | None:
         return None if likelihood.anchor is None else likelihood.anchor.place(known, state[None])[0]
 
-    def _ancestors(self, steps: Sequence[Step]) -> list[NDArray[np.int64]]:
-        """Return the parents of the particles of steps that end with the last one, as far back as all are known.
-
-        Those of the first step are left out: their parents are not among the steps.
-        """
-        found: list[NDArray[np.int64]] = []
-        for before, step in zip(steps[-2::-1], steps[:0:-1], strict=True):
-            parents = _parents(self.run, before, step)
-            if parents is None:
-                break
-            found.append(parents)
-        return found[::-1]
-
-    def _forward(self, steps: Sequence[Step]) -> list[NDArray[np.int64]]:
-        """Return the parents of the particles of steps after the first one, as far as all are known."""
-        found: list[NDArray[np.int64]] = []
-        for before, step in pairwise(steps):
-            parents = _parents(self.run, before, step)
-            if parents is None:
-                break
-            found.append(parents)
-        return found
-
-    def _past(self, count: int) -> list[Step]:
-        """Return the last steps up to the one that is shown, at most so many."""
-        kept = min(count, max(2, KEPT_BYTES // max(self.run.current.state.nbytes, 1)))
+    def _past(self, count: int) -> list[Cloud | None]:
+        """Return the clouds of the last frames up to the one that is shown, at most so many."""
+        current = _kept(self.run, self.run.current)
+        size = 0 if current is None else _bytes(current)
+        kept = min(count, max(2, KEPT_BYTES // max(size, 1)))
         return self._window(max(self.run.position - kept + 1, 0), self.run.position)
 
-    def _window(self, first: int, last: int) -> list[Step]:
+    def _window(self, first: int, last: int) -> list[Cloud | None]:
         position = self.run.position
-        self._steps = {index: step for index, step in self._steps.items() if abs(index - position) < GENERATIONS}
-        self._steps[position] = self.run.current
-        missing = [index for index in range(first, last + 1) if index not in self._steps]
+        self._clouds = {index: cloud for index, cloud in self._clouds.items() if abs(index - position) < GENERATIONS}
+        self._clouds[position] = _kept(self.run, self.run.current)
+        missing = [index for index in range(first, last + 1) if index not in self._clouds]
         if missing:
             for step in self.run.replay(missing[0], missing[-1]):
-                self._steps.setdefault(step.frame.index, step)
-        return [self._steps[index] for index in range(first, last + 1)]
+                if step.frame.index == position - 1:
+                    self._steps[step.frame.index] = step
+                if step.frame.index not in self._clouds:
+                    self._clouds[step.frame.index] = _kept(self.run, step)
+        return [self._clouds[index] for index in range(first, last + 1)]
 
 
 def _cloud(run: Run, step: Step) -> Cloud | None:
@@ -356,9 +321,16 @@ def _cloud(run: Run, step: Step) -> Cloud | None:
     return None if opened is None else opened(step.state)
 
 
-def _parents(run: Run, before: Step, step: Step) -> NDArray[np.int64] | None:
-    """Return the parents of a step's particles among those of the step before; None if these are of other filters."""
-    cloud, parents = _cloud(run, step), _cloud(run, before)
-    if cloud is None or cloud.ancestors is None or parents is None or cloud.filters != parents.filters:
+def _kept(run: Run, step: Step) -> Cloud | None:
+    """Return of a step's cloud what paths and genealogies need, without the rest of the state."""
+    cloud = _cloud(run, step)
+    if cloud is None:
         return None
-    return None if cloud.ancestors.max(initial=0) >= len(parents) else cloud.ancestors
+    # Particles of coordinates of their own are found by their places.
+    states = cloud.states[:, :0] if cloud.components else cloud.states
+    return replace(cloud, states=states.copy(), log_likelihoods=None)
+
+
+def _bytes(cloud: Cloud) -> int:
+    arrays = (cloud.states, cloud.log_weights, cloud.ancestors, cloud.places)
+    return sum(array.nbytes for array in arrays if array is not None)

@@ -39,6 +39,20 @@ def test_a_particle_is_followed_to_its_ancestors(steps: tuple[Run, list]) -> Non
         assert (where == step.state.particles.states[place, :2]).all()
 
 
+def test_many_particles_are_followed_as_far_as_few() -> None:
+    """Of states of twenty million bytes only the particles are kept, so ten generations are known of them, too."""
+    run = Run(PRISM, PRISM.simulate(), tracker="rb-pf", seed=3, frames=12)
+    clouds = [PRISM.trackers["rb-pf"].cloud(step.state) for step in run]
+    run.seek(10)
+    found = Inspection(run).at_particle(17).particle
+    assert len(found.ancestors) == 10
+    place = 17
+    for frame, ancestor, where in zip(range(9, -1, -1), found.ancestors, found.path[1:], strict=True):
+        place = int(clouds[frame + 1].ancestors[place])
+        assert place == ancestor
+        assert (where == clouds[frame].places[place]).all()
+
+
 def test_descendants_are_those_of_frames_that_were_computed(steps: tuple[Run, list]) -> None:
     """The particles of a frame have together as many descendants as there are particles, and the newest have none."""
     run, _ = steps
