@@ -12,6 +12,7 @@ from pftrack.learning.charts import body_velocity
 from pftrack.likelihoods.edge_distance import Edges
 from pftrack.model.parameters import ParameterError, revise
 from pftrack.model.source import History
+from pftrack.numerics.compiled import read_only
 from pftrack.particles import ParticleSet
 from pftrack.sources.fish import FishSource, FishTarget
 from pftrack.trackers.fish.learned import GUIDANCE
@@ -64,7 +65,7 @@ def test_all_begin_at_the_truth_with_its_velocity() -> None:
 def without_edges(state: FishState, tracker: str, **values: object) -> FishState:
     """A step in which all particles weigh the same."""
     parameters = revise(DEFAULTS, {"sample_count": 40_000, "bend_limited": False, **values})
-    blank = seen(1)._replace(distances=np.zeros_like(seen(1).distances))
+    blank = seen(1)._replace(distances=read_only(np.zeros_like(seen(1).distances)))
     return step_frame(MOTIONS[tracker], state, blank, parameters, 3, 1)
 
 

@@ -11,6 +11,7 @@ from pftrack.experiments import find
 from pftrack.likelihoods.histogram import Window, fit, similarity
 from pftrack.model.frame import Frame, Target
 from pftrack.model.parameters import revise
+from pftrack.numerics.compiled import read_only
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.runs.batch import outcomes
 from pftrack.runs.run import Change, Run
@@ -77,7 +78,7 @@ def test_weights_are_the_likelihood() -> None:
     for frame, old in ((patch(40, 40), state), (patch(43, 41), None)):
         new = old or TRACKERS["condensation"].step(state, frame, SMALL, Stream(1, 1, Purpose.TRACK))
         scores = HISTOGRAM.log_likelihood(
-            np.ascontiguousarray(frame.image_rgb), np.asfortranarray(new.particles.states), pack(new, SMALL.sharpness)
+            read_only(frame.image_rgb), np.asfortranarray(new.particles.states), pack(new, SMALL.sharpness)
         )
         off = new.particles.log_weights - scores
         assert np.ptp(off) < 1e-9
@@ -182,7 +183,7 @@ def test_a_window_outside_the_picture_weighs_nothing() -> None:
     state = begun()
     states = state.particles.states.copy()
     states[0, 0], states[1, SIZE], states[2, 0] = -500.0, 3.0, np.nan
-    image = np.ascontiguousarray(patch(40, 40).image_rgb)
+    image = read_only(patch(40, 40).image_rgb)
     scores = HISTOGRAM.log_likelihood(image, np.asfortranarray(states), pack(state, 20.0))
     assert scores[:3].tolist() == [-20.0] * 3
     assert (scores[3:] > -20.0).all()

@@ -12,6 +12,7 @@ from pftrack.model.series import SeriesValue
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.elementary import exponentials
 from pftrack.numerics.gaussian import Gaussian
+from pftrack.numerics.matrices import contiguous_copy
 from pftrack.particles import ParticleSet
 from pftrack.trackers.pose.solid import Solid
 
@@ -25,7 +26,7 @@ def project_all(poses: NDArray[np.float64], solid: Solid) -> NDArray[np.float64]
         poses: (N, 6) angles, rad, and where the origin of the solid's frame is in the camera's frame, mm.
         solid: With F points.
     """
-    seen = _project_all(np.ascontiguousarray(poses), np.ascontiguousarray(solid.points_mm), float(solid.focal_px))
+    seen = _project_all(contiguous_copy(poses), contiguous_copy(solid.points_mm), float(solid.focal_px))
     return np.asarray(seen + solid.principal_px)
 
 
