@@ -21,15 +21,14 @@ const belongsTo = (/** @type {EventTarget|null} */ element, /** @type {string} *
 addEventListener(
   "keydown",
   (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey || (event.key !== SHARED_KEY && !KEYS.has(event.key))) return;
+    // By itself, as in an export, the scene keeps its keys.
+    if (parent === window || event.ctrlKey || event.metaKey || event.altKey || (event.key !== SHARED_KEY && !KEYS.has(event.key))) return;
     if (belongsTo(event.target, event.key)) return;
     if (event.key !== SHARED_KEY) {
       event.preventDefault();
       event.stopImmediatePropagation();
     }
-    if (parent !== window) {
-      parent.postMessage({ source: "pftrack-viser", key: event.key, shiftKey: event.shiftKey }, AROUND);
-    }
+    parent.postMessage({ source: "pftrack-viser", key: event.key, shiftKey: event.shiftKey }, AROUND);
   },
   true,
 );
