@@ -19,6 +19,7 @@ def test_from_a_wide_window_to_a_phone(watch: Watch) -> None:
     """Plots stand beside the scene where there is room, below it where there is less, and fit a phone."""
     shown = watch()
     beside_each_other(shown)
+    what_stands_beside_a_long_counter_has_two_lines(shown)
     the_title_is_whole(shown)
     one_row_of_sparklines(shown)
     on_a_phone(shown)
@@ -32,6 +33,28 @@ def beside_each_other(shown: SessionPage) -> None:
     assert scene["width"] > 2 * side["width"]
     assert max(scene["y"] + scene["height"], side["y"] + side["height"]) <= deck["y"] + 1
     assert deck["y"] + deck["height"] <= 801
+
+
+LINES_BESIDE = """(counted) => {
+  document.querySelector(".counter").textContent = counted;
+  return ["", "Stopped: probably lost, 93 %"].map((said) => {
+    const label = document.querySelector(".stop-at-loss label span"), whole = document.createRange();
+    if (said) label.textContent = said;
+    whole.selectNodeContents(label);
+    const row = document.querySelector(".transport");
+    return [new Set([...whole.getClientRects()].map((line) => line.top)).size, row.scrollWidth - row.clientWidth];
+  });
+}"""
+
+
+def what_stands_beside_a_long_counter_has_two_lines(shown: SessionPage) -> None:
+    """As on a long clip: the label of the switch at most, also when it says why it has stopped; nothing is cut off."""
+    page = shown.page
+    for width in (1000, 1280):
+        page.set_viewport_size({"width": width, "height": 720})
+        shown.until(lambda width=width: page.evaluate("innerWidth") == width, "the window has its size")
+        beside = page.evaluate(LINES_BESIDE, "frame 1199 / 1200, picture 1299 of the clip")
+        assert all(lines <= 2 and beyond <= 0 for lines, beyond in beside), (width, beside)
 
 
 def one_row_of_sparklines(shown: SessionPage) -> None:
