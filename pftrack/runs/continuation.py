@@ -27,7 +27,16 @@ from pftrack.runs.loss_probability import LossPast, follow_loss
 from pftrack.runs.measurements import measurements
 from pftrack.runs.scoring import judge_estimates, judge_state
 
-__all__ = ["STRETCH_BYTES", "Continuation", "Courses", "Stretch", "go_on", "read_stretches", "takes_all_at_once"]
+__all__ = [
+    "STRETCH_BYTES",
+    "Continuation",
+    "Courses",
+    "Stretch",
+    "go_on",
+    "read_stretches",
+    "take_side_by_side",
+    "takes_all_at_once",
+]
 
 STRETCH_BYTES = 64 * 1024 * 1024
 """Pictures that are held at a time."""
@@ -183,6 +192,10 @@ class Continuation:
             if start + alone < end and not self._fold(stretch, start + alone, end):
                 self._step(stretch, start + alone, end)
 
+    def folds(self, index: int) -> bool:
+        """Whether the tracker of a frame may take many at a time."""
+        return self._tracker(index).fold is not None
+
     def _fold(self, stretch: Stretch, start: int, end: int) -> bool:
         """Take the frames start..end-1 at once, where that can be done; return whether it was."""
         tracker, parameters, experiment = self._tracker(start), self._timeline.parameters_at(start), self._experiment
@@ -274,10 +287,21 @@ def go_on(
         return
     made = [Continuation(experiment, timeline, seed, state, loss=loss) for seed in seeds]
     for stretch in stretches:
-        for each in made:
-            each.take(stretch)
+        take_side_by_side(made, stretch)
         length = stretch.end - stretch.first
         yield np.stack([each.errors[-length:] for each in made]), np.stack([each.lost[-length:] for each in made])
+
+
+def take_side_by_side(runs: Sequence[Continuation], stretch: Stretch) -> None:
+    """Track runs of the same trackers through a stretch that all of them see.
+
+    All take one frame after the other: what a tracker makes of a picture alone, and keeps for as long as that is the
+    last one, is then made once for all runs. Where a tracker takes many frames at a time, one run follows the other.
+    """
+    folds = any(one.folds(index) for one in runs[:1] for index in range(stretch.first, stretch.end))
+    for part in [stretch] if folds else [Stretch((frame,)) for frame in stretch.frames]:
+        for one in runs:
+            one.take(part)
 
 
 def takes_all_at_once(experiment: Experiment, timeline: Timeline, first: int) -> EnsembleStep | None:

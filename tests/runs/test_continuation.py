@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from pftrack.experiments import find
+from pftrack.likelihoods.edge_distance import _cached_edges
 from pftrack.runs.continuation import Continuation, read_stretches
 from pftrack.runs.ensemble import Ensemble, ensemble, ensembling, other_seeds
 from pftrack.runs.run import Change, Run
@@ -98,6 +99,14 @@ def test_runs_on_other_scenes_are_runs_of_their_seeds(experiment: str, tracker: 
         live = begin(experiment, tracker, seed=seed)
         live.timeline = run.timeline
         np.testing.assert_array_equal(errors, errors_of(live))
+
+
+def test_what_a_picture_comes_to_is_made_once_for_all_runs() -> None:
+    """Five runs that see the same six pictures look once for the edges of each but the first, whose mark is known."""
+    run = begin("fish", "guided")
+    before = _cached_edges.cache_info().misses
+    ensemble(run, runs=5, frames=6)
+    assert _cached_edges.cache_info().misses - before == 5
 
 
 def test_few_runs_come_to_the_end_before_the_others_begin() -> None:
