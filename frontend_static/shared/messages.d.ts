@@ -1336,6 +1336,8 @@ export interface ParticlePublic {
   sampler: string;
   /** Its parent in the frame before, the parent of that, and so on */
   ancestors: number[];
+  /** The frame in which its line begins, without a parent; null if not so far back */
+  begins: number | null;
   /** How many in each of the frames after, as far as they were computed */
   descendants: number[];
 }

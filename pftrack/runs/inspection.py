@@ -43,6 +43,8 @@ class ParticleFinding:
         rank: The heaviest is 1.
         sampler: What has drawn it; empty where nothing is to choose from.
         ancestors: Its parent in the frame before, the parent of that, and so on, as far as they are known.
+        begins: The frame in which the oldest of them, or it itself, was drawn without a parent; None where that is not
+            so far back.
         path: (A + 1, 2) where it is, and where its ancestors were, px; empty where states have no place.
         descendants: How many it has in each of the frames after, as far as they were computed.
     """
@@ -55,6 +57,7 @@ class ParticleFinding:
     rank: int
     sampler: str
     ancestors: tuple[int, ...]
+    begins: int | None
     path: NDArray[np.float64]
     descendants: tuple[int, ...]
 
@@ -242,8 +245,10 @@ class Inspection:
 
     def _particle(self, cloud: Cloud, particle: int, likelihood: ObservationLikelihood | None) -> ParticleFinding:
         past = self._past(GENERATIONS)
-        lineage = trace(self.run.position, known_parents(past), len(cloud)).places[::-1, particle]
+        known = known_parents(past)
+        lineage = trace(self.run.position, known, len(cloud)).places[::-1, particle]
         lineage = lineage[lineage >= 0]
+        first = self.run.position + 1 - len(lineage)
         line = [(each, at) for each, at in zip(reversed(past), lineage, strict=False) if each is not None]
         path = np.array([each.places[at] for each, at in line if each.places is not None]).reshape(-1, 2)
         if not cloud.components and likelihood is not None and likelihood.anchor is not None:
@@ -260,6 +265,7 @@ class Inspection:
             cloud.rank(particle),
             cloud.sampler(particle),
             tuple(lineage[1:].tolist()),
+            first if len(lineage) <= len(known) else None,
             path,
             tuple(count_descendants(particle, parents_onward(following))),
         )

@@ -76,6 +76,20 @@ def test_what_is_pointed_at_is_told_and_drawn(opened: Callable[..., FlatPage], s
     assert view.page.locator(".plots").is_visible()
 
 
+def test_a_particle_of_a_feature_is_told_with_its_feature(opened: Callable[..., FlatPage], server: Server) -> None:
+    """Which corner it is of, what has drawn it, and the ancestors of that corner's particles alone."""
+    view = opened(experiment="prism", tracker="alpha-1", seed=3)
+    server.seek(view.id, 4)
+    view.paints(4)
+    view.press("i")
+    view.page.click("[data-look=particle]")
+    card = view.page.locator(".inspection-card")
+    view.until(lambda: "the solid's pose" in card.inner_text(), "what has drawn it is told")
+    assert "of 50, x" in card.inner_text()
+    assert "none: it was drawn without a parent" in card.inner_text()
+    assert not view.page.locator(".inspection-genealogy").is_visible()
+
+
 # Of the particles within the picture the furthest from all: its place there, and where it is seen, CSS pixels.
 SEEN = """() => {
     const { camera, nodeRefFromName } = window.__viserMutable ?? {};

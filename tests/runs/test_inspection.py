@@ -109,6 +109,7 @@ def test_each_feature_has_a_genealogy_of_its_own() -> None:
     assert (own.filter, own.number, own.count, own.sampler) == (NAMES[3], 20, 50, "the feature's own past")
     assert own.rank <= 50
     assert len(own.ancestors) == 11
+    assert own.begins is None
     assert np.array_equal(own.path[1], clouds[-1].states[170, 2:])
     assert found.log_likelihood == clouds[-1].log_likelihoods[170]
     lineage = looked.genealogy(170)
@@ -123,7 +124,7 @@ def test_particles_from_the_solid_have_no_parents() -> None:
     run.seek(4)
     looked = Inspection(run)
     own = looked.at_particle(7).particle
-    assert (own.sampler, own.ancestors) == ("the solid's pose", ())
+    assert (own.sampler, own.ancestors, own.begins) == ("the solid's pose", (), 4)
     assert list(looked.genealogy().frames) == [4]
 
 

@@ -46,9 +46,8 @@ function headline({ subject, title, place, log_likelihood: value, impossible }) 
  * @param {ParticlePublic} particle
  * @param {number} frame
  */
-function particleList({ filter, number: place, count, weight, rank, sampler, ancestors, descendants }, frame) {
+function particleList({ filter, number: place, count, weight, rank, sampler, ancestors, begins, descendants }, frame) {
   const line = (/** @type {string} */ title, /** @type {string} */ text) => [h("dt", {}, title), h("dd", {}, text)];
-  const back = ancestors.length === 0 ? "not known" : `followed back to frame ${frame - ancestors.length}`;
   return h(
     "dl",
     { class: "particle-list" },
@@ -56,9 +55,20 @@ function particleList({ filter, number: place, count, weight, rank, sampler, anc
     line("weight", `${number(100 * weight, 3)} %, ${number(weight * count, 1)} times the mean`),
     line("rank", `${rank} of ${count}`),
     sampler !== "" && line("drawn by", sampler),
-    line("ancestors", back),
+    line("ancestors", lineage(ancestors.length, begins, frame)),
     line("descendants", children(descendants)),
   );
+}
+
+/**
+ * @param {number} known How many frames back they are known.
+ * @param {number|null} begins
+ * @param {number} frame
+ */
+function lineage(known, begins, frame) {
+  if (begins === frame) return "none: it was drawn without a parent";
+  if (known === 0) return "not known";
+  return `followed back to frame ${frame - known}${begins === null ? "" : ", where its line begins"}`;
 }
 
 /** @param {readonly number[]} counts */

@@ -1,12 +1,15 @@
 /** The ancestors of the present particles as lines that lead back and meet: how soon, shows impoverishment. */
 
 import { h, fill } from "../../shared/dom.js";
+import { count } from "../../shared/format.js";
 import { FigureView } from "../../shared/figure/figure.js";
 
 /** @import { GenealogyPublic, InspectionPublic } from "../../shared/messages.js" */
 /** @import { Panel } from "../../shared/figure/traces.js" */
 
 const LETTERS = 11 / 16;
+/** Of so few frames each is numbered. */
+const FEW = 4;
 /** Lines that run close together still stand apart. */
 const OPACITY = 0.6;
 
@@ -48,7 +51,7 @@ function panel({ first, lines }, frame) {
   const base = { title: "", unit: "", log: false, names: [], hidden: false };
   return {
     ...{ id: "genealogy", title: "", handles: [], words: "", row: 0, share: [1, 1], equal: false },
-    x: { ...base, low: first, high: frame },
+    x: { ...base, low: first, high: frame, ...(frame - first <= FEW && { ticks: whole(first, frame) }) },
     y: { ...base, low: 0, high: 1, ticks: [] },
     traces: [
       {
@@ -59,10 +62,20 @@ function panel({ first, lines }, frame) {
   };
 }
 
+/**
+ * Every frame has its number where there are few: there is nothing between two of them.
+ *
+ * @param {number} first
+ * @param {number} last
+ */
+function whole(first, last) {
+  return Array.from({ length: last - first + 1 }, (_, place) => ({ at: first + place, text: String(first + place) }));
+}
+
 /** @param {GenealogyPublic} genealogy */
 function said({ first, counts, coalesced, lines }) {
-  const count = counts[counts.length - 1];
-  if (coalesced !== null) return `All ${count} particles descend from one of frame ${coalesced}.`;
-  if (lines.some(([oldest]) => oldest === null)) return `The ${count} particles have ${counts[0]} ancestors in frame ${first}; other lines begin later.`;
-  return `The ${count} particles descend from ${counts[0]} of frame ${first}.`;
+  const of = counts[counts.length - 1];
+  if (coalesced !== null) return `All ${of} particles descend from one of frame ${coalesced}.`;
+  if (lines.some(([oldest]) => oldest === null)) return `The ${of} particles have ${count(counts[0], "ancestor")} in frame ${first}; other lines begin later.`;
+  return `The ${of} particles descend from ${counts[0]} of frame ${first}.`;
 }

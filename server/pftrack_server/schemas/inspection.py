@@ -108,6 +108,9 @@ class ParticlePublic(BaseModel):
     rank: int
     sampler: str
     ancestors: list[int] = Field(description="Its parent in the frame before, the parent of that, and so on")
+    begins: int | None = Field(
+        description="The frame in which its line begins, without a parent; null if not so far back"
+    )
     descendants: list[int] = Field(description="How many in each of the frames after, as far as they were computed")
 
 

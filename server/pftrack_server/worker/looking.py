@@ -152,6 +152,7 @@ def _particle(found: ParticleFinding) -> ParticlePublic:
         rank=found.rank,
         sampler=found.sampler,
         ancestors=list(found.ancestors),
+        begins=found.begins,
         descendants=list(found.descendants),
     )
 
