@@ -45,7 +45,7 @@ END_WITH_PARENT = 1
 
 LOOK_S = 0.5
 
-AUTOGROUP_TRIES, AUTOGROUP_WAIT_S = 20, 0.05
+PATIENCE_S, AUTOGROUP_WAIT_S = 1.0, 0.05
 """The kernel allows one change of an autogroup in a tenth of a second, on the whole system."""
 
 
@@ -134,7 +134,7 @@ def stand_alone(keep: int) -> None:
     end_with_parent()
 
 
-def give_way(niceness: int) -> None:
+def give_way(niceness: int, patience_s: float = PATIENCE_S) -> None:
     """Come after others on the processor, with all that is in the group that this process leads.
 
     A Linux kernel may first divide processor time among sessions of processes, as `stand_alone` begins one, and heed
@@ -143,15 +143,17 @@ def give_way(niceness: int) -> None:
 
     Args:
         niceness: By how much more than now.
+        patience_s: How long to wait for the kernel to take that of the session; then it stays as it is.
     """
     total = os.nice(niceness)
     if os.getsid(0) != os.getpid():
         return  # others are in this session
-    for _ in range(AUTOGROUP_TRIES):
+    for remaining in range(round(patience_s / AUTOGROUP_WAIT_S), -1, -1):
         try:
             Path("/proc/self/autogroup").write_text(str(total // 2), encoding="ascii")
         except BlockingIOError:  # somebody else has just made one
-            time.sleep(AUTOGROUP_WAIT_S)
+            if remaining:
+                time.sleep(AUTOGROUP_WAIT_S)
         except OSError:  # the kernel does no such thing, and niceness does all
             return
         else:

@@ -15,6 +15,7 @@ from pftrack.sweep import driver as driving
 from pftrack.sweep.journal import partial_of
 from pftrack.sweep.work import compute_chunk
 from pftrack_server.sweeps import functions
+from pftrack_server.worker.process import NICENESS
 from tests.waiting import wait_for
 
 SMALL: dict[str, Any] = {
@@ -65,10 +66,12 @@ def rows(client: httpx.Client, sweep: str, **query: Any) -> dict[str, Any]:
 
 
 def drivers(server: int) -> list[psutil.Process]:
-    """The processes below a server that compute sweeps: forks of the fork server that lead groups of their own."""
-    below = psutil.Process(server).children(recursive=True)
+    """The processes below a server that compute sweeps: forks that lead groups of their own, and are no workers."""
+    web = psutil.Process(server)
+    below = web.children(recursive=True)
     servers = [one.pid for one in below if one.ppid() == server]
-    return [one for one in below if os.getpgid(one.pid) == one.pid and one.ppid() in servers]
+    leading = [one for one in below if os.getpgid(one.pid) == one.pid and one.ppid() in servers]
+    return [one for one in leading if one.nice() > web.nice() + NICENESS]
 
 
 COMPUTE = functions.compute

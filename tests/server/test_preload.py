@@ -1,6 +1,7 @@
 """What the fork server has ready is shared by all workers, and stays so."""
 
 import gc
+import os
 import socket
 from collections.abc import Mapping
 from pathlib import Path
@@ -73,5 +74,7 @@ def test_where_nothing_can_be_kept_all_is_compiled_at_once(
 
 
 def test_a_worker_gives_way_to_who_serves_everybody(server: Server, session: dict[str, Any]) -> None:
-    """In a crowd the web process is not kept waiting by what single sessions compute."""
-    assert psutil.Process(server.pid_of(session["id"])).nice() == psutil.Process().nice() + NICENESS
+    """In a crowd the web process is not kept waiting by what single sessions compute, nor these by explorations."""
+    pid = server.pid_of(session["id"])
+    assert psutil.Process(pid).nice() == psutil.Process().nice() + NICENESS
+    assert os.getsid(pid) == os.getpgid(pid) == pid  # what is beside it divides no weight with it

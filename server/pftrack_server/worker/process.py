@@ -7,7 +7,7 @@ import traceback
 
 from pftrack.filter_files import FilterFileError, trust
 from pftrack.model.parameters import ParameterError
-from pftrack.process import BlockingEnd, confine, leave_interrupts_to_parent
+from pftrack.process import BlockingEnd, confine, end_with_parent, give_way, leave_interrupts_to_parent
 from pftrack.runs.record import RecordError
 from pftrack.sources.errors import SourceError
 from pftrack_server.worker.protocol import Failed, WorkerConfig
@@ -23,8 +23,8 @@ OPEN_FILES = 256
 def main(end: socket.socket, config: WorkerConfig) -> None:
     """Run a session's worker until the web process hangs up."""
     leave_interrupts_to_parent()
-    os.nice(GIVING_WAY if config.gives_way else NICENESS)
     confine(memory_bytes=config.memory_bytes, cpu_seconds=config.cpu_seconds, open_files=OPEN_FILES)
+    _lead_group(GIVING_WAY if config.gives_way else NICENESS)
     trust(*config.filters)
     pipe = BlockingEnd(end)
     try:
@@ -41,6 +41,17 @@ def main(end: socket.socket, config: WorkerConfig) -> None:
         traceback.print_exc()
         _report_failure(pipe, Failed(f"The computation failed ({type(error).__name__}); the server's log says where."))
         sys.exit(1)
+
+
+def _lead_group(niceness: int) -> None:
+    """Lead a session of processes of its own, as all that is computed beside it does, and come after others by so much.
+
+    Where the kernel weighs such sessions before processes (see `give_way`), a worker in that of the web process has
+    only a part of one weight: an exploration, whose weight is undivided, then takes much of what the run needs.
+    """
+    os.setsid()
+    end_with_parent()
+    give_way(niceness, patience_s=0.0)  # somebody waits for the first picture
 
 
 def _make_worker(pipe: BlockingEnd, config: WorkerConfig) -> Worker | None:
