@@ -138,6 +138,11 @@ class Report:
     is_complete: bool = False
     asked: int | None = None
 
+    def is_of(self, other: "Report") -> bool:
+        """Whether the runs of both go through the same frames and are judged in the same ones, so that they compare."""
+        numbers = ("loss", "begin", "end", "judged")
+        return all(getattr(self, name) == getattr(other, name) for name in numbers)
+
     @property
     def loss_sentence(self) -> str:
         """Which loss is meant, a sentence."""

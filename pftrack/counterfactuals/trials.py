@@ -71,7 +71,7 @@ def what_if(
     rounds: Sequence[int] = ROUNDS,
     allow: Allow = allow_all,
     share: tuple[int, int] = (0, 1),
-    known: Sequence[Finding] = (),
+    known: Report | None = None,
 ) -> Iterator[Report]:
     """Try what would have saved a run, and yield the report again and again as it grows.
 
@@ -86,7 +86,8 @@ def what_if(
             compared with, no change, is a round ahead.
         allow: What may be computed.
         share: (k, n): of n parts of the changes only the k-th is tried, and in the reports. No change is in the first.
-        known: What was found before of this loss, with these limits; it is not tried again.
+        known: What was found of this run before, with these limits. It is not tried again, unless it is of another
+            loss: since the run has gone on another one may be meant.
 
     Raises:
         LossError: The run has not lost its target so far, or begins with that.
@@ -100,8 +101,6 @@ def what_if(
     trials = _Trials(run, begin, loss, last)
     tried = alternatives(run, begin + 1, allow=allow)
     seeds = other_seeds(run.seed, rounds[-1])
-    before = {each.place: each for each in known}
-    findings: dict[int, Finding] = {}
     asked = _asked_loss(find_lost_frames(run).lost.tolist(), frame)
     report = Report(
         loss,
@@ -113,6 +112,8 @@ def what_if(
         (),
         asked=asked if asked != loss else None,
     )
+    before = {each.place: each for each in known.findings} if known is not None and report.is_of(known) else {}
+    findings: dict[int, Finding] = {}
     for count, following in zip(rounds, (*rounds[1:], rounds[-1]), strict=True):
         for place in range(share[0], len(tried), share[1]):
             finding = findings.get(place) or _take_over(tried[place], place, before)

@@ -94,6 +94,17 @@ def test_the_loss_that_is_meant(lost: Run) -> None:
         assert (report.loss_sentence == report.lines[0]) == (gap == 9)
 
 
+def test_what_was_found_of_another_loss_is_not_known(lost: Run) -> None:
+    """A report of the same loss saves its runs, and one of another loss of the same run saves none."""
+    twin = lost.branch(44)
+    flags = [3 <= t < 9 or t >= 19 for t in range(45)]
+    twin.diagnostics = [replace(row, lost=flag) for row, flag in zip(lost.diagnostics, flags, strict=True)]
+    early, late = (next(what_if(twin, frame, rounds=(2,))) for frame in (3, 44))
+    assert (early.loss, late.loss) == (3, 19)
+    assert [each.runs for each in next(what_if(twin, 44, rounds=(2,), known=early)).findings] == [1]
+    assert [each.runs for each in next(what_if(twin, 44, rounds=(2,), known=late)).findings] == [2]
+
+
 def held(report: Report) -> dict[str, dict[int, bool]]:
     return {each.alternative.title: dict(each.held) for each in report.findings}
 
@@ -108,7 +119,7 @@ def test_parts_of_the_work_come_to_the_whole(lost: Run) -> None:
     assert not told.is_complete
     assert 0 < len(told.findings) < len(whole.findings)
     assert told.progress.startswith(f"{len(told.findings) - 1} of {whole.planned} changes were tried, with 1 ")
-    rest = [list(what_if(lost, rounds=(1, 2), allow=allow, share=(part, 2), known=told.findings)) for part in (0, 1)]
+    rest = [list(what_if(lost, rounds=(1, 2), allow=allow, share=(part, 2), known=told)) for part in (0, 1)]
     assert sum(map(len, rest)) == 2 + sum(each.runs for each in whole.findings) - sum(
         each.runs for each in told.findings
     )

@@ -72,6 +72,10 @@ def test_what_was_cut_is_gone_on_with(client: httpx.Client) -> None:
     assert sum(further.values()) > sum(runs.values())
     address = f"/api/v1/sessions/{session}/explorations"
     error_of(client.post(address, json={"kind": "what-if", "after": "nothing"}), 404)
+    band = finished(client, explore(client, session, kind="ensemble", seconds=1))
+    for kind, before in (("what-if", band), ("ensemble", band), ("ensemble", on)):
+        other = finished(client, explore(client, session, kind=kind, seconds=1, after=before["id"]))
+        assert (other["state"], other["message"]) == ("done", None), "it begins with nothing known"
 
 
 def test_an_exported_page_says_what_would_have_saved_it(client: httpx.Client) -> None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-from pftrack.counterfactuals import Finding, Report, join, read_record, record
+from pftrack.counterfactuals import Report, join, read_record, record
 from pftrack.model.recipe import Recipe
 from pftrack.process import Budget
 from pftrack_server.errors import ConflictError, NotFoundError, UnavailableError
@@ -85,7 +85,7 @@ class Explorations(Jobs[_About, Result]):
             )
         spec = session.spec
         about = _About(spec.id, spec.branch, spec.run.recipe, body)
-        known = () if body.after is None else _known(self.of(session, body.after).about, about)
+        known = None if body.after is None else _known(self.of(session, body.after).about, about)
         config, computed = self._manager.config(spec), spec.run.computed
         asked: list[tuple[Any, ...]] = [(explore_seeds, config, LONGEST_BAND, body.scene, body.seconds)]
         if body.kind == "what-if":
@@ -177,9 +177,10 @@ def _join(about: _About) -> Report | None:
     return join([read_record(each) for each in records])
 
 
-def _known(before: _About, now: _About) -> tuple[Finding, ...]:
-    """Return what was found before of the same loss of the same run."""
+def _known(before: _About, now: _About) -> Report | None:
+    """Return what was found before of the same run; None where something else was asked of it."""
+    if any(each.body.kind != "what-if" for each in (before, now)):
+        return None
     if (before.branch, before.recipe, before.body.frame) != (now.branch, now.recipe, now.body.frame):
-        return ()
-    report = _join(before)
-    return () if report is None else report.findings
+        return None
+    return _join(before)

@@ -1,10 +1,10 @@
 """Exploring in a confined process what else a session's run might have been."""
 
 import time
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator
 from typing import Any, TypeAlias
 
-from pftrack.counterfactuals import Finding, record, what_if
+from pftrack.counterfactuals import Report, record, what_if
 from pftrack.filter_files import trust
 from pftrack.model.parameters import ParameterError, Parameters, flat, limit_particles
 from pftrack.runs.ensemble import RUNS, Scene, ensembling, other_seeds
@@ -24,7 +24,7 @@ def explore_changes(
     computed: int,
     frame: int | None,
     share: tuple[int, int],
-    known: Sequence[Finding],
+    known: Report | None,
     seconds: float,
 ) -> Growing:
     """Try what would have saved a run, and tell of it as it grows, by records of reports.
