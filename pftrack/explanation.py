@@ -67,8 +67,10 @@ def explain(
         on_step: Is called with the runs that were tried, and with all that there are.
 
     Raises:
-        ValueError: The frame has not been computed.
+        ValueError: The frame has not been computed, or the number of seeds is negative.
     """
+    if seeds < 0:
+        raise ValueError(f"seeds must be at least 0, got {seeds}")
     diagnosis = diagnose(run, frame)
     if not seeds or not diagnosis.lost:
         return Explanation(diagnosis)

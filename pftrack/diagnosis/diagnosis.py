@@ -179,9 +179,9 @@ def diagnose_course(course: Course, frame: int | None = None, rules: Sequence[Ru
     Raises:
         ValueError: The course has no such frame.
     """
-    if frame is not None and not 0 <= frame < len(course):
+    if frame is not None and frame not in range(len(course)):
         raise ValueError(f"frame must be a whole number between 0 and {len(course) - 1}, got {frame}")
-    at = first_loss(course.lost.tolist()) if frame is None else _begin(course, frame)
+    at = first_loss(course.lost.tolist()) if frame is None else _begin(course, int(frame))
     if at is None:
         return Diagnosis(None, lost=False, witness=course.witness)
     moment = Moment(course, at)

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.diagnosis.moment import ENOUGH, FOLLOWING, Moment, middle
+from pftrack.diagnosis.moment import ENOUGH, FOLLOWING, LEADING, Moment, middle
 from pftrack.diagnosis.sign import Sign
 
 __all__ = ["another_that_fits", "changed_model", "widened_cloud", "wrong_find"]
@@ -41,7 +41,8 @@ def wrong_find(moment: Moment) -> Sign | None:
     course = moment.course
     searching = course.searching == 1.0
     ends = np.flatnonzero(searching[:-1] & ~searching[1:]) + 1
-    wrong = [end for end in ends if end <= moment.frame + 30 and course.lost[end]]
+    # What an earlier search found is another loss's cause, which may be over long ago.
+    wrong = [end for end in ends if moment.frame - LEADING <= end <= moment.frame + 30 and course.lost[end]]
     if not moment.knows_truth:
         return _poor_find(moment, ends)
     if not wrong or not np.isfinite(course.error[wrong[0]]):

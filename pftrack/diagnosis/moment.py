@@ -8,7 +8,7 @@ import numpy as np
 from pftrack.diagnosis.course import Course, Flags, Numbers
 from pftrack.runs.loss_intervals import LASTING_FRAMES
 
-__all__ = ["ENOUGH", "FOLLOWING", "Moment", "middle"]
+__all__ = ["ENOUGH", "FOLLOWING", "LEADING", "Moment", "middle"]
 
 SCATTERS = 3.0
 """A fit is low if it is below its usual value by so many times its usual scatter,"""

@@ -29,9 +29,13 @@ def same_again(moment: Moment) -> Sign | None:
     moves = middle(course.true_step[1 : moment.frame + 1])
     if np.isfinite(course.particles).any() or not (moves < STANDING * middle(course.deviation[moment.usual])):
         return None
+    near = course.excess[moment.near]
+    # Where it is lost, that is said of the belief already; elsewhere some errors of a right filter are as great.
+    if not np.isfinite(near).any() or not (course.lost[moment.frame] or middle(near) > DOUBTFUL):
+        return None
     over = course.excess > DOUBTFUL
     since = min(moment.since(over), moment.frame)
-    worst = float(np.nanmax(course.excess[moment.near]))
+    worst = float(np.nanmax(near))
     return Sign(
         "shrinking-covariance",
         since,

@@ -74,8 +74,8 @@ def alike_particles(moment: Moment) -> Sign | None:
         "sample-impoverishment",
         0,
         1.0 - count / (2 * FEW),
-        "There are {count:.0f} particles, of which {ess:.1f} carry the weight while the target is seen: too few to be "
-        "near it wherever it may go.",
+        "There are {count:.0f} particles|, of which {ess:.1f} carry the weight while the target is seen|: too few to "
+        "be near it wherever it may go.",
         {"count": count, "ess": effective},
         ("ess_share", "fit", "error"),
     )

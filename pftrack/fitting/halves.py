@@ -121,7 +121,7 @@ def _choose(run: Run, names: Sequence[str]) -> tuple[Declaration, ...]:
         raise FitError(f"The evidence of {title} does not tell settings apart, so nothing can be fitted by it.")
     for name in names:
         if name not in offered:
-            raise FitError(f"{name} is no number that {title} can be fitted by; there are {', '.join(offered)}.")
+            raise FitError(f"{title} has no number {name} that can be fitted; there are {', '.join(offered)}.")
     chosen = tuple(offered[name] for name in names or offered)
     if len(chosen) > MOST_NUMBERS:
         listed = ", ".join(it.name for it in chosen)

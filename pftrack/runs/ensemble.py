@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -127,14 +127,21 @@ def ensemble(run: Run, *, runs: int = RUNS, frames: int | None = None, scene: Sc
 
     Args:
         run: Its timeline is that of all.
-        runs: How many.
-        frames: How far they go; as far as the run is long, if not given.
+        runs: How many, at least 1.
+        frames: How far they go, at least 1; as far as the run is long, if not given.
         scene: What they see.
 
     Raises:
         ReplayError: The run is a recording of what was computed elsewhere.
+        ValueError: There are no runs or frames, or there is no such scene.
     """
-    *_, last = ensembling(run, other_seeds(run.seed, runs), frames or run.frames, scene=scene)
+    length = run.frames if frames is None else frames
+    for name, given in (("runs", runs), ("frames", length)):
+        if given < 1:
+            raise ValueError(f"{name} must be at least 1, got {given}")
+    if scene not in get_args(Scene):
+        raise ValueError(f"scene must be one of {', '.join(get_args(Scene))}, got {scene}")
+    *_, last = ensembling(run, other_seeds(run.seed, runs), length, scene=scene)
     return last
 
 

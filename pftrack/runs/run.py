@@ -419,7 +419,7 @@ class Run:
             seeds: With how many each change is tried that might have saved the run; 0 tries none.
 
         Raises:
-            ValueError: The frame has not been computed.
+            ValueError: The frame has not been computed, or the number of seeds is negative.
         """
         found = load(PRESENTERS, "explain")(self, frame, seeds=seeds)
         if found.what_if is not None:

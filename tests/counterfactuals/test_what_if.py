@@ -71,6 +71,12 @@ def test_what_may_not_be_computed_is_not_tried(lost: Run) -> None:
     assert every - few == {"Particles 800 to 3,200"}
 
 
+def test_a_negative_number_of_seeds_is_refused() -> None:
+    """No seeds try nothing, and there are none less."""
+    with pytest.raises(ValueError, match="seeds must be at least 0, got -1"):
+        pftrack.run("ball", tracker="kalman", frames=3).explain(seeds=-1)
+
+
 def test_a_run_that_holds_has_nothing_to_explain() -> None:
     """There is no loss, and the sentence says so."""
     run = pftrack.run("ball", preset="works", frames=5)

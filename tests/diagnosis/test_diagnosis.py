@@ -1,11 +1,14 @@
 """Why a target was lost, said from a run's own numbers."""
 
+import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import pftrack
-from pftrack.diagnosis import Diagnosis, course_of, diagnose, diagnose_course
+from pftrack.diagnosis import Course, Diagnosis, course_of, diagnose, diagnose_course
+from pftrack.diagnosis.looks import wrong_find
 from pftrack.experiments import find
 from pftrack.model.cause import CAUSES, CauseId
 from pftrack.model.diagnostics import Diagnostics
@@ -283,3 +286,63 @@ def test_without_truth_lost_is_the_trackers_own_word() -> None:
     silent = diagnose_course(without_truth(ball("h-spf")))
     assert (silent.frame, silent.witness) == (None, "")
     assert silent.sentence.startswith("Nobody says whether the target is lost")
+
+
+def standing_target(*, marked: slice) -> Course:
+    """Return what a filter that is right about itself makes of a target that stands still.
+
+    Args:
+        marked: The frames of which the truth is known.
+    """
+    run = ball("kalman")
+    sigma, true = 2.0, (100.0, 100.0)
+    rows = []
+    for row, place in zip(run.diagnostics, np.random.default_rng(0).normal(true, sigma, (60, 2)), strict=True):
+        spread = tuple(sigma for _ in row.sigma)
+        rows.append(replace(row, estimate=tuple(place.tolist()), sigma=spread, truth=None, error=None, lost=None))
+    for place, row in list(enumerate(rows))[marked]:
+        rows[place] = replace(row, truth=true, error=math.dist(row.estimate, true), lost=False)
+    return course_of(rows, run.experiment.all_series(), unit="px")
+
+
+def test_a_filter_that_is_right_of_a_standing_target_is_not_called_too_sure() -> None:
+    """An error of more than two deviations is seen every few frames; that most are so great is another matter."""
+    course = standing_target(marked=slice(0, 60))
+    assert (course.excess > 2.0).sum() > 3
+    assert {diagnose_course(course, frame).cause for frame in range(60)} == {"unclear"}
+
+
+def test_of_frames_far_from_all_marks_no_error_is_told() -> None:
+    """Where a person has marked few pictures nothing is said of errors elsewhere."""
+    course = standing_target(marked=slice(10, 12))
+    assert not diagnose_course(course, 40).signs
+
+
+def test_too_few_particles_are_told_of_a_loss_in_the_first_frame() -> None:
+    """Before it there is no frame in which the target was seen, and the sentence does without."""
+    run = ball("condensation", sample_count=12)
+    rows = [replace(row, lost=row.frame >= 1) for row in run.diagnostics]
+    found = diagnose_course(course_of(rows, run.experiment.all_series(), unit="px"))
+    assert found.frame == 1
+    assert found.signs[0].words == "There are 12 particles: too few to be near it wherever it may go."
+
+
+def test_a_search_of_an_earlier_loss_is_no_cause_of_a_later_one() -> None:
+    """What a search has wrongly found is told of the loss that it belongs to, and not of one long after."""
+    run = pftrack.run("histogram", tracker="condensation", frames=110)
+    frames = np.arange(110)
+    course = replace(
+        course_of(run.diagnostics, run.experiment.all_series(), unit="px"),
+        lost=((frames >= 20) & (frames < 40)) | (frames >= 80),
+        searching=((frames >= 20) & (frames < 25)).astype(np.float64),
+    )
+    first, second = (diagnose_course(course, frame, [wrong_find]) for frame in (20, 80))
+    assert [sign.numbers["found"] for sign in first.signs] == [25]
+    assert not second.signs
+
+
+@pytest.mark.parametrize("frame", [-1, 60, 3.5, float("nan")])
+def test_what_is_no_frame_is_refused(frame: float) -> None:
+    """A frame is a whole number of those that were computed."""
+    with pytest.raises(ValueError, match="frame must be a whole number between 0 and 59, got"):
+        diagnose(ball("kalman"), frame)  # type: ignore[arg-type] # a caller without types may give anything

@@ -193,7 +193,7 @@ def test_the_scene_stays_as_it_was() -> None:
     ("run", "names", "message"),
     [
         (lambda: signal(frames=30), (), "at least 41 frames.* and 30 are computed"),
-        (signal, ("dimension",), "no number that Kalman filter can be fitted by; there are process_noise_sd"),
+        (signal, ("dimension",), "Kalman filter has no number dimension that can be fitted; there are process"),
         (lambda: pftrack.run("histogram", frames=50, tracker="greedy"), (), "does not tell settings apart"),
         (lambda: signal("condensation", frames=50), ("assumed_noise_sd",), "Particle filter is not linear in these"),
     ],

@@ -146,3 +146,17 @@ def test_quantiles_and_share_by_hand() -> None:
     np.testing.assert_allclose(found.holding, [0.7, np.nan, 1.0])
     told = found.as_dict()
     assert (told["runs"], told["frames"], told["high"], told["holding"][1]) == (10, 3, (9.0, None, None), None)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"runs": 0}, "runs must be at least 1, got 0"),
+        ({"frames": 0}, "frames must be at least 1, got 0"),
+        ({"scene": "another"}, "scene must be one of same, other, got another"),
+    ],
+)
+def test_an_ensemble_of_nothing_is_refused(wrong: dict[str, Any], message: str) -> None:
+    """There are runs and frames in an ensemble, and one of two scenes."""
+    with pytest.raises(ValueError, match=message):
+        ensemble(begin("ball", "kalman"), **wrong)
