@@ -8,6 +8,7 @@ import numpy as np
 import pftrack
 from pftrack.runs.ensemble import ensemble
 from tests.server.asking import columns, get
+from tests.server.confined import children
 from tests.server.host import begin, error_of, steer
 from tests.waiting import wait_for
 
@@ -122,8 +123,18 @@ def test_what_is_cancelled_is_gone(client: httpx.Client) -> None:
     assert "no such exploration" in error_of(client.get(address), 404)["message"]
 
 
+def test_an_exploration_ends_with_its_session(client: httpx.Client) -> None:
+    """Its processes are gone long before its time is over, since nobody can ask for what they find."""
+    session = lost_session(client)
+    before = set(children())
+    explore(client, session, kind="what-if", seconds=300)
+    begun = wait_for(lambda: set(children()) - before, what="an exploration has processes")
+    client.delete(f"/api/v1/sessions/{session}")
+    wait_for(lambda: not (begun & set(children())), what="they are gone")
+
+
 def test_a_session_asks_a_few_questions_at_a_time(client: httpx.Client) -> None:
-    """The fourth is refused with a sentence that says how many there may be, and none outlives its session."""
+    """The fourth is refused with a sentence that says how many there may be."""
     session = lost_session(client)
     begun = [explore(client, session, kind="what-if", seconds=300) for _ in range(3)]
     refused = client.post(f"/api/v1/sessions/{session}/explorations", json={"kind": "ensemble"})

@@ -85,8 +85,8 @@ class Session:
 
     @property
     def live(self) -> bool:
-        """Whether it has a worker, or is about to have one."""
-        return self.phase in {"starting", "ready", "playing", "ended"}
+        """Whether it has a worker, or is about to have one; "ended" is a run that has come to its last frame."""
+        return not self._is_closed and self.phase in {"starting", "ready", "playing", "ended"}
 
     @property
     def listeners(self) -> SessionListeners:
