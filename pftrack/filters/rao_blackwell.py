@@ -47,6 +47,8 @@ class RaoBlackwell:
         pose: Belief in the angles (3,), rad.
         log_evidence: log p(z_t | z_{1:t-1}) up to the constant that the likelihood leaves out.
         ancestors: (N,) parent of each particle in the frame before; None at the beginning.
+        log_likelihoods: (N,) of all features together, up to the same constant as the evidence; None at the beginning.
+        resampled: Whether parents were drawn by weight.
     """
 
     cameras: NDArray[np.float64]
@@ -58,6 +60,8 @@ class RaoBlackwell:
     pose: Gaussian
     log_evidence: float = 0.0
     ancestors: NDArray[np.int64] | None = None
+    log_likelihoods: NDArray[np.float64] | None = None
+    resampled: bool = False
 
     @property
     def positions(self) -> NDArray[np.float64]:
@@ -104,7 +108,8 @@ def step(
     """
     size = len(belief.log_weights)
     count = count or size
-    if count != size or belief.effective_sample_size < threshold * size:
+    resampled = count != size or belief.effective_sample_size < threshold * size
+    if resampled:
         parents, prior = systematic(rng, belief.log_weights, count), np.full(count, -math.log(count))
     else:
         parents, prior = np.arange(count), belief.log_weights
@@ -118,7 +123,19 @@ def step(
     noise[3:, 3:] += covariance[:3, :3]
     slopes = np.ascontiguousarray(layer.reference[:, :3])
     pose = affine_pose.extended_step(belief.pose, entries, noise, slopes, layer.theta_sd_rad, layer.walk)
-    return RaoBlackwell(cameras, covariance, log_weights, coordinates, means, covariances, pose, log_evidence, parents)
+    return RaoBlackwell(
+        cameras,
+        covariance,
+        log_weights,
+        coordinates,
+        means,
+        covariances,
+        pose,
+        log_evidence,
+        parents,
+        scores,
+        resampled,
+    )
 
 
 @compiled

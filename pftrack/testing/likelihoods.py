@@ -58,6 +58,8 @@ def _likelihoods_agree(experiment: Experiment, tracker: str) -> None:
         demand(centre.shape == (len(names),), f"a state has {len(names)} coordinates, and its centre {centre.shape}")
         if cloud is not None and cloud.components:
             demand(cloud.states.shape[1] == len(cloud.components), "particles must have the coordinates that they name")
+            said = cloud.log_likelihoods
+            demand(said is None or said.shape == (len(cloud),), "each particle must have a likelihood, or none")
             cloud = None  # they are none of those that the likelihood is asked of
         states = centre[None] if cloud is None else cloud.states
         found = likelihood.ask(before.state, states, step.frame, step.parameters)

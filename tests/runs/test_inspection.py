@@ -53,6 +53,20 @@ def test_many_particles_are_followed_as_far_as_few() -> None:
         assert (where == clouds[frame].places[place]).all()
 
 
+def test_joint_particles_are_weighed_by_their_likelihood() -> None:
+    """A weight is the likelihood that is told, times the parent's weight where no parents were drawn."""
+    run = Run(PRISM, PRISM.simulate(), tracker="rb-pf", seed=3, frames=8)
+    run.change({"joint_sample_count": 500})
+    clouds = [PRISM.trackers["rb-pf"].cloud(step.state) for step in run]
+    assert clouds[0].log_likelihoods is None
+    for before, cloud in pairwise(clouds[1:]):
+        prior = 0.0 if cloud.resampled else before.log_weights[cloud.ancestors]
+        weighed = np.exp(cloud.log_likelihoods + prior - (cloud.log_likelihoods + prior).max())
+        assert np.allclose(weighed / weighed.sum(), np.exp(cloud.log_weights), atol=1e-12)
+    run.seek(6)
+    assert Inspection(run).at_particle(3).log_likelihood == clouds[6].log_likelihoods[3]
+
+
 def test_descendants_are_those_of_frames_that_were_computed(steps: tuple[Run, list]) -> None:
     """The particles of a frame have together as many descendants as there are particles, and the newest have none."""
     run, _ = steps

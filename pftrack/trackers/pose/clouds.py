@@ -37,7 +37,15 @@ def _joint(names: tuple[str, ...], belief: JointParticles) -> Cloud:
     states = positions.transpose(1, 0, 2).reshape(positions.shape[1], -1)
     components = tuple(Component(f"{name}, {axis}", "px") for name in names for axis in "xy")
     middle = np.asarray(positions.mean(axis=0))
-    return Cloud(states, particles.log_weights, particles.ancestors, components=components, places=middle)
+    return Cloud(
+        states,
+        particles.log_weights,
+        particles.ancestors,
+        resampled=particles.resampled,
+        components=components,
+        places=middle,
+        log_likelihoods=particles.log_likelihoods,
+    )
 
 
 def _apart(names: tuple[str, ...], belief: Layers[object]) -> Cloud:
