@@ -46,7 +46,12 @@ def fit(
     with progress("Runs") as tick:
         found = fit_numbers(made, names or (), on_step=tick)
     if out is not None and found.kept:
-        timeline = (*made.recipe.timeline, Change(0, found.values))
+        # What was set later on would take the place of what was found.
+        later = (
+            Change(it.frame, {name: value for name, value in it.values.items() if name not in found.values})
+            for it in made.recipe.timeline
+        )
+        timeline = (*(it for it in later if it.values), Change(0, found.values))
         run(made.recipe.model_copy(update={"timeline": timeline}), tracker=found.tracker).save(out)
     if json:
         emit(found.as_dict())

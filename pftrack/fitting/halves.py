@@ -88,7 +88,7 @@ def fit(
     else:
         found, _ = maximise(trials.evidence, trials.begin, trials.bounds, evaluations=TRIALS[len(declared)])
         rounds = trials.tried
-    rounded = tuple(_round(it, high) for it, (_, high) in zip(found, trials.bounds, strict=True))
+    rounded = tuple(_round(it, *bounds) for it, bounds in zip(found, trials.bounds, strict=True))
     after = trials.before if found == trials.begin else rounded
     judged = [trials.judge(values) for values in (trials.before, after)]
     first, second = (Half(*frames, *(scores[half] for scores in judged)) for half, frames in enumerate(trials.halves))
@@ -121,7 +121,7 @@ def _choose(run: Run, names: Sequence[str]) -> tuple[Declaration, ...]:
         raise FitError(f"The evidence of {title} does not tell settings apart, so nothing can be fitted by it.")
     for name in names:
         if name not in offered:
-            raise FitError(f"{title} has no number {name} that can be fitted; there are {', '.join(offered)}.")
+            raise FitError(f"{title} has no number {name!r} that can be fitted; there are {', '.join(offered)}.")
     chosen = tuple(offered[name] for name in names or offered)
     if len(chosen) > MOST_NUMBERS:
         listed = ", ".join(it.name for it in chosen)
@@ -143,9 +143,9 @@ def _is_fittable(it: Declaration, tracker: str, roles: tuple[Role, ...]) -> bool
     )
 
 
-def _round(value: float, most: float) -> float:
-    """Return a number to three digits, as a person would write it."""
-    return min(float(f"{value:.3g}"), most)
+def _round(value: float, least: float, most: float) -> float:
+    """Return a number to three digits, as a person would write it, within its bounds."""
+    return min(max(float(f"{value:.3g}"), least), most)
 
 
 def _compare(half: Half) -> tuple[float, float]:

@@ -172,6 +172,18 @@ def test_what_is_found_is_judged_by_luck_of_its_own(monkeypatch: pytest.MonkeyPa
     assert replace(found, gain=0.21, gain_error=0.1).kept
 
 
+def test_the_gain_is_a_mean_over_frames_with_the_error_of_ten_blocks() -> None:
+    """Frames in a row are alike, so the error is that of the mean of ten stretches."""
+    run = signal(assumed_noise_sd=0.4, frames=101)
+    found = fit(run, ["assumed_noise_sd"])
+    half = found.halves[1]
+    gains = half.after.evidence - half.before.evidence
+    assert (half.first, half.last, len(gains)) == (51, 100, 50)
+    assert found.gain == pytest.approx(gains.mean())
+    stretches = gains.reshape(10, 5).mean(axis=1)
+    assert found.gain_error == pytest.approx(math.sqrt(np.square(stretches - gains.mean()).sum() / 9 / 10))
+
+
 def test_what_is_right_is_left_alone() -> None:
     """Values that were true are not replaced by what suits the first half by chance."""
     found = fit(signal(seed=5))
@@ -193,7 +205,7 @@ def test_the_scene_stays_as_it_was() -> None:
     ("run", "names", "message"),
     [
         (lambda: signal(frames=30), (), "at least 41 frames.* and 30 are computed"),
-        (signal, ("dimension",), "Kalman filter has no number dimension that can be fitted; there are process"),
+        (signal, ("dimension",), "Kalman filter has no number 'dimension' that can be fitted; there are process"),
         (lambda: pftrack.run("histogram", frames=50, tracker="greedy"), (), "does not tell settings apart"),
         (lambda: signal("condensation", frames=50), ("assumed_noise_sd",), "Particle filter is not linear in these"),
     ],

@@ -1,11 +1,14 @@
 """Consistency: errors and innovations in the deviations told are 1 if these are right, and in proportion if not."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 import pftrack
+from pftrack.model.band import EstimateBand
+from pftrack.model.calibration import Calibration
 from pftrack.numerics.statistics import chi_square_limit
 from pftrack.runs.consistency import Consistency, measure_consistency
 from pftrack.runs.run import Run
@@ -52,6 +55,16 @@ def test_runs_of_one_recording_have_the_limits_of_one() -> None:
     one, three = measure_consistency([run]), measure_consistency([run, run, run])
     assert (three.nis, three.nis_limits) == (pytest.approx(one.nis), one.nis_limits)
     assert three.nees == pytest.approx(one.nees)
+
+
+def test_only_frames_with_a_truth_and_trackers_with_a_band_have_errors() -> None:
+    """Frames without a truth count for nothing, and a tracker of which no band is declared has no mean."""
+    run = signal(dimension=2)
+    expected = measure_consistency([run], 10, 60)
+    run.diagnostics = [row if 10 <= row.frame < 60 else replace(row, truth=None) for row in run.diagnostics]
+    assert measure_consistency([run]).nees == expected.nees
+    run.experiment = replace(run.experiment, calibration=Calibration(bands=(EstimateBand(trackers=("condensation",)),)))
+    assert measure_consistency([run]).nees is None
 
 
 def test_what_is_not_known_is_left_out() -> None:

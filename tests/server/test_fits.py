@@ -37,7 +37,7 @@ def test_what_cannot_be_fitted_is_told(client: httpx.Client) -> None:
     """A short run and a number that is none say why; a fit that was cancelled is gone."""
     session = begin(client, experiment="sine", tracker="kalman", parameters=WRONG)
     assert "at least 41 frames" in fitted(client, session, "assumed_noise_sd")["message"]
-    assert "no number that Kalman filter" in fitted(client, session, "sample_count")["message"]
+    assert "Kalman filter has no number 'sample_count'" in fitted(client, session, "sample_count")["message"]
     address = f"/api/v1/sessions/{session['id']}/fits"
     error_of(client.post(address, json={"numbers": []}), 422)
     begun = client.post(address, json={"numbers": ["assumed_noise_sd"]}).json()

@@ -1,0 +1,39 @@
+"""The command line's fit of noises."""
+
+import json
+from pathlib import Path
+
+import pftrack
+from pftrack.model.parameters import flat
+from pftrack.model.timeline import Change
+from tests.cli.commands import Call, refused
+
+
+def test_what_was_found_is_in_force_in_all_frames_of_the_run_that_is_saved(call: Call, tmp_path: Path) -> None:
+    """A later change of a number that was fitted does not bring the old value back; one of another number stays."""
+    file, out = tmp_path / "run.pft", tmp_path / "fitted.pft"
+    recipe = pftrack.run("sine", tracker="kalman", seed=7, frames=200, assumed_noise_sd=0.4).recipe
+    later = Change(50, {"assumed_noise_sd": 0.3, "observation_noise_sd": 0.11})
+    run = pftrack.run(recipe.model_copy(update={"timeline": (*recipe.timeline, later)}))
+    run.save(file)
+    code, told, _ = call("fit", str(file), "assumed_noise_sd", "--out", str(out), "--json")
+    found = json.loads(told)
+    assert (code, found["kept"]) == (0, True)
+    assert found == json.loads(json.dumps(pftrack.fit(run, ["assumed_noise_sd"]).as_dict()))
+    saved = pftrack.load(out)
+    for frame, noise in ((0, 0.1), (49, 0.1), (50, 0.11), (199, 0.11)):
+        values = flat(saved.parameters_at(frame))
+        assert values["assumed_noise_sd"] == found["values"]["assumed_noise_sd"]
+        assert values["observation_noise_sd"] == noise
+
+
+def test_what_is_not_kept_is_not_saved(call: Call, tmp_path: Path) -> None:
+    """Nothing is written where the second half does not agree, and a name that is none is told."""
+    file, out = tmp_path / "run.pft", tmp_path / "fitted.pft"
+    pftrack.run("sine", tracker="kalman", seed=7, frames=60).save(file)
+    code, told, err = call("fit", str(file), "assumed_noise_sd", "--out", str(out))
+    assert code == 0
+    assert "Not " in told
+    assert "was not written" in err
+    assert not out.exists()
+    refused(call("fit", str(file), ""), 1, "Kalman filter has no number '' that can be fitted; there are process")
