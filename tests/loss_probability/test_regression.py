@@ -44,7 +44,8 @@ def test_reliability_counts_the_frames_of_each_bin() -> None:
     assert (low.frames, low.lost, high.frames, high.lost) == (10, 0.2, 10, 0.0)
     assert calibration_error((low, high)) == pytest.approx(0.45)
     assert brier(probabilities, lost) == pytest.approx((2 * 0.64 + 8 * 0.04 + 10 * 0.81) / 20)
-    assert len(reliability(np.linspace(0.0, 1.0, 101), np.zeros(101, bool))) == BINS
+    every = reliability(np.linspace(0.0, 1.0, 101), np.zeros(101, bool))
+    assert (len(every), sum(one.frames for one in every)) == (BINS, 101), "a certain loss is in the last bin"
 
 
 def test_the_area_under_the_roc_is_the_share_of_pairs_in_order() -> None:

@@ -148,6 +148,16 @@ def test_quantiles_and_share_by_hand() -> None:
     assert (told["runs"], told["frames"], told["high"], told["holding"][1]) == (10, 3, (9.0, None, None), None)
 
 
+def test_runs_that_have_not_come_so_far_count_for_nothing() -> None:
+    """Shares and quantiles of a frame are those of the runs, the first ones, that have come to it."""
+    nan = np.nan
+    errors = np.array([[1.0, 4.0], [2.0, 3.0], [9.0, nan], [8.0, nan]])
+    lost = np.array([[0.0, 1.0], [0.0, 0.0], [1.0, nan], [1.0, nan]])
+    found = Ensemble((1, 2, 3, 4), errors, lost, np.array([4, 2]), "px")
+    np.testing.assert_array_equal(found.holding, [0.5, 0.5])
+    np.testing.assert_array_equal(found.quantiles, [[1.0, 3.0], [2.0, 3.0], [9.0, 4.0]])
+
+
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
