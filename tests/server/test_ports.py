@@ -37,7 +37,7 @@ def watched(served: Server) -> Iterator[str]:
         browser.recv(timeout=30)
         until(lambda: served.get(f"sweeps/{sweep}")["done"] > 0, "the sweep is computed", 60)
         # It stands still meanwhile, with all that it has opened; what warms the caches has ended.
-        until(lambda: len(drivers(served.pid or 0)) == 1, "there is one driver", 60)
+        until(lambda: len(drivers(served.pid or 0)) == 1, "there is one driver", 300)
         yield address
     served.delete(f"sweeps/{sweep}")
 
