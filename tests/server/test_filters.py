@@ -56,7 +56,10 @@ def test_saving_the_file_changes_the_running_session(client: httpx.Client, file:
     told = shown(client, session["id"])
     assert (told["position"], told["parameters"]["mine_version"]) == (20, 2)
     assert (told["parameters"]["noise_px"], told["parameters"]["extra"]) == (4.5, 7)
-    (extra,) = [each for each in told["declarations"] if each["name"] == "extra"]
+    extra = wait_for(
+        lambda: next((it for it in shown(client, session["id"])["declarations"] if it["name"] == "extra"), None)
+    )
+    assert extra is not None
     assert (extra["description"], extra["maximum"]) == ("Of no use.", 70)
     steer(client, session["id"], "seek", frame=30)
     old = client.post(f"/api/v1/sessions/{session['id']}/branch/b0/activate").json()
