@@ -50,6 +50,8 @@ export class Store extends Topics {
   #fetching = new Set();
   /** The frame of the newest picture on the page, and when it came. */
   #picture = { frame: -1, at: -Infinity };
+  /** Where the server has said that the run stands; what is shown waits for its picture. */
+  #told = 0;
 
   /** @param {{readOnly?: boolean}} [options] Whether whoever looks on here cannot steer it. */
   constructor({ readOnly = false } = {}) {
@@ -177,6 +179,7 @@ export class Store extends Topics {
   #greeted({ session, diagnostics }) {
     this.connection = "open";
     this.session = session;
+    this.#told = session.position;
     this.historyOf(session.branch).replace(diagnostics);
     for (const { id } of session.branches) if (id !== session.branch) this.#fetch(id);
     this.tell("connection", "session", "history", .../** @type {Topic[]} */ (Object.keys(session)));
@@ -217,8 +220,8 @@ export class Store extends Topics {
   #computed(session, branch, rows) {
     this.#rows(branch, rows);
     const isShown = session.playing && branch === session.branch && rows.length > 0;
-    if (isShown) session.computed = /** @type {Row} */ (rows[rows.length - 1]).frame;
-    if (isShown && !this.#followsPicture) session.position = session.computed;
+    if (isShown) this.#told = session.computed = /** @type {Row} */ (rows[rows.length - 1]).frame;
+    if (isShown && !this.#followsPicture) session.position = this.#told;
     this.#seePicture();
     this.tell("history", ...(isShown ? /** @type {const} */ (["position", "computed"]) : []));
   }
@@ -232,15 +235,18 @@ export class Store extends Topics {
   #merge(session, changes) {
     const { position } = session;
     Object.assign(session, changes);
+    this.#told = changes.position ?? this.#told;
     // Whoever goes elsewhere, plays again or stops, stands there, whatever the picture shows still; who begins to play may be ahead.
     const playsOn = changes.playing === undefined || (changes.playing && (changes.position ?? position) >= position);
     const goesElsewhere = changes.branch !== undefined || changes.restarts !== undefined || !playsOn;
-    if (!goesElsewhere && this.#followsPicture) session.position = position;
+    session.position = !goesElsewhere && this.#followsPicture ? position : this.#told;
     for (const { id, parent, frame } of changes.branches ?? []) {
       if (this.historyOf(id).length === 0 && parent) this.historyOf(id).share(this.historyOf(parent), frame);
     }
     if (changes.branch !== undefined) this.#fetch(changes.branch);
-    this.tell(.../** @type {(keyof SessionSnapshot)[]} */ (Object.keys(changes)));
+    const topics = new Set(/** @type {(keyof SessionSnapshot)[]} */ (Object.keys(changes)));
+    if (session.position !== position) topics.add("position");
+    this.tell(...topics);
   }
 
   /**

@@ -95,6 +95,18 @@ describe("the store of a session", () => {
     assert.equal(store.known.position, 0);
   });
 
+  it("stands where it was told to be when it stops, though the last picture is still to come", () => {
+    store.receive(hello());
+    store.receive(changes({ playing: true }));
+    store.receive({ type: "frames", branch: "b0", rows: [{ frame: 1 }, { frame: 2 }] });
+    store.show(1);
+    assert.equal(store.known.position, 1);
+    told = [];
+    store.receive(changes({ playing: false })); // the position has been told by the frames
+    assert.equal(store.known.position, 2);
+    assert.deepEqual(told.filter((topic) => topic === "position"), ["position"]);
+  });
+
   it("waits for no picture that does not come", (test) => {
     store.receive(hello());
     store.receive(changes({ playing: true }));
