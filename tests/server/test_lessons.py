@@ -143,7 +143,10 @@ def test_checks_are_computed_once_and_kept(server: Server, client: httpx.Client)
         assert result["passed"], result
         assert abs(result["ours"] - result["exact"]) <= result["tolerance"]
     folder = server.app.state.services.settings.data_dir / "lessons-computed"
-    assert [path for path in folder.rglob("*") if path.is_file() and b'"results"' in path.read_bytes()]
+    # All is told before it is written.
+    assert wait_for(
+        lambda: [path for path in folder.rglob("*") if path.is_file() and b'"results"' in path.read_bytes()]
+    )
 
 
 @pytest.mark.parametrize("name", ["bayes", "colour"])
