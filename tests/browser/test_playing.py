@@ -25,8 +25,9 @@ WATCH = """() => new Promise((resolve) => {
 })"""
 
 
-MOST_APART = 15
-"""Frames, half a second of the run."""
+MOST_AHEAD = 2
+"""Moments in which numbers may be seen before their picture: between two drawings of one frame of the display. Those
+that do not wait are ahead in ten and more; `tests/pages/store.test.js` holds each step of the waiting."""
 
 
 @pytest.fixture
@@ -46,6 +47,7 @@ def test_all_that_is_said_is_of_the_frame_that_is_seen(page: Any, server: Server
     """
     page.goto(server.start_session(frames=45)["page"])
     shown = SessionPage(page, server).ready()
+    ahead = 0
     for _ in ("computed", "replayed"):
         shown.press("Home")
         shown.stands_at(0)
@@ -59,7 +61,7 @@ def test_all_that_is_said_is_of_the_frame_that_is_seen(page: Any, server: Server
         for painted, caption, counter, error, plotted in playing:
             said = f"{errors[int(painted)]:.1f} px"
             assert caption == painted
-            assert abs(int(counter) - int(painted)) <= MOST_APART
+            ahead += int(counter) > int(painted)
             agree += (counter, error, plotted) == (painted, said, said)
-        # Looked at between two of them that are drawn in one frame of the display, they are a frame apart.
         assert agree > len(playing) / 2
+    assert ahead <= MOST_AHEAD
