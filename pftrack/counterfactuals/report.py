@@ -150,7 +150,7 @@ class Report:
             return f"Lost in frame {self.loss}."
         return (
             f"Lost in frame {self.loss}, of which the loss in frame {self.asked} is a part: between them the target "
-            f"was back for less than the {self.judged} frames in which a run must have it to hold."
+            "was back for too few frames to hold."
         )
 
     @property

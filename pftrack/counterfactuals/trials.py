@@ -45,23 +45,22 @@ def find_loss(run: Run, frame: int | None = None) -> int:
     Raises:
         LossError: The run has not lost its target so far.
     """
+    return _find_loss(run, frame)[0]
+
+
+def _find_loss(run: Run, frame: int | None) -> tuple[int, int]:
+    """Return the frame in which a loss began, as `find_loss` has it, and the same of the loss that is asked about."""
     lost = find_lost_frames(run).lost.tolist()
-    meant = _asked_loss(lost, frame)
-    for start, end in reversed(losses(lost)):
-        if end < meant <= end + JUDGED_FRAMES:
-            meant = start
-    return meant
-
-
-def _asked_loss(lost: list[bool], frame: int | None) -> int:
-    """Return the first frame of the loss that is asked about, taken for itself."""
     first = first_loss(lost)
     if first is None:
         raise LossError("the run has not lost its target so far")
-    if frame is None:
-        return first
-    starts = [start for start, _ in losses(lost)]
-    return max((start for start in starts if start <= frame), default=starts[0])
+    found = losses(lost)
+    asked = first if frame is None else max((start for start, _ in found if start <= frame), default=found[0][0])
+    meant = asked
+    for start, end in reversed(found):
+        if end < meant <= end + JUDGED_FRAMES:
+            meant = start
+    return meant, asked
 
 
 def what_if(
@@ -93,7 +92,7 @@ def what_if(
         LossError: The run has not lost its target so far, or begins with that.
         ReplayError: It is a recording of what was computed elsewhere.
     """
-    loss = find_loss(run, frame)
+    loss, asked = _find_loss(run, frame)
     check_not_replayed(run, loss)
     if loss == 0:
         raise LossError("the run begins with its target lost: there is nothing before that could be changed")
@@ -101,7 +100,6 @@ def what_if(
     trials = _Trials(run, begin, loss, last)
     tried = alternatives(run, begin + 1, allow=allow)
     seeds = other_seeds(run.seed, rounds[-1])
-    asked = _asked_loss(find_lost_frames(run).lost.tolist(), frame)
     report = Report(
         loss,
         begin,
