@@ -1,16 +1,15 @@
 """Fit the probabilities by which trackers say that their target is lost, and write the tables of their page.
 
     python -m tools.loss_probability fit ball   # fits those of the ball, judges them, and writes its file
-    python -m tools.loss_probability fit ball --clips DIR   # the same for recordings, of which one has to have some
     python -m tools.loss_probability table      # writes what `pftrack reproduce loss` found into the page
 
 The file is `loss_probability.json` in the experiment's package, the page docs/explanation/loss.md. Kept are those
-trackers whose expected calibration error is at most 0.05 in scenes, or 0.10 on clips, that were not fitted, and that
-were lost often enough there to tell; of the others that error is kept alone. A test compares page and record.
+trackers whose expected calibration error is at most 0.05 in scenes that were not fitted, and that were lost often
+enough there to tell; of the others that error is kept alone. A test compares page and record.
 """
 
 import subprocess
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,25 +17,10 @@ import typer
 
 from pftrack.cli.output import progress
 from pftrack.experiments import EXPERIMENTS
-from pftrack.loss_probability.declaration import (
-    MOST_ERROR,
-    MOST_ERROR_ON_CLIPS,
-    describe_models,
-    read_described,
-    write_models,
-)
+from pftrack.loss_probability.declaration import describe_models, write_models
 from pftrack.loss_probability.model import LossModel
 from pftrack.loss_probability.scenes import FIRST_JUDGED
 from pftrack.reproduce import Entry, read_record
-from pftrack.reproduce.clips import clips_in
-from pftrack.reproduce.loss_on_clips import (
-    RUNS,
-    by_clip,
-    cases_on,
-    fit_on_clips,
-    judge_left_out,
-    witness_clips,
-)
 from pftrack.reproduce.loss_probability import (
     Judgement,
     cases,
@@ -49,18 +33,12 @@ from pftrack.reproduce.loss_probability import (
 from pftrack.reproduce.pool import Pool
 from tools.reproduction import RECORD
 
-__all__ = ["PAGE", "describe", "fit_in_scenes", "fit_on_recordings", "page", "path_of", "sort_out"]
+__all__ = ["PAGE", "describe", "fit_in_scenes", "page", "path_of", "sort_out"]
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs/explanation/loss.md"
-PLACES = {
-    "loss": ("<!-- tools.loss_probability: from here -->", "<!-- tools.loss_probability: to here -->"),
-    "loss-clips": (
-        "<!-- tools.loss_probability: recordings from here -->",
-        "<!-- tools.loss_probability: recordings to here -->",
-    ),
-}
-"""Where in the page the tables of a result stand."""
+BEGIN, END = "<!-- tools.loss_probability: from here -->", "<!-- tools.loss_probability: to here -->"
+"""Between which the tables stand in the page."""
 
 COLUMNS = {
     "calibration error": "calibration error",
@@ -80,10 +58,10 @@ def path_of(experiment: str) -> Path:
     return ROOT / "pftrack/experiments" / experiment / "loss_probability.json"
 
 
-def describe(tracker: str, judged: Judgement, most: float = MOST_ERROR) -> str:
+def describe(tracker: str, judged: Judgement) -> str:
     """Return what came of a tracker, a line."""
     waits = f"{judged.delays.median:g} frames, {judged.delays.told} of {judged.delays.losses} told"
-    kept = "kept" if judged.is_true(most) else "not kept"
+    kept = "kept" if judged.is_true else "not kept"
     return (
         f"{tracker}: {kept}, calibration error {judged.error:.3f}, Brier score {judged.brier:.3f} "
         f"({judged.base:.3f}), ROC {judged.roc.area:.3f}, {waits}"
@@ -93,20 +71,13 @@ def describe(tracker: str, judged: Judgement, most: float = MOST_ERROR) -> str:
 @app.command("fit")
 def fit_all(
     name: Annotated[str, typer.Argument(help="Id of the experiment.")],
-    clips: Annotated[Path | None, typer.Option(help="Fit those for recordings, on the clips of this folder.")] = None,
-    tracker: Annotated[list[str] | None, typer.Option(help="Of the experiment, with --clips; all if none.")] = None,
     jobs: Annotated[int, typer.Option(help="Processes that compute.")] = 1,
 ) -> None:
     """Fit, judge and keep the probabilities of the trackers of an experiment."""
     found = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, check=True, text=True)  # noqa: S607
-    revision, path = found.stdout.strip(), path_of(name)
-    in_scenes, on_recordings = read_described(path) if path.exists() else ({}, None)
-    with progress(f"{name}, runs") as tick, Pool(jobs, tick, clips=clips) as pool:
-        if clips is None:
-            in_scenes = fit_in_scenes(pool, name, revision)
-        else:
-            on_recordings = fit_on_recordings(pool, clips, name, revision, tracker or list(EXPERIMENTS[name].trackers))
-    path.write_text(write_models(in_scenes, on_recordings), "utf-8")
+    with progress(f"{name}, runs") as tick, Pool(jobs, tick) as pool:
+        described = fit_in_scenes(pool, name, found.stdout.strip())
+    path_of(name).write_text(write_models(described), "utf-8")
 
 
 def fit_in_scenes(pool: Pool, name: str, revision: str) -> dict[str, Any]:
@@ -128,27 +99,14 @@ def fit_in_scenes(pool: Pool, name: str, revision: str) -> dict[str, Any]:
         "fitted": [0, scenes.fitted - 1],
         "judged": [FIRST_JUDGED, FIRST_JUDGED + scenes.judged - 1],
     }
-    return sort_out(found, about, MOST_ERROR)
+    return sort_out(found, about)
 
 
-def fit_on_recordings(pool: Pool, clips: Path, name: str, revision: str, trackers: Sequence[str]) -> dict[str, Any]:
-    """Return the same on recordings: each clip of a folder is judged by a fit on the others, and all are kept."""
-    experiment, cases = EXPERIMENTS[name], cases_on(name, trackers, clips)
-    runs = pool.map(witness_clips, cases)
-    found: dict[str, tuple[LossModel, Judgement]] = {}
-    for tracker in trackers:
-        seen = by_clip(cases, runs, tracker)
-        model = fit_on_clips(experiment, tracker, [one for some in seen.values() for one in some])
-        found[tracker] = model, judge_left_out(experiment, tracker, seen)
-    about = {"revision": revision, "runs_a_clip": RUNS, "clips": clips_in(clips)}
-    return sort_out(found, about, MOST_ERROR_ON_CLIPS)
-
-
-def sort_out(found: Mapping[str, tuple[LossModel, Judgement]], about: Mapping[str, Any], most: float) -> dict[str, Any]:
+def sort_out(found: Mapping[str, tuple[LossModel, Judgement]], about: Mapping[str, Any]) -> dict[str, Any]:
     """Return what is kept, as JSON values: models that are calibrated well enough, and the error of the others."""
     for tracker, (_, judged) in found.items():
-        typer.echo(describe(tracker, judged, most))
-    models = {tracker: model for tracker, (model, judged) in found.items() if judged.is_true(most)}
+        typer.echo(describe(tracker, judged))
+    models = {tracker: model for tracker, (model, judged) in found.items() if judged.is_true}
     refused = {tracker: judged.error for tracker, (_, judged) in found.items() if tracker not in models}
     return describe_models(models, refused, about)
 
@@ -161,10 +119,8 @@ def write_table() -> None:
 
 def page(text: str, record: dict[str, Entry]) -> str:
     """Return the text of the page with the tables of a record in it."""
-    for result, (begin, end) in PLACES.items():
-        before, rest = text.split(begin)
-        text = f"{before}{begin}\n{_tables(record[result])}\n{end}{rest.split(end)[1]}"
-    return text
+    before, rest = text.split(BEGIN)
+    return f"{before}{BEGIN}\n{_tables(record['loss'])}\n{END}{rest.split(END)[1]}"
 
 
 def _tables(entry: Entry) -> str:

@@ -49,7 +49,7 @@ STUDIES: dict[str, tuple[str, ...]] = {
     "prism (Bando 2007, ch. 4)": ("prism", "prism-readings", "prism-perspective", "pose-filters"),
     "head (Bando 2007, ch. 4)": ("head",),
     "bands of a pose": ("calibration",),
-    "probability of a loss": ("loss", "loss-clips"),
+    "probability of a loss": ("loss",),
     "shape from tracks (Bando 2007, ch. 4)": ("structure", "structure-face"),
     "window by its colours (Kagami 2012)": ("histogram", "histogram-trackers"),
     "trajectories (Ichimura and Ikoma)": ("trajectories", "corners"),

@@ -18,7 +18,7 @@ import { isKnown } from "./series.js";
  * @property {boolean|null} lost
  * @property {boolean|null} hidden
  * @property {boolean|null} searching
- * @property {"truth"|"tracker"|"probability"|""} lost_by Who says whether the target is lost; empty where nobody does.
+ * @property {"truth"|"tracker"|""} lost_by Who says whether the target is lost; empty where nobody does.
  * @property {number|null} lost_since Frame in which the loss began that goes on here.
  * @property {number|null} step_ms
  * @property {Record<string, SeriesValue>} series

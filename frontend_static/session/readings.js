@@ -3,7 +3,7 @@
  * whoever cannot see the picture say the same.
  */
 
-import { number, percent, quantity } from "../shared/format.js";
+import { number, quantity } from "../shared/format.js";
 import { curve, isGone } from "./history.js";
 import { between, withSpread } from "./plots/kinds/band.js";
 import { mostProbable } from "./plots/kinds/hypotheses.js";
@@ -114,7 +114,6 @@ export function state(history, session) {
   if (hidden === true) return ["hidden (by truth)", "hidden"];
   if (lost === false) return ["on target (by truth)", "good"];
   if (row.error !== null) return ["", "unknown"];
-  if (row.lost_by === "probability") return ["probably followed (by its own numbers)", "good"];
   return searching === false ? ["followed (by the tracker)", "good"] : ["truth not known", "unknown"];
 }
 
@@ -125,10 +124,6 @@ export function state(history, session) {
  * @param {SessionPublic} session
  */
 function lossWords(row, session) {
-  if (row.lost_by === "probability") {
-    const probability = percent(numberOf(session, "loss_probability", row) ?? 1);
-    return `probably lost since ${row.lost_since}, P = ${probability} (by its own numbers)`;
-  }
   const doing = row.searching ? `, looking for the ${session.target}` : "";
   const byTruth = row.searching ? "truth and tracker" : "truth";
   return `lost since ${row.lost_since}${doing} (by ${row.lost ? byTruth : "the tracker"})`;

@@ -7,35 +7,40 @@ import { ofRole } from "./series.js";
 
 /** From which probability on it may stop. */
 const LIMITS = [0.5, 0.8, 0.95];
-const LABEL = "Stop when probably lost";
+/** What each kind of run can tell: its label, and why it stops. */
+const SCENE = ["Stop when probably lost", "Stop playing in the frame in which the tracker has probably lost its target, by its own numbers"];
+const RECORDING = ["Stop when lost", "Stop playing where a mark or the tracker itself says that the target is lost. P(lost) is not calibrated on recordings."];
 
 /**
  * The switch with its limit, and what the server says.
  *
  * @param {import("./mount.js").View} view
- * @returns {HTMLElement} Hidden where the session's trackers have no such probability.
+ * @returns {HTMLElement} Hidden in a scene whose trackers have no such probability.
  */
 export function stopAtLoss(view) {
   const { store, steering, signal } = view;
-  const title = "Stop playing in the frame in which the tracker has probably lost its target, by its own numbers";
   const ask = () => steering.stopAt(box.checked ? Number(limit.value) : null);
   /** @type {HTMLInputElement} */
   const box = h("input", { type: "checkbox", on: { change: ask } });
   /** @type {HTMLSelectElement} */
-  const limit = h("select", { "aria-label": "Probability of being lost from which on it stops", title, on: { change: ask } });
+  const limit = h("select", { "aria-label": "Probability of being lost from which on it stops", on: { change: ask } });
   fill(limit, LIMITS.map((value) => h("option", { value }, percent(value))));
   // What the server says takes the place of the label, so that nothing moves.
-  const said = h("span", { role: "status" }, LABEL);
-  const element = h("div", { class: "stop-at-loss" }, h("label", { title }, box, said), limit);
+  const said = h("span", { role: "status" });
+  const label = h("label", {}, box, said);
+  const element = h("div", { class: "stop-at-loss" }, label, limit);
   const draw = coalesce(() => {
     const { session } = store;
-    element.hidden = session === null || ofRole(session, "loss_probability").length === 0;
+    const isRecording = Boolean(session?.recipe.footage);
+    const [words, why] = isRecording ? RECORDING : SCENE;
+    element.hidden = session === null || !(isRecording || ofRole(session, "loss_probability").length > 0);
+    label.title = limit.title = why;
     const at = session?.stop_at ?? null;
     box.checked = at !== null;
     box.disabled = limit.disabled = !view.able;
-    limit.hidden = at === null;
+    limit.hidden = at === null || isRecording;
     if (at !== null) choose(limit, at);
-    setText(said, session?.stopped || LABEL);
+    setText(said, session?.stopped || words);
   }, signal);
   store.on(["session", "stop_at", "stopped", "state", "connection"], draw);
   draw();

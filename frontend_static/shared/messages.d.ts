@@ -323,10 +323,8 @@ export interface DiagnosisPublic {
   /** First frame of the loss, or the one that was asked about; null if none is */
   frame: number | null;
   lost: boolean;
-  /** Who says whether it is lost: truth, tracker, its probability, or nobody */
-  witness: "truth" | "tracker" | "probability" | "";
-  /** That it is lost, by the tracker's own numbers; null if not known */
-  probability: number | null;
+  /** Who says whether it is lost: truth, tracker, or nobody */
+  witness: "truth" | "tracker" | "";
   /** What began first */
   cause: "sample-impoverishment" | "overconfident-weights" | "look-alike-capture" | "wrong-dynamics" | "occlusion-longer-than-memory" | "degenerate-resampling" | "mirror-pose" | "shrinking-covariance" | "template-drift" | "detector-seized-by-background" | "target-not-in-the-picture" | "unclear";
   sentence: string;
@@ -2205,7 +2203,7 @@ export interface TransportUpdate {
   action: "play" | "pause" | "step" | "back" | "seek" | "before_loss" | "speed" | "stop_at" | "restart";
   frame?: number | null;
   speed?: number | null;
-  /** With stop_at: that the target is lost, from which on it stops playing; never if left out */
+  /** With stop_at: that the target is lost, from which on it stops playing; never if left out. On a recording any value stops it where a mark or the tracker itself says that the target is lost */
   probability?: number | null;
   /** With restart: the seed to start again with */
   seed?: number | null;

@@ -30,10 +30,6 @@ def reproduce(
     figures: Annotated[
         Path | None, typer.Option(help="Keep the sweeps of the maps, and draw the published figures, in this folder.")
     ] = None,
-    clips: Annotated[
-        Path | None,
-        typer.Option(help="Folders of clips with their truth, clip.mp4 and gt.csv, for the results that take some."),
-    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(metavar="FILE.json", help="Keep each result in a file as it comes; a second call goes on."),
@@ -54,8 +50,6 @@ def reproduce(
             raise wrong_use(f"a result must be one of {', '.join(RESULTS)}, got {name!r}")
     if out is not None:
         suffix_of(out, (".json",))
-    if clips is not None and not clips.is_dir():
-        raise wrong_use(f"--clips must be a folder that holds folders with clip.mp4 and gt.csv, got {str(clips)!r}")
     record = None if out is None else Record(out, revision)
     with progress("results", counted=False) as tick:
         computed = compute(
@@ -65,7 +59,6 @@ def reproduce(
             cluster=cluster,
             progress=tick,
             folder=figures,
-            clips=clips,
             record=record,
         )
     findings = [finding.as_dict() for finding in computed]

@@ -12,7 +12,6 @@ from pftrack.model.timeline import Change, Timeline
 from pftrack.runs.continuation import Continuation, Stretch, go_on, read_stretches, takes_all_at_once
 from pftrack.runs.ensemble import check_not_replayed, other_seeds
 from pftrack.runs.loss_intervals import before_loss, first_loss, losses
-from pftrack.runs.loss_probability import LossAccount, tells_loss
 from pftrack.runs.lost_frames import find_lost_frames
 from pftrack.runs.run import Run
 
@@ -139,11 +138,7 @@ class _Trials:
     def __init__(self, run: Run, begin: int, loss: int, last: int) -> None:
         self.judged = min(JUDGED_FRAMES, last - begin)
         self._run, self._begin, self._loss_frame, self._last = run, begin, loss, last
-        shared = run.branch(begin)
-        self._state = shared.current.state
-        account = LossAccount()
-        account.follow(shared)
-        self._loss = account.kept if tells_loss(run.experiment, run.setup) else None
+        self._state = run.branch(begin).current.state
         self._stretches: dict[Alternative | None, list[Stretch]] = {}
 
     def groups(self, finding: Finding, seeds: Sequence[int]) -> Sequence[Sequence[int]]:
@@ -155,7 +150,7 @@ class _Trials:
         """Return a finding with more seeds tried, without those of which nobody knows what came."""
         timeline, run = self._timeline(finding.alternative), self._run
         frames = self._frames(finding.alternative, timeline)
-        one = Continuation(run.experiment, timeline, seeds[0], self._state, loss=self._loss)
+        one = Continuation(run.experiment, timeline, seeds[0], self._state)
         if self._together(timeline):
             courses = go_on(run.experiment, timeline, seeds, self._state, frames, first=self._begin + 1)
             lost = truly = np.concatenate([each for _, each in courses], axis=1)
@@ -174,8 +169,6 @@ class _Trials:
         )
 
     def _together(self, timeline: Timeline) -> bool:
-        if self._loss is not None:
-            return False  # the probability of a loss takes the states of each run
         return takes_all_at_once(self._run.experiment, timeline, self._begin + 1) is not None
 
     def _holds(self, truly: NDArray[np.float64], lost: NDArray[np.float64]) -> bool | None:

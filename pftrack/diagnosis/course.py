@@ -58,7 +58,6 @@ COLUMNS = {
         Column("nis", "normalised innovation squared"),
         Column("hidden", "out of sight", is_flag=True),
         Column("searching", "searching", is_flag=True),
-        Column("probability", "probability that it is lost"),
         Column("mirrored", "mirror image", is_flag=True),
         Column("mirror_gap", "from the mirror image, in deviations"),
         Column("outside", "beyond the picture", is_flag=True),
@@ -68,7 +67,7 @@ COLUMNS = {
 }
 """What evidence is shown from, by name."""
 
-BY_WORD: tuple[Witness, ...] = ("truth", "tracker", "probability")
+BY_WORD: tuple[Witness, ...] = ("truth", "tracker")
 """Witnesses, whose word counts more first."""
 
 
@@ -86,7 +85,6 @@ class Course:
         excess: (L,) largest error of a component, or of what else is believed, over its standard deviation.
         lost: (L,) whether the target is lost.
         witnesses: Who says so of each frame.
-        probability: (L,) that it is, by the tracker's own numbers.
         hidden: (L,) 1 where the target, or nearly all of its parts, are known to be out of sight, else 0.
         searching: (L,) 1 where the tracker looks for the target by its own account, else 0.
         evidence: (L,) log evidence of each frame; NaN of a tracker that knows of none.
@@ -115,7 +113,6 @@ class Course:
     excess: Numbers
     lost: Flags
     witnesses: tuple[Witness, ...]
-    probability: Numbers
     hidden: Numbers
     searching: Numbers
     evidence: Numbers
@@ -145,7 +142,7 @@ class Course:
 
     @property
     def witness(self) -> Witness:
-        """Who says most: the truth where it is known of any frame, else the tracker, else its numbers, or nobody."""
+        """Who says most: the truth where it is known of any frame, else the tracker, or nobody."""
         said = set(self.witnesses)
         return next((one for one in BY_WORD if one in said), "")
 
@@ -176,7 +173,6 @@ def course_of(
     *,
     unit: str,
     size: tuple[int, int] | None = None,
-    probabilities: Numbers | None = None,
 ) -> Course:
     """Return the course of a run.
 
@@ -185,12 +181,11 @@ def course_of(
         declared: Series that they may have.
         unit: Of its estimates.
         size: Width and height of the picture, px, where estimates are places in it.
-        probabilities: (L,) that the target is lost, by the tracker's own numbers, where they tell it.
     """
     unknown = (np.nan,) * len(rows[0].estimate)
     truths = np.array([row.truth or unknown for row in rows], dtype=np.float64)
     estimates = np.array([row.estimate for row in rows], dtype=np.float64)
-    found = judge_rows(rows, probabilities)
+    found = judge_rows(rows)
     evidence = np.array([row.log_evidence for row in rows])
     seen = np.where(np.isfinite(truths), truths, estimates) if truths.shape == estimates.shape else estimates
 
@@ -212,7 +207,6 @@ def course_of(
         excess=np.where(np.isfinite(told), told, _excess(rows)),
         lost=found.lost,
         witnesses=found.witnesses,
-        probability=found.probabilities,
         hidden=np.where(numbers("visible") <= MOST_HIDDEN, 1.0, _optional([row.hidden for row in rows])),
         searching=_optional([row.searching for row in rows]),
         evidence=evidence if evidence.any() else np.full(len(rows), np.nan),  # who knows of none says 0

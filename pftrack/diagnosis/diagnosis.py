@@ -12,8 +12,7 @@ from pftrack.diagnosis.rules import RULES
 from pftrack.diagnosis.sign import Rule, Sign
 from pftrack.model.cause import CAUSES, CauseId
 from pftrack.model.loss_witness import Witness
-from pftrack.runs.loss_intervals import LASTING_FRAMES, first_loss
-from pftrack.runs.loss_probability import loss_probabilities
+from pftrack.runs.loss_intervals import first_loss
 from pftrack.runs.run import Run
 
 __all__ = ["Diagnosis", "Evidence", "course_of_run", "diagnose", "diagnose_course", "picture_size"]
@@ -27,7 +26,6 @@ DOUBT = 3
 BY_WITNESS: dict[Witness, str] = {
     "truth": "Lost in frame {frame}",
     "tracker": "Lost in frame {frame} by its own account",
-    "probability": "Probably lost in frame {frame}, by its own numbers, P = {probability:.2f}",
     "": "Frame {frame}",
 }
 
@@ -61,8 +59,6 @@ class Diagnosis:
         frame: The first frame of the loss, or the one that was asked about; None where nothing was lost or asked.
         lost: Whether the target is lost there.
         witness: Who says so.
-        probability: That it is, by the tracker's own numbers: of a loss the greatest of its first frames; None where
-            nothing tells it.
         signs: What is at work, ordered by when it began.
         evidence: The numbers of each sign, in the same order.
     """
@@ -70,7 +66,6 @@ class Diagnosis:
     frame: int | None
     lost: bool
     witness: Witness
-    probability: float | None = None
     signs: tuple[Sign, ...] = ()
     evidence: tuple[tuple[Evidence, ...], ...] = ()
 
@@ -84,7 +79,7 @@ class Diagnosis:
         """What went wrong, in a sentence."""
         if self.frame is None:
             return HELD[self.witness]
-        when = BY_WITNESS[self.witness if self.lost else ""].format(frame=self.frame, probability=self.probability)
+        when = BY_WITNESS[self.witness if self.lost else ""].format(frame=self.frame)
         if not self.signs and not self.lost:
             return f"{when}: the numbers show nothing wrong."
         if not self.signs:
@@ -98,7 +93,6 @@ class Diagnosis:
             "frame": self.frame,
             "lost": self.lost,
             "witness": self.witness,
-            "probability": self.probability,
             "cause": self.cause,
             "sentence": self.sentence,
             "signs": [
@@ -129,10 +123,8 @@ NEVER = "The target is not lost in any frame computed so far."
 HELD: dict[Witness, str] = {
     "truth": NEVER,
     "tracker": NEVER,
-    "probability": "By the tracker's own numbers the target is probably not lost in any frame computed so far. Not "
-    "every loss shows in them: if it looks lost, mark the target in a few pictures (in a session the key T).",
-    "": "Nobody says whether the target is lost: there is no truth, and the tracker gives no account of its own. Mark "
-    "the target in a few pictures (in a session the key T), or take a tracker that tells how probable a loss is.",
+    "": "Nobody says whether the target is lost: there is no truth, the tracker gives no account of its own, and "
+    "P(lost) is not calibrated on recordings. Mark the target in a few pictures (in a session the key T).",
 }
 """What is said of a run that has not lost its target, by who says so."""
 
@@ -153,13 +145,7 @@ def diagnose(run: Run, frame: int | None = None) -> Diagnosis:
 def course_of_run(run: Run) -> Course:
     """Return the course of a run, as far as it has been computed."""
     experiment = run.experiment
-    return course_of(
-        run.diagnostics,
-        experiment.all_series(),
-        unit=experiment.unit,
-        size=picture_size(run),
-        probabilities=loss_probabilities(run),
-    )
+    return course_of(run.diagnostics, experiment.all_series(), unit=experiment.unit, size=picture_size(run))
 
 
 def picture_size(run: Run) -> tuple[int, int] | None:
@@ -192,7 +178,7 @@ def diagnose_course(course: Course, frame: int | None = None, rules: Sequence[Ru
         found = [sign for sign in found if sign.since <= last]
     signs = tuple(replace(sign, unit=course.unit) for sign in sorted(found, key=lambda sign: sign.since))
     shown = tuple(_evidence(course, sign, at) for sign in signs)
-    return Diagnosis(at, bool(course.lost[at]), course.witnesses[at], _probability(course, at), signs, shown)
+    return Diagnosis(at, bool(course.lost[at]), course.witnesses[at], signs, shown)
 
 
 def _begin(course: Course, frame: int) -> int:
@@ -200,15 +186,6 @@ def _begin(course: Course, frame: int) -> int:
     while frame > 0 and course.lost[frame] and course.lost[frame - 1]:
         frame -= 1
     return frame
-
-
-def _probability(course: Course, at: int) -> float | None:
-    """Return how probable the loss is that begins in a frame: it is told more surely the longer it lasts."""
-    end = at + 1
-    while end < min(at + LASTING_FRAMES, len(course)) and course.lost[at] and course.lost[end]:
-        end += 1
-    said = course.probability[at:end]
-    return float(np.nanmax(said)) if np.isfinite(said).any() else None
 
 
 def _evidence(course: Course, sign: Sign, at: int) -> tuple[Evidence, ...]:

@@ -15,12 +15,10 @@ from pftrack.model.tracker import Tracker
 __all__ = [
     "LOSS_PROBABILITY",
     "MOST_ERROR",
-    "MOST_ERROR_ON_CLIPS",
     "NOTHING_DECLARED",
     "LossDeclaration",
     "describe_models",
     "read_declaration",
-    "read_described",
     "write_models",
 ]
 
@@ -31,8 +29,8 @@ LOSS_PROBABILITY = Series(
 )
 """Of each tracker that has a model; what general code does with it, it does by its role."""
 
-MOST_ERROR, MOST_ERROR_ON_CLIPS = 0.05, 0.10
-"""Expected calibration errors, in scenes and in recordings that were not fitted, above which none is declared."""
+MOST_ERROR = 0.05
+"""Expected calibration error in scenes that were not fitted above which none is declared."""
 
 FORMAT, DIGITS = "pftrack-loss", 6
 
@@ -47,29 +45,20 @@ class LossDeclaration:
         models: By name of the tracker, of those whose probability is true in scenes that were not fitted.
         refused: By name of the tracker, the expected calibration error in scenes that were not fitted, of those that
             have none because it is too great.
-        on_recordings: By name of the tracker, of those whose probability is true on clips that were not fitted: what a
-            number means is not the same there, so that these models are their own.
-        refused_on_recordings: As `refused`, on clips.
     """
 
     scenes: Scenes | None = None
     signals: tuple[str, ...] = ()
     models: Mapping[str, LossModel] = field(default_factory=dict)
     refused: Mapping[str, float] = field(default_factory=dict)
-    on_recordings: Mapping[str, LossModel] = field(default_factory=dict)
-    refused_on_recordings: Mapping[str, float] = field(default_factory=dict)
 
-    def model_of(self, tracker: str, *, recording: bool) -> LossModel | None:
-        """Return what says it of a tracker, in a scene or on a recording; None where nothing does."""
-        return self.models_on(recording=recording).get(tracker)
+    def models_on(self, recording: object | None) -> Mapping[str, LossModel]:
+        """Return the models by name of the tracker; none on a recording, where they are not calibrated.
 
-    def models_on(self, *, recording: bool) -> Mapping[str, LossModel]:
-        """Return what says it of all trackers of which it is known, in scenes or on recordings, by their names."""
-        return self.on_recordings if recording else self.models
-
-    def series_on(self, *, recording: bool) -> tuple[Series, ...]:
-        """Return what is told of runs in scenes or on recordings: the probability, where any tracker has it there."""
-        return (LOSS_PROBABILITY,) if self.models_on(recording=recording) else ()
+        Args:
+            recording: The recording or its kind; None in the simulated scene.
+        """
+        return self.models if recording is None else {}
 
 
 NOTHING_DECLARED = LossDeclaration()
@@ -90,17 +79,9 @@ def describe_models(
     return {**about, "refused": _rounded(refused), "trackers": trackers}
 
 
-def write_models(in_scenes: Mapping[str, Any], on_recordings: Mapping[str, Any] | None = None) -> str:
-    """Return the text of a file, by what `describe_models` says of those for scenes and of those for recordings."""
-    recordings = {"recordings": on_recordings} if on_recordings else {}
-    return json.dumps({"format": FORMAT, "version": 1, **in_scenes, **recordings}, indent=1) + "\n"
-
-
-def read_described(path: Path) -> tuple[dict[str, Any], dict[str, Any] | None]:
-    """Return what a file says of models for scenes, and of those for recordings if there are any."""
-    raw = json.loads(path.read_text("utf-8"))
-    in_scenes = {name: value for name, value in raw.items() if name not in {"format", "version", "recordings"}}
-    return in_scenes, raw.get("recordings")
+def write_models(described: Mapping[str, Any]) -> str:
+    """Return the text of a file, by what `describe_models` says."""
+    return json.dumps({"format": FORMAT, "version": 1, **described}, indent=1) + "\n"
 
 
 def read_declaration(
@@ -118,12 +99,10 @@ def read_declaration(
         ValueError: The file holds something else, or speaks of a tracker that is not there.
     """
     try:
-        raw = _raw(path)
-        models, refused = _models(raw, trackers)
-        on_clips, refused_on_clips = _models(raw["recordings"], trackers) if "recordings" in raw else ({}, {})
+        models, refused = _models(_raw(path), trackers)
     except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"{path.name} is no file of loss probabilities ({type(error).__name__}: {error})") from None
-    return LossDeclaration(scenes, signals, models, refused, on_clips, refused_on_clips)
+    return LossDeclaration(scenes, signals, models, refused)
 
 
 def _raw(path: Path) -> dict[str, Any]:

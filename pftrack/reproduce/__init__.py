@@ -16,7 +16,6 @@ could not be confirmed is computed all the same and reported as different, never
 - `prism`: features in two layers with an adaptive sampling distribution, ch. 4 section 3;
 - `head`: the same on the face of a driver who turns the head, ch. 4 section 4;
 - `loss`: how true the probabilities are by which trackers say that they have lost their target;
-- `clips`, `loss_on_clips`: the same in real pictures, of which whoever computes it has to bring some;
 - `histogram`: a window by its colours, past a look-alike and behind a column;
 - `structure`: the shape of prism and face from their tracks, ch. 4 section 5;
 - `trajectories`: tracks with outliers under three laws of the noise, simulated and in pictures (Ichimura and Ikoma);
@@ -31,7 +30,7 @@ from functools import partial
 from pathlib import Path
 from time import process_time
 
-from pftrack.reproduce import calibration, loss_on_clips, loss_probability, signals
+from pftrack.reproduce import calibration, loss_probability, signals
 from pftrack.reproduce.ball import counts, maps, motion, occlusion, oracle, other_scene, sensitivity
 from pftrack.reproduce.costs import SECONDS
 from pftrack.reproduce.diagnosis import confusion as diagnosis
@@ -75,7 +74,6 @@ RESULTS: dict[str, Callable[[Pool, bool], list[Finding]]] = {
     "head": head.pose,
     "calibration": calibration.coverage,
     "loss": loss_probability.loss_probabilities,
-    "loss-clips": loss_on_clips.on_clips,
     "structure": structure.prism,
     "structure-face": structure.faces,
     "histogram": histogram.table,
@@ -115,7 +113,6 @@ def reproduce(
     cluster: str | None = None,
     progress: Callable[[float, float], object] | None = None,
     folder: Path | None = None,
-    clips: Path | None = None,
     record: Record | None = None,
 ) -> list[Finding]:
     """Compute results again, the cheap ones first; those that were not asked for come last, as not run.
@@ -127,7 +124,6 @@ def reproduce(
         cluster: Address of a Dask scheduler whose workers compute in their place.
         progress: Called with the processor time of what is done and of all, s, as `costs` has it.
         folder: Where sweeps and figures are kept; what is there already is not computed again.
-        clips: A folder of recordings with their truth, as `clips` reads them, for the results that take some.
         record: Where results are kept as they come; what is there in this form is not computed again.
 
     Raises:
@@ -149,7 +145,7 @@ def reproduce(
             found[name] = record.findings(name)
         else:
             tell = partial(_tell, progress, spent, costs[name], sum(costs.values()))
-            with Pool(jobs, tell, folder, cluster, clips) as pool:
+            with Pool(jobs, tell, folder, cluster) as pool:
                 began = process_time()
                 found[name] = RESULTS[name](pool, full)
                 seconds = process_time() - began if jobs == 1 else 0.0

@@ -21,7 +21,6 @@ SECONDS: dict[str, tuple[float, float]] = {
     "head": (7.4, 1800),
     "calibration": (2.7, 900),
     "loss": (0.0, 427),
-    "loss-clips": (0.0, 150),
     "structure": (0.9, 21),
     "structure-face": (2.2, 21),
     "histogram": (5.0, 77),

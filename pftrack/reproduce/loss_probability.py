@@ -31,10 +31,8 @@ __all__ = [
     "Judgement",
     "Witnessed",
     "cases",
-    "findings_of",
     "fit_model",
     "judge",
-    "judge_told",
     "loss_probabilities",
     "scenes_of",
     "signals_of",
@@ -95,12 +93,13 @@ class Judgement:
         """Expected calibration error."""
         return scores.calibration_error(self.bins)
 
-    def is_true(self, most: float = MOST_ERROR) -> bool:
-        """Return whether the probability may be declared.
+    @property
+    def is_true(self) -> bool:
+        """Whether the probability may be declared.
 
-        It is calibrated so well, says more than the share of lost frames does, and losses enough were there to tell.
+        It is calibrated, says more than the share of lost frames does, and losses enough were there to tell.
         """
-        return self.error <= most and self.brier < self.base and self.delays.losses >= FEWEST_LOSSES
+        return self.error <= MOST_ERROR and self.brier < self.base and self.delays.losses >= FEWEST_LOSSES
 
 
 def signals_of(experiment: Experiment, tracker: str) -> tuple[str, ...]:
@@ -147,11 +146,7 @@ def fit_model(experiment: Experiment, tracker: str, seen: Sequence[Witnessed]) -
 
 def judge(regression: Logistic, seen: Sequence[Witnessed]) -> Judgement:
     """Return how good probabilities are in runs."""
-    return judge_told([(regression.probabilities(one.features), one.lost) for one in seen])
-
-
-def judge_told(told: Sequence[tuple[NDArray[np.float64], NDArray[np.bool_]]]) -> Judgement:
-    """Return the same by the probabilities and outcomes of each run."""
+    told = [(regression.probabilities(one.features), one.lost) for one in seen]
     probabilities, lost = (np.concatenate(column) for column in zip(*told, strict=True))
     return Judgement(
         scores.reliability(probabilities, lost),
@@ -172,7 +167,7 @@ def loss_probabilities(pool: Pool, full: bool) -> list[Finding]:
         for tracker, model in declared.models.items():
             numbers = range(FIRST_JUDGED, FIRST_JUDGED + scenes_of(EXPERIMENTS[name]).judged)
             judged = judge(model.regression, pool.map(witness, cases(name, tracker, numbers, model.signals)))
-            findings += findings_of(f"loss: {name}, {tracker}", judged)
+            findings += _findings(f"loss: {name}, {tracker}", judged)
             scored[name, tracker] = judged.bins, judged.roc, judged.delays
         findings += [not_run(f"loss: {name}, {tracker}", _reason(error)) for tracker, error in declared.refused.items()]
     if pool.folder is not None:
@@ -185,11 +180,11 @@ def _reason(error: float) -> str:
     return REFUSED.format(error) if error > MOST_ERROR else SELDOM
 
 
-def findings_of(name: str, found: Judgement, most: float = MOST_ERROR) -> list[Finding]:
-    """Return what is said of a probability, under the name of a result; its calibration error may be so much."""
+def _findings(name: str, found: Judgement) -> list[Finding]:
+    """Return what is said of a probability, under the name of a result."""
     say = partial(claim, source=OURS)
     return [
-        say(f"{name}: calibration error (at most {most:.2f})", found.error, holds=found.error <= most),
+        say(f"{name}: calibration error (at most {MOST_ERROR:.2f})", found.error, holds=found.error <= MOST_ERROR),
         say(f"{name}: Brier score (below the next)", found.brier, holds=found.brier < found.base),
         say(f"{name}: Brier score of who knows but the share of lost frames", found.base, holds=True),
         say(f"{name}: area under the ROC curve (above 0.5)", found.roc.area, holds=found.roc.area > CHANCE),

@@ -36,7 +36,6 @@ class Pool:
         progress: Callable[[int, int], object] | None = None,
         folder: Path | None = None,
         cluster: str | None = None,
-        clips: Path | None = None,
     ) -> None:
         """Prepare to compute.
 
@@ -45,9 +44,8 @@ class Pool:
             progress: Called with the number of pieces done and of those known so far.
             folder: Where sweeps and figures are kept; nowhere if None.
             cluster: Address of a Dask scheduler whose workers compute in the place of these processes.
-            clips: Where recordings with their truth are, as `pftrack.reproduce.clips` reads them, if there are any.
         """
-        self.folder, self.clips = folder, clips
+        self.folder = folder
         self._jobs = jobs
         self._cluster = cluster
         self._workers: Workers | None = None

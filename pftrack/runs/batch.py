@@ -112,10 +112,7 @@ def outcomes(
     groups = [[seed] for seed in seeds] if source.noisy else [list(seeds)]
     known: dict[tuple[int, str], Outcome] = {}
     asked = {
-        name
-        for name in trackers
-        if loss_probability
-        and experiment.loss_probability.model_of(name, recording=setup.footage is not None) is not None
+        name for name in trackers if loss_probability and name in experiment.loss_probability.models_on(setup.footage)
     }
     for group in groups:
         known |= _fold(experiment, setup, parameters, [name for name in trackers if name not in asked], group, frames)

@@ -8,7 +8,7 @@ that seed.
 
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
-from itertools import groupby, tee
+from itertools import tee
 from time import thread_time
 from typing import Any, TypeAlias
 
@@ -16,15 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiment import Experiment
-from pftrack.model.diagnostics import Diagnostics, diagnose
 from pftrack.model.frame import Frame
 from pftrack.model.loss_witness import judge_loss
 from pftrack.model.source import Source
 from pftrack.model.timeline import Timeline
 from pftrack.model.tracker import EnsembleStep, Tracker, TrackState
 from pftrack.numerics.random import Purpose, Stream
-from pftrack.runs.loss_probability import LossPast, follow_loss
-from pftrack.runs.measurements import measurements
 from pftrack.runs.scoring import judge_estimates, judge_state
 
 __all__ = [
@@ -103,15 +100,7 @@ class Continuation:
         seconds: Of processor time that they took: what waits for others costs no more.
     """
 
-    def __init__(
-        self,
-        experiment: Experiment,
-        timeline: Timeline,
-        seed: int,
-        state: TrackState,
-        *,
-        loss: LossPast | None = None,
-    ) -> None:
+    def __init__(self, experiment: Experiment, timeline: Timeline, seed: int, state: TrackState) -> None:
         """Begin.
 
         Args:
@@ -119,8 +108,6 @@ class Continuation:
             timeline: Parameters and trackers in force; of its seeds none counts.
             seed: Of the random numbers from here on.
             state: Of the frame before the first to come.
-            loss: What is kept of the frames before for the probability of a loss, on a recording where that may have to
-                say whether the target is lost; None where it need not.
         """
         self._experiment, self._timeline, self._state = experiment, timeline, state
         self.seed = seed
@@ -128,9 +115,6 @@ class Continuation:
         self._errors: list[NDArray[np.float64]] = []
         self._lost: list[NDArray[np.float64]] = []
         self._truly_lost: list[NDArray[np.float64]] = []
-        self._loss = loss
-        self._rows: list[tuple[str, Diagnostics]] = []
-        self._declared = {series.name: series for series in experiment.all_series()}
 
     @classmethod
     def start(
@@ -140,14 +124,12 @@ class Continuation:
         timeline: Timeline,
         seed: int,
         stretch: Stretch,
-        *,
-        loss: LossPast | None = None,
     ) -> "Continuation":
         """Begin with frame 0, the first of a stretch, which is then the first that is kept."""
         tracker = experiment.trackers[timeline.tracker_at(0)]
         frame, parameters = stretch.frames[0], timeline.parameters_at(0)
         state = tracker.start(source.start, frame, parameters, Stream(seed, 0, Purpose.START))
-        made = cls(experiment, timeline, seed, state, loss=loss)
+        made = cls(experiment, timeline, seed, state)
         made._keep_state(tracker, frame, parameters)
         return made
 
@@ -159,14 +141,7 @@ class Continuation:
     @property
     def truly_lost(self) -> NDArray[np.float64]:
         """(L,) the same by the truth alone; NaN where that is not known."""
-        self._judge_rows()
         return np.concatenate([np.zeros(0), *self._truly_lost])
-
-    @property
-    def loss(self) -> LossPast | None:
-        """What is kept of the frames so far for the probability of a loss; None where it need not say anything."""
-        self._judge_rows()
-        return self._loss
 
     @property
     def errors(self) -> NDArray[np.float64]:
@@ -176,7 +151,6 @@ class Continuation:
     @property
     def lost(self) -> NDArray[np.float64]:
         """(L,) 1 where the target is lost, as `pftrack.model.loss_witness` has it; NaN where nobody says."""
-        self._judge_rows()
         return np.concatenate([np.zeros(0), *self._lost])
 
     def take(self, stretch: Stretch, first: int | None = None) -> None:
@@ -201,8 +175,6 @@ class Continuation:
         tracker, parameters, experiment = self._tracker(start), self._timeline.parameters_at(start), self._experiment
         if tracker.fold is None or experiment.missed is not None or stretch.pictures_rgb is None:
             return False
-        if self._loss is not None:
-            return False  # the probability takes the rows of all frames
         places = slice(start - stretch.first, end - stretch.first)
         if tracker.searching is not None and tracker.searching(self._state) is not None:
             return False  # its own account takes the states of all frames
@@ -233,29 +205,10 @@ class Continuation:
         return self._experiment.trackers[self._timeline.tracker_at(index)]
 
     def _keep_state(self, tracker: Tracker, frame: Frame, parameters: Any) -> None:  # noqa: ANN401 - the experiment's own model
-        error, lost = verdict = judge_state(self._experiment, self._state, frame.target, parameters)
+        error, lost = judge_state(self._experiment, self._state, frame.target, parameters)
         searching = tracker.searching(self._state) if tracker.searching is not None else None
         self._errors.append(np.array([np.nan if error is None else error]))
-        if self._loss is None:
-            self._keep_verdict(lost, searching)
-            return
-        series = measurements(self._experiment, self._declared, tracker, frame, self._state)
-        row = diagnose(
-            frame, self._state, verdict, 0.0, scale=self._experiment.scale, searching=searching, series=series
-        )
-        self._rows.append((self._timeline.tracker_at(frame.index), row))
-
-    def _judge_rows(self) -> None:
-        """Judge the frames since the last time, many at once, which is faster than one by one."""
-        for name, group in groupby(self._rows, key=lambda one: one[0]):
-            rows = [row for _, row in group]
-            self._loss, told = follow_loss(self._experiment, self._loss or LossPast(), name, rows, recording=True)
-            for row, probability in zip(rows, told, strict=True):
-                self._keep_verdict(row.lost, row.searching, probability)
-        self._rows = []
-
-    def _keep_verdict(self, lost: bool | None, searching: bool | None, probability: float | None = None) -> None:
-        said = judge_loss(lost, searching, probability).lost
+        said = judge_loss(lost, searching).lost
         self._lost.append(np.array([np.nan if said is None else float(said)]))
         self._truly_lost.append(np.array([np.nan if lost is None else float(lost)]))
 
@@ -268,7 +221,6 @@ def go_on(
     stretches: Iterable[Stretch],
     *,
     first: int,
-    loss: LossPast | None = None,
 ) -> Iterator[Courses]:
     """Let runs of many seeds go on from one state, and yield what came of each stretch.
 
@@ -279,13 +231,12 @@ def go_on(
         state: Of the frame before the first.
         stretches: The frames to come, which all runs see.
         first: Index of the first of them.
-        loss: What is kept of the frames before for the probability of a loss, as of a `Continuation`.
     """
-    step = takes_all_at_once(experiment, timeline, first) if loss is None else None
+    step = takes_all_at_once(experiment, timeline, first)
     if step is not None:
         yield from _go_on_together(step, experiment, timeline, seeds, state, stretches)
         return
-    made = [Continuation(experiment, timeline, seed, state, loss=loss) for seed in seeds]
+    made = [Continuation(experiment, timeline, seed, state) for seed in seeds]
     for stretch in stretches:
         take_side_by_side(made, stretch)
         length = stretch.end - stretch.first

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from pftrack.model.series import to_json
 from pftrack.numerics.random import LARGEST_SEED
 from pftrack.runs.continuation import STRETCH_BYTES, Continuation, Courses, Stretch, go_on, read_stretches
-from pftrack.runs.loss_probability import LossPast, tells_loss
 from pftrack.runs.run import Run
 
 __all__ = [
@@ -215,16 +214,12 @@ class _Shared:
         yield from read_stretches(source, timeline, 1, self._frames - 1)
 
 
-def _past(run: Run) -> LossPast | None:
-    return LossPast() if tells_loss(run.experiment, run.setup) else None
-
-
 def _on_the_same_scene(run: Run, seeds: Sequence[int], shared: Iterable[Stretch]) -> Iterator[Courses]:
     """Go on with the seeds from frame 0 of a run, on what it sees."""
     experiment, timeline, stretches = run.experiment, run.timeline, iter(shared)
-    begun = Continuation.start(experiment, run.source, timeline, run.seed, next(stretches), loss=_past(run))
+    begun = Continuation.start(experiment, run.source, timeline, run.seed, next(stretches))
     yield np.tile(begun.errors, (len(seeds), 1)), np.tile(begun.lost, (len(seeds), 1))
-    yield from go_on(experiment, timeline, seeds, begun.state, stretches, first=1, loss=begun.loss)
+    yield from go_on(experiment, timeline, seeds, begun.state, stretches, first=1)
 
 
 def _on_other_scenes(run: Run, seeds: Sequence[int], frames: int) -> Iterator[Courses]:
@@ -237,7 +232,7 @@ def _on_other_scenes(run: Run, seeds: Sequence[int], frames: int) -> Iterator[Co
         for place, seed in enumerate(seeds):
             stretch, source = stretches[place % len(stretches)], sources[place % len(sources)]
             if place == len(made):
-                made.append(Continuation.start(run.experiment, source, timeline, seed, stretch, loss=_past(run)))
+                made.append(Continuation.start(run.experiment, source, timeline, seed, stretch))
                 made[place].take(stretch, 1)
             else:
                 made[place].take(stretch)

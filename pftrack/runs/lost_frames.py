@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.loss_witness import LossVerdict, Witness, judge_loss
-from pftrack.runs.loss_probability import loss_probabilities
 from pftrack.runs.run import Run
 
 __all__ = ["LostFrames", "find_lost_frames", "judge_rows"]
@@ -20,11 +19,9 @@ class LostFrames:
 
     Attributes:
         verdicts: Of each frame.
-        probabilities: (L,) that the target is lost, by the tracker's own numbers; NaN where nothing tells it.
     """
 
     verdicts: tuple[LossVerdict, ...]
-    probabilities: NDArray[np.float64]
 
     @property
     def lost(self) -> NDArray[np.bool_]:
@@ -39,11 +36,9 @@ class LostFrames:
 
 def find_lost_frames(run: Run) -> LostFrames:
     """Return in which frames a run has lost its target, as far as it has been computed."""
-    return judge_rows(run.diagnostics, loss_probabilities(run))
+    return judge_rows(run.diagnostics)
 
 
-def judge_rows(rows: Sequence[Diagnostics], probabilities: NDArray[np.float64] | None = None) -> LostFrames:
-    """Return what is said of the frames of some rows, with their probabilities (L,) where these are known."""
-    told = np.full(len(rows), np.nan) if probabilities is None else probabilities
-    verdicts = (judge_loss(row.lost, row.searching, one) for row, one in zip(rows, told.tolist(), strict=True))
-    return LostFrames(tuple(verdicts), told)
+def judge_rows(rows: Sequence[Diagnostics]) -> LostFrames:
+    """Return what is said of the frames of some rows."""
+    return LostFrames(tuple(judge_loss(row.lost, row.searching) for row in rows))

@@ -308,14 +308,14 @@ class Plan:
 
     def _check_loss_probability(self) -> None:
         """Refuse to measure how probable a loss is where no tracker can tell."""
-        recording = self.footage is not None
-        told = self.wiring.loss_probability.models_on(recording=recording)
+        told = self.wiring.loss_probability.models_on(self.footage)
         if self.loss_probability and told.keys().isdisjoint(self.trackers):
-            where = "on recordings" if recording else "in the simulated scene"
+            if self.footage is not None:
+                raise SweepError("P(lost) is not calibrated on recordings; loss_probability needs a simulated scene")
             able = f"only {', '.join(told)} can" if told else "none can"
             raise SweepError(
                 f"{', '.join(self.trackers)} of {self.experiment} cannot tell how probable it is that the target is "
-                f"lost; {where} {able}"
+                f"lost; {able}"
             )
 
     def _check_possible(self) -> None:

@@ -32,8 +32,7 @@ def checks(experiment: Experiment) -> Iterator[Check]:
 
 def _is_probability(experiment: Experiment, tracker: str) -> None:
     declared = experiment.loss_probability
-    named = (declared.models, declared.refused, declared.on_recordings, declared.refused_on_recordings)
-    for name in {name for some in named for name in some}:
+    for name in {**declared.models, **declared.refused}:
         demand(
             name in experiment.trackers, f"{experiment.id} has no tracker {name!r}, of which its loss probability is"
         )

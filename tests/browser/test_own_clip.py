@@ -1,4 +1,4 @@
-"""A clip that somebody brings, without any truth: why its target was lost, and what would have saved it."""
+"""A clip that somebody brings: a few marks tell why its target was lost, and what would have saved it."""
 
 import re
 from io import BytesIO
@@ -21,8 +21,8 @@ BALL = find("ball")
 
 
 @pytest.fixture(scope="module")
-def film() -> tuple[bytes, dict[str, object]]:
-    """A ball that disappears behind a wide pillar, as a video, and the box around it in the first picture."""
+def film() -> tuple[bytes, dict[int, tuple[float, float]]]:
+    """A ball that disappears behind a wide pillar, as a video, and the corner of its box in some of the pictures."""
     steps = list(Run(BALL, BALL.simulate(), frames=FRAMES, timeline=(Change(0, SCENE),)))
     file = BytesIO()
     with av.open(file, "w", format="mp4") as container:
@@ -32,15 +32,17 @@ def film() -> tuple[bytes, dict[str, object]]:
         for step in steps:
             container.mux(stream.encode(av.VideoFrame.from_ndarray(step.frame.image_rgb, format="rgb24")))
         container.mux(stream.encode(None))
-    x, y = (float(value) - 5 for value in steps[0].frame.target.position)
-    return file.getvalue(), {"kind": "box", "x": x, "y": y, "width": 11.0, "height": 11.0}
+    corners = [[float(value) - 5 for value in step.frame.target.position] for step in steps]
+    return file.getvalue(), {frame: (corners[frame][0], corners[frame][1]) for frame in (0, 20, FRAMES - 1)}
 
 
-def test_a_clip_without_truth_is_explained_in_three_clicks(
-    page: object, server: Server, film: tuple[bytes, dict[str, object]]
+def test_a_clip_is_explained_by_a_few_marks(
+    page: object, server: Server, film: tuple[bytes, dict[int, tuple[float, float]]]
 ) -> None:
-    """The page says that it is probably lost, *Why?* since when, and *What if…* opens what else it might have been."""
-    content, mark = film
+    """*Why?* asks for marks where nobody says whether it is lost; then it says why, and *What if…* what saves it."""
+    content, marks = film
+    x, y = marks[0]
+    mark = {"kind": "box", "x": x, "y": y, "width": 11.0, "height": 11.0}
     answer = httpx.post(f"{server.url}/api/v1/uploads", files={"file": ("mine.mp4", content)}, timeout=60)
     recipe = {"experiment": "ball", "tracker": "h-spf", "footage": {"mark": mark, "start": 0}}
     session = server.post("sessions", {"recipe": recipe, "upload": answer.raise_for_status().json()["id"]})
@@ -48,15 +50,19 @@ def test_a_clip_without_truth_is_explained_in_three_clicks(
     shown = SessionPage(page, server).ready()
     server.seek(shown.id, FRAMES - 1)
     shown.stands_at(FRAMES - 1)
-    since = server.column(shown.id, "lost_since")[-1]
-    assert server.column(shown.id, "lost_by")[-1] == "probability"
-    expect(page.locator(".verdict")).to_have_text(
-        re.compile(rf"^probably lost since {since}, P = \d+ % \(by its own numbers\)$")
+    expect(page.locator(".verdict")).to_have_text("truth not known")
+    expect(page.locator(".stop-at-loss label")).to_have_attribute(
+        "title", re.compile(r"P\(lost\) is not calibrated on recordings")
     )
     page.locator(".why-ask").click()
-    expect(page.locator(".why-sentence")).to_have_text(
-        re.compile(rf"^Probably lost in frame {since}, by its own numbers, P = 0\.\d\d: ")
-    )
+    expect(page.locator(".why-sentence")).to_contain_text("P(lost) is not calibrated on recordings. Mark the target")
+    table = "\n".join(["frame,x,y,w,h", *(f"{frame},{x},{y},11,11" for frame, (x, y) in marks.items())])
+    url = f"{server.url}/api/v1/sessions/{shown.id}/truth"
+    httpx.put(url, files={"file": ("truth.csv", table.encode())}, timeout=60).raise_for_status()
+    expect(page.locator(".verdict")).to_have_text(re.compile(r"^lost since \d+ \(by truth\)$"))
+    since = server.column(shown.id, "lost_since")[-1]
+    page.locator(".why-ask").click()
+    expect(page.locator(".why-sentence")).to_have_text(re.compile(rf"^Lost in frame {since}: "))
     check(page)
     page.get_by_role("button", name="What if…").click()
     card = page.get_by_role("region", name="What would have saved it")

@@ -288,15 +288,6 @@ def test_without_truth_lost_is_the_trackers_own_word() -> None:
     assert silent.sentence.startswith("Nobody says whether the target is lost")
 
 
-def test_a_probable_loss_is_as_probable_as_its_first_frames_say() -> None:
-    """The greatest probability of the first five frames of the loss is told, none of later ones."""
-    run = pftrack.run("ball", tracker="condensation", frames=20)
-    said = np.array([np.nan, *[0.1] * 9, 0.6, 0.7, 0.8, 0.75, 0.7, *[0.9] * 5])
-    course = course_of(blinded(run.diagnostics), run.experiment.all_series(), unit="px", probabilities=said)
-    found = diagnose_course(course)
-    assert (found.frame, found.lost, found.witness, found.probability) == (10, True, "probability", 0.8)
-
-
 def standing_target(*, marked: slice) -> Course:
     """Return what a filter that is right about itself makes of a target that stands still.
 

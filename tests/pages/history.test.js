@@ -167,11 +167,4 @@ describe("the verdict on a frame", () => {
     assert.equal(verdict({}, { error: 2, lost: false, lost_since: 2, searching: true }), "lost since 2, looking for the window (by the tracker)");
     assert.equal(verdict({}, {}), "truth not known");
   });
-
-  it("is what its own numbers say where it goes on and nobody knows", () => {
-    const told = { name: "p", role: "loss_probability" };
-    const said = (row) => state(filled(4, () => ({ error: null, lost: null, searching: null, lost_by: "probability", ...row })), { ...session, series: [told] })[0];
-    assert.equal(said({ lost_since: 2, series: { p: 0.93 } }), "probably lost since 2, P = 93 % (by its own numbers)");
-    assert.equal(said({ lost_since: null, series: { p: 0.07 } }), "probably followed (by its own numbers)");
-  });
 });

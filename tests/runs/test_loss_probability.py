@@ -86,10 +86,9 @@ def test_a_file_of_probabilities_comes_back(tmp_path: Path) -> None:
     path, scenes = tmp_path / "loss_probability.json", Scenes({})
     models = BALL.loss_probability.models
     described = describe_models(models, {"kalman": 0.5}, {"experiment": "ball"})
-    path.write_text(write_models(described, describe_models({"apf": models["apf"]}, {}, {"clips": ["a"]})), "utf-8")
+    path.write_text(write_models(described), "utf-8")
     again = read_declaration(path, BALL.trackers, scenes)
     assert (again.models, again.refused) == (models, {"kalman": 0.5})
-    assert (again.on_recordings, again.refused_on_recordings) == ({"apf": models["apf"]}, {})
     raw = json.loads(path.read_text("utf-8"))
     for wrong in ({}, raw | {"version": 2}, raw | {"trackers": {"nobody": raw["trackers"]["h-spf"]}}):
         path.write_text(json.dumps(wrong), "utf-8")

@@ -9,6 +9,10 @@ import pftrack
 from pftrack.runs.loss_probability import loss_probabilities
 from tests.server.asking import columns, get
 from tests.server.host import begin, error_of, steer
+from tests.server.test_session_truth import give
+from tests.server.test_suitability import box
+from tests.server.test_suitability import clip as clip  # noqa: PLC0414 - a fixture
+from tests.server.test_suitability import upload as upload  # noqa: PLC0414 - a fixture
 from tests.waiting import wait_for
 
 VALUES = {"occlusion_width_px": 100}
@@ -51,6 +55,21 @@ def test_it_stops_where_the_target_is_probably_lost_and_goes_on_from_there(clien
     steer(client, session["id"], "play")
     ended = wait_for(lambda: _still(client, session["id"]))
     assert (ended["state"], ended["stopped"]) == ("ended", "")
+
+
+def test_on_a_recording_a_mark_stops_it(client: httpx.Client, upload: str) -> None:
+    """No probability is calibrated there, so that none is declared or told; a mark says that the target is lost."""
+    recipe = {"experiment": "ball", "tracker": "h-spf", "footage": {"mark": box(31, 51), "start": 0}}
+    session = client.post("/api/v1/sessions", json={"recipe": recipe, "upload": upload}).json()
+    assert not [one for one in session["series"] if one["role"] == "loss_probability"]
+    give(client, session["id"], "frame,x,y,w,h\n3,31,51,19,19\n5,100,10,19,19\n").raise_for_status()
+    steer(client, session["id"], "stop_at", probability=0.5)
+    steer(client, session["id"], "speed", speed=0)
+    steer(client, session["id"], "play")
+    stopped = wait_for(lambda: _still(client, session["id"]))
+    assert (stopped["position"], stopped["stopped"]) == (5, "Stopped: lost")
+    assert columns(client, session["id"])["lost_by"][3:6] == ["truth", "", "truth"]
+    assert not any("loss_probability" in one for one in columns(client, session["id"])["series"])
 
 
 def test_a_probability_is_between_nothing_and_certainty(client: httpx.Client, session: dict[str, Any]) -> None:

@@ -152,5 +152,5 @@ def test_how_probable_a_loss_is_is_a_measure_where_it_is_asked_for() -> None:
     assert Plan.from_dict(json.loads(json.dumps(asked.as_dict()))) == asked
     assert "--loss-probability" in sweep_code(asked).command
     assert quantity_named(asked, "mean_loss_probability").better == "lower"
-    with pytest.raises(SweepError, match=r"kalman of sine cannot tell how probable .* in the simulated scene none can"):
+    with pytest.raises(SweepError, match=r"kalman of sine cannot tell how probable .* none can"):
         Plan("sine", trackers=("kalman",), loss_probability=True)

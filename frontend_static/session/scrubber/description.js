@@ -32,7 +32,7 @@ export function describe({ known: session, history }, frame) {
   if (curve.error(row) !== null) told.push(`error ${quantity(curve.error(row), unit)} ${unit}`.trim());
   if (curve.sigma(row) !== null) told.push(`sigma ${quantity(curve.sigma(row), unit)} ${unit}`.trim());
   if (row.searching) told.push(`no ${session.target}`);
-  else if (isGone(row)) told.push(row.lost_by === "probability" ? "probably lost" : "lost");
+  else if (isGone(row)) told.push("lost");
   else if (row.hidden) told.push("hidden");
   const probability = numberOf(session, "loss_probability", row);
   if (probability !== null) told.push(`lost with ${percent(probability)}`);

@@ -50,7 +50,7 @@ def show_experiment(
         layers=list(experiment.layers),
         worlds=list(experiment.worlds),
         parameter_schema=model.model_json_schema(),
-        loss_trackers=list(experiment.loss_probability.models_on(recording=recording is not None)),
+        loss_trackers=list(experiment.loss_probability.models_on(recording)),
     )
 
 

@@ -35,8 +35,7 @@ class DiagnosisPublic(BaseModel):
 
     frame: int | None = Field(description="First frame of the loss, or the one that was asked about; null if none is")
     lost: bool
-    witness: Witness = Field(description="Who says whether it is lost: truth, tracker, its probability, or nobody")
-    probability: float | None = Field(description="That it is lost, by the tracker's own numbers; null if not known")
+    witness: Witness = Field(description="Who says whether it is lost: truth, tracker, or nobody")
     cause: CauseId = Field(description="What began first")
     sentence: str
     signs: list[SignPublic] = Field(description="By when they began")

@@ -47,7 +47,9 @@ class TransportUpdate(RequestBody):
     frame: FrameNumber | None = None
     speed: Annotated[float, Field(le=10, allow_inf_nan=False), AfterValidator(_speed)] | None = None
     probability: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)] | None = Field(
-        None, description="With stop_at: that the target is lost, from which on it stops playing; never if left out"
+        None,
+        description="With stop_at: that the target is lost, from which on it stops playing; never if left out. On a "
+        "recording any value stops it where a mark or the tracker itself says that the target is lost",
     )
     seed: Seed | None = Field(None, description="With restart: the seed to start again with")
 

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-from pftrack.loss_probability.declaration import LOSS_PROBABILITY
 from pftrack.model.loss_witness import judge_loss
 from pftrack.runs.loss_intervals import loss_start
 
@@ -36,8 +35,7 @@ class History:
     def _put(self, row: dict[str, Any]) -> dict[str, Any]:
         index, since = row["frame"], self.columns.get("lost_since", [])
         before = since[index - 1] if 0 < index <= len(since) else None
-        probability = row.get("series", {}).get(LOSS_PROBABILITY.name)
-        said = judge_loss(row.get("lost"), row.get("searching"), probability)
+        said = judge_loss(row.get("lost"), row.get("searching"))
         row = {**row, "lost_by": said.witness, "lost_since": loss_start(index, before, lost=said.lost)}
         if not self.columns:
             self.columns = {name: [] for name in row}

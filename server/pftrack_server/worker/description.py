@@ -6,6 +6,7 @@ from pftrack.experiment import Preset
 from pftrack.exports.formats import exports_of
 from pftrack.filter_files import parameters_of
 from pftrack.fitting import fittable
+from pftrack.loss_probability.declaration import LOSS_PROBABILITY
 from pftrack.model.parameters import Declaration, flat
 from pftrack.runs.run import Run
 from pftrack_server.schemas.description import ExportPublic, SessionDescription, TrackerPublic, TruthMark
@@ -17,6 +18,7 @@ __all__ = ["describe"]
 def describe(run: Run) -> SessionDescription:
     """Return what is fixed of a session whose active branch is this run."""
     experiment, setup, source, footage = run.experiment, run.setup, run.source, run.recipe.footage
+    told = (LOSS_PROBABILITY,) if experiment.loss_probability.models_on(footage) else ()
     width, height = source.size
     preset = _preset_of(run)
     # Whoever writes a filter wants its sliders at hand.
@@ -27,7 +29,7 @@ def describe(run: Run) -> SessionDescription:
         subject=footage.title if footage else preset.title if preset else "",
         unit=experiment.unit,
         target=experiment.target,
-        series=[*experiment.all_series(), *experiment.loss_probability.series_on(recording=footage is not None)],
+        series=[*experiment.all_series(), *told],
         plots=list(experiment.plots),
         readings=list(experiment.readings),
         measures=[MeasurePublic(**measure.as_dict()) for measure in experiment.measures_on(setup.footage)],

@@ -216,7 +216,7 @@ class RunTree:
 
     def loss_probability(self, frame: int) -> float:
         """Return how probable it is that the target is lost in a frame of the active branch; NaN if not known."""
-        return self._loss.follow(self.run)[frame] if frame >= 0 else math.nan
+        return self._loss.follow(self.run)[frame]
 
     def with_loss(self, rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
         """Return diagnostics of the active branch with the probability that the target is lost, where that is known.

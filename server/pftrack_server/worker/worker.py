@@ -181,14 +181,23 @@ class Worker:
                 self._playing = False
 
     def _stop_if_lost(self) -> None:
-        """Stop in a frame in which the target is probably lost, unless it was so in the frame before."""
-        limit, frame = self._stop_at, self._tree.run.position
-        if limit is None:
+        """Stop in a frame in which the target is probably lost, unless it was so in the frame before.
+
+        On a recording no probability is calibrated: there marks and the tracker's own account say that it is lost.
+        """
+        limit, run = self._stop_at, self._tree.run
+        frame = run.position
+        if limit is None or frame == 0:
             return
-        before, now = (self._tree.loss_probability(one) for one in (frame - 1, frame))
+        if run.setup.footage is None:
+            before, now = (self._tree.loss_probability(one) for one in (frame - 1, frame))
+            words = f"probably lost, {100 * now:.0f} %"
+        else:
+            before, now = (float(run.diagnostics[one].is_lost) for one in (frame - 1, frame))
+            words = "lost"
         if now >= limit and not before >= limit:
             self._playing = False
-            self._stopped = f"Stopped: probably lost, {100 * now:.0f} %"
+            self._stopped = f"Stopped: {words}"
 
     def _halt(self, error: FilterFileError) -> None:
         """Stand where the run is, since a filter cannot go on, and say why."""
