@@ -1,8 +1,8 @@
 """What a tracker says of itself, as measures of a run: of all that are on a recording of which no truth is known.
 
 It may be wrong: a tracker that follows the wrong thing says that it follows. So these numbers compare trackers and
-parameters, and prove nothing. How true its probability is that the target is lost was measured
-(`pftrack.loss_probability`); it is a measure of any run where a sweep asks for it.
+parameters, and prove nothing. How true its probability is that the target is lost was measured in simulated scenes
+(`pftrack.loss_probability`); it is a measure of a run there where a sweep asks for it.
 """
 
 import numpy as np
@@ -49,7 +49,7 @@ MEAN_LOSS_PROBABILITY = Measure(
     "mean_loss_probability",
     "Probability that the target is lost",
     "Mean over the frames after the first of the probability that the target is lost, as the tracker can tell without "
-    "a look at the truth; unknown for one that cannot.",
+    "a look at the truth; unknown for one that cannot, and on recordings, where it is not calibrated.",
     "mean",
     _loss_probability,
     better="lower",
