@@ -207,7 +207,7 @@ GLOSSARY = (
             Term("searching", "the tracker itself says that it has no target"),
             Term(
                 "probability of being lost",
-                "how probable it is that the target is lost, by the tracker's own numbers; not calibrated on recordings",
+                "how probable it is that the target is lost, by the tracker's numbers; not calibrated on recordings",
                 ("loss probability", "probability that the target is lost", "P(lost)"),
             ),
             Term("hidden", "something covers the target in this frame", ("occluded", "occlusion")),
