@@ -7,8 +7,8 @@ from pftrack.model.source import History
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.overlay import OverlayParameters, paint, paint_disc
 
-RADIUS_PX, SPEED_PX, NOISE_SD, GREY, BRIGHT = 8.0, 5.0, 4.0, 120, (230, 230, 230)
-LEFT_PX, RIGHT_PX, MIDDLE_PX, BEND_PX = 90.0, 230.0, 120.0, 40.0
+RADIUS_PX, SPEED_PX, NOISE_SD, GREY, BRIGHT = 8.0, 4.7, 4.0, 120, (230, 230, 230)
+LEFT_PX, RIGHT_PX, MIDDLE_PX, BEND_PX = 90.0, 230.0, 120.3, 40.0
 
 
 class Scene:

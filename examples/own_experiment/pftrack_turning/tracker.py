@@ -22,6 +22,8 @@ from pftrack.sources.recording import RecordingParameters
 
 Array = NDArray[np.float64]
 GATE_RADII, ACCELERATION_SD_PX = 3.0, 0.5
+MEASUREMENT_SD_PX = 0.07
+"""Standard deviation of the measured middle: the disc's edge takes whole pixels only."""
 SERIES = (
     Series("places", "possible places", "px", "hypotheses", components=("x", "y")),
     Series("turn", "rate of turn", "deg", "interval"),
@@ -107,7 +109,8 @@ def step(several: bool, state: Bank, frame: Frame, parameters: BankParameters, _
     seen = look(frame.image_rgb, predicted)
     if seen is None:
         return predicted
-    parts, logs = zip(*(kalman.update(part, seen, np.eye(2, 4), np.eye(2)) for part in parts), strict=True)
+    noise = MEASUREMENT_SD_PX**2 * np.eye(2)
+    parts, logs = zip(*(kalman.update(part, seen, np.eye(2, 4), noise) for part in parts), strict=True)
     evidence = np.logaddexp.reduce(np.log(state.weights) + logs)
     weights = np.exp(np.log(state.weights) + logs - evidence)
     changes = np.full((count, count), (1 - parameters.persistence) / count) + parameters.persistence * np.eye(count)
