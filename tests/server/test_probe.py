@@ -30,11 +30,17 @@ MEBIBYTE = 1024**2
 
 
 def probe(
-    path: Path, limits: Limits = DEFAULT_LIMITS, stopped: Callable[[], bool] = lambda: False, **budget: Any
+    path: Path,
+    limits: Limits = DEFAULT_LIMITS,
+    stopped: Callable[[], bool] = lambda: False,
+    columns: dict[str, int] | None = None,
+    **budget: Any,
 ) -> FrameIndex:
     """Probe a file within the usual budget, but for what is told."""
     wanted = Budget(**{name: getattr(BUDGET, name) for name in Budget.__slots__} | budget)
-    found: FrameIndex = run(module.probe(ChildTasks(Queues()), path, limits, budget=wanted, stopped=stopped))
+    found: FrameIndex = run(
+        module.probe(ChildTasks(Queues()), path, limits, budget=wanted, columns=columns, stopped=stopped)
+    )
     return found
 
 
@@ -80,6 +86,19 @@ def test_no_file_is_decoded_here(clip: Path, monkeypatch: pytest.MonkeyPatch) ->
     """The process that asks could not even open a file."""
     monkeypatch.setattr("pftrack_server.tasks.functions.open_sequence", None)
     assert probe(clip).frame_count == 24
+
+
+def test_columns_are_named_in_the_confined_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A header is rewritten where its length harms nobody, and may name 16,384 columns at most."""
+    monkeypatch.setattr("pftrack_server.tasks.functions.rename", None)
+    path = tmp_path / "a.csv"
+    said = {"frame": 0, "x": 1, "y": 2, "w": 3, "h": 4}
+    path.write_bytes(b"f,a,b,c,d\n0,1,2,3,4\n")
+    assert (probe(path, columns=said).kind, path.read_bytes()[:13]) == ("beliefs", b"frame,x,y,w,h")
+    for count, got in ((16_385, "16,385"), (1 << 20, "1,048,576")):
+        path.write_bytes(b"," * (count - 1) + b"\n")
+        with pytest.raises(SourceError, match=f"expected a table with at most 16,384 columns, got {got}"):
+            probe(path, columns=said)
 
 
 @pytest.mark.parametrize(

@@ -45,8 +45,8 @@ COLUMNS: Mapping[str, str] = {
 
 WAYS = (("x", "y", "w", "h"), ("x", "y", "right", "bottom"), ("centre_x", "centre_y", "w", "h"))
 MOST_NAMES = 10_000
-FEWEST_COLUMNS = 5
-"""A frame, and four numbers of a box."""
+FEWEST_COLUMNS, MOST_COLUMNS = 5, 16_384
+"""A frame and four numbers of a box; as many as a spreadsheet can have."""
 ROWS_SHOWN = 4
 
 
@@ -65,10 +65,17 @@ class Preview(NamedTuple):
 
 
 def header_of(text: str) -> list[str]:
-    """Return the names in a table's header, in small letters with _ for spaces."""
+    """Return the names in a table's header, in small letters with _ for spaces.
+
+    Raises:
+        SourceError: It has too many.
+    """
     line = text.partition("\n")[0]
+    delimiter = delimiter_of(line)
+    if (count := line.count(delimiter) + 1) > MOST_COLUMNS:
+        raise SourceError(f"expected a table with at most {MOST_COLUMNS:,} columns, got {count:,}")
     try:
-        row = next(csv.reader([line.strip("\r")], delimiter=delimiter_of(line)), [])
+        row = next(csv.reader([line.strip("\r")], delimiter=delimiter), [])
     except csv.Error:
         return []
     return [name.strip().strip("\ufeff").lower().replace(" ", "_") for name in row]

@@ -42,7 +42,7 @@ from pftrack_server.schemas.uploads import (
 from pftrack_server.store.files import is_name
 from pftrack_server.tasks.functions import TargetSearch, find_mark, frame_jpeg
 from pftrack_server.tasks.queue import unless_gone
-from pftrack_server.uploads.intake import check_room, index_of, limits_of, name_columns, take_in
+from pftrack_server.uploads.intake import check_room, index_of, limits_of, take_in
 from pftrack_server.uploads.multipart import receive
 from pftrack_server.uploads.truth import discard_truth, load_truth, store_truth, table_of
 
@@ -143,9 +143,7 @@ async def add_upload(
         request, folder, store.disk_budget, most_bytes=settings.max_upload_bytes, most_files=settings.max_upload_files
     )
     try:
-        if columns is not None:
-            await asyncio.to_thread(name_columns, received, columns)
-        taking = take_in(store, settings, tasks, folder, received, services.stopping.is_set, ticket)
+        taking = take_in(store, settings, tasks, folder, received, services.stopping.is_set, ticket, columns)
         row = await unless_gone(taking, lambda: wait_until_gone(request))
     finally:
         await asyncio.to_thread(shutil.rmtree, folder, ignore_errors=True)

@@ -35,6 +35,8 @@ from pftrack.runs.reproduction import departure, difference
 from pftrack.runs.run import Change, Run
 from pftrack.sources.errors import SourceError
 from pftrack.sources.limits import Limits
+from pftrack.sources.results.reading import LARGEST_FILE_BYTES
+from pftrack.sources.results.spreadsheet import rename
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthError
 
@@ -67,23 +69,34 @@ def do_nothing() -> bool:
     return True
 
 
-def index_frames(path: str, limits: Limits, memory_bytes: int) -> str:
+def index_frames(path: str, limits: Limits, memory_bytes: int, columns: Mapping[str, int] | None = None) -> str:
     """Decode every frame of a file from a stranger, and return the index of it as JSON.
 
     Args:
         path: The file or folder.
         limits: How large it may be.
         memory_bytes: What this process may take.
+        columns: Places of a table's columns by their meaning, which its header shall name.
     """
     # Tokens and passwords are none of a decoder's business. What was forked with this process may still hold them.
     os.environ.clear()
     try:
+        if columns is not None:
+            _name_columns(Path(path), columns)
         sequence = open_sequence(Path(path), limits)
     except MemoryError:
         allowed = f"{memory_bytes / MEBIBYTE:,.4g} MiB"
         raise SourceError(f"decoding needs more than the {allowed} of memory that are allowed") from None
     sequence.close()
     return sequence.index.to_json()
+
+
+def _name_columns(path: Path, columns: Mapping[str, int]) -> None:
+    """Give the columns of a table the names of what a person says they mean."""
+    content = rename(path.read_bytes(), columns) if path.stat().st_size <= LARGEST_FILE_BYTES else b""
+    if not 0 < len(content) <= LARGEST_FILE_BYTES:
+        raise SourceError(f"columns can be named in a table of at most {LARGEST_FILE_BYTES // MEBIBYTE} MiB")
+    path.write_bytes(content)
 
 
 def draw_experiment(experiment_id: str) -> dict[str, Any]:

@@ -20,8 +20,6 @@ from pftrack.sources.errors import SourceError
 from pftrack.sources.images import natural_order
 from pftrack.sources.limits import DEFAULT_LIMITS, HEAD_BYTES, Limits
 from pftrack.sources.results.parts import part_names
-from pftrack.sources.results.reading import LARGEST_FILE_BYTES
-from pftrack.sources.results.spreadsheet import rename
 from pftrack_server.errors import ConflictError, DiskFullError
 from pftrack_server.settings import Settings
 from pftrack_server.store.disk_budget import mebibytes
@@ -32,7 +30,7 @@ from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.uploads.multipart import Received
 from pftrack_server.uploads.probe import probe
 
-__all__ = ["check_room", "index_of", "limits_of", "name_columns", "take_in"]
+__all__ = ["check_room", "index_of", "limits_of", "take_in"]
 
 LIGHT_BYTES: Final = 16 * MEBIBYTE
 """An upload up to this size is probably looked through in a moment."""
@@ -96,18 +94,6 @@ def _read_index(store: Store, upload: str) -> str | None:
     return text
 
 
-def name_columns(received: Received, columns: Mapping[str, int]) -> None:
-    """Give the columns of a table that has arrived the names that a person says they mean.
-
-    Raises:
-        SourceError: It is no such table, or it is too large for one.
-    """
-    path, *others = received.paths
-    if others or path.stat().st_size > LARGEST_FILE_BYTES:
-        raise SourceError(f"columns are named of one table of at most {mebibytes(LARGEST_FILE_BYTES)}")
-    path.write_bytes(rename(path.read_bytes(), columns))
-
-
 async def take_in(
     store: Store,
     settings: Settings,
@@ -116,6 +102,7 @@ async def take_in(
     received: Received,
     stopped: Callable[[], bool],
     ticket: str | None = None,
+    columns: Mapping[str, int] | None = None,
 ) -> UploadRow:
     """Look through files that arrived, and keep them, unless the server stops meanwhile or nobody waits any more.
 
@@ -127,17 +114,20 @@ async def take_in(
         received: The files.
         stopped: Asked now and then whether to give up.
         ticket: A name under which the client asks for its place.
+        columns: Places of a table's columns by their meaning, as a person says.
 
     Raises:
         SourceError: They are no sequence of pictures, or exceed the limits.
         ConflictError: There are as many uploads as there may be.
         DiskFullError: There is no room for this one.
     """
+    if columns is not None and len(received.paths) > 1:
+        raise SourceError(f"columns can be named in one table, got {len(received.paths)} files")
     await asyncio.to_thread(check_room, store, settings, received.size_bytes)
     content, names, title = await _to_the_end(_arrange, folder, received)
 
     def look() -> Coroutine[Any, Any, FrameIndex]:
-        return probe(tasks, content, limits_of(settings), stopped=stopped)
+        return probe(tasks, content, limits_of(settings), columns=columns, stopped=stopped)
 
     heavy_s = received.size_bytes / BYTES_A_SECOND
     try:

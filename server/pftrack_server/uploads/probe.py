@@ -4,13 +4,15 @@ A file from a stranger is hostile until shown otherwise: it may crash a decoder,
 more memory than there is. Whatever happens becomes an index of its frames, or a `SourceError` with a sentence.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from pftrack.model.sequence import FrameIndex
 from pftrack.process import MEBIBYTE, Budget, Ending, Refusal, Reply
 from pftrack.sources.errors import SourceError
 from pftrack.sources.limits import Limits
+from pftrack.sources.results.reading import LARGEST_FILE_BYTES
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.functions import index_frames
 
@@ -25,6 +27,7 @@ async def probe(
     limits: Limits,
     *,
     budget: Budget = BUDGET,
+    columns: Mapping[str, int] | None = None,
     stopped: Callable[[], bool] | None = None,
 ) -> FrameIndex:
     """Decode a sequence of pictures once, in a process of its own, without waiting for a turn.
@@ -34,12 +37,16 @@ async def probe(
         path: The file or folder.
         limits: How large it may be.
         budget: What decoding may take.
+        columns: Places of a table's columns by their meaning; its header is rewritten to name them.
         stopped: Asked ten times a second whether to give up.
 
     Raises:
         SourceError: It is not a sequence of pictures, is broken, exceeds the limits, or the decoder came to grief.
     """
-    answer = await tasks.answer(index_frames, str(path), limits, budget.memory_bytes, budget=budget, stopped=stopped)
+    if columns is not None:
+        budget = replace(budget, file_bytes=LARGEST_FILE_BYTES)
+    question = str(path), limits, budget.memory_bytes, columns
+    answer = await tasks.answer(index_frames, *question, budget=budget, stopped=stopped)
     match answer:
         case Reply(value=str(text)):
             try:
