@@ -8,6 +8,7 @@ from sqlalchemy.exc import DBAPIError
 
 from pftrack.model.parameters import ParameterError
 from pftrack_server.errors import ApiError
+from pftrack_server.store.database import is_busy
 from pftrack_server.store.disk_budget import DISK_FULL, is_full
 
 __all__ = ["describe", "failure_message"]
@@ -44,6 +45,8 @@ def describe(error: Exception) -> tuple[HTTPStatus, str]:
         # A database tells the one from the other no more than it tells paths.
         limited = isinstance(error, DBAPIError) and resource.getrlimit(resource.RLIMIT_FSIZE)[0] >= 0
         return MEANINGS[errno.EFBIG] if limited else (HTTPStatus.INSUFFICIENT_STORAGE, DISK_FULL)
+    if is_busy(error):
+        return HTTPStatus.SERVICE_UNAVAILABLE, "The server's database is busy with another program; try again."
     number = error.errno if isinstance(error, OSError) else None
     unknown = "The server could not read or write a file or its database; its log says which."
     return MEANINGS.get(number or 0, (HTTPStatus.INTERNAL_SERVER_ERROR, unknown))

@@ -2,6 +2,8 @@
 
 import json
 import sqlite3
+import time
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +13,7 @@ from sqlalchemy.exc import OperationalError
 
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store
+from pftrack_server.store.database import BUSY_S
 from tests.server.host import begin, error_of, steer
 from tests.server.test_full_disk import save
 from tests.server.test_uploads import png, send, video
@@ -156,3 +159,18 @@ def test_a_busy_database_is_not_damaged(tmp_path: Path, monkeypatch: pytest.Monk
         with pytest.raises(OperationalError):
             read()
     store.close()
+
+
+def test_a_locked_database_is_busy(start_server: Any, tmp_path: Path) -> None:
+    """While another program keeps the database locked, a request is answered in seconds, and works afterwards."""
+    with start_server() as (_, client):
+        session = begin(client)["id"]
+        other = sqlite3.connect(tmp_path / "data" / "pftrack.sqlite", isolation_level=None)
+        with closing(other):
+            other.execute("BEGIN IMMEDIATE")
+            asked = time.monotonic()
+            refused = client.delete("/api/v1/uploads/0123456789abcdef")
+            assert "busy with another program; try again" in error_of(refused, 503)["message"]
+            assert time.monotonic() - asked < 2 * BUSY_S + 1
+        answer = client.post(f"/api/v1/sessions/{session}/bookmarks", json={"note": "kept"})
+        assert answer.status_code == 201, answer.text

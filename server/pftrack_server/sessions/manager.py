@@ -19,6 +19,7 @@ from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.sessions.session import Session
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store
+from pftrack_server.store.database import is_busy
 from pftrack_server.store.disk_budget import is_full
 from pftrack_server.store.files import is_name
 from pftrack_server.tasks.child_tasks import ChildTasks
@@ -305,11 +306,11 @@ class Manager:
         try:
             await duty
         except Exception as error:
-            if not is_full(error):
+            if not is_full(error) and not is_busy(error):
                 log.exception("housekeeping failed")
             elif time.monotonic() > self._complained + COMPLAIN_EVERY_S:
                 self._complained = time.monotonic()
-                log.warning("the disk is full; changes are written as soon as there is room")
+                log.warning("the disk is full or the database locked; changes are written as soon as that ends")
 
     def _remove_orphans(self) -> None:
         self._store.files.trim_states(self._settings.max_states_bytes)

@@ -12,9 +12,10 @@ from sqlalchemy.exc import DBAPIError
 from pftrack_server.store.disk_budget import DISK_FULL, is_full
 from pftrack_server.store.tables import Base
 
-__all__ = ["DatabaseError", "connect"]
+__all__ = ["DatabaseError", "connect", "is_busy"]
 
-BUSY_S = 10
+BUSY_S = 2
+"""How long to wait for another writer, s; one of ours takes milliseconds."""
 VERSION_TABLE = "alembic_version"
 VERSION = "0006"
 """The newest migration: a database that has it is ready."""
@@ -43,6 +44,12 @@ def connect(url: str) -> Engine:
         engine.dispose()
         raise
     return engine
+
+
+def is_busy(error: BaseException) -> bool:
+    """Tell whether an error is that of a database that another program keeps locked."""
+    code = getattr(error.orig, "sqlite_errorcode", 0) if isinstance(error, DBAPIError) else 0
+    return code & 0xFF in {sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED}
 
 
 def _prepare(engine: Engine, name: str) -> None:
@@ -83,6 +90,8 @@ def _trouble(error: DBAPIError) -> str:
     """Say what is wrong with a database, and what to do."""
     if is_full(error):
         return f"cannot be opened. {DISK_FULL.rstrip('.')}"
+    if is_busy(error):
+        return "is locked by another program: close that, or choose another --data-dir"
     code = getattr(error.orig, "sqlite_errorcode", 0) & 0xFF
     match code:
         case sqlite3.SQLITE_NOTADB:
