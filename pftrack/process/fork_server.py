@@ -162,7 +162,7 @@ class ForkServer:
                     raise OSError(-pid, os.strerror(-pid))
                 os.close(sentinel)
                 self._let_go()
-        raise OSError(f"no process can be made: the one that makes them could not import {self.preload}")
+        raise ChildProcessError(f"no process can be made: the one that makes them could not import {self.preload}")
 
     def _load(self, call: bytes) -> None:
         """Have it call something unless it has; where it is lost meanwhile, the next fork finds that out."""
@@ -253,6 +253,7 @@ def serve(owner: socket.socket) -> None:
                     if not _serve_request(owner, children, mine):
                         for pid in children:
                             os.kill(pid, signal.SIGKILL)
+                            _end_group(pid)
                         return
                 else:
                     with suppress(BlockingIOError):
@@ -320,9 +321,16 @@ def _reap(children: dict[int, int]) -> None:
         if pid == 0:
             return
         if pid in children:
+            _end_group(pid)
             told = children.pop(pid)
             _tell(told, os.waitstatus_to_exitcode(status))
             os.close(told)
+
+
+def _end_group(pid: int) -> None:
+    """End what a child has started, if it led a group of its own."""
+    with suppress(ProcessLookupError, PermissionError):
+        os.killpg(pid, signal.SIGKILL)
 
 
 def _tell(told: int, number: int) -> None:

@@ -47,6 +47,8 @@ def describe(error: Exception) -> tuple[HTTPStatus, str]:
         return MEANINGS[errno.EFBIG] if limited else (HTTPStatus.INSUFFICIENT_STORAGE, DISK_FULL)
     if is_busy(error):
         return HTTPStatus.SERVICE_UNAVAILABLE, "The server's database is busy with another program; try again."
+    if isinstance(error, ChildProcessError):
+        return HTTPStatus.SERVICE_UNAVAILABLE, "The server could not start a process; try again."
     number = error.errno if isinstance(error, OSError) else None
     unknown = "The server could not read or write a file or its database; its log says which."
     return MEANINGS.get(number or 0, (HTTPStatus.INTERNAL_SERVER_ERROR, unknown))

@@ -13,7 +13,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-from pftrack.process import BlockingEnd, Child, ForkServer, describe, environment
+from pftrack.process import BlockingEnd, Child, ForkServer, describe, end_with_parent, environment
+from tests import waiting
 
 PRELOAD = "pftrack.process"
 
@@ -40,11 +41,31 @@ def tell(child: Child, what: str) -> None:
     BlockingEnd(child.end).send(what)
 
 
+def leave_another(end: socket.socket, *killing: object) -> None:
+    """Start another process in a group of its own, say its number, and end as told, or end the fork server at once."""
+    os.setsid()
+    end_with_parent()
+    other = os.fork()
+    if other == 0:
+        end.close()
+        signal.pause()
+    pipe = BlockingEnd(end)
+    pipe.send(other)
+    if killing:
+        os.kill(os.getppid(), signal.SIGKILL)
+    pipe.receive()
+
+
 @pytest.fixture
 def server() -> Iterator[ForkServer]:
     made = ForkServer(PRELOAD)
     yield made
     made.close()
+
+
+def has_ended(pid: int) -> bool:
+    """Whether a process has ended, also while nobody has taken note of it."""
+    return not psutil.pid_exists(pid) or psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
 
 
 ENDINGS = {"exit": 3, "fail": 1, "return": 0, "kill": -signal.SIGKILL, "terminate": -signal.SIGTERM}
@@ -185,6 +206,19 @@ def test_it_ends_with_its_owner(server: ForkServer) -> None:
         family = psutil.Process(pid), psutil.Process(parent)
         server.close()
         assert not psutil.wait_procs(family, timeout=30)[1]
+
+
+@pytest.mark.parametrize("first", ["the child", "the owner"])
+def test_what_a_child_has_started_ends_with_it(server: ForkServer, first: str) -> None:
+    """The whole group of a child ends after it, or with the fork server."""
+    child = server.fork(leave_another)
+    with child.end:
+        other = BlockingEnd(child.end).receive()
+        if first == "the child":
+            tell(child, "return")
+        else:
+            server.close()
+        waiting.wait_for(lambda: has_ended(other))
 
 
 def test_what_cannot_be_imported_is_told() -> None:

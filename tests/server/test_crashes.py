@@ -12,6 +12,8 @@ import psutil
 import pytest
 from websockets.sync.client import connect
 
+from pftrack.process import ForkServer
+from pftrack_server.sessions import worker_handle
 from pftrack_server.worker.protocol import Activate, Request
 from tests.server.host import Server, begin, error_of, steer
 from tests.server.test_stream import changes, has_changed, hear, until
@@ -71,6 +73,28 @@ class TestKilledWorkers:
         back = client.post(f"/api/v1/sessions/{session['id']}/branch/{session['branch']}/activate").json()
         assert (back["computed"], back["tracker"]) == (20, session["tracker"])
         assert diagnostics(client, session["id"]) == main
+
+    def test_no_process_can_be_made(
+        self, server: Server, client: httpx.Client, session: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """While the fork server does not come up, a resume asks to try again, and the next one succeeds."""
+        os.kill(server.pid_of(session["id"]), signal.SIGKILL)
+        wait_for(lambda: state(client, session["id"]) == "crashed")
+        with monkeypatch.context() as patched:
+            patched.setattr(worker_handle, "FORK_SERVER", ForkServer("no_such_module"))
+            refused = client.post(f"/api/v1/sessions/{session['id']}/resume")
+        assert "could not start a process; try again" in error_of(refused, 503)["message"]
+        assert client.post(f"/api/v1/sessions/{session['id']}/resume").json()["state"] == "ready"
+
+    @pytest.mark.slow
+    def test_the_fork_server(self, server: Server, client: httpx.Client, session: dict[str, Any]) -> None:
+        """A session whose fork server was killed, as a filter may do, resumes where it was."""
+        steer(client, session["id"], "seek", frame=20)
+        before = diagnostics(client, session["id"])
+        os.kill(psutil.Process(server.pid_of(session["id"])).ppid(), signal.SIGKILL)
+        wait_for(lambda: state(client, session["id"]) == "crashed")
+        assert client.post(f"/api/v1/sessions/{session['id']}/resume").json()["position"] == 20
+        assert diagnostics(client, session["id"]) == before
 
     def test_a_request_under_way_is_answered(self, server: Server, client: httpx.Client) -> None:
         """A request that waits for a worker that dies is answered with a clear error."""

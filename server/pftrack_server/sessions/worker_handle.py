@@ -193,11 +193,9 @@ class WorkerHandle:
         child = self._child
         if child is None:
             return None
-        status = await child.wait(LAST_WORDS_S)
-        if not child.has_ended:
-            child.kill()
-            status = await child.wait(LAST_WORDS_S)
-        return status
+        await child.wait(LAST_WORDS_S)
+        child.kill()  # with all that it has started, which may have outlived it and the fork server
+        return await child.wait(LAST_WORDS_S)
 
 
 def _cause(status: int | None, config: WorkerConfig) -> str:

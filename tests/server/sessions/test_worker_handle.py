@@ -1,11 +1,19 @@
 """What a command is answered with, as the web process reads a worker's pipe."""
 
 import asyncio
+import socket
+from types import SimpleNamespace
 from typing import Any
 
-from pftrack_server.sessions.worker_handle import WorkerHandle
+import pytest
+
+from pftrack.process import BlockingEnd, ForkServer
+from pftrack_server.sessions import worker_handle
+from pftrack_server.sessions.worker_handle import WorkerHandle, WorkerLostError
 from pftrack_server.worker.protocol import Event, Heartbeat, Reply, Speed
 from tests.apart import run
+from tests.process.test_fork_server import has_ended, leave_another
+from tests.waiting import wait_for
 
 
 class Deaf:
@@ -30,3 +38,21 @@ def test_an_answer_is_as_the_command_left_the_run() -> None:
         return await asking
 
     assert run(ask()) == 1
+
+
+def test_what_a_worker_has_started_ends_with_the_fork_server(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where a filter has ended the fork server, and with it its worker, nothing else of its group is left."""
+    fork_server, told = ForkServer("pftrack.process"), []
+    monkeypatch.setattr(worker_handle, "FORK_SERVER", fork_server)
+    monkeypatch.setattr(worker_handle, "load_compiled", len)
+    monkeypatch.setattr(worker_handle, "main", leave_another)
+    config: Any = SimpleNamespace(run=SimpleNamespace(recipe=SimpleNamespace(experiment="ball")), session="s")
+
+    async def lose() -> None:
+        handle = WorkerHandle(config, told.append, lambda reason: None)
+        with pytest.raises(WorkerLostError):
+            await handle.start()
+
+    run(lose())
+    fork_server.close()
+    wait_for(lambda: has_ended(told[0]))
