@@ -1,15 +1,23 @@
-"""A page that is left before its websocket is open."""
+"""Pages that are left before their websocket is open, or take nothing from it."""
 
+import asyncio
+import socket
+import threading
+from collections.abc import AsyncIterator
 from typing import Any
 
 import pytest
+import uvicorn
 from fastapi import FastAPI, WebSocket
 from starlette.types import Message
 from structlog.testing import capture_logs
 from uvicorn.protocols.utils import ClientDisconnected
 
+from pftrack_server.connections import configuration
 from pftrack_server.middleware.errors import install
+from pftrack_server.stream.duplex import converse
 from tests.apart import run
+from tests.waiting import wait_for
 
 
 def test_a_page_that_is_left_is_no_error_of_the_system() -> None:
@@ -36,4 +44,46 @@ def test_a_page_that_is_left_is_no_error_of_the_system() -> None:
     }
     with capture_logs() as logged, pytest.raises(ClientDisconnected):
         run(app(scope, receive, send))
+    assert logged == []
+
+
+OPENING = (
+    b"GET /stream HTTP/1.1\r\nHost: here\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
+    b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+)
+
+
+def test_a_page_that_takes_nothing_leaves_no_traceback() -> None:
+    """It answers no ping, so that uvicorn closes; what is still to be sent then ends the stream, and is no failure."""
+    app, ended = FastAPI(), threading.Event()
+
+    @app.websocket("/stream")
+    async def stream(websocket: WebSocket) -> None:
+        await websocket.accept()
+        await converse(websocket, messages(), lambda _: None, "")
+        ended.set()
+
+    async def messages() -> AsyncIterator[bytes]:
+        # More than the system takes, and less than makes uvicorn wait.
+        yield bytes(55_000)
+        while True:
+            yield b"more"
+            await asyncio.sleep(0.01)
+
+    with socket.socket() as listening, socket.socket() as page, capture_logs() as logged:
+        for each, size in ((listening, socket.SO_SNDBUF), (page, socket.SO_RCVBUF)):
+            each.setsockopt(socket.SOL_SOCKET, size, 4096)
+        listening.bind(("127.0.0.1", 0))
+        server = uvicorn.Server(configuration(app, ws_ping_interval=0.1, ws_ping_timeout=0.1))
+        serving = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
+        serving.start()
+        try:
+            wait_for(lambda: server.started)
+            page.connect(listening.getsockname())
+            page.sendall(OPENING)
+            assert ended.wait(20)
+        finally:
+            server.should_exit = True
+            page.close()
+            serving.join()
     assert logged == []

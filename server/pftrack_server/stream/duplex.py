@@ -48,17 +48,25 @@ async def converse(
 async def _tell(websocket: WebSocket, messages: AsyncIterable[str | bytes], farewell: str) -> None:
     try:
         async for message in messages:
-            # A peer that takes nothing for so long is gone, whatever its TCP connection pretends.
-            async with asyncio.timeout(SLOWEST_LISTENER_S):
-                await (websocket.send_text(message) if isinstance(message, str) else websocket.send_bytes(message))
-    except (TimeoutError, WebSocketDisconnect):
-        return
+            if not await _send(websocket, message):
+                return
     except Exception:
         # A page that hears nothing more would wait for ever; sent away, it comes back and is told what is wrong.
         log.exception("a stream failed", path=route_path(websocket.scope))
         await websocket.close(FAILED, "The server failed unexpectedly; details are in its log.")
         return
     await websocket.close(GONE, farewell)
+
+
+async def _send(websocket: WebSocket, message: str | bytes) -> bool:
+    """Send a message; return whether the page is there to take it."""
+    try:
+        # A peer that takes nothing for so long is gone, whatever its TCP connection pretends.
+        async with asyncio.timeout(SLOWEST_LISTENER_S):
+            await (websocket.send_text(message) if isinstance(message, str) else websocket.send_bytes(message))
+    except (TimeoutError, WebSocketDisconnect, RuntimeError):  # uvicorn raises the last where no ping was answered
+        return False
+    return True
 
 
 async def _listen(websocket: WebSocket, hear: Callable[[str], None]) -> None:
