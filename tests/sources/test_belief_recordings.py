@@ -11,6 +11,7 @@ import pftrack
 from pftrack.rendering.film import FilmWriter
 from pftrack.runs.ensemble import ReplayError, ensemble
 from pftrack.sources.beliefs import content
+from pftrack.sources.beliefs.archive import header_of
 from pftrack.sources.errors import SourceError
 from pftrack.sources.sequence import open_sequence
 
@@ -242,6 +243,44 @@ def test_damage_is_refused_in_a_sentence(tmp_path: Path) -> None:
         with suppress(SourceError):
             sequence = open_sequence(path)
             sequence.content.belief(sequence.content.first, 0)
+
+
+ROW = (0, 0, 0, 3, 0, 0, 0, 0, 0)
+DESCRIPTION = b'{"version": %s, "components": [], "frame_rate_hz": 30, "clip": null, "remarks": []}'
+
+
+@pytest.mark.parametrize(
+    ("entries", "words"),
+    [
+        ({"chunks/000000/particles.npy": np.zeros((3, 0))}, "must have the same 1 to 400 components"),
+        ({"chunks/000000/rows.npy": np.array([ROW], "<f8")}, "its rows are none"),
+        ({"chunks/000000/rows.npy": np.array([[*ROW[:4], 2, 0, 0, 0, 0]])}, "its rows are none"),
+        ({"chunks/000000/rows.npy": b"\x93NUMPY\x01\x00\x04\x00(((("}, "an entry is no array"),
+        ({"chunks/000000/log_weights.npy": header_of(np.dtype("<f8"), ())}, "not as many numbers as it says"),
+        ({"times.npy": np.zeros(0)}, "its times do not rise"),
+        ({"times.npy": np.array([0.0, 5e-324])}, "its times do not rise"),
+        ({"recording.json": DESCRIPTION % b"Infinity"}, "its description cannot be read"),
+        ({"pictures/²²²²²².jpg": b"\xff\xd8\xff", "pictures/1.jpg": b"\xff\xd8\xff"}, None),
+    ],
+)
+def test_what_no_recorder_writes_is_refused(
+    tmp_path: Path, entries: dict[str, bytes | np.ndarray], words: str | None
+) -> None:
+    """An archive of other arrays, numbers and digits gives a sentence of the reader's; unknown entries do no harm."""
+    whole = {
+        "recording.json": DESCRIPTION % b"1",
+        "chunks/000000/rows.npy": np.array([ROW]),
+        "chunks/000000/particles.npy": np.zeros((3, 2)),
+    }
+    with zipfile.ZipFile(tmp_path / "mine.pft", "w", zipfile.ZIP_STORED) as archive:
+        for name, value in (whole | entries).items():
+            data = value if isinstance(value, bytes) else header_of(value.dtype, value.shape) + value.tobytes()
+            archive.writestr(name, data)
+    if words is None:
+        open_sequence(tmp_path / "mine.pft").close()
+    else:
+        with pytest.raises(SourceError, match=words):
+            open_sequence(tmp_path / "mine.pft")
 
 
 def test_a_clip_may_be_a_file_of_its_own(tmp_path: Path) -> None:

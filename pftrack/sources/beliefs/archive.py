@@ -15,10 +15,12 @@ loop has said before it broke off is there.
 """
 
 import io
+import math
 import struct
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
+from tokenize import TokenError
 from typing import BinaryIO
 
 import numpy as np
@@ -131,13 +133,13 @@ def shape_of(file: BinaryIO, entry: Entry) -> Stored:
     try:
         version = np.lib.format.read_magic(file)
         shape, fortran, dtype = np.lib.format.read_array_header_1_0(file)
-    except (ValueError, SyntaxError, TypeError, EOFError):
+    except (ValueError, SyntaxError, TypeError, EOFError, TokenError):
         raise SourceError("the recording is damaged: an entry is no array") from None
     start = file.tell()
-    expected = int(dtype.itemsize * np.prod([int(side) for side in shape], dtype=object)) if shape else 0
-    if version != (1, 0) or fortran or dtype not in DTYPES or expected != entry.start + entry.size - start:
+    is_ours = version == (1, 0) and not fortran and dtype in DTYPES and len(shape) > 0 and min(shape) >= 0
+    if not is_ours or dtype.itemsize * math.prod(shape) != entry.start + entry.size - start:
         raise SourceError("the recording is damaged: an array has not as many numbers as it says")
-    return Stored(start, tuple(int(side) for side in shape), dtype)
+    return Stored(start, shape, dtype)
 
 
 def read_array(file: BinaryIO, stored: Stored, first: int, count: int) -> NDArray[np.generic]:

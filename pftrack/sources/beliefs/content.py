@@ -18,6 +18,7 @@ __all__ = ["About", "Content"]
 
 LARGEST_ABOUT_BYTES = 1024 * 1024
 LARGEST_FRAME = 10_000_000
+LATEST_S, LEAST_STEP_S = 1e20, 1e-18
 MOST_COMPONENTS = 400
 MOST_ROWS = 500_000
 """Times that something is said of a target in a frame."""
@@ -93,7 +94,12 @@ class Content:
     def _take_in(self, chunk: str) -> None:
         stored = self._stored_in(chunk)
         rows = self._whole(f"{chunk}rows.npy")
-        if rows.ndim != 2 or rows.shape[1] != len(COLUMNS) or (rows[:, FIRST_COUNT:] < 0).any():
+        if (
+            rows.ndim != 2
+            or rows.shape[1] != len(COLUMNS)
+            or rows.dtype.kind != "i"
+            or not _fits(rows[:, FIRST_COUNT:])
+        ):
             raise SourceError("the recording is damaged: its rows are none")
         self._rows += len(rows)
         if self._rows > MOST_ROWS:
@@ -128,13 +134,16 @@ class Content:
                 raise SourceError(f"the recording is damaged: {name} have a shape of {found.shape}")
             if name in {"particles", "mean", "covariance"}:
                 self.dimension = self.dimension or inner[0]
-                if set(inner) != {self.dimension} or self.dimension > MOST_COMPONENTS:
-                    raise SourceError("the recording is damaged: states have different numbers of components")
+                if set(inner) != {self.dimension} or not 1 <= self.dimension <= MOST_COMPONENTS:
+                    raise SourceError(
+                        f"the recording is damaged: all states must have the same 1 to {MOST_COMPONENTS} components, "
+                        f"got {name} of shape {found.shape}"
+                    )
         return stored
 
     def _whole(self, name: str) -> NDArray[Any]:
         stored = shape_of(self._file, self.entries[name])
-        return read_array(self._file, stored, 0, stored.shape[0] if stored.shape else 0)
+        return read_array(self._file, stored, 0, stored.shape[0])
 
     def bytes_of(self, name: str) -> bytes:
         """Return the content of an entry."""
@@ -149,7 +158,8 @@ class Content:
         if "times.npy" not in self.entries:
             return None
         times = self._whole("times.npy").astype(np.float64)
-        if times.ndim != 1 or not np.isfinite(times).all() or (np.diff(times) <= 0).any():
+        bounded = times.ndim == 1 and len(times) > 0 and (np.abs(times) <= LATEST_S).all()
+        if not bounded or (np.diff(times) < LEAST_STEP_S).any():
             raise SourceError("the recording is damaged: its times do not rise")
         return times
 
@@ -227,7 +237,7 @@ def _about(file: BinaryIO, entry: Entry) -> About:
         clip = str(raw["clip"] or "")[:200]
         digest = str(raw.get("clip_sha256") or "")[:64]
         remarks = tuple(str(one)[:400] for one in raw["remarks"][:20])
-    except (ValueError, TypeError, KeyError, RecursionError):
+    except (ValueError, TypeError, KeyError, OverflowError, RecursionError):
         raise SourceError("the recording is damaged: its description cannot be read") from None
     if version != VERSION:
         remedy = "update pftrack" if version > VERSION else "it is older than any release"
@@ -235,3 +245,9 @@ def _about(file: BinaryIO, entry: Entry) -> About:
     if not 0.001 <= rate <= 100_000.0:
         raise SourceError(f"the recording has a rate of {rate:g} Hz; expected 0.001 to 100,000 Hz")
     return About(names, units, rate, clip, digest, remarks)
+
+
+def _fits(counts: NDArray[Any]) -> bool:
+    """Return whether rows have a weight and an ancestor for each particle or for none, and all else at most once."""
+    particles, each, once = counts[:, :1], counts[:, 1:3], counts[:, 3:]
+    return bool((counts >= 0).all() and ((each == 0) | (each == particles)).all() and (once <= 1).all())

@@ -4,6 +4,7 @@ So a recording goes the ways of a video: it is surveyed once, kept with its inde
 The clip is in the file itself, or a file of its own; see `clip`.
 """
 
+import re
 import threading
 import weakref
 import zlib
@@ -30,6 +31,7 @@ PAPER, PAPER_PX = 255, (640, 480)
 LEAST_PAPER_PX = 240
 """What is smaller would be shown so large that its lines hide it."""
 LARGEST_PAPER_PX = 1920
+PICTURE = re.compile(r"pictures/([0-9]{6}|[1-9][0-9]{6,7})\.jpg")
 
 
 class BeliefSequence:
@@ -76,11 +78,8 @@ class BeliefSequence:
         if found is not None:
             known = None if index is None else replace(index, kind="video", warnings=())
             self._clip = open_clip(found, self.content.about.clip or name, sha256, limits, known)
-        self._pictures = sorted(
-            int(entry[9:-4])
-            for entry in self.content.entries
-            if entry.startswith("pictures/") and entry[9:-4].isdigit()
-        )
+        pictures = map(PICTURE.fullmatch, self.content.entries)
+        self._pictures = sorted(int(each[1]) for each in pictures if each)
         self.has_pictures = self._clip is not None or bool(self._pictures)
         self.index = self._survey(limits)
         self._close_file = weakref.finalize(self, file.close)  # also when nobody remembers to
@@ -198,7 +197,7 @@ class BeliefSequence:
             for frame in frames:
                 box = self.content.belief(frame, target).box
                 if box is not None:
-                    reach = np.maximum(reach, box[:2] + box[2:])
+                    reach = np.fmax(reach, box[:2] + box[2:])
         width, height = np.clip(np.ceil(1.02 * reach), LEAST_PAPER_PX, LARGEST_PAPER_PX).astype(int).tolist()
         return width, height
 
