@@ -108,5 +108,5 @@ def _start(folder: Path, pictures: Path) -> int:
         wanted = int(json.loads((folder / "cfg.json").read_text(encoding="utf-8"))["startFrame"])
     except (OSError, ValueError, KeyError, TypeError):
         return 0
-    numbers = sorted(int(path.stem) for path in pictures.iterdir() if path.stem.isdigit())
+    numbers = sorted(int(path.stem) for path in pictures.iterdir() if path.stem.isdecimal())
     return numbers.index(wanted) if wanted in numbers else 0

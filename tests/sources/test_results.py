@@ -2,6 +2,7 @@
 
 import json
 import math
+import time
 from pathlib import Path
 
 import numpy as np
@@ -190,6 +191,10 @@ def test_no_bytes_are_too_odd_to_be_told_from_results() -> None:
     [
         ("<annotations></annotations>", "with tracks"),
         ('<!DOCTYPE a [<!ENTITY b "c">]><annotations/>', "declares entities"),
+        ('<!DOCTYPE a [<!ENTITY b "c">]><annotations/>'.encode("utf-16"), "declares entities"),
+        ('<annotations><track id="²"/></annotations>', "whole number id, got '²'"),
+        (f'<annotations><track id="{"9" * 5000}"/></annotations>', "whole number id"),
+        ("frame,id,x,y,w,h\n0,²,1,2,0,4\n", "no box with an area"),
         ('{"images": [], "annotations": {}}', "no box"),
         ('{"images": 3', "cannot be read"),
         ("frame,x,y,w,h\n0,1,2,3\n", "expected 5 values"),
@@ -199,7 +204,15 @@ def test_no_bytes_are_too_odd_to_be_told_from_results() -> None:
         ("hello", "none of results"),
     ],
 )
-def test_what_is_wrong_is_said(text: str, words: str) -> None:
+def test_what_is_wrong_is_said(text: str | bytes, words: str) -> None:
     """A refusal says what was expected."""
     with pytest.raises(SourceError, match=words):
-        read_results(text.encode())
+        read_results(text if isinstance(text, bytes) else text.encode())
+
+
+def test_many_images_are_put_in_order_at_once() -> None:
+    """A frame is found by its image without a search through all images, which would take half a minute."""
+    count = 50_000
+    begun = time.process_time()
+    table = read_results(json.dumps([{"image_id": 3 * n, "bbox": [1, 2, 3, 4]} for n in range(count)]).encode())
+    assert (table.frames, time.process_time() - begun < 5.0) == (count, True)

@@ -68,9 +68,10 @@ def _frames(images: Sequence[Mapping[str, Any]], told: list[str], *, listed: boo
     """Return the frame of each image: as it says, or else in the order of their numbers."""
     name = next((name for name in FRAME if images and all(name in one for one in images)), None)
     if name is None:
-        known = sorted({one["image_id" if listed else "id"] for one in images})
+        ids = [one["image_id" if listed else "id"] for one in images]
+        places = {one: place for place, one in enumerate(sorted(set(ids)))}
         told.append("Images do not say their frame: it was taken from the order of their numbers.")
-        return [known.index(one["image_id" if listed else "id"]) for one in images]
+        return [places[one] for one in ids]
     numbers = [int(one[name]) for one in images]
     first = min(1, *numbers)
     if first:

@@ -5,8 +5,11 @@ from xml.etree import ElementTree as ET
 
 from pftrack.sources.errors import SourceError
 from pftrack.sources.results.table import Box, ResultTable, table_of
+from pftrack.sources.text import decode
 
 __all__ = ["read_cvat"]
+
+MOST_DIGITS = 9
 
 
 def read_cvat(data: bytes) -> ResultTable:
@@ -15,10 +18,11 @@ def read_cvat(data: bytes) -> ResultTable:
     Raises:
         SourceError: It is none.
     """
-    if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
+    text = decode(data)  # what is parsed is what was searched, whatever encoding the XML declares
+    if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise SourceError("the XML declares entities, which CVAT never does")
     try:
-        root = ET.fromstring(data)  # noqa: S314 - it declares no entities
+        root = ET.fromstring(text)  # noqa: S314 - it declares no entities
     except ET.ParseError as error:
         raise SourceError(f"the XML cannot be read ({error})") from None
     tracks = root.findall("track")
@@ -26,7 +30,7 @@ def read_cvat(data: bytes) -> ResultTable:
         raise SourceError("expected CVAT's annotations of a video, with tracks; those for images have none")
     size = root.find(".//task/size")
     told_size = "" if size is None else size.text or ""
-    frames = int(told_size) if told_size.isdigit() else 0
+    frames = int(told_size) if _is_whole(told_size) else 0
     boxes, names, passed = [], {}, 0
     for track in tracks:
         target = _whole(track, "id")
@@ -43,9 +47,13 @@ def read_cvat(data: bytes) -> ResultTable:
 
 def _whole(element: Any, name: str) -> int:  # noqa: ANN401 - an element has no public type that all Pythons share
     text = element.get(name, "")
-    if not text.isdigit():
+    if not _is_whole(text):
         raise SourceError(f"<{element.tag}> must have a whole number {name}, got {text[:40]!r}")
     return int(text)
+
+
+def _is_whole(text: str) -> bool:
+    return text.isdecimal() and len(text) <= MOST_DIGITS
 
 
 def _number(element: Any, name: str) -> float:  # noqa: ANN401

@@ -107,7 +107,7 @@ def read_csv(data: bytes) -> ResultTable:
     if places is None:
         got = ", ".join(header)[:80] or "nothing"
         raise SourceError(f"expected columns such as frame, id, x, y, w, h, got {got}")
-    corners = [place for place, name in enumerate(header) if name[:1] in {"x", "y"} and name[1:].isdigit()]
+    corners = [place for place, name in enumerate(header) if name[:1] in {"x", "y"} and name[1:].isdecimal()]
     names: dict[str, int] = {}
     boxes = []
     try:
@@ -155,7 +155,7 @@ def _number(line: int, what: str, text: str) -> float:
 
 def _target(text: str, names: dict[str, int]) -> int:
     """Return the number of a target, or the next free one of a name."""
-    if text.isdigit() and len(text) <= 6:
+    if text.isdecimal() and len(text) <= 6:
         return int(text)
     if len(names) > MOST_NAMES:
         raise SourceError(f"there are more than {MOST_NAMES:,} names of targets")

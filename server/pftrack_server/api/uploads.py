@@ -136,7 +136,7 @@ async def add_upload(
 ) -> UploadPublic:
     """Take in a video, an animated GIF, pictures that make a sequence, a table of tracks, or results of a tracker."""
     announced = request.headers.get("content-length", "")
-    wanted_bytes = min(int(announced), settings.max_upload_bytes) if announced.isdigit() else 0
+    wanted_bytes = min(int(announced), settings.max_upload_bytes) if announced.isdecimal() else 0
     await asyncio.to_thread(check_room, store, settings, wanted_bytes)
     folder = store.files.new_incoming()
     received = await receive(

@@ -47,7 +47,7 @@ class BodyLimit:
             return
         announced = Headers(scope=scope).get("content-length", "")
         scope[LIMIT] = self._most_bytes
-        total = int(announced) if announced.isdigit() else 0
+        total = int(announced) if announced.isdecimal() else 0
         come = 0
         ended = answered = False
         refusal: _CutOffError | None = None

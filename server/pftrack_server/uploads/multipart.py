@@ -59,9 +59,9 @@ async def receive(request: Request, folder: Path, room: DiskBudget, *, most_byte
         raise ApiError(f"The boundary of multipart/form-data may have at most {LONGEST_BOUNDARY} characters")
     announced = request.headers.get("content-length", "")
     overhead = OVERHEAD_BYTES + OVERHEAD_BYTES_A_FILE * most_files
-    if announced.isdigit() and int(announced) > most_bytes + overhead:
+    if announced.isdecimal() and int(announced) > most_bytes + overhead:
         raise TooLargeError(_too_large(most_bytes))
-    await asyncio.to_thread(room.check, int(announced) if announced.isdigit() else 0)
+    await asyncio.to_thread(room.check, int(announced) if announced.isdecimal() else 0)
     await asyncio.to_thread(folder.mkdir, mode=0o700)
     parts = _Parts(folder, most_bytes, most_files)
     try:
