@@ -182,7 +182,7 @@ def test_a_memory_bomb_is_told(endless: Path) -> None:
     [
         (hostile.crash, "the decoder crashes on this file"),
         (hostile.abort, "the decoder crashes on this file"),
-        (hostile.fail, "the decoder crashes on this file"),
+        (hostile.fail, "the server's log says where reading failed"),
         (hostile.be_killed, "ended by the system, which may be short of memory"),
         (hostile.leave, "the decoder crashes on this file"),
         (hostile.leave_with_status, "the decoder crashes on this file"),

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from pftrack.model.sequence import FrameIndex
-from pftrack.process import MEBIBYTE, Budget, Ending, Refusal, Reply
+from pftrack.process import MEBIBYTE, Budget, Ending, Fault, Refusal, Reply
 from pftrack.sources.errors import SourceError
 from pftrack.sources.limits import Limits
 from pftrack.sources.results.reading import LARGEST_FILE_BYTES
@@ -55,6 +55,8 @@ async def probe(
                 how = Ending.CRASHED
         case Refusal(message=message):
             raise SourceError(message)
+        case Fault():
+            raise SourceError("the file cannot be read; the server's log says where reading failed")
         case Ending():
             how = answer
         case _:
