@@ -134,12 +134,14 @@ def save(run: Run, path: Path, *, states: bool = False, footage_path: str | None
     """
     part = part_of(path)
     try:
-        with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
-            archive.writestr("run.json", describe(run, path=footage_path).model_dump_json(indent=1))
-            archive.writestr("diagnostics.npz", _pack(columns_of(run)))
+        # A `ZipInfo` takes no time from the clock, which may be before 1980.
+        with zipfile.ZipFile(part, "w") as archive:
+            told = describe(run, path=footage_path).model_dump_json(indent=1)
+            archive.writestr(zipfile.ZipInfo("run.json"), told, zipfile.ZIP_DEFLATED)
+            archive.writestr(zipfile.ZipInfo("diagnostics.npz"), _pack(columns_of(run)), zipfile.ZIP_DEFLATED)
             if states:
                 # They are compressed within; a second time would gain nothing and take as long again.
-                archive.writestr("states.npz", _pack(_states(run)), zipfile.ZIP_STORED)
+                archive.writestr(zipfile.ZipInfo("states.npz"), _pack(_states(run)))
         settle(part, path)
     finally:
         part.unlink(missing_ok=True)

@@ -59,7 +59,7 @@ def pack(recording: Recording) -> Packed:
         OSError: It cannot be read.
     """
     path, data = Path(recording.path), io.BytesIO()
-    with zipfile.ZipFile(data, "w", zipfile.ZIP_STORED) as archive:
+    with zipfile.ZipFile(data, "w", zipfile.ZIP_STORED, strict_timestamps=False) as archive:
         for each in sorted(path.iterdir()) if path.is_dir() else [path]:
             if each.is_file():
                 archive.write(each, each.name)

@@ -90,6 +90,14 @@ def test_diagnostics_and_states_come_along(run: Run, tmp_path: Path) -> None:
     assert run.position == 20
 
 
+def test_the_clock_may_be_before_1980(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file takes no time from the clock, which an archive could not hold."""
+    monkeypatch.setattr("time.time", lambda: 0.0)
+    save(run, tmp_path / "a.pft", states=True)
+    with zipfile.ZipFile(tmp_path / "a.pft") as archive:
+        assert {entry.date_time for entry in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
+
+
 def test_saving_replaces_whole_files_only(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """When writing fails, what was there before is still there, and nothing else."""
     path = tmp_path / "a.pft"

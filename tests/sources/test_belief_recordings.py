@@ -245,6 +245,13 @@ def test_damage_is_refused_in_a_sentence(tmp_path: Path) -> None:
             sequence.content.belief(sequence.content.first, 0)
 
 
+@pytest.mark.parametrize("source", [[0.0], [np.zeros((16, 16, 3), np.uint8)]])
+def test_the_clock_may_be_before_1980(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, source: list[object]) -> None:
+    """A recording takes no time from the clock, which an archive could not hold."""
+    monkeypatch.setattr("time.time", lambda: 0.0)
+    assert open_sequence(record(tmp_path / "mine.pft", 1, source=source)).frame_count == 1
+
+
 ROW = (0, 0, 0, 3, 0, 0, 0, 0, 0)
 DESCRIPTION = b'{"version": %s, "components": [], "frame_rate_hz": 30, "clip": null, "remarks": []}'
 

@@ -112,9 +112,9 @@ class Recorder:
             "clip_sha256": None if clip is None or embed else _digest(clip),
             "remarks": list(remarks),
         }
-        self._archive.writestr(RECORDING_ENTRY, json.dumps(about))
+        self._write_entry(RECORDING_ENTRY, json.dumps(about).encode())
         if times is not None:
-            self._archive.writestr("times.npy", header_of(times.dtype, times.shape) + times.tobytes())
+            self._write_entry("times.npy", header_of(times.dtype, times.shape) + times.tobytes())
         if clip is not None and embed:
             with clip.open("rb") as file, self._archive.open("clip", "w", force_zip64=True) as entry:
                 shutil.copyfileobj(file, entry, COPIED_BYTES)
@@ -301,7 +301,7 @@ class Recorder:
     def _write(self, item: Chunk | tuple[int, NDArray[Any]]) -> None:
         if not isinstance(item, Chunk):
             frame, picture = item
-            self._archive.writestr(f"pictures/{frame:06d}.jpg", _jpeg(picture))
+            self._write_entry(f"pictures/{frame:06d}.jpg", _jpeg(picture))
             return
         name = f"chunks/{item.number:06d}"
         for array, column in item.columns.items():
@@ -317,6 +317,9 @@ class Recorder:
         with self._archive.open(info, "w") as entry:
             entry.write(header)
             entry.write(array.data)
+
+    def _write_entry(self, name: str, data: bytes) -> None:
+        self._archive.writestr(zipfile.ZipInfo(name), data)  # without the time of a clock that may be before 1980
 
     def _flush(self) -> None:
         if self._archive.fp is not None:

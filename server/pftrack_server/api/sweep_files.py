@@ -97,7 +97,7 @@ def _gather(sweep: Sweep, path: Path) -> Path:
 
 def _zip(folder: Path, name: str) -> Path:
     path = folder / name
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED, strict_timestamps=False) as archive:
         for picture in _pictures(folder):
             archive.write(picture, picture.name)
     return path
