@@ -120,8 +120,10 @@ def _read(path: Path, exercises: Mapping[str, Exercise], exercise: str | None) -
 
     Raises:
         OSError: It cannot be read.
-        ValueError: It is no text, has no such name, or which exercise it answers is not known.
+        ValueError: It is not a regular file or not text, has no such name, or which exercise it answers is not known.
     """
+    if not path.is_file():  # a pipe would wait for a writer
+        raise ValueError("It is not a regular file.")
     text, tracker = path.read_text(encoding="utf-8"), name_of(path)
     named = exercise or exercise_named_in(text)
     if named is None or named not in exercises:

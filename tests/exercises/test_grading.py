@@ -1,5 +1,6 @@
 """Grading: each submission in a confined process, whatever it does to itself."""
 
+import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -73,6 +74,13 @@ def test_what_could_not_be_checked_says_why(graded: dict[str, dict[str, Any]], n
     """It has no points, and the others have theirs."""
     assert graded[name]["score"] == 0
     assert words in graded[name]["output"]
+
+
+def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
+    """What is not a file has no points, and holds up no other submission."""
+    os.mkfifo(tmp_path / "pipe.py")
+    ((_, found),) = grade(submissions_in(tmp_path), {})
+    assert (found["score"], found["output"]) == (0, "It is not a regular file.")
 
 
 def test_memory_is_limited(graded: dict[str, dict[str, Any]]) -> None:
