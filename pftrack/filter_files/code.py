@@ -203,7 +203,9 @@ class FilterCode:
         except _TimeoutError as error:
             line = self._line_in(error.__traceback__)
             raise FilterFileError(self.file, line, f"took longer than {LONGEST_STEP_S:g} s for a frame") from None
-        except (Exception, SystemExit) as error:
+        except BaseException as error:
+            if isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+                raise  # Ctrl-C, which never comes where it is ignored
             said = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
             raise FilterFileError(self.file, self._line_in(error.__traceback__), said) from error
 

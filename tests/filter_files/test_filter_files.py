@@ -1,6 +1,7 @@
 """Filters in files: any part may be a person's own, the numbers are the same on every way, and mistakes have a line."""
 
 import pickle
+import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -204,6 +205,18 @@ class TestMistakes:
         assert (told.file, told.line) == ("mine.py", line)
         assert words in told.problem
         assert str(pickle.loads(pickle.dumps(told))) == str(told)  # noqa: S301 - made here
+
+    def test_an_interrupt_of_its_own(self) -> None:
+        """Where Ctrl-C is ignored, as in a session's process, an interrupt is the file's; elsewhere it is the user's."""
+        text = "def propagate(states):\n    raise KeyboardInterrupt\n"
+        with pytest.raises(KeyboardInterrupt):
+            problem_of(text)
+        before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        try:
+            told = problem_of(text)
+        finally:
+            signal.signal(signal.SIGINT, before)
+        assert (told.line, told.problem) == (2, "KeyboardInterrupt")
 
     def test_the_run_stands_where_it_was(self) -> None:
         """What was computed stays, and goes on with another version."""
