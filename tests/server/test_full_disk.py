@@ -34,7 +34,8 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
     if mounted.returncode:
         pytest.skip(f"no file system can be mounted here: {mounted.stderr.strip()}")
     yield folder
-    subprocess.run(["umount", "--lazy", str(folder)], check=True)
+    while folder.is_mount():
+        subprocess.run(["umount", "--lazy", str(folder)], check=True)
 
 
 def fill(disk: Path, leave_bytes: int = 0) -> None:
@@ -143,6 +144,29 @@ class TestFullDisk:
             assert len(found["branches"]) == 2
             assert client.get("/api/v1/runs").json() == client.get("/api/v1/uploads").json() == []
             assert client.delete(f"/api/v1/sessions/{first}").status_code == 204
+
+
+@pytest.mark.parametrize("harm", ["deleted", "read-only"])
+def test_a_data_directory_that_takes_nothing(start_server: Any, small_disk: Path, clip: bytes, harm: str) -> None:
+    """Nothing is said to be kept that is not, a server is not ready, and what runs goes on."""
+    with start_server(data_dir=small_disk / "data", reserve_bytes=0) as (_, client):
+        session = begin(client)["id"]
+        if harm == "deleted":
+            shutil.rmtree(small_disk / "data")
+        else:
+            subprocess.run(["mount", "--bind", str(small_disk), str(small_disk)], check=True)
+            subprocess.run(["mount", "-o", "remount,bind,ro", str(small_disk)], check=True)
+        refused = [
+            send(client, ("ball.mp4", clip)),
+            save(client, session),
+            client.post("/api/v1/sessions", json=session_request({"experiment": "ball"})),
+            client.post(f"/api/v1/sessions/{session}/bookmarks", json={"note": "lost"}),
+            client.delete("/api/v1/uploads/0123456789abcdef"),
+        ]
+        for answer in refused:
+            assert "data directory was deleted or is read-only" in error_of(answer, 507)["message"]
+        assert "its data directory" in error_of(client.get("/readyz"), 503)["message"]
+        assert steer(client, session, "seek", frame=20)["position"] == 20
 
 
 class TestLimits:

@@ -22,7 +22,7 @@ async def alive() -> dict[str, str]:
 
 @router.get("/readyz")
 async def ready(store: AStore, services: TheServices) -> dict[str, str]:
-    """Tell that the server can start sessions: all is compiled, the database answers and workers can be made."""
+    """Tell that the server can start sessions: all is compiled, what is made can be kept, and workers can be made."""
     compiling = services.compilation.progress
     if not compiling.finished:
         raise UnavailableError(f"The server is not ready: {compiling.sentence}.")
@@ -30,7 +30,9 @@ async def ready(store: AStore, services: TheServices) -> dict[str, str]:
         await asyncio.to_thread(store.check)
         await services.tasks.check()
     except Exception as error:
-        raise UnavailableError("The server is not ready; its database or its workers do not answer.") from error
+        raise UnavailableError(
+            "The server is not ready; its data directory, its database or its workers fail."
+        ) from error
     return {"status": "ready"}
 
 

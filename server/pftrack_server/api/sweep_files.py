@@ -53,6 +53,7 @@ async def download(
     whole = store.files.sweep(sweep.id)
     if form == "parquet" and whole.exists():
         return FileResponse(whole, media_type=PARQUET, filename=f"{name}.parquet")
+    store.disk_budget.check()
     folder = store.files.new_outgoing()
     folder.mkdir(mode=0o700)
     after = BackgroundTask(shutil.rmtree, folder, ignore_errors=True)

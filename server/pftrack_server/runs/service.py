@@ -36,6 +36,7 @@ def check_room(store: Store, settings: Settings) -> None:
         ConflictError: There are as many as there may be.
         DiskFullError: All together are as large as they may be, or the disk has no room.
     """
+    store.disk_budget.check()
     if store.count(RunRow) >= settings.max_runs:
         raise ConflictError(f"The server keeps at most {settings.max_runs} saved runs; delete one first.")
     used = store.files.runs_bytes()
@@ -44,7 +45,6 @@ def check_room(store: Store, settings: Settings) -> None:
             f"The saved runs have {mebibytes(used)}, and all together may have {mebibytes(settings.max_runs_bytes)}; "
             "delete one first."
         )
-    store.disk_budget.check()
 
 
 async def save(store: Store, session: Session, title: str | None) -> RunRow:

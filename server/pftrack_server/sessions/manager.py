@@ -22,6 +22,7 @@ from pftrack_server.store import Store
 from pftrack_server.store.database import is_busy
 from pftrack_server.store.disk_budget import is_full
 from pftrack_server.store.files import is_name
+from pftrack_server.system_errors import failure_message
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.uploads.intake import index_of
 from pftrack_server.worker.protocol import WorkerConfig
@@ -310,7 +311,7 @@ class Manager:
                 log.exception("housekeeping failed")
             elif time.monotonic() > self._complained + COMPLAIN_EVERY_S:
                 self._complained = time.monotonic()
-                log.warning("the disk is full or the database locked; changes are written as soon as that ends")
+                log.warning("changes cannot be written yet", reason=failure_message(error))
 
     def _remove_orphans(self) -> None:
         self._store.files.trim_states(self._settings.max_states_bytes)

@@ -38,10 +38,13 @@ SQLITE_FULL = {
 }
 """What SQLite says of a disk that takes nothing, depending on the file and the moment."""
 DISK_FULL = "The server's disk is full; delete uploads, saved runs, sweeps or sessions, and try again."
+FOLDER_GONE = "The server's data directory was deleted or is read-only; restore it, then restart the server."
 
 
 def is_full(error: BaseException) -> bool:
-    """Tell whether an error is that of a disk with no room."""
+    """Tell whether an error is that of a disk with no room, or that takes nothing."""
+    if isinstance(error, DiskFullError):
+        return True
     if isinstance(error, OSError):
         return error.errno in FULL
     if isinstance(error, DBAPIError):
@@ -65,8 +68,9 @@ class DiskBudget:
         """Make sure that so much may be written.
 
         Raises:
-            DiskFullError: Less than the reserve would be left.
+            DiskFullError: Less than the reserve would be left, or the folder cannot be written.
         """
+        self.check_folder()
         free = free_bytes(self._folder)
         if free - wanted_bytes < self._reserve_bytes:
             reserve = mebibytes(self._reserve_bytes)
@@ -75,8 +79,18 @@ class DiskBudget:
                 f"this needs {mebibytes(wanted_bytes)}. Delete uploads, saved runs, sweeps or sessions, and try again."
             )
 
+    def check_folder(self) -> None:
+        """Make sure that the folder is there and can be written; a database goes on in files that were deleted.
+
+        Raises:
+            DiskFullError: It is not.
+        """
+        if not os.access(self._folder, os.W_OK):
+            raise DiskFullError(FOLDER_GONE)
+
     def take_ballast(self) -> None:
         """Hold as much ballast as there is room for."""
+        self.check_folder()
         with self._lock:
             self._take()
 
@@ -84,8 +98,10 @@ class DiskBudget:
         """Do what makes room or has happened already; on a full disk do it again without the ballast.
 
         Raises:
+            DiskFullError: The folder cannot be written.
             Exception: What the work raises, after the second time where the disk was full at the first.
         """
+        self.check_folder()
         try:
             return work()
         except (OSError, OperationalError) as error:

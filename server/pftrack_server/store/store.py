@@ -66,7 +66,8 @@ class Store:
         self.files.close()
 
     def check(self) -> None:
-        """Make sure that the database answers."""
+        """Make sure that the data directory can be written and the database answers."""
+        self.disk_budget.check_folder()
         with self._begin() as database:
             database.execute(text("SELECT 1"))
 
