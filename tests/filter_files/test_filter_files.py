@@ -207,7 +207,7 @@ class TestMistakes:
         assert str(pickle.loads(pickle.dumps(told))) == str(told)  # noqa: S301 - made here
 
     def test_an_interrupt_of_its_own(self) -> None:
-        """Where Ctrl-C is ignored, as in a session's process, an interrupt is the file's; elsewhere it is the user's."""
+        """Where Ctrl-C is ignored, as in a session's process, an interrupt is the file's; elsewhere the user's."""
         text = "def propagate(states):\n    raise KeyboardInterrupt\n"
         with pytest.raises(KeyboardInterrupt):
             problem_of(text)

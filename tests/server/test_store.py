@@ -2,6 +2,7 @@
 
 import json
 import sqlite3
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from pftrack_server.errors import NotFoundError
 from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store
-from pftrack_server.store.database import VERSION, connect
+from pftrack_server.store.database import VERSION, DatabaseError, connect
 from pftrack_server.store.files import DataDirectory, is_name, new_name
 from pftrack_server.store.migrations import find_revisions
 from pftrack_server.store.tables import Base, UploadRow
@@ -75,6 +76,18 @@ def test_a_session_of_before_snapshots(tmp_path: Path) -> None:
     assert spec.run.parameters == {"n": 2}
     first = spec.branches["b0"]
     assert (first.title, first.run.bound, first.run.recipe.seed) == ("Main", (7, 6), 3)
+
+
+def test_a_database_that_is_locked_at_the_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A server that cannot open it says who keeps it, and what to do."""
+    url = f"sqlite:///{tmp_path / 'x.sqlite'}"
+    connect(url).dispose()
+    monkeypatch.setattr("pftrack_server.store.database.BUSY_S", 0)
+    with closing(sqlite3.connect(tmp_path / "x.sqlite", isolation_level=None)) as other:
+        other.execute("PRAGMA locking_mode=EXCLUSIVE")
+        other.execute("BEGIN EXCLUSIVE")
+        with pytest.raises(DatabaseError, match="is locked by another program: close that"):
+            connect(url)
 
 
 def test_names() -> None:

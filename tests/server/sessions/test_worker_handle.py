@@ -1,13 +1,12 @@
 """What a command is answered with, as the web process reads a worker's pipe."""
 
 import asyncio
-import socket
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from pftrack.process import BlockingEnd, ForkServer
+from pftrack.process import ForkServer
 from pftrack_server.sessions import worker_handle
 from pftrack_server.sessions.worker_handle import WorkerHandle, WorkerLostError
 from pftrack_server.worker.protocol import Event, Heartbeat, Reply, Speed
