@@ -47,7 +47,9 @@ class Settings(BaseSettings):
         (), description="Files with filters of the server's owner, which it executes, with colons between."
     )
 
-    max_sessions: int = Field(24, ge=1, le=1000, description="Sessions with a live worker at one time.")
+    max_sessions: int = Field(
+        24, ge=1, le=1000, description="Sessions with a live worker at one time; one that nobody watches gives way."
+    )
     max_stored_sessions: int = Field(500, ge=1, description="Sessions kept, the suspended ones included.")
     max_branches: int = Field(24, ge=1, description="Branches of one session.")
     max_frames: int = Field(20_000, ge=2, description="Frames of one run.")

@@ -2,11 +2,13 @@
 
 import shutil
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
+from websockets.sync.client import connect
 
 from tests.browser.class_room import Follower, newcomers
 from tests.browser.host import START_S, Server, until
@@ -50,11 +52,22 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 
 
 @pytest.fixture
-def fill(server: Server) -> Callable[..., list[dict[str, Any]]]:
-    """Take all places for sessions but a few; the sessions that take them are returned."""
+def watched(server: Server) -> Iterator[Callable[[dict[str, Any]], None]]:
+    """Have somebody watch a session, so that it keeps its place."""
+    with ExitStack() as sockets:
+        stream = server.url.replace("http", "ws", 1) + "/api/v1/sessions/{}/stream"
+        yield lambda session: sockets.enter_context(connect(stream.format(session["id"]))).recv()
+
+
+@pytest.fixture
+def fill(server: Server, watched: Callable[[dict[str, Any]], None]) -> Callable[..., list[dict[str, Any]]]:
+    """Take all places for sessions but a few; the sessions that take them are watched, and returned."""
 
     def filled(*, free: int = 0) -> list[dict[str, Any]]:
-        return [server.start_session(frames=2) for _ in range(PLACES - free)]
+        sessions = [server.start_session(frames=2) for _ in range(PLACES - free)]
+        for each in sessions:
+            watched(each)
+        return sessions
 
     return filled
 

@@ -175,7 +175,11 @@ def test_an_unknown_failure_leads_to_all(failure: FailurePage, complaints: Compl
 
 
 def test_a_full_server_is_said_and_nothing_is_left(
-    failure: FailurePage, server: Server, fill: Callable[..., list[dict[str, Any]]], complaints: Complaints
+    failure: FailurePage,
+    server: Server,
+    fill: Callable[..., list[dict[str, Any]]],
+    watched: Callable[[dict[str, Any]], None],
+    complaints: Complaints,
 ) -> None:
     """Where there is no place for both runs, the page says so in words; left then, it leaves no session behind."""
     complaints.expected = ("status of 503",)
@@ -186,6 +190,7 @@ def test_a_full_server_is_said_and_nothing_is_left(
     def start(route: Any) -> None:
         answer = route.fetch()
         if answer.status == 201:
+            watched(answer.json())
             under_way.append(answer)
         else:
             route.fulfill(response=answer)

@@ -37,16 +37,6 @@ class TestBadWishes:
         assert error_of(client.post("/api/v1/sessions", json=session_request(body)), 422)["field"] == field
         assert len(client.get("/api/v1/sessions").json()) == before
 
-    def test_full_house(self, start_server: Any) -> None:
-        """A full house answers 503 with a clear sentence, and has room again when a session ends."""
-        with start_server(max_sessions=2) as (_, client):
-            first = begin(client)
-            begin(client)
-            answer = client.post("/api/v1/sessions", json=session_request({"experiment": "ball"}))
-            assert "All 2 places are taken" in error_of(answer, 503)["message"]
-            client.delete(f"/api/v1/sessions/{first['id']}")
-            begin(client)
-
     def test_too_many_particles(self, start_server: Any) -> None:
         """The server's own limit of particles counts besides the parameter's."""
         with start_server(max_particles=500) as (_, client):

@@ -1,6 +1,6 @@
 """The manager: all sessions of a server, and the housekeeping around them.
 
-It makes room, ends and resumes sessions, watches over workers that fall silent, suspends sessions that nobody visits,
+It makes room, ends and resumes sessions, watches over workers that fall silent, suspends sessions that nobody watches,
 and writes down what changed, so that after a restart of the server every session is where it was.
 """
 
@@ -133,7 +133,6 @@ class Manager:
             ConflictError: There is a session of that name.
             Exception: Whatever refused the spec, or failed in preparing.
         """
-        self._make_room()
         await asyncio.to_thread(self._store.disk_budget.check)
         if len(self._sessions) >= self._settings.max_stored_sessions:
             raise UnavailableError(
@@ -163,7 +162,6 @@ class Manager:
             UnavailableError: The house is full.
         """
         if session.worker is None and session.phase != "starting":
-            self._make_room()
             await self._start(session)
             await session.wait_until_open(OPENING_S)
 
@@ -230,9 +228,9 @@ class Manager:
         began = time.perf_counter()
         if session.spec.upload:
             await index_of(self._store, self._settings, self._tasks, session.spec.upload)
-        # Again, and with nothing awaited before the place is taken: others may have come meanwhile.
+        # Last, since others may come meanwhile: once there is room, nothing is awaited before the place is taken.
         if not session.live:
-            self._make_room()
+            await self._make_room()
         await session.start()
         session.left = time.monotonic()
         self.started += 1
@@ -243,12 +241,17 @@ class Manager:
             milliseconds=round(1000 * (time.perf_counter() - began)),
         )
 
-    def _make_room(self) -> None:
-        if self.live >= self._settings.max_sessions:
-            raise UnavailableError(
-                f"All {self._settings.max_sessions} places are taken; end a session or wait until one is suspended, "
-                f"which happens after {self._settings.idle_seconds / 60:g} minutes without visitors."
-            )
+    async def _make_room(self) -> None:
+        """Suspend sessions that nobody watches, the longest left first, until there is a free place."""
+        while self.live >= self._settings.max_sessions:
+            unused = [session for session in self._sessions.values() if session.is_unused]
+            if not unused:
+                raise UnavailableError(
+                    f"All {self._settings.max_sessions} places are taken by sessions that somebody watches; "
+                    "end one, or close its page."
+                )
+            longest_left = min(unused, key=lambda session: session.left)
+            await longest_left.suspend("Another session needed the place; this one continues where it was.")
 
     def _session(self, spec: SessionSpec) -> Session:
         return Session(spec, self._settings, self.config)
@@ -292,9 +295,7 @@ class Manager:
                 if session.visitors:
                     session.left = now
                 # A command under way may wait for a worker that hangs, which only this round ends.
-                elif (
-                    session.is_free and session.worker is not None and now - session.left > self._settings.idle_seconds
-                ):
+                elif session.is_unused and now - session.left > self._settings.idle_seconds:
                     message = "Nobody was connected for a while; the session continues where it was."
                     await self._attempt(session.suspend(message))
             seldom = number % POSITIONS_EVERY == 0

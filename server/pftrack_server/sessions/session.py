@@ -109,6 +109,11 @@ class Session:
         return not self._command_lock.locked()
 
     @property
+    def is_unused(self) -> bool:
+        """Whether it has a worker, which nobody watches or waits for."""
+        return self._worker is not None and self.is_free and not self.visitors and not self._worker.is_asked
+
+    @property
     def description(self) -> SessionDescription:
         """What is fixed of it while it lives."""
         return self.state.description
@@ -155,8 +160,9 @@ class Session:
     async def suspend(self, message: str) -> None:
         """End the worker; the spec remembers everything."""
         async with self._command_lock:
-            await self._stop_worker()
+            # Before the worker has ended, so that a page that comes meanwhile resumes it.
             self.state.set_phase("suspended", message)
+            await self._stop_worker()
         await self.scene_feed.close()
 
     async def close(self, message: str) -> None:

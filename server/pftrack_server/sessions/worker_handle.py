@@ -77,6 +77,11 @@ class WorkerHandle:
         """The worker's process number."""
         return self._child.pid if self._child and not self._child.has_ended else None
 
+    @property
+    def is_asked(self) -> bool:
+        """Whether somebody waits for an answer, or for the run to be where it was."""
+        return any(not future.done() for future, _ in self._waiting.values())
+
     async def start(self) -> None:
         """Start the worker and wait until its run stands, at its beginning or at its checkpoint.
 

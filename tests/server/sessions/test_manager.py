@@ -2,14 +2,17 @@
 
 import asyncio
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from typing import Any
 
 import httpx
 import pytest
+from websockets.sync.client import connect
 
 from pftrack_server.sessions.session import Session
 from pftrack_server.sessions.worker_handle import WorkerLostError
-from tests.server.host import Server, begin, error_of
+from tests.server.asking import columns, get
+from tests.server.host import Server, begin, error_of, steer
 from tests.session_requests import session_request
 from tests.waiting import wait_for
 
@@ -46,6 +49,50 @@ def test_places_are_taken_once(start_server: Any) -> None:
         gate.open()
         assert sorted(each.result().status_code for each in asked) == [201, 503, 503]
         assert len(client.get("/api/v1/sessions").json()) == 1
+
+
+def test_what_nobody_watches_gives_way(start_server: Any) -> None:
+    """Where all places are taken, the session that was left longest ago gives way at once, and resumes where it was."""
+    with start_server(max_sessions=2) as (server, client), ExitStack() as pages:
+
+        def states() -> list[str]:
+            return [get(client, each)["state"] for each in (left, watched, new)]
+
+        def watch(session: str) -> None:
+            pages.enter_context(connect(f"{server.ws}/api/v1/sessions/{session}/stream")).recv()
+            wait_for(lambda: get(client, session)["state"] == "ready")
+
+        watched, left = begin(client)["id"], begin(client)["id"]
+        watch(watched)
+        steer(client, left, "seek", frame=12)
+        before = columns(client, left)["estimate"]
+        new = begin(client)["id"]
+        assert states() == ["suspended", "ready", "ready"]
+        assert get(client, left)["message"] == "Another session needed the place; this one continues where it was."
+        watch(left)
+        assert states() == ["ready", "ready", "suspended"]
+        assert get(client, left)["position"] == 12
+        assert columns(client, left)["estimate"] == before
+        refused = error_of(client.post(f"/api/v1/sessions/{new}/resume"), 503)
+        assert "All 2 places are taken by sessions that somebody watches" in refused["message"]
+        assert states() == ["ready", "ready", "suspended"]
+        client.delete(f"/api/v1/sessions/{watched}")
+        assert client.post(f"/api/v1/sessions/{new}/resume").json()["state"] == "ready"
+
+
+def test_who_waits_for_an_answer_keeps_the_place(start_server: Any) -> None:
+    """A session that is on the way to where somebody sent it does not give way, though nobody watches it."""
+    with start_server(max_sessions=1) as (_, client), ThreadPoolExecutor(1) as pool:
+        session = begin(client, frames=20_000, parameters={"sample_count": 5000})["id"]
+        asked = pool.submit(
+            client.post, f"/api/v1/sessions/{session}/transport", json={"action": "seek", "frame": 19_999}
+        )
+        wait_for(lambda: get(client, session)["goal"])
+        error_of(client.post("/api/v1/sessions", json=session_request({"experiment": "ball"})), 503)
+        steer(client, session, "pause")
+        asked.result()
+        begin(client)
+        assert get(client, session)["state"] == "suspended"
 
 
 def test_ended_while_it_waits_to_go_on(start_server: Any) -> None:
