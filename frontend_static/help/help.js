@@ -1,4 +1,4 @@
-/** The page that stands where the documentation would be, on a server where it has not been built. */
+/** The page that shows the documentation, or says how to build it, on a server where its site has not been built. */
 
 import { part } from "../shared/dom.js";
 import { navigation } from "../shared/navigation.js";

@@ -10,7 +10,7 @@ on: diagnostics to the page's stream, drawings to the viser scene, everything th
 - `schemas`: the shapes of what goes in and out
 - `middleware`: who may speak, and how much; what Prometheus may ask
 - `api`: the REST handlers, the streams and the way to the scene; `api_docs`: their description
-- `pages`: the dashboard's files
+- `pages`: the dashboard's files; `documentation`: the help beside them
 - `sessions`: runs that somebody watches; `worker`: the process that computes one; `stream`: what the pages hear of it
 - `uploads`, `runs`, `sweeps`: what people send, save and compute by the thousand
 - `tasks`: short work in confined processes

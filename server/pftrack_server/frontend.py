@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-__all__ = ["FRONTEND", "HELP"]
+__all__ = ["DOCS", "FRONTEND", "HELP"]
 
 _PACKAGE = Path(__file__).parent
 _CHECKOUT = Path(__file__).parents[2]
@@ -17,3 +17,6 @@ FRONTEND = _place("frontend_static", "frontend_static")
 
 HELP = _place("help_site", "build/site")
 """The documentation, where it has been built (`make docs`)."""
+
+DOCS = _CHECKOUT / "docs"
+"""The documentation as Markdown, in a checkout."""

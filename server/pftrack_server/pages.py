@@ -7,6 +7,7 @@ And its files are named with their version, so that a browser which has them nee
 they have changed.
 """
 
+import asyncio
 import hashlib
 import html
 import re
@@ -14,15 +15,16 @@ from functools import lru_cache
 from http import HTTPStatus
 
 from fastapi import APIRouter, FastAPI, Request
-from starlette.responses import FileResponse, HTMLResponse, RedirectResponse, Response
+from starlette.responses import HTMLResponse, RedirectResponse, Response
 from starlette.staticfiles import StaticFiles
 from starlette.types import Scope
 
 from pftrack_server.api.dependencies import AFollower, TheLessons
 from pftrack_server.base_path import address_of
+from pftrack_server.documentation import html_of
 from pftrack_server.errors import NotFoundError
 from pftrack_server.follow.participant import participant_of
-from pftrack_server.frontend import FRONTEND, HELP
+from pftrack_server.frontend import DOCS, FRONTEND, HELP
 
 __all__ = ["install"]
 
@@ -31,6 +33,7 @@ YEAR_S = 365 * 24 * 3600
 VERSIONS: set[str] = set()
 """Those of the pages that were served: one, unless somebody works at them meanwhile."""
 SCRIPT = re.compile(r'<script type="module"[^>]* src="static/([^"]+)"')
+MAIN = re.compile(r'(?<=<main class="help">).*(?=</main>)', re.DOTALL)
 IMPORT = re.compile(r'^(?:import|(?:import|export)\b[^"\';]*?\bfrom)\s*["\'](\.[^"\']+)["\'];', re.MULTILINE)
 
 EXAMPLES = "media/"
@@ -51,22 +54,6 @@ class Files(StaticFiles):
         answer = await super().get_response(path, scope)
         lasting = scope["path_params"].get("version") in VERSIONS
         answer.headers["Cache-Control"] = f"max-age={YEAR_S}, immutable" if lasting else "no-cache"
-        return answer
-
-
-class Documentation(StaticFiles):
-    """The documentation as a site, which may be built while the server runs."""
-
-    def __init__(self) -> None:
-        super().__init__(directory=HELP, html=True, check_dir=False)
-        self.config_checked = True  # without a folder nothing is found in it
-
-    async def get_response(self, path: str, scope: Scope) -> Response:
-        """Return a file of it, which a browser asks for each time."""
-        answer = await super().get_response(path, scope)
-        answer.headers["Cache-Control"] = "no-cache"
-        if path.startswith(EXAMPLES) and path.endswith(".html"):
-            answer.headers["Content-Security-Policy"] = EXAMPLES_POLICY
         return answer
 
 
@@ -154,17 +141,29 @@ async def session(request: Request, session: str) -> Response:
 
 
 @router.get("/help")
-async def documentation(request: Request) -> Response:
+async def documentation_start(request: Request) -> Response:
     """Lead to the documentation, whose links are relative to its folder."""
     return RedirectResponse(address_of(request.scope, "help/"))
 
 
-@router.get("/help/")
-async def documentation_start(request: Request) -> Response:
-    """Return the first page of the documentation, or say how to build it."""
-    if not (HELP / "index.html").is_file():
+@router.get("/help/{path:path}")
+async def documentation(request: Request, path: str) -> Response:
+    """Return a page or picture of the documentation: of its site, or of its Markdown until that has been built.
+
+    Where there is neither, its first page says how to build it.
+    """
+    path = path or "index.html"
+    is_built = (HELP / "index.html").is_file()
+    if not is_built and (text := await asyncio.to_thread(html_of, path)):
+        return _page(request, "help/help.html", content=text)
+    if not is_built and path == "index.html":
         return _page(request, "help/help.html", HTTPStatus.NOT_FOUND)
-    return FileResponse(HELP / "index.html", headers={"Cache-Control": "no-cache"})
+    files = StaticFiles(directory=HELP if is_built else DOCS, html=True, check_dir=False)
+    answer = await files.get_response(path, request.scope)
+    answer.headers["Cache-Control"] = "no-cache"
+    if path.startswith(EXAMPLES) and path.endswith(".html"):
+        answer.headers["Content-Security-Policy"] = EXAMPLES_POLICY
+    return answer
 
 
 @router.get("/follow")
@@ -199,7 +198,6 @@ def install(app: FastAPI) -> None:
     app.include_router(router)
     for place in ("/static/version/{version}", "/static"):
         app.mount(place, Files(directory=FRONTEND))
-    app.mount("/help", Documentation())
 
 
 def _version() -> str:
@@ -212,8 +210,10 @@ def _version() -> str:
     return name
 
 
-def _page(request: Request, name: str, status: int = HTTPStatus.OK) -> Response:
+def _page(request: Request, name: str, status: int = HTTPStatus.OK, *, content: str = "") -> Response:
     text = (FRONTEND / name).read_text(encoding="utf-8")
+    if content:
+        text = MAIN.sub(lambda _: content, text)
     base = f'<base href="{html.escape(address_of(request.scope))}">\n'
     links = "".join(f'<link rel="modulepreload" href="{STATIC}{module}">\n' for module in _modules(name))
     text = text.replace("<head>\n", f"<head>\n{base}", 1).replace("</head>", f"{links}</head>", 1)

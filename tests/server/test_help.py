@@ -1,17 +1,19 @@
 """Help: the documentation as the server offers it, below its base path, and what stands there where there is none."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
 import httpx
 import pytest
 
-from pftrack_server import pages
+from pftrack_server import documentation, pages
 from pftrack_server.app import create_app
 from pftrack_server.settings import Settings
 from tests.apart import run
 
 BASE = "/@/space%20word"
+LINK = re.compile(r'(?:href|src)="(help/[^"]*)"')
 
 
 Get = Callable[..., httpx.Response]
@@ -71,17 +73,42 @@ def test_nothing_else_is_served(site: Path, monkeypatch: pytest.MonkeyPatch, tmp
         assert get(f"{BASE}/help/{path}").status_code == 404
 
 
-def test_without_documentation_the_page_says_how_to_build_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """A server that nobody built it for says what to do, and serves it as soon as it is there."""
+def test_without_its_site_the_markdown_is_shown(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Until the site is built a checkout shows every page and picture below `help/`; every link leads somewhere."""
     folder = tmp_path / "later"
     get = client(folder, monkeypatch, tmp_path)
-    answer = get(f"{BASE}/help/")
-    assert answer.status_code == 404
-    assert "make docs" in answer.text
-    assert get(f"{BASE}/help/how-to/server.html").status_code == 404
+    first = get(f"{BASE}/help/")
+    assert first.status_code == 200
+    assert 'href="help/how-to/index.html"' in first.text
+    assert "make docs" in first.text
+    answers = {"help/index.html": first}
+    waiting = ["help/index.html"]
+    while waiting:
+        for link in LINK.findall(answers[waiting.pop()].text.partition("<main")[2]):
+            path, _, anchor = link.partition("#")
+            if path not in answers:
+                answers[path] = get(f"{BASE}/{path}")
+                assert answers[path].status_code == 200, link
+                waiting += [path] if path.endswith(".html") else []
+            assert not anchor or f'id="{anchor}"' in answers[path].text, link
+    assert {"help/start.html", "help/reference/python.html", "help/session.png"} <= answers.keys()
+    assert "<math" in answers["help/methods/filters.html"].text
+    assert "<table>" in answers["help/how-to/server.html"].text
+    for path in ("nowhere.html", "%2e%2e/README.html", "%2e%2e/README.md", "%00.html", "start"):
+        assert get(f"{BASE}/help/{path}").status_code == 404
     folder.mkdir()
     (folder / "index.html").write_text("there")
     assert get(f"{BASE}/help/").text == "there"
+    assert get(f"{BASE}/help/start.html").status_code == 404
+
+
+def test_without_documentation_the_page_says_how_to_build_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A package that was installed without any says what to do."""
+    monkeypatch.setattr(documentation, "DOCS", tmp_path / "nowhere")
+    get = client(tmp_path / "later", monkeypatch, tmp_path)
+    answer = get(f"{BASE}/help/")
+    assert answer.status_code == 404
+    assert "make docs" in answer.text
 
 
 def test_the_header_of_every_page_leads_to_it() -> None:

@@ -13,7 +13,7 @@ from latex2mathml.converter import convert_to_element
 from markdown_it import MarkdownIt
 from mdit_py_plugins.dollarmath import dollarmath_plugin
 
-__all__ = ["formula", "inline", "paragraphs"]
+__all__ = ["formula", "inline", "paragraphs", "with_formulas"]
 
 MOST_TEXTS = 1000
 HARMLESS = re.compile(
@@ -58,7 +58,11 @@ def formula(latex: str, *, display: bool) -> str:
 
 @lru_cache(1)
 def _reader() -> MarkdownIt:
-    reader = MarkdownIt("commonmark", {"html": False}).disable("image")
+    return with_formulas(MarkdownIt("commonmark", {"html": False}).disable("image"))
+
+
+def with_formulas(reader: MarkdownIt) -> MarkdownIt:
+    """Return a reader of Markdown that makes formulas between dollars MathML."""
     return reader.use(dollarmath_plugin, allow_space=False, double_inline=True, renderer=_formula)
 
 
