@@ -46,6 +46,13 @@ class BranchModel:
             values |= given
         return values, tracker
 
+    @property
+    def branch_point(self) -> int | None:
+        """Frame at which a change leaves it; None where a change counts from its next frame on."""
+        if self.position == FRAMES - 1:
+            return 0
+        return self.position if self.position < self.computed else None
+
     def change(self, frame: int, values: Values) -> "BranchModel":
         """Return it with values that change from a frame on."""
         return replace(self, changes={**self.changes, frame: {**self.changes.get(frame, {}), **values}})

@@ -112,25 +112,22 @@ class SessionMachine(RuleBasedStateMachine):
 
     @rule(values=some)
     def change(self, values: dict[str, Any]) -> None:
-        """Change parameters from the next frame on; in the past this makes a branch."""
+        """Change parameters from the next frame on; in the past this makes a branch, at the end one from the start."""
         before = self.model.branch
         answer = self.client.patch(f"{self.place}/parameters", json=values)
-        if before.position < before.computed:
-            if len(self.model.branches) == MOST_BRANCHES:
-                error_of(answer, 409)
-                return
-            self.add(answer.json()["branch"], before.leave(before.position, values))
-        elif before.position == LAST:
+        if before.branch_point is None:
+            self.model.branch = before.change(before.position + 1, values)
+        elif len(self.model.branches) == MOST_BRANCHES:
             error_of(answer, 409)
             return
         else:
-            self.model.branch = before.change(before.position + 1, values)
-        self.check_changed(answer, before.position + 1)
+            self.add(answer.json()["branch"], before.leave(before.branch_point, values))
+        self.check_changed(answer, self.model.branch.position + 1)
 
     @rule(values=some)
     def change_while_it_plays(self, values: dict[str, Any]) -> None:
-        """A change while it plays counts from the frame that the answer names, or comes too late."""
-        if self.model.branch.computed == LAST:
+        """A change while it plays counts from the frame that the answer names, or makes a branch at the end."""
+        if self.model.branch.computed == LAST or len(self.model.branches) == MOST_BRANCHES:
             return
         self.seek(self.model.branch.computed)
         before = self.model.branch
@@ -138,12 +135,14 @@ class SessionMachine(RuleBasedStateMachine):
         self.steer("play")
         answer = self.client.patch(f"{self.place}/parameters", json=values)
         paused = self.steer("pause")
-        if answer.status_code == 409:
-            assert paused["position"] == LAST
-        else:
-            changed = answer.json()
+        changed = answer.json()
+        if changed["branch"] == self.model.active:
             assert before.position < changed["frame"] <= LAST
             self.model.branch = before.change(changed["frame"], values)
+        else:
+            assert changed["frame"] == 1
+            self.model.branch = before.go(LAST)
+            self.add(changed["branch"], before.leave(0, values))
         self.take_position(paused)
 
     @rule(value=st.sampled_from([0.0, 1.0, 4.0]), tracker=st.none() | trackers)
@@ -152,7 +151,7 @@ class SessionMachine(RuleBasedStateMachine):
         before = self.model.branch
         values = {FIXED: value, **({"tracker": tracker} if tracker else {})}
         answer = self.client.patch(f"{self.place}/parameters", json=values)
-        if before.position < before.computed and len(self.model.branches) == MOST_BRANCHES:
+        if before.branch_point is not None and len(self.model.branches) == MOST_BRANCHES:
             error_of(answer, 409)
             return
         self.model.branch = before.restart(before.seed, values)

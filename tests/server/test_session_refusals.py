@@ -5,7 +5,7 @@ from typing import Any
 import httpx
 import pytest
 
-from tests.server.host import Server, begin, error_of
+from tests.server.host import Server, begin, error_of, steer
 from tests.session_requests import session_request
 
 
@@ -45,12 +45,15 @@ class TestBadWishes:
             assert error_of(answer, 422)["bound"] == "at most 500 on this server"
 
     def test_too_many_branches(self, start_server: Any) -> None:
-        """A session's branches are limited, with a clear sentence."""
+        """A session's branches are limited, with a clear sentence; a change at the end of a run needs one more."""
         with start_server(max_branches=2) as (_, client):
-            session = begin(client)
+            session = begin(client, frames=5)
             url = f"/api/v1/sessions/{session['id']}/branch"
             assert client.post(url, json={"frame": 0}).status_code == 201
-            assert "at most 2 branches" in error_of(client.post(url, json={"frame": 0}), 409)["message"]
+            steer(client, session["id"], "seek", frame=4)
+            changed = client.patch(f"/api/v1/sessions/{session['id']}/parameters", json={"sample_count": 50})
+            for answer in (client.post(url, json={"frame": 0}), changed):
+                assert "at most 2 branches" in error_of(answer, 409)["message"]
 
 
 def test_unknown_session(server: Server, client: httpx.Client) -> None:

@@ -214,7 +214,7 @@ class Session:
         async with self._command_lock:
             if not values:
                 return self._change_result(self.spec.run.position + 1)
-            if self.spec.run.position < self.spec.run.computed:
+            if self.spec.run.branch_point is not None:
                 self._room_for_branch()
             command = protocol.Change(values, self.spec.next_branch())
             return await self._request(command, self._change_result)
