@@ -1,4 +1,4 @@
-/** The way to a filter of one's own: the two commands by which one begins, or the files that the server was started with. */
+/** The way to a filter of one's own: the commands by which one begins, or the files that the server was started with. */
 
 import { api } from "../shared/api.js";
 import { copyButton } from "../shared/copy.js";
@@ -7,7 +7,8 @@ import { linkTo } from "../shared/share_link.js";
 
 /** @import { FilterPublic } from "../shared/messages.js" */
 
-const COMMANDS = "pftrack new filter my_filter.py\npftrack serve my_filter.py";
+/** Written into the page by the server, which knows where its shell finds the program. */
+const COMMANDS = document.documentElement.dataset.commands ?? "";
 
 /** @param {HTMLElement} root */
 export async function offerOwnFilter(root) {

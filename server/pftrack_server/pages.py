@@ -11,8 +11,11 @@ import asyncio
 import hashlib
 import html
 import re
+import shlex
+import sys
 from functools import lru_cache
 from http import HTTPStatus
+from pathlib import Path
 
 from fastapi import APIRouter, FastAPI, Request
 from starlette.responses import HTMLResponse, RedirectResponse, Response
@@ -60,7 +63,7 @@ class Files(StaticFiles):
 @router.get("/")
 async def gallery(request: Request) -> Response:
     """Return the start page: where to begin, also with a clip from the camera, and all experiments."""
-    page = _page(request, "gallery/gallery.html")
+    page = _page(request, "gallery/gallery.html", about=f'data-commands="{html.escape(_commands())}"')
     page.headers.update(CAMERA_POLICY)
     return page
 
@@ -210,7 +213,19 @@ def _version() -> str:
     return name
 
 
-def _page(request: Request, name: str, status: int = HTTPStatus.OK, *, content: str = "") -> Response:
+def _commands() -> str:
+    """Return what begins a filter of one's own, for the shell that started the server, which may go on meanwhile."""
+    program = Path(sys.argv[0])
+    # Started by its path in a folder, as by `make serve`; else the shell has found it by its name.
+    is_beside = program.name == "pftrack" and not program.is_absolute()
+    path = f'export PATH="$PWD"/{shlex.quote(str(program.parent))}:"$PATH"\n' if is_beside else ""
+    return (
+        f"{path}pftrack new filter my_filter.py --experiment ball\n"
+        "pftrack serve my_filter.py --port 0 --data-dir my_filter_data"
+    )
+
+
+def _page(request: Request, name: str, status: int = HTTPStatus.OK, *, content: str = "", about: str = "") -> Response:
     text = (FRONTEND / name).read_text(encoding="utf-8")
     if content:
         text = MAIN.sub(lambda _: content, text)
@@ -220,6 +235,7 @@ def _page(request: Request, name: str, status: int = HTTPStatus.OK, *, content: 
     text = text.replace(f'"{STATIC}', f'"{STATIC}version/{_version()}/')
     if participant := participant_of(request.scope):
         about = f'data-role="{participant.claim.role}" data-class="{participant.claim.follow}"'
+    if about:
         text = text.replace("<html ", f"<html {about} ", 1)
     return HTMLResponse(text, status, headers={"Cache-Control": "no-cache"})
 

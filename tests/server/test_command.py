@@ -1,12 +1,17 @@
 """The command `serve`: one link, clear sentences, a clean end, and what happens to whole processes."""
 
+import html
+import os
+import re
 import signal
 import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import httpx
 import psutil
@@ -15,7 +20,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin
 
-from tests.server.command import link, serving
+from tests.server.command import PATH, link, serving
 from tests.server.host import begin, error_of, steer
 from tests.server.sweeping import RUNS, begin_sweep, drivers, show, until_some
 from tests.server.test_crashes import state
@@ -81,6 +86,36 @@ def test_a_life(tmp_path: Path) -> None:
     assert "files of at most 1 MiB (ulimit -f)" in lines[0]
     assert "ulimit -f" in lines[1]
     assert "another site" in lines[2]  # many refused websockets are one warning that says why
+
+
+def test_the_commands_of_the_start_page(tmp_path: Path) -> None:
+    """Pasted into the shell in which `make serve` runs, they write a filter and serve it, beside the server that runs.
+
+    That shell does not find the program by its name, and its port and data directory are taken.
+    """
+    (tmp_path / ".venv" / "bin").mkdir(parents=True)
+    (tmp_path / ".venv" / "bin" / "pftrack").symlink_to(Path(sys.executable).with_name("pftrack"))
+    shell = {**os.environ, "PATH": os.defpath, "PYTHONPATH": PATH, "PFTRACK_DATA_DIR": str(tmp_path / "data")}
+
+    @contextmanager
+    def started(*arguments: str, **more: str) -> Iterator[subprocess.Popen[str]]:
+        with subprocess.Popen(
+            arguments, cwd=tmp_path, env={**shell, **more}, stdout=subprocess.PIPE, text=True, start_new_session=True
+        ) as process:
+            try:
+                yield process
+            finally:
+                os.killpg(process.pid, signal.SIGKILL)
+
+    with started(".venv/bin/pftrack", "serve", "--port", "0") as first:
+        address = link(first)
+        found = re.search('data-commands="([^"]*)"', httpx.get(address).text)
+        assert found
+        with started("sh", "-c", html.unescape(found[1]), PFTRACK_PORT=str(urlsplit(address).port)) as second:
+            own, _, token = link(second).partition("?token=")
+            served = httpx.get(f"{own}api/v1/filters", headers={"Authorization": f"Bearer {token}"}).json()
+            assert [(each["file"], each["experiment"]) for each in served] == [("my_filter.py", "ball")]
+            assert first.poll() is None
 
 
 @contextmanager
