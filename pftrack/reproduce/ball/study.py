@@ -7,6 +7,7 @@ from itertools import chain, product
 
 import pyarrow as pa
 import pyarrow.compute as pc
+import pyarrow.parquet as pq
 
 from pftrack.model.parameters import Value
 from pftrack.reproduce.finding import Finding, share
@@ -14,7 +15,7 @@ from pftrack.reproduce.pool import Pool
 from pftrack.sources.overlay import LAYOUTS
 from pftrack.sweep import Axis, Plan
 from pftrack.sweep.chunks import Chunks
-from pftrack.sweep.table import compute
+from pftrack.sweep.work import as_text, compute_chunk
 
 __all__ = ["COARSE", "SIXTEEN", "Scene", "Tally", "cells", "compare_cells", "rows", "tally"]
 
@@ -92,7 +93,9 @@ class Tally:
 def rows(pool: Pool, plan: Plan) -> pa.Table:
     """Carry out a plan and return its rows, by number."""
     chunks = Chunks.of(plan, RUNS_A_PIECE)
-    return pa.concat_tables(pool.map(partial(_piece, plan, chunks), range(len(chunks))))
+    # A plan travels as text, as in a sweep: it keeps its experiment, whose functions cannot all be pickled.
+    piece = partial(compute_chunk, as_text(plan), chunks.conditions, chunks.trials)
+    return pa.concat_tables(pq.read_table(pa.BufferReader(one)) for one in pool.map(piece, range(len(chunks))))
 
 
 def tally(table: pa.Table, **which: Value) -> Tally:
@@ -148,7 +151,3 @@ def _share(table: pa.Table) -> float:
         return float("nan")
     known = table["observation_share"].drop_null().to_numpy()
     return float(known.mean()) if len(known) else float("nan")
-
-
-def _piece(plan: Plan, chunks: Chunks, number: int) -> pa.Table:
-    return compute(plan, chunks[number], plan.setup())

@@ -1,0 +1,71 @@
+"""Every result is computed once in its smallest form by two processes, so that none of them breaks unnoticed."""
+
+from collections.abc import Callable, Iterable
+from functools import partial
+from pathlib import Path
+from typing import TypeVar
+
+import pytest
+
+from pftrack.reproduce import RESULTS, Pool
+from pftrack.reproduce.ball import maps, study
+from pftrack.reproduce.head import pose
+from pftrack.reproduce.trajectories import tracks
+from pftrack.sweep import Plan, Result
+from pftrack.sweep.work import compute_chunk
+from tests.pooling import fork_server, shared_fork_server
+
+__all__ = ["fork_server", "shared_fork_server"]
+
+Item = TypeVar("Item")
+Outcome = TypeVar("Outcome")
+
+
+class EnoughError(Exception):
+    """A result without a quick form has sent a piece of work to a process and got it back."""
+
+
+class FirstPieces(Pool):
+    """Computes the first piece of each list of work and takes its outcome for all; of sweeps it computes all pieces."""
+
+    once = False
+
+    def map(self, function: Callable[[Item], Outcome], items: Iterable[Item]) -> list[Outcome]:
+        """Return as many outcomes as there are items."""
+        work = list(items)
+        if isinstance(function, partial) and function.func is compute_chunk:
+            return super().map(function, work)
+        outcomes = super().map(function, work[:1])
+        if self.once:
+            raise EnoughError
+        return outcomes * len(work)
+
+    def sweep(self, plan: Plan, out: Path) -> Result:
+        """Carry the first sweep out, which is enough."""
+        super().sweep(plan, out)
+        raise EnoughError
+
+
+@pytest.fixture(autouse=True)
+def short(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run of the ball has two frames, the head is as fast as may be, and the maps have few cells."""
+    plans = maps.plans
+    monkeypatch.setattr(study, "FRAMES", 2)
+    monkeypatch.setattr(pose, "VideoTrials", partial(pose.VideoTrials, frames=225))
+    monkeypatch.setattr(maps, "plans", lambda _full: plans(full=False))
+    monkeypatch.setattr(tracks, "METHODS", tracks.METHODS[::-1])  # one that is run more than once comes first
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_every_result_runs_in_two_processes(name: str) -> None:
+    """What is computed goes to other processes and comes back, in the full form where there is no quick one.
+
+    On clips there is nothing to compute: nobody has brought any.
+    """
+    with FirstPieces(2) as pool:
+        findings = RESULTS[name](pool, False)
+        if [one.verdict for one in findings] == ["not run"] and name != "loss-clips":
+            pool.once = True
+            with pytest.raises(EnoughError):
+                RESULTS[name](pool, True)
+    assert findings
