@@ -46,11 +46,12 @@ from pftrack.reproduce.linkage import lines, regions, set_algebra
 from pftrack.reproduce.pool import Pool
 from pftrack.reproduce.prism import pose as prism
 from pftrack.reproduce.record import Entry, Form, Record, read_record
+from pftrack.reproduce.sources import hash_sources
 from pftrack.reproduce.structure import shape as structure
 from pftrack.reproduce.trajectories import pictures as corners
 from pftrack.reproduce.trajectories import tracks as trajectories
 
-__all__ = ["RESULTS", "Entry", "Finding", "Pool", "Record", "describe_verdicts", "read_record", "reproduce"]
+__all__ = ["RESULTS", "Entry", "Finding", "Pool", "Record", "describe_verdicts", "is_older", "read_record", "reproduce"]
 
 UNKNOWN = (5.0, 60.0)
 """What a result is taken to cost of which nothing is known, s."""
@@ -124,7 +125,8 @@ def reproduce(
         cluster: Address of a Dask scheduler whose workers compute in their place.
         progress: Called with the processor time of what is done and of all, s, as `costs` has it.
         folder: Where sweeps and figures are kept; what is there already is not computed again.
-        record: Where results are kept as they come; what is there in this form is not computed again.
+        record: Where results are kept as they come; what is there in this form, of these sources, is not computed
+            again.
 
     Raises:
         LookupError: There is no result of that name; the sentence lists those that there are.
@@ -141,7 +143,8 @@ def reproduce(
     found: dict[str, list[Finding]] = {}
     spent = 0.0
     for name in sorted(costs, key=lambda one: costs[one]):
-        if record is not None and record.has(name, form):
+        sources = "" if record is None else hash_sources(RESULTS[name].__module__)
+        if record is not None and record.has(name, form, sources):
             found[name] = record.findings(name)
         else:
             tell = partial(_tell, progress, spent, costs[name], sum(costs.values()))
@@ -150,10 +153,16 @@ def reproduce(
                 found[name] = RESULTS[name](pool, full)
                 seconds = process_time() - began if jobs == 1 else 0.0
             if record is not None:
-                record.keep(name, form, found[name], pieces=pool.pieces, seconds=max(seconds, pool.seconds))
+                spent_s = max(seconds, pool.seconds)
+                record.keep(name, form, found[name], sources=sources, pieces=pool.pieces, seconds=spent_s)
         spent += costs[name]
     findings = [finding for name in costs for finding in found[name]]
     return findings + [not_run(name) for name in RESULTS if name not in costs]
+
+
+def is_older(name: str, entry: Entry) -> bool:
+    """Return whether a result was computed from other sources than those here, or from sources that are not known."""
+    return entry.sources != hash_sources(RESULTS[name].__module__)
 
 
 def _tell(

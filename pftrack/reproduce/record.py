@@ -1,7 +1,8 @@
 """A record: the findings of a run in a file, kept as they come, so that a second call goes on with what is left.
 
-The file is JSON: by the name of a result the form in which it was computed, of which revision of pftrack, how many
-pieces of work it was, what they took, and the findings. It is what docs/explanation/reproduction.md is written from.
+The file is JSON: by the name of a result the form in which it was computed, of which revision of pftrack, the hash of
+the sources that it depends on, how many pieces of work it was, what they took, and the findings. A result whose
+sources have changed is computed again. It is what docs/explanation/reproduction.md is written from.
 """
 
 import json
@@ -28,6 +29,7 @@ class Entry:
         pieces: How many pieces of work it was; of most studies they are trials, of those of the ball 120 runs each.
         seconds: Processor time of these.
         findings: What came of it.
+        sources: SHA-256 of the sources that it depends on (`hash_sources`); empty if that was not kept.
     """
 
     form: Form
@@ -35,6 +37,7 @@ class Entry:
     pieces: int
     seconds: float
     findings: tuple[Finding, ...]
+    sources: str = ""
 
 
 class Record:
@@ -54,17 +57,22 @@ class Record:
         self.path, self.revision = path, revision
         self._entries = dict(read_record(path)) if path.exists() else {}
 
-    def has(self, name: str, form: Form) -> bool:
-        """Return whether a result is there in this form, or in the full one."""
-        return name in self._entries and self._entries[name].form in {form, "full"}
+    def has(self, name: str, form: Form, sources: str) -> bool:
+        """Return whether a result of these sources is there in this form, or for a quick one the full one of any."""
+        entry = self._entries.get(name)
+        return entry is not None and (
+            (entry.form, entry.sources) == (form, sources) or (entry.form, form) == ("full", "quick")
+        )
 
     def findings(self, name: str) -> list[Finding]:
         """Return the findings of a result that is there."""
         return list(self._entries[name].findings)
 
-    def keep(self, name: str, form: Form, findings: Sequence[Finding], *, pieces: int, seconds: float) -> None:
+    def keep(
+        self, name: str, form: Form, findings: Sequence[Finding], *, sources: str, pieces: int, seconds: float
+    ) -> None:
         """Write a result into the file."""
-        self._entries[name] = Entry(form, self.revision, pieces, round(seconds, 2), tuple(findings))
+        self._entries[name] = Entry(form, self.revision, pieces, round(seconds, 2), tuple(findings), sources)
         text = json.dumps({"results": _plain(self._entries)}, indent=1, ensure_ascii=False, allow_nan=False)
         write_whole(self.path, f"{text}\n".encode())
 
@@ -91,6 +99,7 @@ def _plain(entries: Mapping[str, Entry]) -> dict[str, object]:
         name: {
             "form": entry.form,
             "revision": entry.revision,
+            "sources": entry.sources,
             "pieces": entry.pieces,
             "seconds": entry.seconds,
             "findings": [one.as_dict() for one in entry.findings],
