@@ -6,11 +6,13 @@ docs/explanation/reproduction.json, which `make reproduce` computes. A test comp
 """
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from textwrap import fill
 
 from pftrack.model.cause import CAUSES
-from pftrack.reproduce import RESULTS, Entry, Finding, read_record
+from pftrack.reproduce import RESULTS, Entry, Finding, is_older, read_record
 from pftrack.reproduce.diagnosis.confusion import CELL, UNAIDED_CELL
 from pftrack.reproduce.finding import not_run
 
@@ -59,7 +61,7 @@ STUDIES: dict[str, tuple[str, ...]] = {
     "why runs were lost": ("diagnosis",),
 }
 
-SENTENCE = re.compile(r"Of [\d,]+\s+figures\s+with\s+a\s+reference\s+[^.]*?\s+known\.", re.DOTALL)
+SENTENCE = re.compile(r"[\d,]+\s+of\s+[\d,]+\s+reference\s+figures\s.*?older\s+than\s+the\s+code\.", re.DOTALL)
 UNFINISHED = "it had not been computed when this page was written"
 
 
@@ -73,27 +75,31 @@ def findings_of(record: dict[str, Entry], names: Iterable[str] = tuple(RESULTS))
 
 
 def sentence(record: dict[str, Entry]) -> str:
-    """Return the counts in a sentence."""
+    """Return the counts in sentences."""
     found = findings_of(record)
     reproduced, better, differ = (_count(found, verdict) for verdict in ("reproduced", "better", "differs"))
-    failed = sum(one.fails for one in found)
+    explained, older = sum(one.explained for one in found), len(_older(record))
     return (
-        f"Of {reproduced + better + differ:,} figures with a reference {reproduced} reproduced, {better} came out "
-        f"better and {differ} differ, {'each' if not failed else f'all but {failed}'} for a reason that is known."
+        f"{reproduced} of {reproduced + better + differ:,} reference figures reproduce, {better} are better and "
+        f"{differ} differ: {explained} for a known cause, {differ - explained} for an unknown one. "
+        f"{older} of {len(record)} results are older than the code."
     )
 
 
 def blocks(record: dict[str, Entry]) -> dict[str, str]:
     """Return the generated parts of the page by name."""
     found = findings_of(record)
-    known = [one for one in found if one.verdict == "differs" and one.known]
+    known = [one for one in found if one.explained]
+    unexplained = [one for one in found if one.verdict == "differs" and one.known and not one.explained]
     other = [one for one in found if one.fails]
     better = [one for one in found if one.verdict == "better"]
     missing = [one for one in found if one.verdict == "not run"]
     return {
         "run": _run(record),
         "counts": _counts(record),
+        "grounds": _grounds(found),
         "known": _differences(known),
+        "unexplained": _differences(unexplained),
         "unknown": _differences(other) if other else "There is none.",
         "better": _differences(better) if better else "None is.",
         "missing": _table(("result", "why"), [(one.result, one.reason) for one in missing]) if missing else "All were.",
@@ -107,7 +113,8 @@ def write() -> None:
     _fill(PAGE, blocks(record))
     _fill(DIAGNOSIS, diagnosis_blocks(record))
     readme = README.read_text(encoding="utf-8")
-    README.write_text(SENTENCE.sub(_wrapped(sentence(record)), readme), encoding="utf-8")
+    told = fill(sentence(record), 110, initial_indent="  ", subsequent_indent="  ").lstrip()
+    README.write_text(SENTENCE.sub(told, readme), encoding="utf-8")
 
 
 def diagnosis_blocks(record: dict[str, Entry]) -> dict[str, str]:
@@ -157,12 +164,6 @@ def _between(name: str) -> re.Pattern[str]:
     return re.compile(rf"(<!-- reproduction {name} -->\n)(.*?)(\n<!-- end -->)", re.DOTALL)
 
 
-def _wrapped(text: str) -> str:
-    """Return the sentence on a line of its own of the list of the README."""
-    first, middle, rest = text.partition(" came out better ")
-    return f"{first}{middle.rstrip()}\n  {rest}"
-
-
 def _run(record: dict[str, Entry]) -> str:
     full = [entry for entry in record.values() if entry.form == "full"]
     quick = [entry for entry in record.values() if entry.form == "quick"]
@@ -174,13 +175,35 @@ def _run(record: dict[str, Entry]) -> str:
         told.append(f"{len(quick)} in the quick form alone, with few trials or none ({names})")
     if len(record) < len(RESULTS):
         told.append(f"{len(RESULTS) - len(record)} not at all")
-    return f"{', '.join(told)}: {minutes:.0f} minutes of processor time, at revision {' and '.join(revisions)}."
+    older = _older(record)
+    return (
+        f"{', '.join(told)}: {minutes:.0f} minutes of processor time, at revision {' and '.join(revisions)}.\n\n"
+        f"{len(older)} of {len(record)} results are older than the code."
+    )
+
+
+def _older(record: dict[str, Entry]) -> list[str]:
+    return [name for name, entry in record.items() if is_older(name, entry)]
+
+
+def _grounds(found: Sequence[Finding]) -> str:
+    counts = Counter(one.ground for one in found if one.tolerance is not None)
+    return _table(("ground of a tolerance", "figures"), counts.most_common())
 
 
 def _counts(record: dict[str, Entry]) -> str:
     rows = [(title, findings_of(record, names)) for title, names in STUDIES.items()]
     rows.append(("all", [one for _, found in rows for one in found]))
-    columns = ("study", "reproduced", "better", "differs, known", "differs, not known", "our own figure", "not run")
+    columns = (
+        "study",
+        "reproduced",
+        "better",
+        "differs, cause known",
+        "differs, cause unknown",
+        "differs, not expected",
+        "our own figure",
+        "not run",
+    )
     return _table(
         columns,
         [
@@ -188,7 +211,8 @@ def _counts(record: dict[str, Entry]) -> str:
                 title,
                 _count(found, "reproduced"),
                 _count(found, "better"),
-                sum(one.verdict == "differs" and one.known for one in found),
+                sum(one.explained for one in found),
+                sum(one.verdict == "differs" and one.known and not one.explained for one in found),
                 sum(one.fails for one in found),
                 _count(found, "our own figure"),
                 _count(found, "not run"),
@@ -215,9 +239,12 @@ def _results(record: dict[str, Entry]) -> str:
     rows = []
     for name in RESULTS:
         entry = record.get(name)
-        row = ("not run", "", "") if entry is None else (entry.form, f"{entry.pieces:,}", f"{entry.seconds:,.0f}")
+        row = ("not run", "", "", "")
+        if entry is not None:
+            code = "older than the code" if is_older(name, entry) else "of this code"
+            row = (entry.form, f"{entry.pieces:,}", f"{entry.seconds:,.0f}", code)
         rows.append((f"`{name}`", *row))
-    return _table(("result", "form", "pieces of work", "processor time, s"), rows)
+    return _table(("result", "form", "pieces of work", "processor time, s", "sources"), rows)
 
 
 def _table(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

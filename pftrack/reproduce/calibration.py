@@ -11,7 +11,7 @@ import numpy as np
 
 from pftrack.experiments import find
 from pftrack.model.parameters import Value
-from pftrack.reproduce.finding import OWN, Finding, Own, claim, compare
+from pftrack.reproduce.finding import OWN, Finding, Own, Unexplained, claim, compare
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Change, Run
 from pftrack.trackers.head.parameters import AS_PUBLISHED
@@ -19,7 +19,7 @@ from pftrack.trackers.head.parameters import AS_PUBLISHED
 __all__ = ["coverage"]
 
 SOURCE = "what a band says of itself"
-SHORT = "the band does not hold as much as it says, or not for sure; see docs/explanation/calibration.md"
+SHORT = Unexplained("the band does not hold as much as it says, or not for sure; see docs/explanation/calibration.md")
 OURS = Own("this project, docs/explanation/calibration.md")
 TOLERANCE = 0.05
 

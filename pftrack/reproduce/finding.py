@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "CHOSEN",
     "FEWER",
     "OWN",
     "PROTOCOL",
@@ -18,6 +19,7 @@ __all__ = [
     "VERDICTS",
     "Finding",
     "Own",
+    "Unexplained",
     "Verdict",
     "claim",
     "compare",
@@ -37,7 +39,14 @@ class Own(str):
     __slots__ = ()
 
 
+class Unexplained(str):
+    """A reason why a difference was expected that does not tell its cause."""
+
+    __slots__ = ()
+
+
 PROTOCOL = "stated with the reference"
+CHOSEN = "chosen by this project: the reference states none"
 SHARE = "three standard errors of the runs of both sides, and 0.03"
 TRIALS = "three standard errors of the trials of both sides"
 FEWER = "the reference's, wider by as much as fewer trials scatter more"
@@ -58,7 +67,8 @@ class Finding:
             side, for a stated reason, since a criterion may have become easier; "differs" is neither; "our own figure"
             has no reference and is as it was.
         source: Where the reference comes from.
-        known: Whether a difference was expected. A difference that is not known is a mistake somewhere.
+        known: Whether a difference was expected. One that was not is a mistake somewhere.
+        explained: Whether it differs and the cause is known.
         reason: Why it is better, why it was expected to differ, or why it was not run.
         ground: Why the tolerance is what it is.
         timed: Whether it is a time, which no second run repeats.
@@ -74,10 +84,11 @@ class Finding:
     reason: str = ""
     ground: str = ""
     timed: bool = False
+    explained: bool = False
 
     @property
     def fails(self) -> bool:
-        """Whether it differs and nobody knows why."""
+        """Whether it differs and nobody expected that."""
         return self.verdict == "differs" and not self.known
 
     def as_dict(self) -> dict[str, object]:
@@ -95,10 +106,10 @@ def compare(
     tolerance: float,
     source: str,
     *,
+    ground: str,
     known: str = "",
     better: Literal["higher", "lower"] | None = None,
     reason: str = "",
-    ground: str = PROTOCOL,
 ) -> Finding:
     """Judge a figure by its distance from the reference; NaN differs.
 
@@ -108,10 +119,10 @@ def compare(
         reference: What it should be.
         tolerance: How far ours may be from that.
         source: Where the reference comes from.
+        ground: Why the tolerance is what it is.
         known: Why it may differ; without a reason it must not.
         better: Which side is the good one, if a figure that is outside of the tolerance there is better.
         reason: Why it is.
-        ground: Why the tolerance is what it is.
 
     Raises:
         ValueError: It may be better and there is no reason.
@@ -126,7 +137,10 @@ def compare(
     else:
         verdict = "differs"
     said = reason if verdict == "better" else known if verdict == "differs" else ""
-    return Finding(result, ours, reference, tolerance, verdict, source, bool(known), said, ground)
+    explained = verdict == "differs" and _explains(known)
+    return Finding(
+        result, ours, reference, tolerance, verdict, source, bool(known), str(said), ground, explained=explained
+    )
 
 
 def share(
@@ -171,8 +185,11 @@ def claim(result: str, ours: float, *, holds: bool, source: str, known: str = ""
         timed: Whether it is a time, which no second run repeats.
     """
     verdict: Verdict = _held(source) if holds else "differs"
-    said = "" if holds else known
-    return Finding(result, float(ours), None, None, verdict, source, bool(known), said, timed=timed)
+    said = "" if holds else str(known)
+    explained = not holds and _explains(known)
+    return Finding(
+        result, float(ours), None, None, verdict, source, bool(known), said, timed=timed, explained=explained
+    )
 
 
 def not_run(result: str, reason: str = "") -> Finding:
@@ -181,12 +198,17 @@ def not_run(result: str, reason: str = "") -> Finding:
 
 
 def describe_verdicts(findings: Iterable[Finding]) -> str:
-    """Return how many findings there are of each verdict, in words, and how many of the differences are not known."""
+    """Return how many findings there are of each verdict, in words, and of how many differences the cause is known."""
     found = list(findings)
     counts = Counter(one.verdict for one in found)
     words = ", ".join(f"{counts[verdict]} {verdict}" for verdict in VERDICTS if counts[verdict])
-    failed = sum(one.fails for one in found)
-    return f"{words}; of the differences {failed} {'is' if failed == 1 else 'are'} not known"
+    explained, failed = sum(one.explained for one in found), sum(one.fails for one in found)
+    other = counts["differs"] - explained - failed
+    return f"{words}; differences: {explained} with a known cause, {other} without, {failed} not expected"
+
+
+def _explains(known: str) -> bool:
+    return bool(known) and not isinstance(known, Unexplained)
 
 
 def _held(source: str) -> Verdict:

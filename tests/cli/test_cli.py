@@ -79,16 +79,18 @@ def test_reproduce_sets_ours_beside_the_reference(
     from pftrack.reproduce.finding import PROTOCOL, compare
 
     monkeypatch.setitem(
-        reproduce.RESULTS, "one-step", lambda _pool, _full: [compare("mean", ours, 2.0, 0.1, "made up")]
+        reproduce.RESULTS,
+        "one-step",
+        lambda _pool, _full: [compare("mean", ours, 2.0, 0.1, "made up", ground=PROTOCOL)],
     )
     ended, out, err = call("reproduce", "one-step", "--json")
     first, *others = json.loads(out)
     expected = {"result": "mean", "ours": ours, "reference": 2.0, "tolerance": 0.1, "source": "made up", "reason": ""}
-    expected |= {"ground": PROTOCOL, "timed": False}
+    expected |= {"ground": PROTOCOL, "timed": False, "explained": False}
     assert (ended, first) == (code, expected | {"verdict": verdict, "known": False})
     assert {other["verdict"] for other in others} == {"not run"}
     assert err.startswith(f"pftrack: 1 {verdict}, ")
-    assert err.endswith(f"of the differences {'1 is' if code else '0 are'} not known\n")
+    assert err.endswith(f"; differences: 0 with a known cause, 0 without, {code} not expected\n")
     assert "made up" in call("reproduce", "one-step")[1]
 
 

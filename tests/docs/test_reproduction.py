@@ -67,7 +67,7 @@ def test_no_exemption_is_without_need_or_reason() -> None:
 
 
 def test_every_tolerance_has_a_ground() -> None:
-    """A figure that is compared says why it may be so far from its reference."""
+    """A figure that is compared says why it may be so far from its reference, and only what is stated says it is."""
     assert [one.result for one in findings_of(ENTRIES) if one.tolerance is not None and not one.ground] == []
 
 

@@ -5,9 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.reproduce import RESULTS, Record, read_record, reproduce
-from pftrack.reproduce.finding import Finding, claim, compare
+from pftrack.reproduce import RESULTS, Record, is_older, read_record, reproduce
+from pftrack.reproduce.finding import PROTOCOL, Finding, claim, compare
 from pftrack.reproduce.pool import Pool
+from pftrack.reproduce.record import Form
 
 NAMES = ("one-step", "hand-steps")
 
@@ -24,7 +25,7 @@ def computed(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, bool]]:
 
         monkeypatch.setitem(RESULTS, name, compute)
 
-    made_up(NAMES[0], compare("a", float("nan"), 1.0, 0.1, "here", known="why"))
+    made_up(NAMES[0], compare("a", float("nan"), 1.0, 0.1, "here", ground=PROTOCOL, known="why"))
     made_up(NAMES[1], claim("b", 1.0, holds=True, source="here"))
     return told
 
@@ -55,6 +56,21 @@ def test_a_record_comes_back_as_it_was(computed: list[tuple[str, bool]], tmp_pat
     after = [one for name in NAMES for one in read_record(path)[name].findings]
     assert [one.as_dict() for one in after] == [one.as_dict() for one in before]
     assert computed
+
+
+@pytest.mark.parametrize(
+    ("before", "asked", "again"), [("full", True, True), ("quick", False, True), ("full", False, False)]
+)
+def test_a_result_of_older_sources_is_computed_again(
+    before: Form, asked: bool, again: bool, computed: list[tuple[str, bool]], tmp_path: Path
+) -> None:
+    """It is older than the code until then; a full one stays where a quick one is asked for."""
+    record, (name, _) = Record(tmp_path / "record.json", "one"), NAMES
+    record.keep(name, before, [], sources="of another day", pieces=1, seconds=0.0)
+    assert is_older(name, read_record(record.path)[name])
+    reproduce([name], full=asked, record=record)
+    assert computed == [(name, asked)] * again
+    assert is_older(name, read_record(record.path)[name]) is not again
 
 
 @pytest.mark.parametrize("text", ["", "[]", '{"results": {"a": {}}}', json.dumps({"results": {"a": {"form": 1}}})])

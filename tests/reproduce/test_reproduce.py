@@ -6,7 +6,17 @@ from typing import NamedTuple
 import pytest
 
 from pftrack.reproduce import RESULTS, reproduce, signals
-from pftrack.reproduce.finding import Finding, Own, claim, compare, describe_verdicts, not_run
+from pftrack.reproduce.finding import (
+    CHOSEN,
+    PROTOCOL,
+    Finding,
+    Own,
+    Unexplained,
+    claim,
+    compare,
+    describe_verdicts,
+    not_run,
+)
 from tests.pooling import fork_server, shared_fork_server
 
 __all__ = ["fork_server", "shared_fork_server"]
@@ -68,14 +78,14 @@ def test_unknown_results_are_refused() -> None:
 
 def test_findings_are_judged_honestly() -> None:
     """Outside the tolerance fails, no number fails, and an unconfirmed claim that does not hold differs as is known."""
-    assert compare("x", 1.04, 1.0, 0.05, "here").verdict == "reproduced"
-    assert compare("x", 1.06, 1.0, 0.05, "here").fails
-    nothing = compare("x", math.nan, 1.0, 0.05, "here")
+    assert compare("x", 1.04, 1.0, 0.05, "here", ground=PROTOCOL).verdict == "reproduced"
+    assert compare("x", 1.06, 1.0, 0.05, "here", ground=PROTOCOL).fails
+    nothing = compare("x", math.nan, 1.0, 0.05, "here", ground=PROTOCOL)
     assert nothing.fails
     assert nothing.as_dict()["ours"] is None
-    expected = compare("x", 1.06, 1.0, 0.05, "here", known="another scene")
+    expected = compare("x", 1.06, 1.0, 0.05, "here", ground=PROTOCOL, known="another scene")
     assert (expected.verdict, expected.fails, expected.reason) == ("differs", False, "another scene")
-    assert compare("x", 1.04, 1.0, 0.05, "here", known="another scene").verdict == "reproduced"
+    assert compare("x", 1.04, 1.0, 0.05, "here", ground=PROTOCOL, known="another scene").verdict == "reproduced"
     assert claim("x", 1.0, holds=False, source="here").fails
     assert claim("x", 1.0, holds=False, source="here", known="why").verdict == "differs"
     assert not claim("x", 1.0, holds=False, source="here", known="why").fails
@@ -85,27 +95,35 @@ def test_findings_are_judged_honestly() -> None:
 def test_better_needs_a_reason_and_a_side() -> None:
     """A figure on the good side of its tolerance is better, for a stated reason; on the bad side it fails as ever."""
     why = "an easier scene"
-    higher, lower = (compare("x", ours, 1.0, 0.05, "here", better="higher", reason=why) for ours in (1.2, 0.8))
+    higher, lower = (
+        compare("x", ours, 1.0, 0.05, "here", ground=PROTOCOL, better="higher", reason=why) for ours in (1.2, 0.8)
+    )
     assert (higher.verdict, higher.reason, higher.fails) == ("better", why, False)
     assert lower.fails
-    assert compare("x", 0.8, 1.0, 0.05, "here", better="lower", reason=why).verdict == "better"
+    assert compare("x", 0.8, 1.0, 0.05, "here", ground=PROTOCOL, better="lower", reason=why).verdict == "better"
     with pytest.raises(ValueError, match="a reason must be stated"):
-        compare("x", 1.2, 1.0, 0.05, "here", better="higher")
+        compare("x", 1.2, 1.0, 0.05, "here", ground=PROTOCOL, better="higher")
 
 
 def test_an_own_figure_is_no_reference() -> None:
     """It guards against mistakes: as it was it is counted apart, and otherwise it fails."""
     before = Own("this project")
-    assert compare("x", 1.0, 1.0, 0.05, before).verdict == "our own figure"
+    assert compare("x", 1.0, 1.0, 0.05, before, ground=PROTOCOL).verdict == "our own figure"
     assert claim("x", 1.0, holds=True, source=before).verdict == "our own figure"
-    assert compare("x", 2.0, 1.0, 0.05, before).fails
+    assert compare("x", 2.0, 1.0, 0.05, before, ground=PROTOCOL).fails
 
 
 def test_verdicts_are_counted_apart() -> None:
-    """Each has its number, in one line, and so have the differences that nobody expected."""
+    """Each has its number, in one line, and so have differences with a known cause, without one, and unexpected."""
     found = [claim("a", 1, holds=True, source="here"), claim("b", 1, holds=True, source=Own("ours")), not_run("c")]
-    assert describe_verdicts(found) == "1 reproduced, 1 our own figure, 1 not run; of the differences 0 are not known"
-    found.append(claim("d", 1, holds=False, source="here"))
-    assert describe_verdicts(found).endswith(
-        "1 differs, 1 our own figure, 1 not run; of the differences 1 is not known"
-    )
+    counted = "1 reproduced, 1 our own figure, 1 not run; differences: 0 with a known cause, 0 without, 0 not expected"
+    assert describe_verdicts(found) == counted
+    found += [claim("d", 1, holds=False, source="here", known=why) for why in ("another face", Unexplained("so it is"))]
+    found += [claim("e", 1, holds=False, source="here"), compare("f", 1, 2, 0.1, "here", ground=CHOSEN)]
+    assert describe_verdicts(found).endswith("; differences: 1 with a known cause, 1 without, 2 not expected")
+
+
+def test_a_ground_is_named_for_each_tolerance() -> None:
+    """There is no default, so that no tolerance is taken to be stated where it is not."""
+    with pytest.raises(TypeError, match="ground"):
+        compare("x", 1.0, 1.0, 0.05, "here")  # type: ignore[call-arg]

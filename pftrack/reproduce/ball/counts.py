@@ -8,7 +8,7 @@ well depends on which of them is taken.
 from dataclasses import replace
 
 from pftrack.reproduce.ball.study import SIXTEEN, cells, compare_cells, rows, tally
-from pftrack.reproduce.finding import FEWER, PROTOCOL, Finding, claim, compare
+from pftrack.reproduce.finding import CHOSEN, FEWER, PROTOCOL, Finding, claim, compare
 from pftrack.reproduce.pool import Pool
 from pftrack.sweep import Axis
 
@@ -56,7 +56,7 @@ def sample_count(pool: Pool, full: bool) -> list[Finding]:
             findings.append(compare(name, whole.success, references[count], allowed, SOURCE, ground=ground))
             if full and count >= 200:
                 name = f"sample-count: {tracker}, error with N = {count}, px"
-                findings.append(compare(name, whole.error, ERROR[tracker][count], 0.5, SOURCE))
+                findings.append(compare(name, whole.error, ERROR[tracker][count], 0.5, SOURCE, ground=CHOSEN))
         if full:
             found = cells(table, SIXTEEN, tracker=tracker, sample_count=800)
             title = f"sample-count: {tracker}, success with N = 800"

@@ -14,7 +14,7 @@ from pftrack.experiments import find
 from pftrack.learning import online_em
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.parameters import Value
-from pftrack.reproduce.finding import Finding, Own, claim, compare, not_run
+from pftrack.reproduce.finding import CHOSEN, PROTOCOL, Finding, Own, Unexplained, claim, compare, not_run
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.batch import outcomes
 from pftrack.runs.run import Change, Run
@@ -81,18 +81,22 @@ def unobstructed(pool: Pool, full: bool) -> list[Finding]:
     for cycle in range(CYCLES) if full else (0, 1, 4, 9):
         name = f"learning: Condensation, sigma in cycle {cycle + 1}, px"
         reference = CONDENSATION_SIGMA[cycle]
-        findings.append(compare(name, float(sigma[cycle]), reference, 0.25 * reference, SOURCE_FREE))
+        findings.append(compare(name, float(sigma[cycle]), reference, 0.25 * reference, SOURCE_FREE, ground=PROTOCOL))
     late = float(np.mean([course.sigma[2:] for course in hard]))
-    findings.append(compare("learning: h-SPF, sigma after cycle 2, px", late, 4.4, 0.3, SOURCE_FREE))
+    findings.append(compare("learning: h-SPF, sigma after cycle 2, px", late, 4.4, 0.3, SOURCE_FREE, ground=PROTOCOL))
     for name, runs, reference in (("Condensation", slow, 29.9), ("h-SPF", hard, 29.8)):
         period = float(np.median([course.period[-1] for course in runs]))
-        findings.append(compare(f"learning: {name}, period at the end, frames", period, reference, 0.3, SOURCE_FREE))
+        findings.append(
+            compare(
+                f"learning: {name}, period at the end, frames", period, reference, 0.3, SOURCE_FREE, ground=PROTOCOL
+            )
+        )
     newer, older = (float(np.median([getattr(course, name) for course in hard])) for name in ("newer", "older"))
     observed = np.mean([course.observed for course in hard], axis=0)
     return [
         *findings,
-        compare("learning: h-SPF, final A1", newer, 1.945, 0.01, SOURCE_FREE),
-        compare("learning: h-SPF, final A0", older, -0.990, 0.01, SOURCE_FREE),
+        compare("learning: h-SPF, final A1", newer, 1.945, 0.01, SOURCE_FREE, ground=PROTOCOL),
+        compare("learning: h-SPF, final A0", older, -0.990, 0.01, SOURCE_FREE, ground=PROTOCOL),
         claim(
             "learning: h-SPF stops drawing by observation once it has learned (frames in cycles 3 to 10)",
             float(observed[2:].mean()),
@@ -193,9 +197,8 @@ def clutter(pool: Pool, full: bool) -> list[Finding]:
             success[tracker] = _success(pool, setting.scene, tracker, setting.learning, CLUTTER_SEEDS)
             own = tracker == HANDED_DOWN
             name = f"learning-clutter: {setting.name}, {tracker}, success"
-            findings.append(
-                compare(name, success[tracker], reference, 0.1 if own else 0.2, OWN if own else SOURCE_CLUTTER)
-            )
+            allowed, source, ground = (0.1, OWN, CHOSEN) if own else (0.2, SOURCE_CLUTTER, PROTOCOL)
+            findings.append(compare(name, success[tracker], reference, allowed, source, ground=ground))
         if setting is SETTINGS[0] or setting is SETTINGS[2]:
             findings.append(_margin(setting, success))
         findings += _negatives(setting, success)
@@ -216,7 +219,7 @@ def _among_many(pool: Pool) -> list[Finding]:
         for tracker in trackers:
             success[tracker, learning] = _success(pool, "many", tracker, values, MANY_SEEDS)
     source = "Bando 2007, ch. 3 section 4.3, figs. 3.14 and 3.15"
-    known = "not reproduced in any scene that was tried, with few look-alikes or many"
+    known = Unexplained("not reproduced in any scene that was tried, with few look-alikes or many")
     before, after = success["apf", "no learning"], success["apf", "fast learning, weak guard"]
     scene = "learning-clutter: 30 things of its colour"
     return [
@@ -254,7 +257,7 @@ def _margin(setting: Setting, success: dict[str, float]) -> Finding:
 
 def _negatives(setting: Setting, success: dict[str, float]) -> list[Finding]:
     """Report what Bando claims and the reference implementation could not confirm."""
-    source, known = "Bando 2007, ch. 3 section 4.3", "nor in the reference, which has neither"
+    source, known = "Bando 2007, ch. 3 section 4.3", Unexplained("nor in the reference, which has neither")
     findings = []
     if setting is SETTINGS[2]:
         name = f"learning-clutter: {setting.name}, learning makes the sharpened APF collapse (success)"

@@ -12,7 +12,7 @@ import pyarrow as pa
 
 from pftrack.numerics.statistics import chi_square, rank_sum
 from pftrack.reproduce.ball.study import COARSE, Tally, cells, compare_cells, rows, tally
-from pftrack.reproduce.finding import FEWER, PROTOCOL, Finding, claim, compare
+from pftrack.reproduce.finding import CHOSEN, FEWER, PROTOCOL, Finding, Unexplained, claim, compare
 from pftrack.reproduce.pool import Pool
 
 __all__ = ["coarse_map"]
@@ -92,10 +92,19 @@ def coarse_map(pool: Pool, full: bool) -> list[Finding]:
             compare(
                 f"occlusion: {tracker}, pooled success", whole.success, success, 0.04 * wider, SOURCE, ground=ground
             ),
-            compare(f"occlusion: {tracker}, observation share", whole.observation_share, observed, 0.05, SOURCE),
+            compare(
+                f"occlusion: {tracker}, observation share",
+                whole.observation_share,
+                observed,
+                0.05,
+                SOURCE,
+                ground=CHOSEN,
+            ),
         ]
         if full:
-            findings.append(compare(f"occlusion: {tracker}, pooled error, px", whole.error, error, 0.5, SOURCE))
+            findings.append(
+                compare(f"occlusion: {tracker}, pooled error, px", whole.error, error, 0.5, SOURCE, ground=PROTOCOL)
+            )
             found = cells(table, COARSE, tracker=tracker)
             title = f"occlusion: {tracker}, success"
             findings += compare_cells(title, found, COARSE, CELLS[tracker], REFERENCE_RUNS, SOURCE)
@@ -120,7 +129,9 @@ def _claims(pooled: dict[str, float]) -> list[Finding]:
             over_apf,
             holds=over_apf > 0,
             source="implied by Bando 2007, ch. 3",
-            known="not in the reference either: with sharpened weights always drawing by observation is best here",
+            known=Unexplained(
+                "not in the reference either: with sharpened weights always drawing by observation is best here"
+            ),
         ),
         claim(
             "occlusion: h-SPF succeeds more often than s-SPF with corrected weights too (gap)",

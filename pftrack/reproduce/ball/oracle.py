@@ -13,7 +13,7 @@ from pftrack.filters.auxiliary import WeightRule
 from pftrack.likelihoods import chromaticity
 from pftrack.numerics.random import Purpose, Stream
 from pftrack.particles import ParticleSet
-from pftrack.reproduce.finding import Finding, compare
+from pftrack.reproduce.finding import PROTOCOL, Finding, compare
 from pftrack.reproduce.pool import Pool
 from pftrack.sources.overlay import paint_disc
 
@@ -42,8 +42,8 @@ def one_step(pool: Pool, full: bool) -> list[Finding]:
     del full
     findings = []
     for (name, _, _, (mean, spread)), outcome in zip(CASES, pool.map(_moments, range(len(CASES))), strict=True):
-        findings.append(compare(f"one-step: mean, {name}", outcome[0], mean, 0.05, SOURCE))
-        findings.append(compare(f"one-step: sd, {name}", outcome[1], spread, 0.05, SOURCE))
+        findings.append(compare(f"one-step: mean, {name}", outcome[0], mean, 0.05, SOURCE, ground=PROTOCOL))
+        findings.append(compare(f"one-step: sd, {name}", outcome[1], spread, 0.05, SOURCE, ground=PROTOCOL))
     return findings
 
 

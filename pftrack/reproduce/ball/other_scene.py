@@ -102,7 +102,7 @@ def wide_swing(pool: Pool, full: bool) -> list[Finding]:
     for tracker, (success, error) in CORRECTED.items():
         whole = tally(corrected, tracker=tracker)
         name = f"wide-swing: {tracker} with corrected weights, pooled"
-        findings.append(compare(f"{name} success", whole.success, success, 0.04, SOURCE))
+        findings.append(compare(f"{name} success", whole.success, success, 0.04, SOURCE, ground=PROTOCOL))
         findings.append(
             compare(f"{name} error, px", whole.error, error, ERROR_ALLOWANCE_OTHERS, SOURCE, ground=SCATTER)
         )

@@ -7,7 +7,7 @@ that comes with the trackers, `pftrack/trackers/fish/learned.json`, and here it 
 import numpy as np
 
 from pftrack.learning.diffusion import Learned, learn
-from pftrack.reproduce.finding import Finding, Own, claim, compare, not_run
+from pftrack.reproduce.finding import CHOSEN, Finding, Own, claim, compare, not_run
 from pftrack.reproduce.fish.trials import TrainingClip, track_training_clips
 from pftrack.reproduce.pool import Pool
 from pftrack.trackers.fish.learned import FISH, GUIDANCE
@@ -61,7 +61,7 @@ def _exact(found: list[TrainingClip]) -> list[Finding]:
     off[:, 2] = np.remainder(off[:, 2] + np.pi, 2.0 * np.pi) - np.pi
     rms = np.sqrt(np.square(off).mean(axis=0))
     return [
-        compare(f"fish-offline: rms error of {name}", float(ours), reference, tolerance, SOURCE)
+        compare(f"fish-offline: rms error of {name}", float(ours), reference, tolerance, SOURCE, ground=CHOSEN)
         for name, ours, reference, tolerance in zip(FISH.names, rms, RMS, RMS_TOLERANCE, strict=True)
     ]
 
@@ -71,21 +71,23 @@ def _judge_learned(learned: Learned) -> list[Finding]:
     findings = []
     for name, ours, reference in zip(FISH.names, learned.step_sd, STEP_SD, strict=True):
         result = f"fish-offline: standard deviation of the steps of {name}"
-        findings.append(compare(result, ours, reference, RELATIVE * reference, SOURCE))
+        findings.append(compare(result, ours, reference, RELATIVE * reference, SOURCE, ground=CHOSEN))
     for name, sd, reference in zip(FISH.change_names, diffusion.sd, CHANGE_SD, strict=True):
         result = f"fish-offline: standard deviation of {name}"
-        findings.append(compare(result, float(sd), reference, RELATIVE * reference, SOURCE))
+        findings.append(compare(result, float(sd), reference, RELATIVE * reference, SOURCE, ground=CHOSEN))
     for number, reference in enumerate(EIGENVALUES):
         ours = float(diffusion.eigenvalues[number])
         allowed = 2.0 * RELATIVE * reference
-        findings.append(compare(f"fish-offline: lambda {number + 1}", ours, reference, allowed, SOURCE))
+        findings.append(compare(f"fish-offline: lambda {number + 1}", ours, reference, allowed, SOURCE, ground=CHOSEN))
     for one, other, reference in CORRELATIONS:
         result = f"fish-offline: correlation of {FISH.change_names[one]} and {FISH.change_names[other]}"
         ours = float(diffusion.correlation[one, other])
-        findings.append(compare(result, ours, reference, CORRELATION_TOLERANCE, SOURCE))
+        findings.append(compare(result, ours, reference, CORRELATION_TOLERANCE, SOURCE, ground=CHOSEN))
     stroke = diffusion.modes[2:, 2]
     for name, ours, reference in zip(("turn", "bend"), stroke, STROKE, strict=True):
-        findings.append(compare(f"fish-offline: {name} of the third mode", float(ours), reference, 0.05, SOURCE))
+        findings.append(
+            compare(f"fish-offline: {name} of the third mode", float(ours), reference, 0.05, SOURCE, ground=CHOSEN)
+        )
     built_in = GUIDANCE.parse("").diffusion("document").covariance
     apart = float(np.abs(diffusion.covariance - built_in).max())
     result = "fish-offline: the file that comes with the trackers is what is learned here (largest difference)"

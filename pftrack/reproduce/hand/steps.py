@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pftrack.geometry.hand_model import MODEL, joints, open_pose, parts
 from pftrack.geometry.polygons import fill
-from pftrack.reproduce.finding import Finding, compare
+from pftrack.reproduce.finding import PROTOCOL, Finding, compare
 from pftrack.reproduce.pool import Pool
 from pftrack.trackers.hand.candidates import chain_rate
 
@@ -34,7 +34,7 @@ def steps(pool: Pool, full: bool) -> list[Finding]:
         for way, angle in (("spread", 5 + 4 * MIDDLE), ("bent", 6 + 4 * MIDDLE)):
             ratio = _predict(pose, angle) / _measure(pose, angle)
             what = f"hand: step of a finger that is {way}, {view}, predicted by measured change"
-            findings.append(compare(what, ratio, 1.0, 0.2, SOURCE))
+            findings.append(compare(what, ratio, 1.0, 0.2, SOURCE, ground=PROTOCOL))
     return findings
 
 

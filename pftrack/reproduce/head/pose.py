@@ -22,7 +22,17 @@ import numpy as np
 
 from pftrack.figures.picture import save
 from pftrack.geometry.face_model import FEATURES
-from pftrack.reproduce.finding import PROTOCOL, TRIALS, Finding, claim, compare, share, three_errors
+from pftrack.reproduce.finding import (
+    CHOSEN,
+    PROTOCOL,
+    TRIALS,
+    Finding,
+    Unexplained,
+    claim,
+    compare,
+    share,
+    three_errors,
+)
 from pftrack.reproduce.head.curves import curves
 from pftrack.reproduce.head.figures import draw
 from pftrack.reproduce.head.growth import growth
@@ -44,8 +54,7 @@ METHODS: tuple[Method, ...] = ("pf-asd", "alpha-1", "alpha-0")
 MODELS: tuple[Model, ...] = ("mean", "individual")
 RUNS = 20
 TOLERANCE_DEG = 0.4
-AXIS_TOLERANCE_DEG = 0.7
-"""Of one axis: the tolerance of the mean over three, times their root."""
+OTHER_YAW = Unexplained("the yaw of our driver 99 is less off than the reference's; the cause is not known")
 
 ABOVE_DEG = 3.0
 FASTER_FRAMES, FASTER_TRIALS = 600, 5
@@ -125,7 +134,12 @@ def pose(pool: Pool, full: bool) -> list[Finding]:
     courses = _courses(pool, full)
     findings = [
         compare(
-            f"head: driver {driver}, distance from the mean face, mm", distance_mm(driver), wanted, 0.2, SOURCE_FACES
+            f"head: driver {driver}, distance from the mean face, mm",
+            distance_mm(driver),
+            wanted,
+            0.2,
+            SOURCE_FACES,
+            ground=CHOSEN,
         )
         for driver, wanted in DISTANCES_MM.items()
     ]
@@ -174,14 +188,20 @@ def _axes(courses: Courses) -> list[Finding]:
         name = f"head: driver 99, {model} model, pf-asd"
         findings.append(
             compare(
-                f"{name}, error, degrees", _mean(found, _error), TABLE[99, model]["pf-asd"][0], TOLERANCE_DEG, SOURCE
+                f"{name}, error, degrees",
+                _mean(found, _error),
+                TABLE[99, model]["pf-asd"][0],
+                TOLERANCE_DEG,
+                SOURCE,
+                ground=PROTOCOL,
             )
         )
         ours = np.mean([course.errors_deg for course in found], axis=0)
         for axis, error, wanted in zip(("pitch", "yaw", "roll"), ours, angles, strict=True):
-            findings.append(compare(f"{name}, {axis}, degrees", float(error), wanted, AXIS_TOLERANCE_DEG, SOURCE))
+            result, known = f"{name}, {axis}, degrees", OTHER_YAW if axis == "yaw" else ""
+            findings.append(compare(result, float(error), wanted, TOLERANCE_DEG, SOURCE, ground=PROTOCOL, known=known))
         ours = _mean(found, lambda course: course.feature_px)
-        findings.append(compare(f"{name}, features, px", ours, feature_px, 0.4, SOURCE))
+        findings.append(compare(f"{name}, features, px", ours, feature_px, 0.4, SOURCE, ground=CHOSEN))
     return findings
 
 
@@ -251,7 +271,9 @@ def _ratios(courses: Courses) -> list[Finding]:
         members = [FEATURES.index(feature) for feature in features]
         for (view, means), reference in zip(by_view.items(), references, strict=True):
             result = f"head: driver 99, mean model, alpha of the {name}, {view}"
-            findings.append(compare(result, float(means[members].mean()), reference, RATIO_TOLERANCE, SOURCE))
+            findings.append(
+                compare(result, float(means[members].mean()), reference, RATIO_TOLERANCE, SOURCE, ground=CHOSEN)
+            )
     fall = by_view["frontal"] - by_view["turned"]
     lowest = sorted(FEATURES[place] for place in np.argsort(fall)[-2:])
     result = "head: driver 99: the inner corners of the eyes give up the head's prediction most (fall of alpha)"
@@ -261,7 +283,7 @@ def _ratios(courses: Courses) -> list[Finding]:
         ours = float(np.mean([own[FEATURES.index(feature)] for feature in features]))
         result = f"head: driver 102, mean model, alpha of {name}"
         known = OTHER_FACE if name == "the mouth" else ""
-        findings.append(compare(result, ours, 0.2, 0.1, SOURCE, known=known))
+        findings.append(compare(result, ours, 0.2, 0.1, SOURCE, ground=PROTOCOL, known=known))
     return findings
 
 

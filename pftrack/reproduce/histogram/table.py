@@ -17,7 +17,7 @@ import numpy as np
 
 from pftrack.figures.picture import save
 from pftrack.model.parameters import Value
-from pftrack.reproduce.finding import FEWER, PROTOCOL, TRIALS, Finding, Own, claim, compare, not_run
+from pftrack.reproduce.finding import CHOSEN, FEWER, PROTOCOL, Finding, Own, claim, compare, not_run
 from pftrack.reproduce.histogram.figures import draw
 from pftrack.reproduce.histogram.trials import Case, Outcome, runs
 from pftrack.reproduce.pool import Pool
@@ -160,11 +160,15 @@ def _judge(row: Row, outcomes: list[Outcome], more: float) -> list[Finding]:
     for scene, ours, reference in zip(SCENES, outcomes, row.error_px, strict=False):
         result = f"{name}, scene {scene}, median error, px"
         known = BY_LAWN if (row.name, scene) in ERRORS_OTHERWISE else ""
-        findings.append(compare(result, ours.error_px, reference, ERROR_PX, SOURCE, known=known))
+        findings.append(compare(result, ours.error_px, reference, ERROR_PX, SOURCE, known=known, ground=PROTOCOL))
     if row.error_px:
         error = float(np.mean([ours.error_px for ours in outcomes]))
         reference = float(np.mean(row.error_px))
-        findings.append(compare(f"{name}, mean of the scenes, median error, px", error, reference, ERROR_PX, SOURCE))
+        findings.append(
+            compare(
+                f"{name}, mean of the scenes, median error, px", error, reference, ERROR_PX, SOURCE, ground=PROTOCOL
+            )
+        )
     return findings
 
 
@@ -180,7 +184,7 @@ def trackers(pool: Pool, full: bool) -> list[Finding]:
     findings = []
     for rate, ((name, rule), measured) in zip(rates, MEASURED.items(), strict=True):
         result = f"histogram: {name}{f', {rule}' if rule else ''}, success over {len(scenes)} scenes"
-        findings.append(compare(result, float(rate), measured, 0.5 * TOLERANCE, OURS, ground=TRIALS))
+        findings.append(compare(result, float(rate), measured, 0.5 * TOLERANCE, OURS, ground=CHOSEN))
         if rule:
             gain = float(rate - rates[0])
             statement = f"{result}, gain over SIR (none: at most 0.05)"

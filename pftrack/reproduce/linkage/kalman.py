@@ -16,7 +16,7 @@ from pftrack.filters.truncation import truncate
 from pftrack.geometry.rotation_vector import matrix, right_jacobian
 from pftrack.model.parameters import Value
 from pftrack.numerics.matrices import solve_system
-from pftrack.reproduce.finding import Finding, Own, claim, compare, share
+from pftrack.reproduce.finding import CHOSEN, Finding, Own, Unexplained, claim, compare, share
 from pftrack.reproduce.linkage.trials import Condition, RunResult, run_condition, run_swing
 from pftrack.reproduce.pool import Pool
 from pftrack.trackers.linkage.parameters import TABLE_4_1
@@ -114,7 +114,14 @@ def algebra(pool: Pool, full: bool) -> list[Finding]:
         truncate(mean, variance, np.eye(1), np.array([60.0]), np.array([80.0]))
         found[times] = float(np.sqrt(variance[0, 0]))
     findings = [
-        compare(f"linkage: sd of N(65, 10^2) cut to [60, 80], {times} times, px", found[times], sd, 0.01, ALGEBRA)
+        compare(
+            f"linkage: sd of N(65, 10^2) cut to [60, 80], {times} times, px",
+            found[times],
+            sd,
+            0.01,
+            ALGEBRA,
+            ground=CHOSEN,
+        )
         for times, sd in ((1, 5.98), (21, 3.03), (300, 2.36))
     ]
     omega = np.array([0.3, -0.4, 0.2])
@@ -128,7 +135,14 @@ def algebra(pool: Pool, full: bool) -> list[Finding]:
     ):
         error = float(np.sqrt(np.square(other - exact).sum())) / size
         findings.append(
-            compare(f"linkage: relative error of re-centring by {title}", error, reference, tolerance, ALGEBRA)
+            compare(
+                f"linkage: relative error of re-centring by {title}",
+                error,
+                reference,
+                tolerance,
+                ALGEBRA,
+                ground=CHOSEN,
+            )
         )
     return findings
 
@@ -144,7 +158,11 @@ def cross(pool: Pool, full: bool) -> list[Finding]:
         findings.append(share(f"{title}, share of successes", successes, runs, reference, CROSS_RUNS, PLANE))
         if beam != 2:  # half of whose runs succeed, so that the median may be either
             tolerance = 0.02 if beam == 4 else 0.3
-            findings.append(compare(f"{title}, median error, rad", float(np.median(errors)), median, tolerance, PLANE))
+            findings.append(
+                compare(
+                    f"{title}, median error, rad", float(np.median(errors)), median, tolerance, PLANE, ground=CHOSEN
+                )
+            )
     for tracker, before in OWN_CROSS_RATES.items() if full else ():  # the particles take longer than all else
         successes = int(np.count_nonzero(_last_errors(pool, tracker, CROSS, runs) < SUCCESS_RAD))
         title = f"linkage: cross, {tracker}, share of successes"
@@ -161,7 +179,9 @@ def static(pool: Pool, full: bool) -> list[Finding]:
     for (title, reference, tolerance), figure in zip(rows, ours, strict=True):
         unit = "" if title.endswith("sd") else ", px"
         what = f"sd {title}" if title in {"first", "last"} else title
-        findings.append(compare(f"linkage: static, length 3, {what}{unit}", figure, reference, tolerance, PLANE))
+        findings.append(
+            compare(f"linkage: static, length 3, {what}{unit}", figure, reference, tolerance, PLANE, ground=CHOSEN)
+        )
     worst = _third_length(_courses(pool, "ukf", STATIC, runs))[3]
     findings.append(
         claim("linkage: static, length 3, ukf, worst error in sd", worst, holds=worst < ours[3], source=OURS)
@@ -177,7 +197,7 @@ def confident(pool: Pool, full: bool) -> list[Finding]:
         errors = _last_errors(pool, "ekf-mirrors", {**CONFIDENT, "start_length_variance_px2": variance}, runs)
         rate = float((errors < SUCCESS_RAD).mean())
         result = f"linkage: mirror3, length 3 begun at 59 px with variance {variance} px^2, share of successes"
-        findings.append(compare(result, rate, reference, ALL_OR_NONE, BOTH))
+        findings.append(compare(result, rate, reference, ALL_OR_NONE, BOTH, ground=CHOSEN))
     return findings
 
 
@@ -199,7 +219,7 @@ def recovery(pool: Pool, full: bool) -> list[Finding]:
                 failed,
                 holds=failed > 0.5,
                 source=STILL,
-                known="the filter recovers in all runs, and in the reference",
+                known=Unexplained("the filter recovers in all runs, and in the reference"),
             )
         )
         worst = float(np.max([np.abs(one.lengths[89] - r) / one.deviations[89] for one in courses]))
@@ -220,7 +240,7 @@ def _short_links(pool: Pool) -> list[Finding]:
         courses = pool.map(partial(run_swing, theta=theta, r=r, start=start), conditions)
         failed = sum(float(one.errors[-LAST:].mean()) >= SUCCESS_RAD for one in courses)
         result = f"linkage: still for 90 frames, links of 64, 53 and 42 px, beam of {beam}: filters fail"
-        known = "the reference does not say on which path; on both of ours the filter recovers in all runs"
+        known = Unexplained("the reference does not say on which path; on both of ours the filter recovers in all runs")
         source = f"{BOTH}, {reference} of 8 runs"
         findings.append(claim(result, failed / len(courses), holds=failed >= 2, source=source, known=known))
     return findings
@@ -236,7 +256,7 @@ def space(pool: Pool, full: bool) -> list[Finding]:
     result = "linkage: 3d, ekf-truncated, worst error of a length of any seed, in sd"
     findings = [
         claim(title.format("ekf-truncated"), final, holds=final < CLOSE_PX, source=SPACE, known=known),
-        compare(result, ratio, 3.4, 1.6, SPACE, known=known),
+        compare(result, ratio, 3.4, 1.6, SPACE, ground=CHOSEN, known=known),
     ]
     again = _worst_length(_courses(pool, "ekf-truncated", {**IN_SPACE, "linearisations": ROUNDS}, runs))
     result = title.format(f"ekf-truncated, linearised {ROUNDS} times")

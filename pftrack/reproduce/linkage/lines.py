@@ -11,7 +11,7 @@ import numpy as np
 
 from pftrack.experiments import find
 from pftrack.model.parameters import Value
-from pftrack.reproduce.finding import Finding, Own, claim, compare
+from pftrack.reproduce.finding import CHOSEN, Finding, Own, claim, compare
 from pftrack.reproduce.linkage.kalman import IN_SPACE, ROUNDS
 from pftrack.reproduce.linkage.trials import Condition, RunResult, run_condition
 from pftrack.reproduce.pool import Pool
@@ -57,7 +57,9 @@ def lines(pool: Pool, full: bool) -> list[Finding]:
             for link, before in enumerate(widths if tracker == "ellipsoids" else ()):
                 width = float(np.mean([one.high[-1, link] - one.low[-1, link] for one in courses]))
                 result = f"{named}, final width of length {link + 1}, mean, px"
-                findings.append(compare(result, width, before, WIDTH_PX if full else QUICK_WIDTH_PX, OURS))
+                findings.append(
+                    compare(result, width, before, WIDTH_PX if full else QUICK_WIDTH_PX, OURS, ground=CHOSEN)
+                )
     return findings
 
 

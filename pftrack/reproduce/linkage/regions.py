@@ -16,7 +16,7 @@ from pftrack.experiments import find
 from pftrack.figures.picture import save
 from pftrack.model.parameters import Value
 from pftrack.rendering import png
-from pftrack.reproduce.finding import Finding, claim, compare, share
+from pftrack.reproduce.finding import CHOSEN, PROTOCOL, Finding, Unexplained, claim, compare, share
 from pftrack.reproduce.linkage.figures import split
 from pftrack.reproduce.linkage.figures import still as still_figure
 from pftrack.reproduce.linkage.trials import Condition, RunResult, run_condition
@@ -74,13 +74,13 @@ def containment(pool: Pool, full: bool) -> list[Finding]:
     still = [[one.high[frame, 2] - one.low[frame, 2] for one in found["static-regions"]] for frame in (20, 299)]
     for widths, frame, reference in zip(still, (20, 299), (16.0, 14.1), strict=True):
         result = f"linkage: still, width of length 3 in frame {frame}, median, px"
-        findings.append(compare(result, float(np.median(widths)), reference, END_PX, SOURCE))
+        findings.append(compare(result, float(np.median(widths)), reference, END_PX, SOURCE, ground=CHOSEN))
     for name, (first, last), single in MIRRORS:
         begun = [int(np.flatnonzero(one.splits)[0]) if one.splits.any() else -100 for one in found[name]]
         middle, spread = 0.5 * (first + last), 0.5 * (last - first) + SPLIT_FRAMES
         worst = max(begun, key=lambda frame, middle=middle: abs(frame - middle))  # type: ignore[misc]
         result = f"linkage: {name}, frame of the first split, the furthest from the middle of the reference's"
-        findings.append(compare(result, worst, middle, spread, SOURCE))
+        findings.append(compare(result, worst, middle, spread, SOURCE, ground=PROTOCOL))
         ended = sum(one.hypotheses[-1] == 1 for one in found[name])
         result = f"linkage: {name}, a single region at the end"
         findings.append(share(result, int(ended), seeds, single, SEEDS, SOURCE))
@@ -103,7 +103,9 @@ def _ends(found: dict[str, list[RunResult]]) -> list[Finding]:
         for link, reference in enumerate(references):
             for side, title in enumerate(("lower", "upper")):
                 result = f"linkage: {name}, {title} end of length {link + 1}, mean, px"
-                findings.append(compare(result, float(ends[link, side]), reference[side], END_PX, SOURCE))
+                findings.append(
+                    compare(result, float(ends[link, side]), reference[side], END_PX, SOURCE, ground=PROTOCOL)
+                )
     return findings
 
 
@@ -126,7 +128,7 @@ def _judge_intervals(one: list[RunResult], other: list[RunResult]) -> list[Findi
             apart,
             holds=apart == 1.0,
             source=APART,
-            known="guides of ellipsoids or boxes alike tell length 3 of no pair, nor do the reference's",
+            known=Unexplained("guides of ellipsoids or boxes alike tell length 3 of no pair, nor do the reference's"),
         )
     )
     return findings
@@ -157,7 +159,12 @@ def ingredients(pool: Pool, full: bool) -> list[Finding]:
     )
     findings = [
         compare(
-            "linkage: guides alone, ends of final intervals, furthest from the full method's, px", off, 0, 0.1, PARTS
+            "linkage: guides alone, ends of final intervals, furthest from the full method's, px",
+            off,
+            0,
+            0.1,
+            PARTS,
+            ground=PROTOCOL,
         ),
         _judge_containment("linkage: Shimada's ellipsoids", [*literal_1, *literal_2, *mirror], PARTS),
         claim(
@@ -170,14 +177,14 @@ def ingredients(pool: Pool, full: bool) -> list[Finding]:
     for title, first, second in (("", literal_1, literal_2), (", semi-axes lengthened", rest[0], rest[1])):
         widest = float(np.max(np.mean([np.diff(_last(one))[:, 0] for one in first], axis=0)))
         result = f"linkage: Shimada's ellipsoids{title}, object 1, widest final interval (20 px at first)"
-        findings.append(compare(result, widest, 20.0, 1.0, PARTS))
+        findings.append(compare(result, widest, 20.0, 1.0, PARTS, ground=CHOSEN))
         claimed = f"linkage: Shimada's ellipsoids{title}, half widths of all lengths, the greatest (about 5), px"
         half = max(float(np.diff(_last(one)).max()) / 2.0 for one in (*first, *second))
         findings.append(claim(claimed, half, holds=half <= CLAIMED_PX + 1.0, source=CLAIM, known=NO_LENGTH))
     kept = [float(np.mean([one.contained.mean() for one in some])) for some in rest[2:]]
     result = "linkage: printed prediction P + du I, frames in which the truth is contained, moving chains (.06 to .16)"
     findings.append(claim(result, max(kept[:-1]), holds=0.0 < max(kept[:-1]) < 0.3, source=PARTS))
-    findings.append(compare("linkage: the same, still chain", kept[-1], 1.0, 0.0, PARTS))
+    findings.append(compare("linkage: the same, still chain", kept[-1], 1.0, 0.0, PARTS, ground=PROTOCOL))
     return findings
 
 
@@ -195,11 +202,11 @@ def variants(pool: Pool, full: bool) -> list[Finding]:
         last, before = _last(found[0]), np.array([[60.0, 80.0], [50.0, 70.0], [40.0, 60.0]])
         low, high = UPPER_R1_PX
         result = f"{named}, upper end of length 1, px"
-        findings.append(compare(result, last[0, 1], 0.5 * (low + high), 0.5 * (high - low), PARTS))
+        findings.append(compare(result, last[0, 1], 0.5 * (low + high), 0.5 * (high - low), PARTS, ground=PROTOCOL))
         moved = np.abs(last - before)
         moved[0, 1] = 0.0
         result = f"{named}, how far any other end of a length has moved, px"
-        findings.append(compare(result, float(moved.max()), 0.0, OTHER_ENDS_PX, PARTS))
+        findings.append(compare(result, float(moved.max()), 0.0, OTHER_ENDS_PX, PARTS, ground=CHOSEN))
     return findings
 
 
@@ -219,7 +226,7 @@ def space(pool: Pool, full: bool) -> list[Finding]:
             middle, title = 0.5 * (low + high), ("lower", "upper")[side]
             result = f"linkage: in space, {title} end of length {link + 1}, mean, px"
             ours = float(ends[:, link, side].mean())
-            findings.append(compare(result, ours, middle, 0.5 * (high - low) + room, SPACE))
+            findings.append(compare(result, ours, middle, 0.5 * (high - low) + room, SPACE, ground=CHOSEN))
     return findings
 
 

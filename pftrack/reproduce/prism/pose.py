@@ -21,7 +21,7 @@ from pftrack.geometry.rotation import rotation
 from pftrack.numerics.angles import wrap
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.random import Purpose, Stream
-from pftrack.reproduce.finding import Finding, claim, compare
+from pftrack.reproduce.finding import CHOSEN, FEWER, PROTOCOL, Finding, claim, compare
 from pftrack.reproduce.pool import Pool
 from pftrack.reproduce.prism.trials import Method, Reading, Trial, TrialResult, run_trial
 from pftrack.sources.prism import FRAMES, PrismParameters, sight
@@ -33,6 +33,7 @@ SOURCE_READINGS = "reference implementation"
 SOURCE_PERSPECTIVE = "Bando 2007, Appendix E; reference implementation"
 SOURCE_POSE = "Bando 2007, Appendix D; reference implementation"
 
+DIVERGING = "some trials diverge, so that the reference's median of twenty is known to 0.22 degrees only"
 READING = "what makes the published figures is another reading; with this one the reference fails as well"
 NEARLY_AFFINE = "so far away the affine camera is nearly right, and there is nothing to gain; nor in the reference"
 
@@ -83,12 +84,19 @@ def pose(pool: Pool, full: bool) -> list[Finding]:
         # A single trial of one axis scatters by more than is allowed.
         for axis, ours, wanted in zip(AXES, angles, ANGLES[method], strict=True) if len(courses[method]) > 1 else ():
             findings.append(
-                compare(f"prism: {method}, error of {axis}, degrees", float(ours), wanted, tolerance, SOURCE)
+                compare(
+                    f"prism: {method}, error of {axis}, degrees",
+                    float(ours),
+                    wanted,
+                    tolerance,
+                    SOURCE,
+                    ground=PROTOCOL,
+                )
             )
         result = f"prism: {method}, error, mean of the axes, degrees"
-        findings.append(compare(result, _mean(courses[method], _error), reference, tolerance, SOURCE))
+        findings.append(compare(result, _mean(courses[method], _error), reference, tolerance, SOURCE, ground=PROTOCOL))
     median = float(np.median([one.error_deg for one in courses["alpha-0"]]))
-    findings.append(compare("prism: alpha-0, median error, degrees", median, 2.27, 0.25, SOURCE))
+    findings.append(compare("prism: alpha-0, median error, degrees", median, 2.27, 0.25, SOURCE, ground=PROTOCOL))
     return [*findings, *_orders(courses), *_features(courses), *_ratios(courses["pf-asd"])]
 
 
@@ -105,11 +113,11 @@ def readings(pool: Pool, full: bool) -> list[Finding]:
         for method, reference in references.items():
             result = f"prism-readings: {reading}, {method}, error, degrees"
             ours = _mean(courses[method], _error)
-            findings.append(compare(result, ours, reference, round(0.2 * reference, 2), SOURCE_READINGS))
+            findings.append(compare(result, ours, reference, round(0.2 * reference, 2), SOURCE_READINGS, ground=CHOSEN))
         if reading == "kernel":
             result = "prism-readings: kernel, alpha of rear vertices while hidden"
             ours = _mean(courses["pf-asd"], lambda one: one.ratio_hidden)
-            findings.append(compare(result, ours, 0.24, 0.08, SOURCE_READINGS))
+            findings.append(compare(result, ours, 0.24, 0.08, SOURCE_READINGS, ground=CHOSEN))
             rise = _mean(courses["pf-asd"], lambda one: one.ratio_hidden - one.ratio_visible)
             result = "prism-readings: kernel, alpha rises while a vertex is hidden (hidden less visible)"
         else:
@@ -123,7 +131,7 @@ def readings(pool: Pool, full: bool) -> list[Finding]:
         ratio = _mean(courses["pf-asd"], lambda one: 0.5 * (one.ratio_front + one.ratio_visible))
         result = f"prism-readings: at {distance} mm, alpha of visible vertices"
         if distance in RATIOS_BY_DISTANCE:
-            findings.append(compare(result, ratio, RATIOS_BY_DISTANCE[distance], 0.1, SOURCE_READINGS))
+            findings.append(compare(result, ratio, RATIOS_BY_DISTANCE[distance], 0.1, SOURCE_READINGS, ground=CHOSEN))
         else:
             findings.append(
                 claim(f"{result} is near its clip of 0.9", ratio, holds=ratio > 0.8, source=SOURCE_READINGS)
@@ -146,15 +154,17 @@ def perspective(pool: Pool, full: bool) -> list[Finding]:
         for method, (error, translation) in references.items():
             name = f"prism-perspective: {'moving' if moving else 'fixed'}, {method}"
             trials = courses[method]
-            slack = 3.0 * MEDIAN_SPREAD * np.sqrt(1.0 / len(trials) + 1.0 / 20.0) if method == "alpha-0" else 0.0
+            few = method == "alpha-0" and not full
+            slack, ground = (3.0 * MEDIAN_SPREAD * np.sqrt(1.0 / count + 1.0 / 20.0), FEWER) if few else (0.0, PROTOCOL)
+            known = DIVERGING if (moving, method) == (False, "alpha-0") else ""
             ours = float(np.median([one.error_deg for one in trials]))
-            allowed = max(0.05, slack * error)
-            findings.append(compare(f"{name}, error, degrees", ours, error, allowed, SOURCE_PERSPECTIVE))
+            allowed, result = max(0.05, slack * error), f"{name}, error, degrees"
+            findings.append(compare(result, ours, error, allowed, SOURCE_PERSPECTIVE, ground=ground, known=known))
             away = np.median([one.translation_mm for one in trials], axis=0)
             for axis, ours, reference, tolerance in zip("xyz", away, translation, (0.05, 0.05, 0.1), strict=True):
                 allowed = max(tolerance, slack * reference)
                 result = f"{name}, translation error in {axis}, mm"
-                findings.append(compare(result, float(ours), reference, allowed, SOURCE_PERSPECTIVE))
+                findings.append(compare(result, float(ours), reference, allowed, SOURCE_PERSPECTIVE, ground=ground))
     return findings
 
 
@@ -169,7 +179,9 @@ def pose_filters(pool: Pool, full: bool) -> list[Finding]:
         errors = np.mean(pool.map(function, seeds), axis=0)
         for axis, ours, reference in zip(AXES, errors, references, strict=True):
             findings.append(
-                compare(f"pose-filters: {name}, {axis}, degrees", float(ours), reference, 0.08, SOURCE_POSE)
+                compare(
+                    f"pose-filters: {name}, {axis}, degrees", float(ours), reference, 0.08, SOURCE_POSE, ground=PROTOCOL
+                )
             )
     return findings
 
@@ -217,11 +229,14 @@ def _features(courses: dict[Method, list[TrialResult]]) -> list[Finding]:
     findings = []
     for method, (visible, near, hidden, far) in references.items():
         ours = _mean(courses[method], lambda one: one.visible_px)
-        findings.append(compare(f"prism: {method}, visible features, px", ours, visible, near, SOURCE))
+        findings.append(compare(f"prism: {method}, visible features, px", ours, visible, near, SOURCE, ground=CHOSEN))
         ours = _mean(courses[method], lambda one: one.hidden_px)
-        findings.append(compare(f"prism: {method}, hidden features, px", ours, hidden, far, SOURCE))
+        findings.append(compare(f"prism: {method}, hidden features, px", ours, hidden, far, SOURCE, ground=CHOSEN))
     ours = float(np.median([one.effective_sample_size for one in courses["rb-pf"]]))
-    return [*findings, compare("prism: rb-pf, median effective sample size of 25,000", ours, 1.2, 0.3, SOURCE)]
+    return [
+        *findings,
+        compare("prism: rb-pf, median effective sample size of 25,000", ours, 1.2, 0.3, SOURCE, ground=CHOSEN),
+    ]
 
 
 def _ratios(courses: list[TrialResult]) -> list[Finding]:
@@ -230,14 +245,21 @@ def _ratios(courses: list[TrialResult]) -> list[Finding]:
     rise = hidden - visible
     ramp = np.nanmean([one.ramp for one in courses], axis=0)
     return [
-        compare("prism: alpha of front vertices", front, 0.21, 0.08, SOURCE),
-        compare("prism: alpha of rear vertices while visible", visible, 0.26, 0.08, SOURCE),
-        compare("prism: alpha of rear vertices while hidden", hidden, 0.52, 0.08, SOURCE),
+        compare("prism: alpha of front vertices", front, 0.21, 0.08, SOURCE, ground=PROTOCOL),
+        compare("prism: alpha of rear vertices while visible", visible, 0.26, 0.08, SOURCE, ground=PROTOCOL),
+        compare("prism: alpha of rear vertices while hidden", hidden, 0.52, 0.08, SOURCE, ground=PROTOCOL),
         claim(
             "prism: alpha rises while a vertex is hidden (hidden less visible)", rise, holds=rise > 0.15, source=SOURCE
         ),
         *(
-            compare(f"prism: alpha, frames since the vertex hid: {age}", float(ramp[age - 1]), reference, 0.1, SOURCE)
+            compare(
+                f"prism: alpha, frames since the vertex hid: {age}",
+                float(ramp[age - 1]),
+                reference,
+                0.1,
+                SOURCE,
+                ground=PROTOCOL,
+            )
             for age, reference in RAMP.items()
         ),
     ]

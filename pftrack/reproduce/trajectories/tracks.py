@@ -18,7 +18,7 @@ from pftrack.figures.picture import save
 from pftrack.filters.trajectories.cloud import Cloud
 from pftrack.filters.trajectories.modes import logs_mode
 from pftrack.filters.trajectories.whole import Method, Settings, Smoothed, follow, likelihood_surface, track_error
-from pftrack.reproduce.finding import PROTOCOL, TRIALS, Finding, claim, compare
+from pftrack.reproduce.finding import CHOSEN, PROTOCOL, TRIALS, Finding, Unexplained, claim, compare
 from pftrack.reproduce.pool import Pool
 from pftrack.reproduce.trajectories.figures import draw
 from pftrack.sources.trajectories.reference import REFERENCE_PX
@@ -121,7 +121,7 @@ def _medians(found: Smoothed, truth: NDArray[np.float64] = TRUE_PATH) -> tuple[f
 def _compare(name: str, ours: tuple[float, float]) -> list[Finding]:
     *references, of_filtered, of_smoothed = TABLE[name]
     return [
-        compare(f"trajectories: {name}, {what}, error E", value, reference, tolerance, SOURCE)
+        compare(f"trajectories: {name}, {what}, error E", value, reference, tolerance, SOURCE, ground=PROTOCOL)
         for what, value, reference, tolerance in zip(
             ("filtered", "smoothed"), ours, references, (of_filtered, of_smoothed), strict=True
         )
@@ -145,7 +145,13 @@ def _orderings(table: dict[str, tuple[float, float]]) -> list[Finding]:
     return [
         *rows,
         compare(
-            statement, lg[1], 0.277, 0.02, SOURCE, known="no reading of the paper gives it; an exact smoother is better"
+            statement,
+            lg[1],
+            0.277,
+            0.02,
+            SOURCE,
+            ground=CHOSEN,
+            known=Unexplained("no reading of the paper gives it; an exact smoother is better"),
         ),
     ]
 
@@ -158,7 +164,14 @@ def _laws(found: Smoothed) -> list[Finding]:
     laws = [belief.laws(track) for track in range(RUNS)]
     ends = np.exp([[logs_mode(logs, shares) for logs in values.T] for values, shares in filter(None, laws)])
     return [
-        compare(f"trajectories: nlng, {name} at the end, px²", float(np.median(ends[:, place])), reference, 0.2, SOURCE)
+        compare(
+            f"trajectories: nlng, {name} at the end, px²",
+            float(np.median(ends[:, place])),
+            reference,
+            0.2,
+            SOURCE,
+            ground=CHOSEN,
+        )
         for place, (name, reference) in enumerate(zip(("σ²", "τ²"), LAWS, strict=True))
     ]
 
@@ -240,8 +253,22 @@ def _readings(pool: Pool) -> list[Finding]:
             shares.append(np.mean([abs(noise - 10) <= 2 and drive == 1 for noise, drive in pairs]))
     literal, root = (float(share) for share in shares)
     return [
-        compare("trajectories: scale 50 px, data sets with the best pair in the corner", literal, 0.93, 0.08, READING),
-        compare("trajectories: scale √50 px, data sets with the best pair near (10, 1)", root, 0.11, 0.1, READING),
+        compare(
+            "trajectories: scale 50 px, data sets with the best pair in the corner",
+            literal,
+            0.93,
+            0.08,
+            READING,
+            ground=CHOSEN,
+        ),
+        compare(
+            "trajectories: scale √50 px, data sets with the best pair near (10, 1)",
+            root,
+            0.11,
+            0.1,
+            READING,
+            ground=CHOSEN,
+        ),
     ]
 
 
@@ -260,7 +287,7 @@ def _ensemble(pool: Pool) -> list[Finding]:
         medians = np.median(outcomes, axis=0)
         for what, value, reference in zip(("filtered", "smoothed"), medians, ENSEMBLE[method], strict=True):
             row = f"trajectories: {method}, {what}, error E, median of 60 data sets"
-            findings.append(compare(row, float(value), reference, SCATTER, SOURCE))
+            findings.append(compare(row, float(value), reference, SCATTER, SOURCE, ground=CHOSEN))
     return findings
 
 
