@@ -22,6 +22,7 @@ from tools.reproduction import (
 )
 
 ENTRIES = read_record(RECORD)
+FISH = PAGE.parents[1] / "experiments" / "fish.md"
 PAGE_TEXT = PAGE.read_text(encoding="utf-8")
 
 QUICK_S = 100
@@ -51,6 +52,16 @@ def test_the_readme_counts_as_the_record_does() -> None:
     found = SENTENCE.search(README.read_text(encoding="utf-8"))
     assert found is not None
     assert found[0].split() == sentence(ENTRIES).split()
+
+
+def test_the_page_of_the_fish_counts_as_the_record_does() -> None:
+    """How many figures differ there, and how many of them for a known cause."""
+    fish = findings_of(ENTRIES, ["fish-offline", "fish", "fish-ablations"])
+    differ = sum(one.verdict == "differs" for one in fish)
+    counted = (
+        f"{differ} figures differ from the paper or the reference, {sum(one.explained for one in fish)} for a known"
+    )
+    assert counted in " ".join(FISH.read_text(encoding="utf-8").split())
 
 
 def test_every_result_belongs_to_a_study() -> None:
