@@ -21,8 +21,11 @@ def free_bytes(folder: Path) -> int:
 
 
 def part_of(path: Path) -> Path:
-    """Return a new hidden name beside a path, under which its content can be written."""
-    return path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
+    """Return a new hidden name beside a path, under which its content can be written.
+
+    It is absolute: FFmpeg and Arrow take a relative name with a colon for an address.
+    """
+    return path.absolute().with_name(f".{path.name}.{secrets.token_hex(4)}.part")
 
 
 def settle(part: Path, path: Path) -> None:

@@ -123,7 +123,7 @@ class Journal:
 
     def finish(self) -> None:
         """Put the result together out of the chunks, all of which are there."""
-        part = self.folder / WHOLE
+        part = self.folder.absolute() / WHOLE  # Arrow takes a relative name with a colon for an address
         described = schema(self.plan).with_metadata(metadata(self.plan))
         with arrow.parquet.ParquetWriter(part, described, compression="zstd", write_page_checksum=True) as writer:
             pending: list[arrow.Table] = []
@@ -216,7 +216,7 @@ def chunk_files(folder: Path) -> list[Path]:
 
 def _rows(path: Path) -> arrow.Table:
     try:
-        return arrow.parquet.read_table(path, partitioning=None, page_checksum_verification=True)
+        return arrow.parquet.read_table(path.absolute(), partitioning=None, page_checksum_verification=True)
     except (arrow.ArrowException, OSError):
         raise SweepError(f"{path} is damaged; remove it and go on with --resume") from None
 
@@ -233,7 +233,7 @@ def _read_plan(folder: Path) -> Any:  # noqa: ANN401 - JSON of anybody
 def _look(path: Path, expected: Plan | None) -> tuple[Plan, int]:
     """Return plan and number of rows of a Parquet file; a damaged chunk of the plan expected has none."""
     try:
-        with arrow.parquet.ParquetFile(path) as file:
+        with arrow.parquet.ParquetFile(path.absolute()) as file:
             found, rows = file.schema_arrow.metadata or {}, file.metadata.num_rows
     except FileNotFoundError:
         raise SweepError(f"there is no file {path}") from None

@@ -58,7 +58,7 @@ class Result:
         """
         for path in self.files:
             try:
-                with arrow.parquet.ParquetFile(path, page_checksum_verification=True) as file:
+                with arrow.parquet.ParquetFile(path.absolute(), page_checksum_verification=True) as file:
                     for batch in file.iter_batches(ROWS_A_PIECE, columns=columns):
                         piece = arrow.as_table(batch).replace_schema_metadata(None)
                         yield piece if columns else conform(piece, schema(self.plan))
@@ -92,7 +92,7 @@ def read_chunk(path: Path) -> arrow.Table:
     """
     try:
         return arrow.parquet.read_table(
-            path, partitioning=None, page_checksum_verification=True
+            path.absolute(), partitioning=None, page_checksum_verification=True
         ).replace_schema_metadata(None)
     except (arrow.ArrowException, OSError):
         raise SweepError(f"{path} is no Parquet file, or was cut short") from None

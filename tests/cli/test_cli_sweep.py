@@ -78,6 +78,15 @@ def test_a_sweep_says_what_came_of_it(call: Call, tmp_path: Path) -> None:
     assert {**again, "seconds": 0} == {**found, "seconds": 0}
 
 
+def test_a_name_with_a_colon_is_a_file(call: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A relative name such as a time of day is written and read again."""
+    monkeypatch.chdir(tmp_path)
+    assert call("ball", "--trackers", "apf", "--trials", 1, *SMALL, "--jobs", 1, "--out", "T13:49.parquet")[0] == 0
+    assert call("--resume", "T13:49.parquet")[0] == 0
+    assert len(read_result(Path("T13:49.parquet")).table) == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["T13:49.parquet"]
+
+
 def test_for_people_it_is_a_table(call: Call, tmp_path: Path) -> None:
     """Trackers, runs, success and interval, and where the rows are."""
     status, text, _ = call("run", *PLAN, "--jobs", 1, "--out", tmp_path / "b.parquet")

@@ -33,6 +33,13 @@ def test_a_film_holds_its_pictures_in_order(tmp_path: Path) -> None:
     np.testing.assert_allclose(levels, np.arange(20, 220, 20), atol=3)
 
 
+def test_a_name_with_a_colon_is_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A relative name such as a time of day appears in the current folder, under that name."""
+    monkeypatch.chdir(tmp_path)
+    write(Path("2026-11-28T13:49.mp4"), [grey(0)])
+    assert [path.name for path in tmp_path.iterdir()] == ["2026-11-28T13:49.mp4"]
+
+
 @pytest.mark.parametrize(("width", "height"), [(65, 48), (64, 47), (65, 47), (1, 1)])
 def test_odd_sides_are_made_even(tmp_path: Path, width: int, height: int) -> None:
     """An odd picture is not refused and loses nothing: it gets one more row or column."""
