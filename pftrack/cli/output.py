@@ -111,8 +111,8 @@ def explain(error: Exception) -> CommandError:
 
 
 def emit(value: object) -> None:
-    """Print one JSON value; a number that JSON cannot say becomes null."""
-    sys.stdout.write(json.dumps(_plain(value), allow_nan=False, ensure_ascii=False) + "\n")
+    """Print one JSON value, in ASCII for consoles of any encoding; a number that JSON cannot say becomes null."""
+    sys.stdout.write(json.dumps(_plain(value), allow_nan=False) + "\n")
     sys.stdout.flush()
 
 
