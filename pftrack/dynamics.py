@@ -12,8 +12,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numba import TypingError
 from numpy.typing import NDArray
 
+from pftrack.numerics.checks import check, check_count
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.matrices import product
 from pftrack.numerics.random import Generator
@@ -53,14 +55,41 @@ class LinearDynamics:
     offset: NDArray[np.float64]
     noise: NDArray[np.float64]
 
+    def __post_init__(self) -> None:
+        """Refuse arrays that do not fit together.
+
+        Raises:
+            TypeError: One is not an array of real numbers.
+            ValueError: One has another shape, or is not finite.
+        """
+        check(transition=(self.transition, "d d"), offset=(self.offset, "d"), noise=(self.noise, "d k"))
+
     def predict(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the means (N, d) of the next states, given states (N, d)."""
-        return predict(np.asfortranarray(states), self.transition, self.offset)
+        """Return the means (N, d) of the next states, given states (N, d).
+
+        Raises:
+            TypeError: The states are not an array of real numbers.
+            ValueError: They have another dimension than the model.
+        """
+        try:
+            return predict(np.asfortranarray(states), self.transition, self.offset)
+        except (ValueError, TypingError):  # a step has no time to ask beforehand
+            check(transition=(self.transition, "d d"), states=(states, "N d"))
+            raise
 
     def diffuse(self, rng: Generator, means: NDArray[np.float64], ancestors: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Draw next states (n, d) around the means (N, d) of the ancestors (n,) chosen."""
+        """Draw next states (n, d) around the means (N, d) of the ancestors (n,) chosen.
+
+        Raises:
+            TypeError: The means or the ancestors are not an array of real numbers.
+            ValueError: The means have another dimension than the model, or an ancestor is not among them.
+        """
         normals = rng.standard_normal((self.noise.shape[1], len(ancestors)))
-        return diffuse(means, ancestors, self.noise, normals)
+        try:
+            return diffuse(means, ancestors, self.noise, normals)
+        except (ValueError, TypingError):
+            check(noise=(self.noise, "d k"), means=(means, "N d"), ancestors=(ancestors, "n", "whole"))
+            raise
 
     @property
     def noise_covariance(self) -> NDArray[np.float64]:
@@ -74,7 +103,12 @@ def random_walk(dimension: int, noise_sd: float) -> LinearDynamics:
     Args:
         dimension: d.
         noise_sd: b, in the state's unit per frame.
+
+    Raises:
+        TypeError: The dimension is not a whole number.
+        ValueError: The dimension is below 1, or the deviation is not finite.
     """
+    check_count("dimension", dimension)
     return LinearDynamics(np.eye(dimension), np.zeros(dimension), noise_sd * np.eye(dimension))
 
 
@@ -85,7 +119,12 @@ def constant_velocity(dimension: int, interval_s: float, acceleration_sd: float)
         dimension: Number of spatial coordinates; the state has twice as many.
         interval_s: Time between frames, s.
         acceleration_sd: Standard deviation of the acceleration held over a frame, unit / s^2.
+
+    Raises:
+        TypeError: The dimension is not a whole number.
+        ValueError: The dimension is below 1, or another number is not finite.
     """
+    check_count("dimension", dimension)
     one, zero = np.eye(dimension), np.zeros((dimension, dimension))
     transition = np.block([[one, interval_s * one], [zero, one]])
     noise = acceleration_sd * np.vstack([0.5 * interval_s**2 * one, interval_s * one])
@@ -102,8 +141,12 @@ def autoregression(
         older: A0, (d, d).
         offset: d, (d,).
         noise: B, (d, k).
+
+    Raises:
+        TypeError: One is not an array of real numbers.
+        ValueError: One has another shape, or is not finite.
     """
-    dimension = len(offset)
+    dimension = check(newer=(newer, "d d"), older=(older, "d d"), offset=(offset, "d"), noise=(noise, "d k"))["d"]
     one, zero = np.eye(dimension), np.zeros((dimension, dimension))
     return LinearDynamics(
         np.block([[newer, older], [one, zero]]),
@@ -116,8 +159,14 @@ def autoregression(
 def predict(
     states: NDArray[np.float64], transition: NDArray[np.float64], offset: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return A x + d of states (N, d); each coordinate of the result lies together in memory."""
+    """Return A x + d of states (N, d); each coordinate of the result lies together in memory.
+
+    Raises:
+        ValueError: The states have another dimension than A and d.
+    """
     count, dimension = states.shape
+    if transition.shape[0] != dimension or transition.shape[1] != dimension or offset.shape[0] != dimension:
+        raise ValueError("expected A (d, d) and an offset (d,) for states (N, d), got other sizes")
     means = np.empty((dimension, count))
     for i in range(dimension):
         means[i] = offset[i]
@@ -144,9 +193,19 @@ def diffuse(
         ancestors: (n,) which of them.
         noise: B, (d, k).
         normals: u, (k, n).
+
+    Raises:
+        ValueError: The sizes do not agree, or an ancestor is not among the means.
     """
     count = ancestors.shape[0]
     dimension = means.shape[1]
+    if noise.shape[0] != dimension or noise.shape[1] != normals.shape[0] or normals.shape[1] != count:
+        raise ValueError("expected B (d, k) and normals (k, n) for means (N, d) and ancestors (n,), got other sizes")
+    strangers = 0
+    for n in range(count):
+        strangers += (ancestors[n] < 0) | (ancestors[n] >= means.shape[0])
+    if strangers:
+        raise ValueError("expected ancestors between 0 and N - 1 for means (N, d), got others")
     states = np.empty((dimension, count))
     for i in range(dimension):
         for n in range(count):

@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.numerics.checks import check
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.elementary import exponentials
 from pftrack.numerics.sums import inner_product, total
@@ -33,10 +34,37 @@ class ParticleSet:
     log_weights: NDArray[np.float64]
     ancestors: NDArray[np.int64]
 
+    def __post_init__(self) -> None:
+        """Refuse arrays that do not fit together; NaN is not looked for, since that takes longer than a step may.
+
+        Raises:
+            TypeError: One is not an array of real numbers.
+            ValueError: There are no particles, or not as many states as weights and ancestors.
+        """
+        states, log_weights, ancestors = self.states, self.log_weights, self.ancestors
+        try:
+            count, _ = states.shape
+            fits = count and log_weights.shape == (count,) == ancestors.shape
+            fits = fits and states.dtype.kind + log_weights.dtype.kind + ancestors.dtype.kind == "ffi"
+        except (AttributeError, ValueError):
+            fits = False
+        if not fits:
+            check(
+                missing=True,
+                states=(states, "N d"),
+                log_weights=(log_weights, "N"),
+                ancestors=(ancestors, "N", "whole"),
+            )
+
     @classmethod
     def uniform(cls, states: NDArray[np.float64]) -> "ParticleSet":
-        """Return the states (N, d) with equal weights, each its own ancestor."""
-        count = len(states)
+        """Return the states (N, d) with equal weights, each its own ancestor.
+
+        Raises:
+            TypeError: The states are not an array of real numbers.
+            ValueError: They are not (N, d) and finite, or there are none.
+        """
+        count = check(states=(states, "N d"))["N"]
         return cls(states, np.full(count, -math.log(count)), np.arange(count))
 
     def __len__(self) -> int:
@@ -101,8 +129,13 @@ def normalise(log_weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], fl
 
     Returns:
         (N,) logarithms of normalised weights, and the logarithm of the sum of the weights given.
+
+    Raises:
+        ValueError: There are no weights.
     """
     count = log_weights.shape[0]
+    if count == 0:
+        raise ValueError("expected at least one log weight, got none")
     top = -np.inf
     for n in range(count):
         if top < log_weights[n] < np.inf:
@@ -122,8 +155,14 @@ def normalise(log_weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], fl
 def moments(
     states: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the weighted mean (d,) and covariance (d, d) of states (N, d), given weights (N,) that sum to one."""
+    """Return the weighted mean (d,) and covariance (d, d) of states (N, d), given weights (N,) that sum to one.
+
+    Raises:
+        ValueError: There are not as many weights as states.
+    """
     count, dimension = states.shape
+    if weights.shape[0] != count:
+        raise ValueError("expected a weight for each of the states (N, d), got another number of weights")
     mean = np.empty(dimension)
     covariance = np.empty((dimension, dimension))
     deviations = np.empty((dimension, count))

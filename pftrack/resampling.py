@@ -21,6 +21,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.numerics.checks import check, check_count
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.elementary import exponentials
 from pftrack.numerics.random import Generator, uniforms
@@ -31,6 +32,7 @@ __all__ = [
     "RESAMPLERS",
     "Resampler",
     "adaptive",
+    "decide",
     "multinomial",
     "parents",
     "residual",
@@ -49,23 +51,27 @@ def systematic(rng: Generator, log_weights: NDArray[np.float64], count: int) -> 
         rng: Source of uniform numbers.
         log_weights: (N,) logarithms of weights, up to a common constant; not all -inf.
         count: How many to draw.
+
+    Raises:
+        TypeError: The weights are not an array of real numbers, or the count is not a whole number.
+        ValueError: The weights are not (N,), hold NaN or are all -inf, or the count is below 1.
     """
-    return systematic_parents(_relative(log_weights), rng.random(), count)
+    return systematic_parents(_weights(log_weights, count), rng.random(), count)
 
 
 def stratified(rng: Generator, log_weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:
     """Draw (count,) parents with an independent uniform number in each stratum; arguments as for `systematic`."""
-    return _stratified(_relative(log_weights), rng.random(count))
+    return _stratified(_weights(log_weights, count), rng.random(count))
 
 
 def multinomial(rng: Generator, log_weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:
     """Draw (count,) parents independently; arguments as for `systematic`."""
-    return _multinomial(_relative(log_weights), rng.random(count))
+    return _multinomial(_weights(log_weights, count), rng.random(count))
 
 
 def residual(rng: Generator, log_weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:
     """Draw floor(count * w_n) copies of each parent, the rest by fractions; arguments as for `systematic`."""
-    return _residual(_relative(log_weights), rng.random(count))
+    return _residual(_weights(log_weights, count), rng.random(count))
 
 
 RESAMPLERS: dict[str, Resampler] = {
@@ -114,16 +120,31 @@ def adaptive(
     Returns:
         A function of generator, particles and the number wanted that gives the ancestors, or None when the particles
         should keep their weights.
+
+    Raises:
+        ValueError: The threshold is not between 0 and 1.
     """
-    return partial(_decide, resample, threshold)
+    if not 0.0 <= threshold <= 1.0:
+        raise ValueError(f"the threshold must be between 0 and 1, got {threshold}")
+    return partial(decide, resample, threshold)
 
 
-def _decide(
+def decide(
     resample: Resampler, threshold: float, rng: Generator, particles: ParticleSet, count: int
 ) -> NDArray[np.int64] | None:
+    """Return the ancestors (count,), or None if the particles should keep their weights; arguments as in `adaptive`."""
     if count == len(particles) and threshold < 1 and particles.effective_sample_size >= threshold * count:
         return None
     return resample(rng, particles.log_weights, count)
+
+
+def _weights(log_weights: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """Return the weights (N,) relative to the greatest, if `count` parents can be drawn by them."""
+    if type(log_weights) is not np.ndarray or log_weights.ndim != 1 or not log_weights.size:
+        check(missing=True, log_weights=(log_weights, "N"))
+    if type(count) is not int or count < 1:
+        check_count("count", count)
+    return _relative(log_weights)
 
 
 @compiled
@@ -139,15 +160,27 @@ def _relative(log_weights: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @compiled
+def _positive(whole: float) -> float:
+    """Return the sum of weights; one that is NaN has made it NaN."""
+    if not whole > 0.0:
+        raise ValueError("log_weights must hold one above -inf, and neither NaN nor +inf, got others")
+    return whole
+
+
+@compiled
 def systematic_parents(weights: NDArray[np.float64], offset: float, count: int) -> NDArray[np.int64]:
-    """Draw (count,) parents by weights (N,), not all 0, with one offset in [0, 1) for all strata."""
+    """Draw (count,) parents by weights (N,), not all 0, with one offset in [0, 1) for all strata.
+
+    Raises:
+        ValueError: No weight is above 0, or one is NaN.
+    """
     size = weights.shape[0]
+    spacing = _positive(total(weights)) / count
     # Rounding must not carry the last draws past the last particle that has any weight.
     last = size - 1
     while weights[last] == 0.0:
         last -= 1
     ancestors = np.empty(count, dtype=np.int64)
-    spacing = total(weights) / count
     parent = 0
     reached = weights[0]
     for i in range(count):
@@ -177,7 +210,7 @@ def _multinomial(weights: NDArray[np.float64], numbers: NDArray[np.float64]) -> 
 def _residual(weights: NDArray[np.float64], numbers: NDArray[np.float64]) -> NDArray[np.int64]:
     count = numbers.shape[0]
     size = weights.shape[0]
-    scale = count / total(weights)
+    scale = count / _positive(total(weights))
     copies, fractions = np.empty(size, np.int64), np.empty(size)
     certain = 0
     for n in range(size):
@@ -208,6 +241,7 @@ def _inverse(weights: NDArray[np.float64], quantiles: NDArray[np.float64]) -> ND
             last = n
         whole += weights[n]
         cumulative[n] = whole
+    _positive(whole)
     ancestors = np.empty(quantiles.shape[0], np.int64)
     parent = 0
     for i in range(quantiles.shape[0]):

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.filters.layers import Projection
+from pftrack.numerics.checks import check, check_count
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.elementary import exponentials
 from pftrack.numerics.random import Generator
@@ -101,8 +102,13 @@ def begin(
         count: N, particles per feature.
         rng: The frame's generator.
         speed_px: Standard deviation of the speeds, px per frame; at 0 nothing is drawn for them.
+
+    Raises:
+        TypeError: The positions are not an array of real numbers, or the count is not a whole number.
+        ValueError: The positions are not (F, 2) and finite, or the count is below 1.
     """
-    features = len(positions)
+    check_count("count", count)
+    features = check(positions=(positions, "F 2"))["F"]
     scattered = positions[:, :, None] + spread_px * rng.standard_normal((features, 2, count))
     before = scattered - speed_px * rng.standard_normal(scattered.shape) if speed_px > 0.0 else scattered
     nobody = np.full((features, count), -1, np.int64)
@@ -127,8 +133,21 @@ def draw(
         noise_sd_px: b_f, process noise of the features' own dynamics (Bando 2007, ch. 4, eq. 4.6).
         count: N, particles per feature.
         rng: The frame's generator.
+
+    Raises:
+        TypeError: One is not an array of real numbers, or the count is not a whole number.
+        ValueError: One has another shape, a ratio is not between 0 and 1, or the count is below 1.
     """
-    size = len(ratios)
+    check_count("count", count)
+    size = check(
+        missing=True,
+        coordinates=(features.coordinates, "F 4 N"),
+        means=(projection.means, "F 2 2"),
+        covariances=(projection.covariances, "F 2 2 2"),
+        ratios=(ratios, "F"),
+    )["F"]
+    if not ((ratios >= 0.0) & (ratios <= 1.0)).all():
+        raise ValueError(f"ratios must be between 0 and 1, got {ratios.min():g} to {ratios.max():g}")
     normals, uniforms = rng.standard_normal((size, 4, count)), rng.random((size, count))
     return Draw(
         *_draw(
@@ -152,7 +171,12 @@ def weigh(drawn: Draw, log_likelihoods: NDArray[np.float64], rng: Generator) -> 
         log_likelihoods: (F, N) up to a constant for each feature; NaN counts as impossible. A feature of which all
             particles are impossible keeps them with equal weights.
         rng: The frame's generator.
+
+    Raises:
+        TypeError: The likelihoods are not an array of real numbers.
+        ValueError: There are not as many as particles.
     """
+    check(missing=True, coordinates=(drawn.coordinates, "F 4 N"), log_likelihoods=(log_likelihoods, "F N"))
     offsets = rng.random(len(drawn.upper_counts))
     log_weights, survivors, means, covariances, log_evidences = _weigh(drawn.coordinates, log_likelihoods, offsets)
     return Features(

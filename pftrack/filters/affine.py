@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from pftrack.filters import affine_pose
 from pftrack.filters.layers import Projection
 from pftrack.filters.sequential import condition, predict_second_order
+from pftrack.numerics.checks import check
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.matrices import contiguous_copy
@@ -75,7 +76,15 @@ class AffineLayer:
     walk: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
-        """Keep what compiled code gets in the one form for which it is compiled."""
+        """Keep what compiled code gets in the one form for which it is compiled.
+
+        Raises:
+            TypeError: One is not an array of real numbers.
+            ValueError: One has another shape, or is not finite.
+        """
+        check(points_mm=(self.points_mm, "F 3"), reference=(self.reference, "2 4"), noise_sd=(self.noise_sd, "4"))
+        if self.walk is not None:
+            check(walk=(self.walk, "3 3"))
         object.__setattr__(self, "points_mm", contiguous_copy(self.points_mm))
 
     def begin(self) -> AffineBelief:
@@ -100,7 +109,13 @@ class AffineLayer:
         variances: NDArray[np.float64],
         rng: Generator,
     ) -> AffineBelief:
-        """Condition the camera on positions (F, 2) px with variances (F, 2) px^2, and the pose on the camera."""
+        """Condition the camera on positions (F, 2) px with variances (F, 2) px^2, and the pose on the camera.
+
+        Raises:
+            TypeError: One is not an array of real numbers.
+            ValueError: One has another shape, or is not finite.
+        """
+        check(points_mm=(self.points_mm, "F 3"), positions=(positions, "F 2"), variances=(variances, "F 2"))
         mean, covariance = observe(belief.mean, belief.covariance, self.points_mm, positions, variances)
         entries, noise = affine_pose.entries(mean, covariance)
         slopes = np.ascontiguousarray(self.reference[:, :3])
@@ -124,7 +139,13 @@ class AffineLayer:
 def predict(
     mean: NDArray[np.float64], covariance: NDArray[np.float64], noise_sd: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return mean (2, 8) and covariance (2, 8, 8) a frame later, given the noise (4,) of the entries of a row."""
+    """Return mean (2, 8) and covariance (2, 8, 8) a frame later, given the noise (4,) of the entries of a row.
+
+    Raises:
+        ValueError: One has another size.
+    """
+    if mean.shape != (2, 8) or covariance.shape != (2, 8, 8) or noise_sd.shape[0] != 4:
+        raise ValueError("expected a mean (2, 8), a covariance (2, 8, 8) and noises (4,), got other sizes")
     predicted, spread = np.empty((2, 8)), np.empty((2, 8, 8))
     for axis in range(2):
         row, known = predict_second_order(mean[axis], covariance[axis], noise_sd)
@@ -139,7 +160,13 @@ def predict(
 def project(
     mean: NDArray[np.float64], covariance: NDArray[np.float64], points_mm: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return means and covariances of `Projection`, given the camera's, (2, 8) and (2, 8, 8), and points (F, 3)."""
+    """Return means and covariances of `Projection`, given the camera's, (2, 8) and (2, 8, 8), and points (F, 3).
+
+    Raises:
+        ValueError: One has another size.
+    """
+    if mean.shape != (2, 8) or covariance.shape != (2, 8, 8) or points_mm.shape[1] != 3:
+        raise ValueError("expected a mean (2, 8), a covariance (2, 8, 8) and points (F, 3), got other sizes")
     count = points_mm.shape[0]
     means, covariances = np.zeros((count, 2, 2)), np.zeros((count, 2, 2, 2))
     row = np.ones(4)
@@ -182,8 +209,15 @@ def observe(
 
     Returns:
         Mean and covariance of the posterior.
+
+    Raises:
+        ValueError: One has another size.
     """
     count = points_mm.shape[0]
+    if positions.shape != (count, 2) or variances.shape != (count, 2):
+        raise ValueError("expected positions (F, 2) and variances (F, 2) for points (F, 3), got other sizes")
+    if mean.shape != (2, 8) or covariance.shape != (2, 8, 8) or points_mm.shape[1] != 3:
+        raise ValueError("expected a mean (2, 8), a covariance (2, 8, 8) and points (F, 3), got other sizes")
     jacobian = np.zeros((count, 8))
     for n in range(count):
         for i in range(3):

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from pftrack.filters.sequential import condition, decorrelate
 from pftrack.geometry.rotation import derivatives, rotation
+from pftrack.numerics.checks import check, check_count
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.matrices import cholesky, multiply, product
@@ -35,7 +36,13 @@ def entries(
     Args:
         mean: (2, d) of the rows, d >= 3, which begin with those of A.
         covariance: (2, d, d) of each row; the rows are independent.
+
+    Raises:
+        TypeError: One is not an array of real numbers.
+        ValueError: One has another shape, or is not finite.
     """
+    if check(mean=(mean, "2 d"), covariance=(covariance, "2 d d"))["d"] < 3:
+        raise ValueError(f"mean must be (2, d) with d at least 3, got {mean.shape}")
     both = np.zeros((6, 6))
     both[:3, :3], both[3:, 3:] = covariance[0, :3, :3], covariance[1, :3, :3]
     return mean[:, :3].ravel(), both
@@ -58,7 +65,13 @@ def extended_step(
         reference: A_0, (2, 3) px/mm.
         theta_sd_rad: Standard deviation of the step of each angle.
         walk: (3, 3) covariance of the step in place of that, where angles turn together.
+
+    Raises:
+        TypeError: One is not an array of real numbers.
+        ValueError: One has another shape, or is not finite.
     """
+    check(mean=(theta.mean, "3"), covariance=(theta.covariance, "3 3"))
+    _check(measured, noise, reference, walk)
     before, sd = (theta.covariance, theta_sd_rad) if walk is None else (theta.covariance + walk, 0.0)
     mean, covariance = _extended_step(theta.mean, before, measured, noise, reference, sd)
     return Gaussian(mean, covariance)
@@ -85,12 +98,30 @@ def particle(
         rng: The frame's generator.
         count: Particles wanted.
         walk: (3, 3) covariance of the step in place of `theta_sd_rad`, where angles turn together.
+
+    Raises:
+        TypeError: One is not an array of real numbers.
+        ValueError: One has another shape, or is not finite.
     """
+    check_count("count", count)
+    check(particles=(particles, "N 3"))
+    _check(measured, noise, reference, walk)
     normals = rng.standard_normal(particles.shape)
     moved = particles + (theta_sd_rad * normals if walk is None else product(normals, cholesky(walk).T))
     log_weights, _ = normalise(_log_likelihood(moved, measured, noise, reference))
     posterior = ParticleSet(moved, log_weights, np.arange(len(moved)))
     return Gaussian(*posterior.moments), moved[systematic(rng, log_weights, count)]
+
+
+def _check(
+    measured: NDArray[np.float64],
+    noise: NDArray[np.float64],
+    reference: NDArray[np.float64],
+    walk: NDArray[np.float64] | None,
+) -> None:
+    check(measured=(measured, "6"), noise=(noise, "6 6"), reference=(reference, "2 3"))
+    if walk is not None:
+        check(walk=(walk, "3 3"))
 
 
 @compiled

@@ -22,7 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.dynamics import Dynamics
-from pftrack.filters.posterior import LogLikelihood, Posterior
+from pftrack.filters.posterior import LogLikelihood, Posterior, evaluate
+from pftrack.numerics.checks import check_count
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.elementary import exponentials, logarithms
 from pftrack.numerics.random import Generator
@@ -60,9 +61,16 @@ def step(
     Returns:
         The posterior, prediction_count + observation_count particles in that order. If g is zero for every particle,
         the observation has nothing to say and all of them come from the prediction sampler.
+
+    Raises:
+        TypeError: The likelihood returns something else than an array, or a count is not a whole number.
+        ValueError: The dynamics are of another dimension than the particles, the likelihood returns another number of
+            values than there are particles, or no particles are to be drawn.
     """
+    check_count("prediction_count", prediction_count, 0)
+    check_count("observation_count", observation_count, 0 if prediction_count else 1)
     means = dynamics.predict(particles.states)
-    log_g = log_likelihood(means) if observation_count else np.zeros(0)
+    log_g = evaluate(log_likelihood, means) if observation_count else np.zeros(0)
     first_stage, log_mean_g = normalise(particles.log_weights + log_g) if observation_count else (log_g, 0.0)
     if log_mean_g == -np.inf:
         prediction_count, observation_count = prediction_count + observation_count, 0
@@ -73,7 +81,7 @@ def step(
         groups.append(resample(rng, first_stage, observation_count))
     ancestors = groups[0] if len(groups) == 1 else np.concatenate(groups)
     states = dynamics.diffuse(rng, means, ancestors)
-    log_weights = log_likelihood(states)
+    log_weights = evaluate(log_likelihood, states)
     if observation_count and weights != "sharpened":
         log_weights = log_weights + correction(log_g[ancestors], log_mean_g, prediction_count, weights == "balanced")
     log_weights, log_sum = normalise(log_weights)
@@ -92,8 +100,13 @@ def correction(
         log_mean_g: Logarithm of the mean of g over the last posterior.
         prediction_count: How many came from the prediction sampler.
         balanced: By the balance heuristic, or each group by its own sampler.
+
+    Raises:
+        ValueError: More came from the prediction sampler than there are.
     """
     count = log_g_parent.shape[0]
+    if not 0 <= prediction_count <= count:
+        raise ValueError("expected between 0 and N particles of the prediction sampler, got another number")
     relative = np.empty(count)
     for n in range(count):
         relative[n] = log_g_parent[n] - log_mean_g

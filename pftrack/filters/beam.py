@@ -11,6 +11,7 @@ from typing import Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.numerics.checks import check
 from pftrack.numerics.elementary import exponentials
 from pftrack.particles import normalise
 
@@ -84,10 +85,12 @@ def select_best(
         same: Whether two members are one and the same hypothesis; the less probable of them is dropped.
 
     Raises:
-        ValueError: There is nothing to keep, or no room for it.
+        TypeError: Scores or parents are not an array of numbers.
+        ValueError: There is nothing to keep, or no room for it, or there are not as many scores and parents as members.
     """
     if not members or width < 1:
         raise ValueError(f"keeping the best needs a member and a width of at least 1, got {len(members)} and {width}")
+    check(missing=True, scores=(scores, f"{len(members)}"), parents=(parents, f"{len(members)}", "whole"))
     ranks = np.where(np.isfinite(scores), scores, -np.inf)
     possible = ranks > -np.inf
     chosen: list[int] = []

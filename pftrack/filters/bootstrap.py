@@ -10,10 +10,10 @@ import math
 import numpy as np
 
 from pftrack.dynamics import Dynamics
-from pftrack.filters.posterior import LogLikelihood, Posterior
+from pftrack.filters.posterior import LogLikelihood, Posterior, evaluate
 from pftrack.numerics.random import Generator
 from pftrack.particles import ParticleSet, normalise
-from pftrack.resampling import Resampler, adaptive, systematic
+from pftrack.resampling import Resampler, decide, systematic
 
 __all__ = ["step"]
 
@@ -41,15 +41,20 @@ def step(
 
     Returns:
         The posterior of this frame, `count` particles.
+
+    Raises:
+        TypeError: The likelihood returns something else than an array.
+        ValueError: The dynamics are of another dimension than the particles, or the likelihood returns another number
+            of values than there are particles.
     """
-    count = count or len(particles)
-    ancestors = adaptive(resample, threshold)(rng, particles, count)
+    count = len(particles) if count is None else count
+    ancestors = decide(resample, threshold, rng, particles, count)
     means = dynamics.predict(particles.states)
     if ancestors is None:
         kept = np.arange(count)
         states = dynamics.diffuse(rng, means, kept)
-        log_weights, log_evidence = normalise(particles.log_weights + log_likelihood(states))
+        log_weights, log_evidence = normalise(particles.log_weights + evaluate(log_likelihood, states))
         return Posterior(ParticleSet(states, log_weights, kept), log_evidence, 0, resampled=False)
     states = dynamics.diffuse(rng, means, ancestors)
-    log_weights, log_sum = normalise(log_likelihood(states))
+    log_weights, log_sum = normalise(evaluate(log_likelihood, states))
     return Posterior(ParticleSet(states, log_weights, ancestors), log_sum - math.log(count), 0, resampled=True)

@@ -11,6 +11,7 @@ errors are fitted (Lange, Little & Taylor, Journal of the American Statistical A
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.numerics.checks import check
 from pftrack.numerics.compiled import compiled
 
 __all__ = ["ROUNDS", "agreeing", "middle"]
@@ -45,7 +46,18 @@ def agreeing(
         doubts: (F,) by how much the variances are too small, infinite for features that say nothing.
         slack_px: How far a feature is from there.
         sd_floor_px: Smallest standard deviation of what a feature says.
+
+    Raises:
+        TypeError: One is not an array of real numbers.
+        ValueError: There are not as many of one as of the others.
     """
+    check(
+        missing=True,
+        positions=(positions, "F N 2"),
+        weights=(weights, "F N"),
+        expected=(expected, "F 2"),
+        doubts=(doubts, "F"),
+    )
     at, where = np.ascontiguousarray(positions), np.ascontiguousarray(expected)
     return _agreeing(at, weights, where, doubts, float(slack_px), float(sd_floor_px))
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.model.linear import LinearChain
+from pftrack.numerics.checks import check
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.gaussian import log_densities
 from pftrack.numerics.matrices import contiguous_copy, multiply, solve
@@ -54,8 +55,19 @@ def smooth_disturbances(
         observation_factor: By which that of the observation noise is.
 
     Raises:
+        TypeError: One is not an array of real numbers.
+        ValueError: One has another shape, or is not finite.
         numpy.linalg.LinAlgError: An innovation covariance is singular.
     """
+    model_sides = {
+        "transitions": (chain.transitions, "T d d"),
+        "offsets": (chain.offsets, "T d"),
+        "noises": (chain.noises, "T d k"),
+        "observations": (chain.observations, "T m d"),
+        "covariances": (chain.covariances, "T m m"),
+    }
+    check(mean=(chain.mean, "d"), covariance=(chain.covariance, "d d"), **model_sides)
+    check(missing=True, covariances=(chain.covariances, "T m m"), measurements=(chain.measurements, "T m"))
     measured = np.asarray(np.isfinite(chain.measurements).all(axis=1))
     noises, covariances = chain.noises * np.sqrt(process_factor), chain.covariances * observation_factor
     # Compiling takes seconds for each order in memory, and chains are made of views and transposes.

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.filters.kalman import condition
+from pftrack.numerics.checks import check
 from pftrack.numerics.gaussian import Gaussian, symmetrise
 from pftrack.numerics.matrices import product
 
@@ -25,10 +26,21 @@ def predict(
         transition: f, (d,) -> (d,).
         jacobian: df/dx, (d,) -> (d, d).
         noise_covariance: Q, (d, d).
+
+    Raises:
+        TypeError: One is not an array of real numbers.
+        ValueError: One has another shape, or is not finite.
     """
-    slope = jacobian(posterior.mean)
+    check(mean=(posterior.mean, "d"), covariance=(posterior.covariance, "d d"))
+    slope, moved = jacobian(posterior.mean), transition(posterior.mean)
+    check(
+        mean=(posterior.mean, "d"),
+        transition=(moved, "d"),
+        jacobian=(slope, "d d"),
+        noise_covariance=(noise_covariance, "d d"),
+    )
     covariance = product(product(slope, posterior.covariance), slope.T) + noise_covariance
-    return Gaussian(transition(posterior.mean), symmetrise(covariance))
+    return Gaussian(moved, symmetrise(covariance))
 
 
 def update(
@@ -51,6 +63,9 @@ def update(
         The approximate p(x | z) and log p(z).
 
     Raises:
+        TypeError: One is not an array of real numbers.
+        ValueError: One has another shape, or is not finite.
         numpy.linalg.LinAlgError: The innovation covariance is singular.
     """
+    check(mean=(prior.mean, "d"), covariance=(prior.covariance, "d d"))
     return condition(prior, measurement, observe(prior.mean), jacobian(prior.mean), noise_covariance)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.dynamics import LinearDynamics
+from pftrack.numerics.checks import check, check_count
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.matrices import product
 from pftrack.particles import ParticleSet
@@ -21,7 +22,14 @@ __all__ = ["Lineage", "augment", "augment_dynamics", "begin_lineage", "block", "
 
 
 def augment(posterior: Gaussian, lag: int) -> Gaussian:
-    """Return the Gaussian of (x, x, ..., x), lag + 1 times the same variable (d,): a past that equals the present."""
+    """Return the Gaussian of (x, x, ..., x), lag + 1 times the same variable (d,): a past that equals the present.
+
+    Raises:
+        TypeError: Mean or covariance is not an array of real numbers, or the lag is not a whole number.
+        ValueError: They have other shapes, or are not finite, or the lag is negative.
+    """
+    check_count("lag", lag, 0)
+    check(mean=(posterior.mean, "d"), covariance=(posterior.covariance, "d d"))
     size = lag + 1
     return Gaussian(np.tile(posterior.mean, size), np.tile(posterior.covariance, (size, size)))
 
@@ -35,8 +43,15 @@ def augment_dynamics(dynamics: LinearDynamics, order: int, lag: int) -> LinearDy
         lag: L, at least order - 1.
 
     Raises:
-        ValueError: The lag is too short.
+        TypeError: Order or lag is not a whole number.
+        ValueError: The order does not divide the state, or the lag is too short.
     """
+    check_count("order", order)
+    check_count("lag", lag, 0)
+    if len(dynamics.offset) % order:
+        raise ValueError(
+            f"a model of order {order} needs states of {order} blocks, got {len(dynamics.offset)} components"
+        )
     if lag < order - 1:
         raise ValueError(f"the lag must be at least {order - 1} for a model of order {order}, got {lag}")
     dimension = len(dynamics.offset) // order
@@ -52,8 +67,18 @@ def augment_dynamics(dynamics: LinearDynamics, order: int, lag: int) -> LinearDy
 
 
 def block(posterior: Gaussian, age: int, dimension: int, count: int = 1) -> Gaussian:
-    """Return the joint of `count` consecutive blocks of an augmented Gaussian, the newest of them `age` frames old."""
+    """Return the joint of `count` consecutive blocks of an augmented Gaussian, the newest of them `age` frames old.
+
+    Raises:
+        TypeError: Age, dimension or count is not a whole number.
+        ValueError: The Gaussian has fewer components.
+    """
+    check_count("age", age, 0)
+    check_count("dimension", dimension)
+    check_count("count", count)
     part = slice(age * dimension, (age + count) * dimension)
+    if part.stop > len(posterior.mean):
+        raise ValueError(f"blocks {age} to {age + count - 1} need {part.stop} components, got {len(posterior.mean)}")
     return Gaussian(posterior.mean[part], posterior.covariance[part, part])
 
 
@@ -69,13 +94,33 @@ class Lineage:
 
 
 def begin_lineage(particles: ParticleSet, tracked: int) -> Lineage:
-    """Start with no past; the first `tracked` coordinates of the states are followed."""
+    """Start with no past; the first `tracked` coordinates of the states are followed.
+
+    Raises:
+        TypeError: The number is not a whole one.
+        ValueError: The states have fewer coordinates.
+    """
+    check_count("tracked", tracked)
+    if tracked > particles.states.shape[1]:
+        raise ValueError(f"the states have {particles.states.shape[1]} coordinates, got {tracked} to follow")
     return Lineage(particles.states[None, :, :tracked].copy())
 
 
 def extend_lineage(lineage: Lineage, particles: ParticleSet, lag: int) -> Lineage:
-    """Follow the particles' ancestors by one frame, forgetting what is older than `lag` frames."""
-    newest = particles.states[None, :, : lineage.paths.shape[2]]
+    """Follow the particles' ancestors by one frame, forgetting what is older than `lag` frames.
+
+    Raises:
+        TypeError: The lag is not a whole number.
+        ValueError: It is negative, the states have fewer coordinates than the lineage, or an ancestor is not in it.
+    """
+    check_count("lag", lag, 0)
+    _, before, tracked = lineage.paths.shape
+    newest = particles.states[None, :, :tracked]
+    if newest.shape[2] != tracked or not 0 <= particles.ancestors.min() <= particles.ancestors.max() < before:
+        raise ValueError(
+            f"the lineage follows {tracked} coordinates of {before} particles, got states {particles.states.shape} "
+            f"and ancestors {particles.ancestors.min()} to {particles.ancestors.max()}"
+        )
     return Lineage(np.concatenate([newest, lineage.paths[:lag, particles.ancestors]]))
 
 
@@ -83,6 +128,10 @@ def smooth(lineage: Lineage, particles: ParticleSet, age: int) -> NDArray[np.flo
     """Return E[x_{t-age} | z_{1:t}], (k,).
 
     Raises:
+        TypeError: The age is not a whole number.
+        ValueError: It is negative, or the lineage is of another number of particles.
         IndexError: The lineage does not reach back so far.
     """
+    check_count("age", age, 0)
+    check(missing=True, log_weights=(particles.log_weights, "N"), paths=(lineage.paths, "ages N k"))
     return product(particles.weights, lineage.paths[age])

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.dynamics import LinearDynamics
+from pftrack.numerics.checks import check
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.gaussian import Gaussian, log_densities
 from pftrack.numerics.matrices import contiguous_copy, multiply, product, solve, solve_system
@@ -57,7 +58,17 @@ class Innovation:
 
 
 def predict(posterior: Gaussian, dynamics: LinearDynamics) -> Gaussian:
-    """Return p(x_t | z_{1:t-1}) from p(x_{t-1} | z_{1:t-1}), both over (d,)."""
+    """Return p(x_t | z_{1:t-1}) from p(x_{t-1} | z_{1:t-1}), both over (d,).
+
+    Raises:
+        TypeError: Mean or covariance is not an array of real numbers.
+        ValueError: The dynamics are of another dimension, or numbers are not finite.
+    """
+    check(
+        transition=(dynamics.transition, "d d"),
+        mean=(posterior.mean, "d"),
+        covariance=(posterior.covariance, "d d"),
+    )
     mean, covariance = _predict(
         contiguous_copy(posterior.mean),
         contiguous_copy(posterior.covariance),
@@ -86,8 +97,11 @@ def update(
         p(x | z) and log p(z).
 
     Raises:
+        TypeError: One is not an array of real numbers.
+        ValueError: One has another shape, or is not finite.
         numpy.linalg.LinAlgError: The innovation covariance is singular.
     """
+    _check(prior, measurement, observation, noise_covariance)
     return condition(prior, measurement, product(observation, prior.mean), observation, noise_covariance)
 
 
@@ -97,7 +111,8 @@ def innovate(
     observation: NDArray[np.float64],
     noise_covariance: NDArray[np.float64],
 ) -> Innovation:
-    """Return the innovation of a measurement; arguments as for `update`."""
+    """Return the innovation of a measurement; arguments and errors as for `update`."""
+    _check(prior, measurement, observation, noise_covariance)
     values = np.asarray(measurement - product(observation, prior.mean))
     cross = product(observation, prior.covariance)
     covariance = product(cross, observation.T) + noise_covariance
@@ -121,7 +136,13 @@ def condition(
         predicted: Its prediction from the prior's mean, (m,).
         jacobian: dz/dx there, (m, d).
         noise_covariance: R, (m, m).
+
+    Raises:
+        TypeError: One is not an array of real numbers.
+        ValueError: One has another shape, or is not finite.
+        numpy.linalg.LinAlgError: The innovation covariance is singular.
     """
+    _check(prior, measurement, jacobian, noise_covariance, predicted)
     mean, covariance, log_evidence, regular = condition_on_innovation(
         contiguous_copy(prior.mean),
         contiguous_copy(prior.covariance),
@@ -132,6 +153,24 @@ def condition(
     if not regular:
         raise np.linalg.LinAlgError("Singular matrix")
     return Gaussian(mean, covariance), log_evidence
+
+
+def _check(
+    prior: Gaussian,
+    measurement: NDArray[np.float64],
+    slope: NDArray[np.float64],
+    noise_covariance: NDArray[np.float64],
+    predicted: NDArray[np.float64] | None = None,
+) -> None:
+    """Refuse a measurement, its derivative or its noise that does not fit the prior."""
+    check(
+        mean=(prior.mean, "d"),
+        covariance=(prior.covariance, "d d"),
+        measurement=(measurement, "m"),
+        predicted=(measurement if predicted is None else predicted, "m"),
+        observation=(slope, "m d"),
+        noise_covariance=(noise_covariance, "m m"),
+    )
 
 
 @compiled
@@ -173,8 +212,13 @@ def condition_on_innovation(
         innovation: (m,) the measurement less its prediction.
         jacobian: dz/dx, (m, d).
         noise: R, (m, m).
+
+    Raises:
+        ValueError: The sizes do not agree.
     """
     size, count = mean.shape[0], innovation.shape[0]
+    if covariance.shape != (size, size) or jacobian.shape != (count, size) or noise.shape != (count, count):
+        raise ValueError("expected a covariance (d, d), a slope (m, d) and a noise (m, m), got other sizes")
     cross = multiply(jacobian, covariance)
     spread = multiply(cross, jacobian.T.copy())
     for i in range(count):

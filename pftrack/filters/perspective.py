@@ -16,6 +16,7 @@ from pftrack.filters.layers import Projection
 from pftrack.filters.sequential import condition, predict_second_order
 from pftrack.geometry.camera import pinhole, pinhole_jacobian
 from pftrack.geometry.rotation import derivatives, rotation, turn
+from pftrack.numerics.checks import check
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.gaussian import Gaussian
 from pftrack.numerics.matrices import contiguous_copy, multiply
@@ -49,7 +50,14 @@ class PerspectiveLayer:
     reach_rad: float = math.inf
 
     def __post_init__(self) -> None:
-        """Keep what compiled code gets in the one form for which it is compiled."""
+        """Keep what compiled code gets in the one form for which it is compiled.
+
+        Raises:
+            TypeError: One is not an array of real numbers.
+            ValueError: One has another shape, or is not finite.
+        """
+        check(points_mm=(self.points_mm, "F 3"), principal_px=(self.principal_px, "2"))
+        check(start=(self.start, "6"), noise_sd=(self.noise_sd, "6"))
         object.__setattr__(self, "points_mm", contiguous_copy(self.points_mm))
         object.__setattr__(self, "principal_px", contiguous_copy(self.principal_px))
         object.__setattr__(self, "focal_px", float(self.focal_px))
@@ -72,8 +80,14 @@ class PerspectiveLayer:
     def update(
         self, belief: Gaussian, positions: NDArray[np.float64], variances: NDArray[np.float64], rng: Generator
     ) -> Gaussian:
-        """Condition on positions (F, 2) px with variances (F, 2) px^2."""
+        """Condition on positions (F, 2) px with variances (F, 2) px^2.
+
+        Raises:
+            TypeError: One is not an array of real numbers.
+            ValueError: One has another shape, or is not finite.
+        """
         del rng
+        check(points_mm=(self.points_mm, "F 3"), positions=(positions, "F 2"), variances=(variances, "F 2"))
         seen = self.points_mm, self.focal_px, self.principal_px
         held = self.reach_rad**2
         return Gaussian(*_observe(belief.mean, belief.covariance, *seen, positions, variances, held))
@@ -87,7 +101,13 @@ class PerspectiveLayer:
 def features(
     state: NDArray[np.float64], points_mm: NDArray[np.float64], focal_px: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return where points (F, 3) are seen, (F, 2) px from the principal point, and the derivatives (F, 2, 6) by q."""
+    """Return where points (F, 3) are seen, (F, 2) px from the principal point, and the derivatives (F, 2, 6) by q.
+
+    Raises:
+        ValueError: One has another size.
+    """
+    if state.shape[0] != 6 or points_mm.shape[1] != 3:
+        raise ValueError("expected a state (6,) and points (F, 3), got other sizes")
     count = points_mm.shape[0]
     theta = state[:3]
     seen = turn(points_mm, rotation(theta))
@@ -114,7 +134,13 @@ def project(
     focal_px: float,
     principal_px: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the Gaussians of `Projection`, given mean (12,) and covariance (12, 12) of (q_t, q_{t-1})."""
+    """Return the Gaussians of `Projection`, given mean (12,) and covariance (12, 12) of (q_t, q_{t-1}).
+
+    Raises:
+        ValueError: One has another size.
+    """
+    if mean.shape[0] != 12 or covariance.shape != (12, 12) or principal_px.shape[0] != 2:
+        raise ValueError("expected a mean (12,), a covariance (12, 12) and a principal point (2,), got other sizes")
     count = points_mm.shape[0]
     means, covariances = np.empty((count, 2, 2)), np.empty((count, 2, 2, 2))
     jacobian = np.zeros((count, 2, 2, 12))

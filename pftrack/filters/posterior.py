@@ -7,9 +7,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.numerics.checks import check
 from pftrack.particles import ParticleSet
 
-__all__ = ["LogLikelihood", "Posterior"]
+__all__ = ["LogLikelihood", "Posterior", "evaluate"]
 
 LogLikelihood: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
@@ -30,3 +31,16 @@ class Posterior:
     log_evidence: float
     observation_count: int
     resampled: bool
+
+
+def evaluate(log_likelihood: LogLikelihood, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the log likelihoods (n,) of states (n, d); NaN counts as impossible when they are normalised.
+
+    Raises:
+        TypeError: The likelihood returns something else than an array of real numbers.
+        ValueError: It returns another number of values than there are states.
+    """
+    values = log_likelihood(states)
+    if type(values) is not np.ndarray or values.shape != states.shape[:1]:
+        check(missing=True, states=(states, "N d"), log_likelihood=(values, "N"))
+    return values

@@ -42,7 +42,12 @@ def fit_gain(jacobian: NDArray[np.float64], weights: NDArray[np.float64]) -> tup
     Args:
         jacobian: (m, p).
         weights: (m,).
+
+    Raises:
+        ValueError: There are not as many weights as rows.
     """
+    if weights.shape[0] != jacobian.shape[0]:
+        raise ValueError("expected weights (m,) for a slope (m, p), got another number")
     weighted = jacobian.T.copy()
     for k in range(weighted.shape[0]):
         for i in range(weighted.shape[1]):
@@ -64,8 +69,13 @@ def excess_variance(
         jacobian: (m, p) derivatives of what is expected.
         variances: (m,) of each measurement as it is known, above 0.
         shown: (m,) how likely each is a measurement at all, 0..1.
+
+    Raises:
+        ValueError: The sizes do not agree.
     """
     count, unknowns = jacobian.shape
+    if residuals.shape[0] != count or variances.shape[0] != count or shown.shape[0] != count:
+        raise ValueError("expected residuals, variances and shares (m,) for a slope (m, p), got other sizes")
     freedom = -float(unknowns)
     for i in range(count):
         freedom += shown[i]
@@ -91,7 +101,13 @@ def excess_variance(
 
 @compiled
 def fit_covariance(gain: NDArray[np.float64], variances: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the covariance (p, p) of a fit by its gain (p, m), to numbers that have these variances (m,) in truth."""
+    """Return the covariance (p, p) of a fit by its gain (p, m), to numbers that have these variances (m,) in truth.
+
+    Raises:
+        ValueError: There are not as many variances as columns.
+    """
+    if variances.shape[0] != gain.shape[1]:
+        raise ValueError("expected variances (m,) for a gain (p, m), got another number")
     scaled = gain.copy()
     for k in range(gain.shape[0]):
         for i in range(gain.shape[1]):

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from pftrack.filters import affine_pose
 from pftrack.filters.affine import AffineLayer
 from pftrack.filters.sequential import predict_second_order
+from pftrack.numerics.checks import check, check_count
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.elementary import exponentials
 from pftrack.numerics.gaussian import Gaussian
@@ -75,7 +76,13 @@ class RaoBlackwell:
 
 
 def begin(layer: AffineLayer, count: int) -> RaoBlackwell:
-    """Begin with `count` particles at the layer's initial belief."""
+    """Begin with `count` particles at the layer's initial belief.
+
+    Raises:
+        TypeError: The count is not a whole number.
+        ValueError: It is below 1.
+    """
+    check_count("count", count)
     belief = layer.begin()
     cameras = np.repeat(belief.mean[:, :, None], count, axis=2)
     means = layer.project(belief).positions
@@ -105,9 +112,19 @@ def step(
         count: Particles wanted; as many as there are if not given.
         scatter_px: s, standard deviation of the features around the camera's prediction.
         threshold: Resample if the effective sample size is below this share of N.
+
+    Raises:
+        TypeError: The likelihood returns something else than an array of real numbers.
+        ValueError: It returns another number of values, or the belief is of other sizes than the layer.
     """
     size = len(belief.log_weights)
-    count = count or size
+    count = size if count is None else count
+    check(
+        missing=True,
+        cameras=(belief.cameras, "2 8 N"),
+        covariance=(belief.covariance, "8 8"),
+        log_weights=(belief.log_weights, "N"),
+    )
     resampled = count != size or belief.effective_sample_size < threshold * size
     if resampled:
         parents, prior = systematic(rng, belief.log_weights, count), np.full(count, -math.log(count))
@@ -116,7 +133,9 @@ def step(
     root, gain, covariance = _common(belief.covariance, layer.points_mm, layer.noise_sd, scatter_px)
     normals = rng.standard_normal((2, len(layer.points_mm), count))
     cameras, coordinates = _advance(belief.cameras, parents, layer.points_mm, root, gain, normals)
-    scores = log_likelihood(coordinates.transpose(1, 2, 0)).sum(axis=0)
+    values = log_likelihood(coordinates.transpose(1, 2, 0))
+    check(missing=True, coordinates=(coordinates, "2 F N"), log_likelihood=(values, "F N"))
+    scores = values.sum(axis=0)
     log_weights, log_evidence = normalise(prior + scores)
     entries, noise, means, covariances = _summary(cameras, coordinates, exponentials(log_weights))
     noise[:3, :3] += covariance[:3, :3]

@@ -30,8 +30,13 @@ def predict_second_order(
         mean: (2 d,), the d newest values first.
         covariance: (2 d, 2 d).
         noise_sd: b, (d,).
+
+    Raises:
+        ValueError: The sizes do not agree.
     """
     size = noise_sd.shape[0]
+    if mean.shape[0] != 2 * size or covariance.shape != (2 * size, 2 * size):
+        raise ValueError("expected a mean (2 d,) and a covariance (2 d, 2 d) for noises (d,), got other sizes")
     predicted = np.empty(2 * size)
     spread = np.empty((2 * size, 2 * size))
     for i in range(size):
@@ -66,8 +71,13 @@ def condition(
 
     Returns:
         Mean (d,) and covariance (d, d) of the posterior, and the log density of the measurements.
+
+    Raises:
+        ValueError: The sizes do not agree.
     """
-    size = mean.shape[0]
+    size, count = mean.shape[0], residuals.shape[0]
+    if covariance.shape != (size, size) or jacobian.shape != (count, size) or variances.shape[0] != count:
+        raise ValueError("expected a covariance (d, d), a slope (m, d) and variances (m,), got other sizes")
     change = np.zeros(size)
     spread = covariance.copy()
     cross = np.empty(size)
@@ -108,8 +118,13 @@ def decorrelate(
 
     Returns:
         L^-1 residuals, L^-1 jacobian, and the diagonal of D, as `condition` takes them.
+
+    Raises:
+        ValueError: The sizes do not agree.
     """
     count = residuals.shape[0]
+    if jacobian.shape[0] != count or covariance.shape != (count, count):
+        raise ValueError("expected a slope (m, d) and a covariance (m, m) for residuals (m,), got other sizes")
     lower = np.zeros((count, count))
     variances = np.empty(count)
     independent, slopes = residuals.copy(), jacobian.copy()

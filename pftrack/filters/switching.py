@@ -48,10 +48,18 @@ def soft(sigma: NDArray[np.float64], gamma_min: float, gamma_max: float, count: 
         gamma_min: Below this none are drawn by observation.
         gamma_max: Above this all are; not less than gamma_min. If both are equal, the switch is hard.
         count: N.
+
+    Raises:
+        ValueError: There is no sigma, or one is NaN.
     """
-    widest = sigma[0]
+    widest = 0.0
     for axis in range(sigma.shape[0]):
         widest = max(widest, sigma[axis])
+        if np.isnan(sigma[axis]):
+            widest = np.nan
+            break
+    if sigma.shape[0] == 0 or np.isnan(widest):
+        raise ValueError("expected posterior standard deviations (d,), got none or NaN")
     if gamma_max <= gamma_min:
         return count if widest > gamma_max else 0
     return int(np.rint(count * min(max((widest - gamma_min) / (gamma_max - gamma_min), 0.0), 1.0)))

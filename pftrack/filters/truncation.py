@@ -102,6 +102,19 @@ def mills_ratio(x: float) -> float:
 
 
 @compiled
+def _check(
+    mean: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    rows: NDArray[np.float64],
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+) -> None:
+    count, size = rows.shape
+    if mean.shape[0] != size or covariance.shape != (size, size) or low.shape[0] != count or high.shape[0] != count:
+        raise ValueError("expected a mean (n,), a covariance (n, n) and bounds (m,) for rows (m, n), got other sizes")
+
+
+@compiled
 def least_room(
     mean: NDArray[np.float64],
     covariance: NDArray[np.float64],
@@ -109,7 +122,11 @@ def least_room(
     low: NDArray[np.float64],
     high: NDArray[np.float64],
 ) -> float:
-    """Return the least distance of the mean from a bound, in standard deviations; negative if it lies beyond one."""
+    """Return the least distance of the mean from a bound, in standard deviations; negative if it lies beyond one.
+
+    Arguments and errors as for `truncate`.
+    """
+    _check(mean, covariance, rows, low, high)
     least = np.inf
     for k in range(rows.shape[0]):
         value, variance, _ = _along(mean, covariance, rows[k])
@@ -128,8 +145,9 @@ def log_share(
 ) -> float:
     """Return the logarithm of what a Gaussian has within lo <= A x <= hi, each bound taken by itself.
 
-    A direction without any spread is within a bound or not. Arguments as for `truncate`, all of which stay as they are.
+    A direction without any spread is within a bound or not. Arguments and errors as for `truncate`; none is changed.
     """
+    _check(mean, covariance, rows, low, high)
     share = 0.0
     for k in range(rows.shape[0]):
         value, variance = 0.0, 0.0
@@ -166,7 +184,11 @@ def truncate(
         rows: A, (m, n).
         low: (m,), may be -inf.
         high: (m,), may be inf.
+
+    Raises:
+        ValueError: The sizes do not agree.
     """
+    _check(mean, covariance, rows, low, high)
     count = rows.shape[0]
     room = np.empty(2 * count)
     for k in range(count):

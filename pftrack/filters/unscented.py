@@ -14,6 +14,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.numerics.checks import check
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.gaussian import Gaussian, log_density, symmetrise
 from pftrack.numerics.matrices import factorise, multiply, solve
@@ -39,9 +40,12 @@ def transform(
         Means (n, m) and covariances (n, m, m) of the images, and cross covariances (n, d, m).
 
     Raises:
-        ValueError: d + kappa is not positive.
+        TypeError: One is not an array of real numbers.
+        ValueError: One has another shape, or is not finite, or d + kappa is not positive.
     """
+    check(means=(means, "n d"))
     dimension = means.shape[-1]
+    check(means=(means, "n d"), covariances=(covariances, "1 d d" if len(covariances) == 1 else "n d d"))
     spread = max(3.0 - dimension, 0.0) if kappa is None else kappa
     if dimension + spread <= 0:
         raise ValueError(f"dimension + kappa must be positive, got {dimension} + {spread}")
@@ -49,6 +53,7 @@ def transform(
     weights = np.full(2 * dimension + 1, 0.5 / (dimension + spread))
     weights[0] = spread / (dimension + spread)
     images = np.array(function(means[:, None, :] + offsets), np.float64, order="C")
+    check(missing=True, means=(means, "n d"), images=(images, f"n {len(weights)} m"))
     return _weight(weights, offsets, images)
 
 
@@ -99,7 +104,17 @@ def _weight(
 def predict(
     posterior: Gaussian, transition: Function, noise_covariance: NDArray[np.float64], kappa: float | None = None
 ) -> Gaussian:
-    """Return p(x_t | z_{1:t-1}) for x_t = f(x_{t-1}) + noise of covariance Q (d, d); f maps (..., d) -> (..., d)."""
+    """Return p(x_t | z_{1:t-1}) for x_t = f(x_{t-1}) + noise of covariance Q (d, d); f maps (..., d) -> (..., d).
+
+    Raises:
+        TypeError: One is not an array of real numbers.
+        ValueError: One has another shape, or is not finite.
+    """
+    check(
+        mean=(posterior.mean, "d"),
+        covariance=(posterior.covariance, "d d"),
+        noise_covariance=(noise_covariance, "d d"),
+    )
     means, covariances, _ = transform(posterior.mean[None], posterior.covariance[None], transition, kappa)
     return Gaussian(means[0], symmetrise(covariances[0] + noise_covariance))
 
@@ -124,8 +139,11 @@ def update(
         The approximate p(x | z) and log p(z).
 
     Raises:
+        TypeError: One is not an array of real numbers.
+        ValueError: One has another shape, or is not finite.
         numpy.linalg.LinAlgError: The innovation covariance is singular.
     """
+    check(mean=(prior.mean, "d"), covariance=(prior.covariance, "d d"))
     means, covariances, log_evidences = update_batch(
         prior.mean[None], prior.covariance[None], measurement, observe, noise_covariance, kappa
     )
@@ -146,8 +164,15 @@ def update_batch(
 
     Returns:
         Means (n, d), covariances (n, d, d) and log p(z), (n,).
+
+    Raises:
+        TypeError: One is not an array of real numbers.
+        ValueError: One has another shape, or is not finite.
+        numpy.linalg.LinAlgError: The innovation covariance is singular.
     """
+    check(measurement=(measurement, "m"), noise_covariance=(noise_covariance, "m m"))
     predicted, spreads, cross = transform(means, covariances, observe, kappa)
+    check(missing=True, measurement=(measurement, "m"), observe=(predicted, "n m"))
     innovation_covariances = symmetrise(spreads + noise_covariance)
     updated, remaining, regular = _condition(
         np.array(means, np.float64, order="C"),

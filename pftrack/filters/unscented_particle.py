@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 
 from pftrack.dynamics import LinearDynamics
 from pftrack.filters import bootstrap
-from pftrack.filters.posterior import LogLikelihood, Posterior
+from pftrack.filters.posterior import LogLikelihood, Posterior, evaluate
 from pftrack.filters.unscented import Function, update_batch
+from pftrack.numerics.checks import check
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.gaussian import log_density
 from pftrack.numerics.matrices import factorise, multiply
@@ -41,6 +42,11 @@ class UnscentedParticles(ParticleSet):
     """
 
     covariances: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        """Refuse arrays that do not fit together, as for all particles."""
+        super().__post_init__()
+        check(missing=True, states=(self.states, "N d"), covariances=(self.covariances, "N d d"))
 
     @property
     def nbytes(self) -> int:
@@ -80,12 +86,16 @@ def step(
         the prediction sampler: parents are chosen by weight alone.
 
     Raises:
-        ValueError: The noise is not of the form described.
+        TypeError: The likelihood or the measurement is not an array of real numbers.
+        ValueError: The noise is not of the form described, or shapes do not fit together.
     """
+    if measurement is not None:
+        check(measurement=(measurement, "m"), noise_covariance=(noise_covariance, "m m"))
+    check(missing=True, transition=(dynamics.transition, "d d"), states=(particles.states, "N d"))
     driven = dynamics.noise.shape[1]
     if dynamics.noise[driven:].any():
         raise ValueError("the process noise must drive the first coordinates of the state only")
-    count = count or len(particles)
+    count = len(particles) if count is None else count
     predicted = _hand_down(particles, dynamics) if recursive else None
     if measurement is None:
         posterior = bootstrap.step(particles, dynamics, log_likelihood, rng, count=count, resample=resample)
@@ -100,7 +110,7 @@ def step(
     )
     states = _propose(means, proposed, covariances, rng.standard_normal((driven, count)))
     log_weights = (
-        log_likelihood(states)
+        evaluate(log_likelihood, states)
         + log_density(states[:, :driven], means[:, :driven], noise)
         - log_density(states[:, :driven], proposed[:, :driven], covariances[:, :driven, :driven])
     )

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.numerics.checks import check, check_picture
 from pftrack.numerics.compiled import compiled, read_only
 from pftrack.numerics.elementary import exponential, exponentials, logarithms
 
@@ -54,7 +55,14 @@ def log_likelihood(
         states: (N, d) with d >= 2; not finite positions count as outside the picture.
         model: Colour of the target.
         background_level: rho, relative to the kernel's peak; at 0 a particle off the target has the likelihood 0.
+
+    Raises:
+        TypeError: The picture is not an array of bytes, or the states are not one of real numbers.
+        ValueError: The picture is not (height, width, 3), or the states are not (N, d) with d >= 2.
     """
+    check_picture(image_rgb)
+    if check(missing=True, states=(states, "N d"))["d"] < 2:
+        raise ValueError(f"states must be (N, d) with d at least 2, got {states.shape}")
     return log_kernel(
         read_only(image_rgb), np.asfortranarray(states), model.mean, model.precision, float(background_level)
     )
@@ -67,7 +75,12 @@ def likelihood_map(image_rgb: NDArray[np.uint8], model: ColourModel, background_
         image_rgb: (height, width, 3).
         model: Colour of the target.
         background_level: rho, relative to the kernel's peak.
+
+    Raises:
+        TypeError: The picture is not an array of bytes.
+        ValueError: It is not (height, width, 3).
     """
+    check_picture(image_rgb)
     colours = image_rgb.astype(np.float64)
     total = colours.sum(axis=2)
     seen = total > 0.0
@@ -86,7 +99,12 @@ def centroid(image_rgb: NDArray[np.uint8], model: ColourModel) -> NDArray[np.flo
     Args:
         image_rgb: (height, width, 3).
         model: Colour of the target.
+
+    Raises:
+        TypeError: The picture is not an array of bytes.
+        ValueError: It is not (height, width, 3).
     """
+    check_picture(image_rgb)
     weight, u, v = _centroid(read_only(image_rgb), *model.mean, *model.precision)
     return np.array([u / weight, v / weight]) if weight > 0.5 else None
 
@@ -102,7 +120,8 @@ def fit(image_rgb: NDArray[np.uint8], box: tuple[float, float, float, float]) ->
         box: x, y of the left top corner, width and height, px.
 
     Raises:
-        ValueError: The box holds no pixel of the picture, or only black ones.
+        TypeError: The picture is not an array of bytes.
+        ValueError: It is not (height, width, 3), or the box holds no pixel of it, or only black ones.
     """
     pixels = _pixels(image_rgb, box)
     total = pixels.sum(axis=1)
@@ -122,6 +141,7 @@ def median_colour(image_rgb: NDArray[np.uint8], box: tuple[float, float, float, 
 
 def _pixels(image_rgb: NDArray[np.uint8], box: tuple[float, float, float, float]) -> NDArray[np.float64]:
     """Return the pixels (n, 3) within the ellipse inscribed in the box."""
+    check_picture(image_rgb)
     height, width = image_rgb.shape[:2]
     x, y, w, h = box
     columns, rows = np.meshgrid(np.arange(width), np.arange(height))
@@ -138,7 +158,9 @@ def log_kernel(
     background_level: float,
 ) -> NDArray[np.float64]:
     """Return the log likelihood (N,) inside a compiled loop; arguments as for `log_likelihood`."""
-    height, width, _ = image_rgb.shape
+    height, width, channels = image_rgb.shape
+    if channels != 3 or states.shape[1] < 2:
+        raise ValueError("expected a picture (height, width, 3) and states (N, d) with d >= 2, got other sizes")
     count = states.shape[0]
     columns, rows = np.empty(count), np.empty(count)
     red, green, total = np.zeros(count), np.zeros(count), np.zeros(count)

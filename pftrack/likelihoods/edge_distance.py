@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.geometry.fish_shape import BODY_POINTS, TAIL_POINTS, FishShape
+from pftrack.numerics.checks import check_picture
 from pftrack.numerics.compiled import compiled, read_only
 from pftrack.numerics.trigonometry import sines_cosines
 from pftrack.picture_key import PictureKey
@@ -89,7 +90,12 @@ def edges_of(image_rgb: NDArray[np.uint8], foreground: Foreground) -> Edges:
     """Return mask, edges and distances of a picture (height, width, 3).
 
     Those of the last pictures are kept: a frame is tracked first and drawn then. One that may be written is not.
+
+    Raises:
+        TypeError: The picture is not an array of bytes.
+        ValueError: It is not (height, width, 3).
     """
+    check_picture(image_rgb)
     return (
         _edges_of(image_rgb, foreground)
         if image_rgb.flags.writeable
@@ -138,7 +144,12 @@ def largest_distances(distances: NDArray[np.uint8], states: NDArray[np.float64],
         distances: As of `Edges`.
         states: (N, d) whose first two columns are a, b and whose last two are theta, phi.
         shape: Of the body.
+
+    Raises:
+        ValueError: The states have fewer than four columns.
     """
+    if states.shape[1] < 4:
+        raise ValueError("expected states (N, d) with d >= 4, got fewer columns")
     count, last = states.shape[0], states.shape[1] - 1
     right, below = distances.shape[1] - 0.5, distances.shape[0] - 0.5
     flat, row = distances.ravel(), distances.shape[1]
@@ -176,7 +187,12 @@ def log_likelihoods(
         states: (N, d) whose last column is phi.
         sigma_d: In px^2.
         limited: Whether the bend is.
+
+    Raises:
+        ValueError: There are not as many states as distances.
     """
+    if largest.shape[0] != states.shape[0]:
+        raise ValueError("expected states (N, d) for distances (N,), got another number")
     count, last = states.shape[0], states.shape[1] - 1
     found = np.empty(count)
     for n in range(count):

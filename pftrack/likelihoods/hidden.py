@@ -15,6 +15,7 @@ wherever its particles are, each as likely as the others. A mixture of the two h
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.numerics.checks import check
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.elementary import exponential, logarithm
 
@@ -56,7 +57,12 @@ def mix_hidden(
         weight: h, the odds that a feature is hidden which fits as well as the third best.
         surprise_px: Standard deviation of how far features are from where they are expected while the solid moves as
             expected.
+
+    Raises:
+        TypeError: One is not an array of real numbers.
+        ValueError: There are not as many of one as of the others.
     """
+    _check(log_likelihoods, positions, expected)
     bounded = np.maximum(np.where(np.isnan(log_likelihoods), LEAST, log_likelihoods), LEAST)
     peaks = bounded.max(axis=1)
     usual = np.sort(peaks)[-min(LEFT, len(peaks))]
@@ -86,7 +92,12 @@ def log_fits(
         positions: (F, N, 2) px of the particles.
         expected: (F, 2) px, where the pose has the features.
         slack_px: How far a feature may be from there.
+
+    Raises:
+        TypeError: One is not an array of real numbers.
+        ValueError: There are not as many of one as of the others.
     """
+    _check(log_likelihoods, positions, expected)
     bounded = np.maximum(np.where(np.isnan(log_likelihoods), LEAST, log_likelihoods), LEAST)
     off_px2 = np.square(positions - expected[:, None]).sum(axis=2)
     fits: NDArray[np.float64] = (bounded - 2.0 * logarithm(1.0 + off_px2 / (2.0 * (NEAR * slack_px) ** 2))).max(axis=1)
@@ -103,6 +114,15 @@ def compare(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
     hidden = exponential(-HIDDEN)
     return float(
         np.sum(logarithm(exponential(first - usual) + hidden) - logarithm(exponential(second - usual) + hidden))
+    )
+
+
+def _check(log_likelihoods: NDArray[np.float64], positions: NDArray[np.float64], expected: NDArray[np.float64]) -> None:
+    check(
+        missing=True,
+        log_likelihoods=(log_likelihoods, "F N"),
+        positions=(positions, "F N 2"),
+        expected=(expected, "F 2"),
     )
 
 

@@ -28,6 +28,7 @@ from pftrack.likelihoods.background import NO_BACKGROUND, SURROUNDINGS, Backgrou
 from pftrack.likelihoods.colour_bins import BINS, Space, bin_table
 from pftrack.likelihoods.counting import assign_bins, coefficients, count_window
 from pftrack.likelihoods.windows import shift, windows_around
+from pftrack.numerics.checks import check, check_picture
 from pftrack.numerics.compiled import compiled, read_only
 
 __all__ = ["Window", "fit", "rho_map", "roots_of", "shares", "similarities", "similarity"]
@@ -71,7 +72,12 @@ def shares(
 
     Returns:
         The shares; all 0 if the window lies outside the picture.
+
+    Raises:
+        TypeError: The picture is not an array of bytes.
+        ValueError: It is not (height, width, 3).
     """
+    check_picture(image_rgb)
     counts = count_window(
         read_only(image_rgb), float(position[0]), float(position[1]), *_pack(window), bin_table(space)
     )
@@ -137,6 +143,8 @@ def _all(
     background: Background,
 ) -> NDArray[np.float64]:
     """Return rho (N,) of windows of one shape around places (N, 2), px."""
+    check_picture(image_rgb)
+    check(missing=True, places=(places, "N 2"), model=(model, f"{BINS * max(window.parts[0] * window.parts[1], 1)}"))
     return similarities(
         read_only(image_rgb),
         np.ascontiguousarray(places[:, 0], np.float64),

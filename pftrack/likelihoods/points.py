@@ -22,8 +22,13 @@ def log_likelihood(
         positions: x, (F, N, 2) px.
         measured: y, (F, 2) px.
         noise_sd: s, (F,) px.
+
+    Raises:
+        ValueError: The sizes do not agree.
     """
-    features, count, _ = positions.shape
+    features, count, axes = positions.shape
+    if axes != 2 or measured.shape != (features, 2) or noise_sd.shape[0] != features:
+        raise ValueError("expected measured points (F, 2) and noises (F,) for positions (F, N, 2), got other sizes")
     scores = np.empty((features, count))
     for n in range(features):
         factor = -0.5 / noise_sd[n] ** 2

@@ -18,6 +18,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.numerics.checks import check, check_picture
 from pftrack.numerics.compiled import compiled
 
 __all__ = ["Part", "Reliefs", "Views", "correlations", "project_views", "reach"]
@@ -75,7 +76,12 @@ def project_views(reliefs: Reliefs, slopes: NDArray[np.float64]) -> Views:
     Args:
         reliefs: The templates.
         slopes: (F, 2, 3) by how many px a mm of the object's frame moves a point beside each feature.
+
+    Raises:
+        TypeError: The slopes are not an array of real numbers.
+        ValueError: There are not as many as templates.
     """
+    check(missing=True, ends=(reliefs.ends[1:], "F"), slopes=(slopes, "F 2 3"))
     return Views(
         *_project_views(reliefs.points_mm, reliefs.normals, reliefs.levels, reliefs.ends, np.ascontiguousarray(slopes))
     )
@@ -110,7 +116,13 @@ def correlations(grey: NDArray[np.uint8], positions: NDArray[np.float64], views:
         grey: (height, width).
         positions: (F, N, 2) px; not finite ones count as outside the picture.
         views: One a feature; one of which too little is seen correlates with nothing, 0 everywhere.
+
+    Raises:
+        TypeError: The picture is not an array of bytes, or the positions are not one of real numbers.
+        ValueError: The picture is not (height, width), or there are not as many features as views.
     """
+    check_picture(grey, "height width")
+    check(missing=True, ends=(views.ends[1:], "F"), positions=(positions, "F N 2"))
     return _correlations(grey, np.ascontiguousarray(positions), views.offsets, views.levels, views.ends)
 
 

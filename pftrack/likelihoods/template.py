@@ -24,6 +24,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pftrack.numerics.checks import check, check_picture
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.sums import inner_product
 
@@ -120,7 +121,13 @@ def correlations(grey: NDArray[np.uint8], positions: NDArray[np.float64], templa
         grey: (height, width).
         positions: (F, N, 2) px; not finite ones count as outside the picture.
         templates: One a feature.
+
+    Raises:
+        TypeError: The picture is not an array of bytes, or the positions are not one of real numbers.
+        ValueError: The picture is not (height, width), or there are not as many features as templates.
     """
+    check_picture(grey, "height width")
+    check(missing=True, templates=(templates.sizes, "F 2"), positions=(positions, "F N 2"))
     return ncc(grey, np.ascontiguousarray(positions), templates.pixels, templates.sizes)
 
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from pftrack.filters.trajectories.modes import locate
 from pftrack.filters.trajectories.tree import came_from, copy, grow, positions_of, sample_positions, sprout
+from pftrack.numerics.checks import check, check_count
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.elementary import exponentials, logarithms
 from pftrack.numerics.random import standard_normals, uniforms
@@ -203,7 +204,26 @@ def step(
         by_mode: Whether estimates are modes of histograms; otherwise they are means.
         numbers: (K,) by which the tracks draw their random numbers.
         stream: Seed, frame and purpose of these; the seed is one for all, or (K,) one for each track.
+
+    Raises:
+        TypeError: One is not an array of real numbers, or the count is not a whole number.
+        ValueError: There are not as many of one as tracks, or the count is not between 1 and `MOST_PARTICLES`.
     """
+    check_count("count", count)
+    if count > MOST_PARTICLES:
+        raise ValueError(f"count must be at most {MOST_PARTICLES}, got {count}")
+    if len(observed):
+        check(
+            missing=True,
+            known=(before.known, "K"),
+            observed=(observed, "K 2"),
+            noise=(law.noise, "K"),
+            drive=(law.drive, "K"),
+            means=(start[0], "K 2 2"),
+            covariances=(start[1], "K 3"),
+            followed=(start[2], "K", "whole"),
+            numbers=(numbers, "K", "whole"),
+        )
     seeds, frame, purpose = stream
     offsets, nodes, parents, counts, logs, known, *moments = _step_particles(
         before.offsets,

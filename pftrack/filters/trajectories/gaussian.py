@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.numerics.checks import check
 from pftrack.numerics.compiled import compiled
 from pftrack.numerics.elementary import logarithms
 
@@ -85,7 +86,19 @@ def step(
 
     Returns:
         What is believed now, and (K,) log p(y_t | Y_{t-1}), 0 where there is no measurement.
+
+    Raises:
+        TypeError: One is not an array of real numbers.
+        ValueError: There are not as many of one as tracks.
     """
+    if len(observed):
+        check(
+            missing=True,
+            means=(before.means, "A K 2 2"),
+            observed=(observed, "K 2"),
+            noise=(noise, "K"),
+            drive=(drive, "K"),
+        )
     means, covariances = begin(before.means[0], before.covariances[0], observed, start_sd)
     new_means, new_covariances, densities = _update(means, covariances, observed, noise, drive)
     return (
@@ -167,8 +180,13 @@ def log_likelihoods(
         noise: (n,) sigma^2 of each pair, px^2.
         drive: (n,) tau^2, px^2.
         start_sd: Of the positions with which the track begins, px.
+
+    Raises:
+        ValueError: There are not as many of one noise as of the other, or positions have another size.
     """
     count = noise.shape[0]
+    if drive.shape[0] != count or track.shape[1] != 2:
+        raise ValueError("expected a track (T, 2) and as many of sigma^2 as of tau^2, got other sizes")
     means, covariances = np.empty((count, 2, 2)), np.zeros((count, 3))
     observed, found, begun_yet = np.empty((count, 2)), np.zeros(count), False
     for frame in range(track.shape[0]):

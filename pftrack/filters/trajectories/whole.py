@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.filters.trajectories import cloud, gaussian
+from pftrack.numerics.checks import check
 from pftrack.numerics.random import Purpose
 
 __all__ = ["GRID", "Method", "Settings", "Smoothed", "follow", "likelihood_surface", "track_error"]
@@ -85,10 +86,10 @@ def follow(
         numbers: (K,) by which they draw their random numbers; by their places if not given.
 
     Raises:
-        ValueError: The tracks have another shape.
+        TypeError: The tracks are not an array of real numbers.
+        ValueError: They have another shape.
     """
-    if tracks.ndim != 3 or tracks.shape[2] != 2:
-        raise ValueError(f"expected tracks of shape (frames, tracks, 2), got {tracks.shape}")
+    check(missing=True, tracks=(tracks, "frames tracks 2"))
     length, count, _ = tracks.shape
     noises = np.full(count, float(settings.noise)) if noise is None else noise
     drives = np.full(count, float(settings.drive)) if drive is None else drive

@@ -7,6 +7,7 @@ arrays in place.
 
 import hashlib
 import json
+import math
 import queue
 import shutil
 import threading
@@ -48,7 +49,8 @@ Sources = str | PathLike[str] | Sequence[Any] | NDArray[Any] | None
 class Recorder:
     """Writes a recording of beliefs; `pftrack.record` makes one, and `pftrack.load` opens the file.
 
-    Call it once for each frame and target, in any order; use it in a `with` statement, or `close` it.
+    Call it once for each frame and target, the frames of a target in rising order. Use it in a `with` statement, or
+    `close` it.
 
     Attributes:
         path: Of the file; None of one that was given open.
@@ -92,6 +94,7 @@ class Recorder:
         self._names = tuple(str(name) for name in components)
         self._float = np.dtype("<f4" if precision == "single" else "<f8")
         self._dimension = len(self._names)
+        self._last: dict[int, int] = {}
         self.numbers: dict[str, int] = {}
         self._on_written, self._on_closed = on_written, on_closed
         self._pictures = _pictures_of(source)
@@ -161,7 +164,8 @@ class Recorder:
             true_box: (4,) true box, px.
 
         Raises:
-            ValueError: Nothing is said, or shapes do not fit together or not to the frames before.
+            ValueError: Nothing is said, a number is not finite, shapes do not fit together or not to the frames before,
+                or a later frame of the target is there.
             OSError: What came before could not be written.
         """
         self._check(t)
@@ -170,6 +174,7 @@ class Recorder:
             states = np.asarray(particles)
             said["particles"] = states = states[:, None] if states.ndim == 1 else states
             count = self._count(states)
+            _check_finite("particles", states)
             if log_weights is not None:
                 said["log_weights"] = _of_shape("log_weights", np.asarray(log_weights), (count,))
             if ancestors is not None:
@@ -179,9 +184,11 @@ class Recorder:
         if mean is not None:
             said["mean"] = np.array(mean, "<f8", ndmin=1)[None]
             self._fit("mean", said["mean"], ("1", "d"))
+            _check_finite("mean", said["mean"])
         if covariance is not None:
             said["covariance"] = np.array(covariance, "<f8", ndmin=2)[None]
             self._fit("covariance", said["covariance"], ("1", "d", "d"))
+            _check_finite("covariance", said["covariance"])
         if box is not None:
             said["box"] = _box("box", box, score)
         if not said:
@@ -267,6 +274,10 @@ class Recorder:
         return len(array)
 
     def _add(self, t: int, target: int, said: dict[str, NDArray[Any]], *, is_truth: bool) -> None:
+        if not is_truth:
+            if t < self._last.get(target, 0):
+                raise ValueError(f"frames of a target must rise, got {t} of target {target} after {self._last[target]}")
+            self._last[target] = t
         chunk = self._chunk
         chunk.append(int(t), int(target), said, is_truth=is_truth)
         if self._pictures is not None and int(t) not in self._shown:
@@ -331,6 +342,12 @@ def _check_numbers(what: str, array: NDArray[Any]) -> None:
     kinds = "iu" if what == "ancestors" else "fiu"
     if array.dtype.kind not in kinds:
         raise ValueError(f"{what} must be {'whole numbers' if kinds == 'iu' else 'numbers'}, got {array.dtype}")
+
+
+def _check_finite(what: str, array: NDArray[Any]) -> None:
+    """Refuse NaN and infinity, which a sum keeps; a test of each number would take longer."""
+    if not math.isfinite(array.sum()):
+        raise ValueError(f"{what} must be finite, got NaN or infinity")
 
 
 def _of_shape(what: str, array: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
