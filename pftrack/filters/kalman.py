@@ -23,6 +23,7 @@ __all__ = [
     "condition_on_innovation",
     "innovate",
     "predict",
+    "steady_lag",
     "update",
 ]
 
@@ -153,6 +154,21 @@ def condition(
     if not regular:
         raise np.linalg.LinAlgError("Singular matrix")
     return Gaussian(mean, covariance), log_evidence
+
+
+def steady_lag(acceleration: float, process_sd: float, measurement_sd: float) -> float:
+    """Return by how many of its standard deviations a filter of position and velocity lags behind what accelerates.
+
+    One that takes an acceleration a of each frame for noise of standard deviation q settles a R / q behind, and gives
+    itself a standard deviation of about R (2 q / R)^(1/4), if q is far below R (Bar-Shalom, Li, Kirubarajan 2001,
+    section 6.5).
+
+    Args:
+        acceleration: a, unit per frame^2.
+        process_sd: q, unit.
+        measurement_sd: R, unit.
+    """
+    return float(acceleration / process_sd * (0.5 * measurement_sd / process_sd) ** 0.25)
 
 
 def _check(

@@ -4,6 +4,7 @@ Bando's question: when the target is hidden, is it better to trust the predictio
 switch between them? The scene is simulated, or any recording on which a person has drawn a box around the target.
 """
 
+import math
 from collections.abc import Sequence
 from functools import partial
 from typing import Any
@@ -25,6 +26,7 @@ from pftrack.experiments.sketch import (
     particle_clouds,
     uncertainty,
 )
+from pftrack.filters import kalman
 from pftrack.filters.fixed_lag import smooth
 from pftrack.likelihoods import chromaticity
 from pftrack.model.diagnostics import Diagnostics
@@ -58,6 +60,16 @@ FRAME_HEIGHT_PX = 3.0
 
 class SimulatedBallParameters(BallTrackerParameters, BallSceneParameters):
     """The simulated scene and its trackers."""
+
+    @property
+    def kalman_lag(self) -> float:
+        """By how many of its standard deviations the Kalman filter lags behind the swing, about.
+
+        Velocity that is not retained adds to the acceleration that the filter does not expect.
+        """
+        turn = math.pi / (self.period_s * self.frame_rate_hz)
+        acceleration = self.amplitude_px * turn * (turn + 1.0 - self.velocity_retention)
+        return kalman.steady_lag(acceleration, self.process_noise_px, self.measurement_noise_px)
 
 
 class RecordedBallParameters(RecordingParameters, BallTrackerParameters):

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
 from pftrack.experiments.sine.calibration import CALIBRATION
 from pftrack.experiments.sketch import BY_SAMPLER, SECOND_RUN, at_height, circle, particle_clouds
+from pftrack.filters import kalman
 from pftrack.model.diagnostics import Diagnostics
 from pftrack.model.drawing import COLOURS, Drawing, Picture, Points, Polyline, Primitive
 from pftrack.model.layer import Key, Layer
@@ -32,6 +33,17 @@ SPAN = 1.6
 
 class SineParameters(SignalTrackerParameters, SignalParameters):
     """The signal and its trackers."""
+
+    @property
+    def assumed_noise_share(self) -> float:
+        """The noise that filters assume, relative to that of what is seen."""
+        return self.assumed_noise_sd / self.observation_noise_sd
+
+    @property
+    def kalman_lag(self) -> float:
+        """By how many of its standard deviations the Kalman filter lags where the signal bends most, about."""
+        bend = (2.0 * np.pi / SignalSource.period_frames) ** 2
+        return kalman.steady_lag(bend, self.process_noise_sd, self.assumed_noise_sd)
 
 
 def simulate() -> Setup:
