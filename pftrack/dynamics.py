@@ -108,7 +108,7 @@ def random_walk(dimension: int, noise_sd: float) -> LinearDynamics:
         TypeError: The dimension is not a whole number.
         ValueError: The dimension is below 1, or the deviation is not finite.
     """
-    check_count("dimension", dimension)
+    check_count("the dimension", dimension)
     return LinearDynamics(np.eye(dimension), np.zeros(dimension), noise_sd * np.eye(dimension))
 
 
@@ -124,7 +124,7 @@ def constant_velocity(dimension: int, interval_s: float, acceleration_sd: float)
         TypeError: The dimension is not a whole number.
         ValueError: The dimension is below 1, or another number is not finite.
     """
-    check_count("dimension", dimension)
+    check_count("the dimension", dimension)
     one, zero = np.eye(dimension), np.zeros((dimension, dimension))
     transition = np.block([[one, interval_s * one], [zero, one]])
     noise = acceleration_sd * np.vstack([0.5 * interval_s**2 * one, interval_s * one])

@@ -19,6 +19,8 @@ from pftrack.numerics.sums import inner_product, total
 
 __all__ = ["ParticleSet", "moments", "normalise"]
 
+_FLOAT, _INDEX = np.dtype(np.float64).num, np.dtype(np.int64).num
+
 
 @dataclass(frozen=True)
 class ParticleSet:
@@ -45,7 +47,7 @@ class ParticleSet:
         try:
             count, _ = states.shape
             fits = count and log_weights.shape == (count,) == ancestors.shape
-            fits = fits and states.dtype.kind + log_weights.dtype.kind + ancestors.dtype.kind == "ffi"
+            fits = fits and states.dtype.num == log_weights.dtype.num == _FLOAT and ancestors.dtype.num == _INDEX
         except (AttributeError, ValueError):
             fits = False
         if not fits:

@@ -150,21 +150,16 @@ def _weights(log_weights: NDArray[np.float64], count: int) -> NDArray[np.float64
 @compiled
 def _relative(log_weights: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the weights (N,) relative to the greatest."""
-    top = log_weights[0]
+    top, unknown = log_weights[0], 0
     for n in range(log_weights.shape[0]):
         top = max(top, log_weights[n])
+        unknown += np.isnan(log_weights[n])
+    if unknown or not -np.inf < top < np.inf:
+        raise ValueError("expected log_weights (N,) with one above -inf and neither NaN nor +inf, got others")
     relative = np.empty(log_weights.shape[0])
     for n in range(log_weights.shape[0]):
         relative[n] = log_weights[n] - top
     return exponentials(relative)
-
-
-@compiled
-def _positive(whole: float) -> float:
-    """Return the sum of weights; one that is NaN has made it NaN."""
-    if not whole > 0.0:
-        raise ValueError("log_weights must hold one above -inf, and neither NaN nor +inf, got others")
-    return whole
 
 
 @compiled
@@ -175,7 +170,9 @@ def systematic_parents(weights: NDArray[np.float64], offset: float, count: int) 
         ValueError: No weight is above 0, or one is NaN.
     """
     size = weights.shape[0]
-    spacing = _positive(total(weights)) / count
+    spacing = total(weights) / count
+    if not spacing > 0.0:
+        raise ValueError("expected weights (N,) with one above 0 and no NaN, got others")
     # Rounding must not carry the last draws past the last particle that has any weight.
     last = size - 1
     while weights[last] == 0.0:
@@ -210,7 +207,7 @@ def _multinomial(weights: NDArray[np.float64], numbers: NDArray[np.float64]) -> 
 def _residual(weights: NDArray[np.float64], numbers: NDArray[np.float64]) -> NDArray[np.int64]:
     count = numbers.shape[0]
     size = weights.shape[0]
-    scale = count / _positive(total(weights))
+    scale = count / total(weights)
     copies, fractions = np.empty(size, np.int64), np.empty(size)
     certain = 0
     for n in range(size):
@@ -241,7 +238,6 @@ def _inverse(weights: NDArray[np.float64], quantiles: NDArray[np.float64]) -> ND
             last = n
         whole += weights[n]
         cumulative[n] = whole
-    _positive(whole)
     ancestors = np.empty(quantiles.shape[0], np.int64)
     parent = 0
     for i in range(quantiles.shape[0]):

@@ -59,14 +59,15 @@ def smooth_disturbances(
         ValueError: One has another shape, or is not finite.
         numpy.linalg.LinAlgError: An innovation covariance is singular.
     """
-    model_sides = {
-        "transitions": (chain.transitions, "T d d"),
-        "offsets": (chain.offsets, "T d"),
-        "noises": (chain.noises, "T d k"),
-        "observations": (chain.observations, "T m d"),
-        "covariances": (chain.covariances, "T m m"),
-    }
-    check(mean=(chain.mean, "d"), covariance=(chain.covariance, "d d"), **model_sides)
+    check(
+        mean=(chain.mean, "d"),
+        covariance=(chain.covariance, "d d"),
+        transitions=(chain.transitions, "T d d"),
+        offsets=(chain.offsets, "T d"),
+        noises=(chain.noises, "T d k"),
+        observations=(chain.observations, "T m d"),
+        covariances=(chain.covariances, "T m m"),
+    )
     check(missing=True, covariances=(chain.covariances, "T m m"), measurements=(chain.measurements, "T m"))
     measured = np.asarray(np.isfinite(chain.measurements).all(axis=1))
     noises, covariances = chain.noises * np.sqrt(process_factor), chain.covariances * observation_factor

@@ -74,7 +74,7 @@ def block(posterior: Gaussian, age: int, dimension: int, count: int = 1) -> Gaus
         ValueError: The Gaussian has fewer components.
     """
     check_count("age", age, 0)
-    check_count("dimension", dimension)
+    check_count("the dimension", dimension)
     check_count("count", count)
     part = slice(age * dimension, (age + count) * dimension)
     if part.stop > len(posterior.mean):

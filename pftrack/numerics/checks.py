@@ -46,7 +46,7 @@ def check(*, missing: bool = False, **arrays: Given) -> dict[str, int]:
     return sizes
 
 
-def check_picture(picture: NDArray[np.uint8], sides: str = "height width 3") -> None:
+def check_picture(picture: object, sides: str = "height width 3") -> None:
     """Refuse what is not a picture of bytes.
 
     Raises:
@@ -59,7 +59,7 @@ def check_picture(picture: NDArray[np.uint8], sides: str = "height width 3") -> 
     check(picture=(picture, sides))
 
 
-def check_count(name: str, count: int, least: int = 1) -> None:
+def check_count(name: str, count: object, least: int = 1) -> None:
     """Refuse what is not a whole number from `least` on.
 
     Raises:

@@ -70,6 +70,7 @@ class Stream:
         self.seed = seed
         self.frame = frame
         self.purpose = purpose
+        self._key = int(purpose)  # once: looking up the value of an enumeration takes half a microsecond
         self._draws = 0
 
     def random(self, size: Any = None) -> Any:  # noqa: ANN401 - a number or an array, as NumPy's does
@@ -82,7 +83,7 @@ class Stream:
 
     def _shape(self, draw: Any, size: Any) -> Any:  # noqa: ANN401 - see above
         count = 1 if size is None else math.prod(size) if isinstance(size, tuple) else int(size)
-        numbers = draw(self.seed, self.frame, self.purpose.value, self._draws, count)
+        numbers = draw(self.seed, self.frame, self._key, self._draws, count)
         self._draws += 1
         return float(numbers[0]) if size is None else numbers.reshape(size)
 

@@ -223,6 +223,9 @@ def test_a_recording_has_bounds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         ({"particles": np.zeros((3, 4))}, "particles must be"),
         ({"box": (0, 0, -1, 2)}, "box must be"),
         ({}, "nothing is said"),
+        ({"particles": np.array([[0.0, 1.0], [np.nan, 2.0]])}, "particles must be finite, got NaN or infinity"),
+        ({"mean": [np.inf, 0.0]}, "mean must be finite, got NaN or infinity"),
+        ({"mean": [0.0, 0.0], "covariance": np.full((2, 2), np.nan)}, "covariance must be finite"),
     ],
 )
 def test_what_does_not_fit_is_refused_at_once(tmp_path: Path, said: dict[str, object], sentence: str) -> None:
@@ -231,6 +234,16 @@ def test_what_does_not_fit_is_refused_at_once(tmp_path: Path, said: dict[str, ob
         with pytest.raises(ValueError, match=sentence):
             rec(0, **said)
         rec(0, mean=[0.0, 0.0])
+
+
+def test_frames_of_a_target_rise(tmp_path: Path) -> None:
+    """A frame before the last of its target is refused; other targets and truths have their own order."""
+    with pftrack.record(tmp_path / "mine.pft") as rec:
+        rec(5, mean=[0.0, 0.0])
+        with pytest.raises(ValueError, match="frames of a target must rise, got 3 of target 0 after 5"):
+            rec(3, mean=[0.0, 0.0])
+        rec(3, mean=[0.0, 0.0], target=1)
+        rec.truth(2, position=[0.0, 0.0])
 
 
 def test_damage_is_refused_in_a_sentence(tmp_path: Path) -> None:

@@ -1,0 +1,369 @@
+"""Every public function of filters, particles, resampling and dynamics refuses what does not fit, in one sentence."""
+
+from collections.abc import Callable
+from inspect import isclass, ismodule
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from pftrack import dynamics, filters, particles, resampling
+from pftrack.dynamics import LinearDynamics, random_walk
+from pftrack.filters import bootstrap
+from pftrack.likelihoods import chromaticity, points
+from pftrack.model.linear import LinearChain
+from pftrack.numerics.gaussian import Gaussian
+from pftrack.particles import ParticleSet
+
+SIZES = {"N": 6, "d": 4, "k": 2, "m": 3, "F": 5, "T": 7, "n": 8, "M": 6}
+"""How long each side is; all differ, but for those that are the same."""
+
+PARENTS = np.arange(SIZES["N"])
+HOLD = np.linspace(-1.0, 0.0, SIZES["N"])
+WALK = random_walk(SIZES["d"], 0.1)
+
+
+def rng() -> np.random.Generator:
+    return np.random.default_rng(0)
+
+
+def cloud(states: np.ndarray) -> ParticleSet:
+    return ParticleSet(states, np.full(len(states), -np.log(len(states))), np.arange(len(states)))
+
+
+def linear(transition: np.ndarray, offset: np.ndarray, noise: np.ndarray) -> LinearDynamics:
+    return LinearDynamics(transition, offset, noise)
+
+
+Door = tuple[Callable[..., object], dict[str, str]]
+
+MODEL = {"transition": "d d", "offset": "d", "noise": "d k"}
+PRIOR = {"mean": "d", "covariance": "d d"}
+SEEN = {"z": "m", "slope": "m d", "r": "m m"}
+CAMERA = {"mean": "2 8", "covariance": "2 8 8"}
+LAYER = {"points": "F 3", "reference": "2 4", "noise": "4"}
+POSE = {"mean": "3", "covariance": "3 3", "measured": "6", "r": "6 6", "reference": "2 3"}
+
+
+def layer(points: np.ndarray, reference: np.ndarray, noise: np.ndarray) -> filters.affine.AffineLayer:
+    return filters.affine.AffineLayer(points, reference, noise)
+
+
+def pinhole(points: np.ndarray, start: np.ndarray, noise: np.ndarray) -> filters.perspective.PerspectiveLayer:
+    return filters.perspective.PerspectiveLayer(points, 500.0, start, noise_sd=noise)
+
+
+def features(coordinates: np.ndarray, log_likelihoods: np.ndarray) -> filters.adaptive.Features:
+    parents = np.zeros(coordinates.shape[::2], np.int64)
+    drawn = filters.adaptive.Draw(coordinates, np.zeros(len(coordinates), np.int64), parents)
+    return filters.adaptive.weigh(drawn, log_likelihoods, rng())
+
+
+FEATURES = features(np.zeros((5, 4, 6)), np.zeros((5, 6)))
+SEEN_BY = filters.unscented.update_batch
+
+CHAIN = {
+    "mean": "d",
+    "covariance": "d d",
+    "transitions": "T d d",
+    "offsets": "T d",
+    "noises": "T d k",
+    "measurements": "T m",
+    "observations": "T m d",
+    "covariances": "T m m",
+}
+
+
+def _draw(means: np.ndarray, covariances: np.ndarray, ratios: np.ndarray) -> object:
+    projection = filters.layers.Projection(means, covariances)
+    return filters.adaptive.draw(FEATURES, projection, np.abs(ratios) % 1.0, 1.0, 6, rng())
+
+
+def _rao_blackwell(values: np.ndarray) -> object:
+    upper = layer(np.ones((5, 3)), np.ones((2, 4)), np.ones(4))
+    return filters.rao_blackwell.step(filters.rao_blackwell.begin(upper, 6), upper, lambda _: values, rng())
+
+
+def _auxiliary(states: np.ndarray, values: np.ndarray) -> object:
+    counts = {"prediction_count": 3, "observation_count": 3}
+    return filters.auxiliary.step(cloud(states), WALK, lambda _: values, rng(), weights="corrected", **counts)
+
+
+def _unscented_particle(states: np.ndarray, values: np.ndarray, z: np.ndarray, r: np.ndarray) -> object:
+    return filters.unscented_particle.step(
+        cloud(states), WALK, lambda _: values, rng(), measurement=z, observe=lambda x: x[..., :3], noise_covariance=r
+    )
+
+
+DOORS: dict[str, Door] = {
+    "particles.ParticleSet": (ParticleSet, {"states": "N d", "log_weights": "N", "ancestors": "N"}),
+    "particles.ParticleSet.uniform": (ParticleSet.uniform, {"states": "N d"}),
+    **{
+        f"resampling.{name}": (lambda w, it=it: it(rng(), w, 5), {"w": "N"})
+        for name, it in resampling.RESAMPLERS.items()
+    },
+    "dynamics.LinearDynamics": (linear, MODEL),
+    "dynamics.LinearDynamics.predict": (WALK.predict, {"states": "N d"}),
+    "dynamics.LinearDynamics.diffuse": (lambda means: WALK.diffuse(rng(), means, PARENTS), {"means": "N d"}),
+    "dynamics.autoregression": (
+        dynamics.autoregression,
+        {"newer": "d d", "older": "d d", "offset": "d", "noise": "d k"},
+    ),
+    "bootstrap.step": (lambda s, v: bootstrap.step(cloud(s), WALK, lambda _: v, rng()), {"s": "N d", "v": "N"}),
+    "auxiliary.step": (_auxiliary, {"states": "N d", "values": "N"}),
+    "unscented_particle.step": (_unscented_particle, {"states": "N d", "values": "N", "z": "m", "r": "m m"}),
+    "unscented_particle.UnscentedParticles": (
+        lambda s, c: filters.unscented_particle.UnscentedParticles(s, HOLD, PARENTS, c),
+        {"s": "N d", "c": "N d d"},
+    ),
+    "kalman.predict": (lambda mean, covariance: filters.kalman.predict(Gaussian(mean, covariance), WALK), PRIOR),
+    "kalman.update": (
+        lambda mean, covariance, **s: filters.kalman.update(Gaussian(mean, covariance), *s.values()),
+        PRIOR | SEEN,
+    ),
+    "kalman.innovate": (
+        lambda mean, covariance, **s: filters.kalman.innovate(Gaussian(mean, covariance), *s.values()),
+        PRIOR | SEEN,
+    ),
+    "kalman.condition": (
+        lambda mean, covariance, z, p, slope, r: filters.kalman.condition(Gaussian(mean, covariance), z, p, slope, r),
+        PRIOR | {"z": "m", "p": "m", "slope": "m d", "r": "m m"},
+    ),
+    "extended.predict": (
+        lambda mean, covariance, moved, slope, q: filters.extended.predict(
+            Gaussian(mean, covariance), lambda _: moved, lambda _: slope, q
+        ),
+        PRIOR | {"moved": "d", "slope": "d d", "q": "d d"},
+    ),
+    "extended.update": (
+        lambda mean, covariance, z, h, slope, r: filters.extended.update(
+            Gaussian(mean, covariance), z, lambda _: h, lambda _: slope, r
+        ),
+        PRIOR | {"z": "m", "h": "m", "slope": "m d", "r": "m m"},
+    ),
+    "unscented.transform": (
+        lambda m, c: filters.unscented.transform(m, c, lambda x: x),
+        {"m": "n d", "c": "n d d"},
+    ),
+    "unscented.predict": (
+        lambda mean, covariance, q: filters.unscented.predict(Gaussian(mean, covariance), lambda x: x, q),
+        PRIOR | {"q": "d d"},
+    ),
+    "unscented.update": (
+        lambda mean, covariance, z, r: filters.unscented.update(Gaussian(mean, covariance), z, lambda x: x[..., :3], r),
+        PRIOR | {"z": "m", "r": "m m"},
+    ),
+    "unscented.update_batch": (
+        lambda m, c, z, r: SEEN_BY(m, c, z, lambda x: x[..., :3], r),
+        {"m": "n d", "c": "n d d", "z": "m", "r": "m m"},
+    ),
+    "fixed_lag.augment": (lambda mean, covariance: filters.fixed_lag.augment(Gaussian(mean, covariance), 2), PRIOR),
+    "fixed_lag.smooth": (
+        lambda paths: filters.fixed_lag.smooth(filters.fixed_lag.Lineage(paths), cloud(np.zeros((6, 4))), 0),
+        {"paths": "T N d"},
+    ),
+    "disturbances.smooth_disturbances": (
+        lambda **arrays: filters.disturbances.smooth_disturbances(LinearChain(**arrays)),
+        CHAIN,
+    ),
+    "adaptive.begin": (lambda positions: filters.adaptive.begin(positions, 1.0, 6, rng()), {"positions": "F 2"}),
+    "adaptive.draw": (_draw, {"means": "F 2 2", "covariances": "F 2 2 2", "ratios": "F"}),
+    "adaptive.weigh": (features, {"coordinates": "F 4 N", "log_likelihoods": "F N"}),
+    "affine.AffineLayer": (layer, LAYER),
+    "affine.AffineLayer.update": (
+        lambda p, v: (it := layer(np.ones((5, 3)), np.ones((2, 4)), np.ones(4))).update(it.begin(), p, v, rng()),
+        {"p": "F 2", "v": "F 2"},
+    ),
+    "affine_pose.entries": (filters.affine_pose.entries, CAMERA),
+    "affine_pose.extended_step": (
+        lambda mean, covariance, measured, r, reference: filters.affine_pose.extended_step(
+            Gaussian(mean, covariance), measured, r, reference, 0.1
+        ),
+        POSE,
+    ),
+    "affine_pose.particle": (
+        lambda p, measured, r, reference: filters.affine_pose.particle(p, measured, r, reference, 0.1, rng(), 6),
+        {"p": "N 3", "measured": "6", "r": "6 6", "reference": "2 3"},
+    ),
+    "perspective.PerspectiveLayer": (pinhole, {"points": "F 3", "start": "6", "noise": "6"}),
+    "rao_blackwell.step": (_rao_blackwell, {"values": "F N"}),
+    "chromaticity.log_likelihood": (
+        lambda states: chromaticity.log_likelihood(
+            np.zeros((4, 5, 3), np.uint8), states, chromaticity.ColourModel((0.5, 0.2), (0.1, 0.1)), 0.1
+        ),
+        {"states": "N d"},
+    ),
+}
+"""Public functions for the interpreter, with the sides of their arrays; numbers for which they get are drawn."""
+
+LOOPS: dict[str, Door] = {
+    "particles.moments": (particles.moments, {"states": "N d", "weights": "N"}),
+    "dynamics.predict": (dynamics.predict, {"states": "N d", "transition": "d d", "offset": "d"}),
+    "dynamics.diffuse": (
+        lambda means, noise, normals: dynamics.diffuse(means, PARENTS, noise, normals),
+        {"means": "N d", "noise": "d k", "normals": "k M"},
+    ),
+    "kalman.condition_on_innovation": (
+        filters.kalman.condition_on_innovation,
+        PRIOR | {"z": "m", "slope": "m d", "r": "m m"},
+    ),
+    "sequential.condition": (filters.sequential.condition, PRIOR | {"z": "m", "slope": "m d", "variances": "m"}),
+    "sequential.decorrelate": (filters.sequential.decorrelate, {"z": "m", "slope": "m d", "r": "m m"}),
+    "sequential.predict_second_order": (
+        filters.sequential.predict_second_order,
+        {"mean": "d", "covariance": "d d", "noise_sd": "2"},
+    ),
+    "affine.predict": (filters.affine.predict, CAMERA | {"noise": "4"}),
+    "affine.project": (filters.affine.project, CAMERA | {"points": "F 3"}),
+    "affine.observe": (
+        filters.affine.observe,
+        CAMERA | {"points": "F 3", "positions": "F 2", "variances": "F 2"},
+    ),
+    "perspective.features": (lambda q, p: filters.perspective.features(q, p, 500.0), {"q": "6", "p": "F 3"}),
+    "perspective.project": (
+        lambda mean, covariance, p, c: filters.perspective.project(mean, covariance, p, 500.0, c),
+        {"mean": "12", "covariance": "12 12", "p": "F 3", "c": "2"},
+    ),
+    "points.log_likelihood": (points.log_likelihood, {"x": "F N 2", "y": "F 2", "s": "F"}),
+}
+"""Public functions of compiled loops, which look at sizes."""
+
+MISSING = {"log_weights", "w", "values", "v", "log_likelihoods", "measurements", "c", "paths", "coordinates", "means"}
+"""What may be NaN, or is not looked through since that takes longer than a step may."""
+
+WITHOUT_ARRAYS = {
+    *("resampling.adaptive", "resampling.decide", "resampling.parents", "resampling.systematic_parents"),
+    *("kalman.steady_lag", "dynamics.random_walk", "dynamics.constant_velocity", "particles.normalise"),
+    *("auxiliary.correction", "switching.exceeds", "switching.hard", "switching.soft", "rao_blackwell.begin"),
+    *("fixed_lag.augment_dynamics", "fixed_lag.block", "fixed_lag.begin_lineage", "fixed_lag.extend_lineage"),
+    *("adaptive.hold", "adaptive.orphan", "adaptive.propagate", "adaptive.surviving"),
+}
+"""What takes only numbers, one array of any length, or what other doors have let in."""
+
+
+FIFTY = np.random.default_rng(1).normal(size=(50, 4))
+
+
+def weighed(values: object) -> object:
+    return bootstrap.step(ParticleSet.uniform(FIFTY), WALK, lambda _: values, rng())  # type: ignore[return-value, arg-type]
+
+
+SENTENCES: dict[str, tuple[Callable[[], object], str]] = {
+    "dynamics of another dimension": (
+        lambda: bootstrap.step(ParticleSet.uniform(FIFTY), random_walk(1, 0.1), lambda x: x.sum(1), rng()),
+        r"states must be \(N, d\) with N = 50 and d = 1, got \(50, 4\)",
+    ),
+    "ten values": (lambda: weighed(np.zeros(10)), r"log_likelihood must be \(N\) with N = 50, got \(10,\)"),
+    "a column": (lambda: weighed(np.zeros((50, 1))), r"log_likelihood must be \(N\), got \(50, 1\)"),
+    "a list": (lambda: weighed([0.0] * 50), "log_likelihood must be an array .* got list"),
+    "states in one dimension": (lambda: ParticleSet.uniform(FIFTY[:, 0]), r"states must be \(N, d\), got \(50,\)"),
+    "a strange ancestor": (lambda: WALK.diffuse(rng(), FIFTY, np.array([50])), "ancestors between 0 and N - 1"),
+    **{
+        f"{name}, {what}": (lambda it=it, w=w: it(rng(), w, 5), "got")
+        for name, it in resampling.RESAMPLERS.items()
+        for what, w in {
+            "NaN first": np.array([np.nan, 0.0]),
+            "NaN last": np.array([0.0, np.nan]),
+            "+inf": np.array([0.0, np.inf]),
+            "nothing possible": np.full(3, -np.inf),
+            "empty": np.zeros(0),
+        }.items()
+    },
+    "no weights": (lambda: particles.normalise(np.zeros(0)), "at least one log weight, got none"),
+    "no parents": (lambda: resampling.systematic(rng(), np.zeros(3), 0), "count must be at least 1, got 0"),
+    "a sigma of NaN": (lambda: filters.switching.soft(np.array([np.nan]), 1.0, 2.0, 5), "got none or NaN"),
+}
+"""What was read beyond its end or taken for numbers, and what is said of it now."""
+
+
+@pytest.mark.parametrize("name", SENTENCES)
+def test_both_sides_are_named(name: str) -> None:
+    """One sentence says what is expected and what was got."""
+    call, sentence = SENTENCES[name]
+    with pytest.raises((ValueError, TypeError), match=sentence):
+        call()
+
+
+def made(sides: str) -> np.ndarray:
+    """Return positive numbers, an identity in the last two sides where these are equal."""
+    shape = [SIZES.get(side) or int(side) for side in sides.split()]
+    if len(shape) > 1 and shape[-1] == shape[-2]:
+        return np.broadcast_to(np.eye(shape[-1]), shape).copy()
+    return np.linspace(0.1, 0.9, int(np.prod(shape))).reshape(shape)
+
+
+def arrays_of(door: Door) -> dict[str, np.ndarray]:
+    return {name: PARENTS if name == "ancestors" else made(sides) for name, sides in door[1].items()}
+
+
+def test_every_public_function_is_asked() -> None:
+    """What a module lists is a door, a function of loops, or takes no arrays that have to fit together."""
+    modules = {name: getattr(filters, name) for name in filters.__all__ if ismodule(getattr(filters, name))}
+    modules |= {"particles": particles, "resampling": resampling, "dynamics": dynamics}
+    public = {
+        f"{module}.{name}"
+        for module, where in modules.items()
+        for name in where.__all__
+        if callable(getattr(where, name))
+        and not isclass(getattr(where, name))
+        and name not in {"Function", "Resampler"}
+        and name != "WeightRule"
+    }
+    assert public - DOORS.keys() - LOOPS.keys() == WITHOUT_ARRAYS
+
+
+@pytest.mark.parametrize("name", [*DOORS, *LOOPS])
+def test_what_fits_is_let_in(name: str) -> None:
+    """Arrays of the sides that are written down are accepted."""
+    door = {**DOORS, **LOOPS}[name]
+    door[0](**arrays_of(door)) if name not in LOOPS else door[0](*arrays_of(door).values())
+
+
+def _resized(draw: st.DrawFn, door: Door, name: str, array: np.ndarray) -> np.ndarray:
+    """Return an array with a side that no longer agrees with that of another."""
+    sides = door[1][name].split()
+    every = [side for other in door[1].values() for side in other.split()]
+    fixed = [axis for axis, side in enumerate(sides) if side.isdecimal() or every.count(side) > 1]
+    assume(fixed)
+    axis = draw(st.sampled_from(fixed))
+    return np.take(array, range(array.shape[axis] - 1), axis) if draw(st.booleans()) else np.repeat(array, 2, axis)
+
+
+WRONG = ("resized", "deeper", "flat", "list", "text", "complex", "empty", "nan")
+
+
+@given(st.data())
+def test_what_does_not_fit_is_refused(data: st.DataObject) -> None:
+    """Another size, number of axes or kind of numbers, nothing at all and NaN give one sentence of what was got."""
+    door = DOORS[data.draw(st.sampled_from(list(DOORS)))]
+    given_arrays = arrays_of(door)
+    name, wrong = data.draw(st.sampled_from(list(given_arrays))), data.draw(st.sampled_from(WRONG))
+    array = given_arrays[name]
+    assume(not (wrong == "nan" and (name in MISSING or array.dtype.kind != "f")))
+    assume(not (wrong == "flat" and array.ndim == 1))
+    made_wrong: dict[str, Callable[[], object]] = {
+        "resized": lambda: _resized(data.draw, door, name, array),
+        "deeper": lambda: array[..., None],
+        "flat": array.ravel,
+        "list": array.tolist,
+        "text": lambda: array.astype(str),
+        "complex": lambda: array.astype(complex),
+        "empty": lambda: array[:0],
+        "nan": lambda: np.full_like(array, np.nan),
+    }
+    with pytest.raises((ValueError, TypeError)) as refused:
+        door[0](**{**given_arrays, name: made_wrong[wrong]()})
+    assert "\n" not in str(refused.value)
+    assert "got" in str(refused.value)
+
+
+@given(st.data())
+def test_compiled_loops_look_at_sizes(data: st.DataObject) -> None:
+    """A function of compiled loops reads nothing beyond the end of an array."""
+    door = LOOPS[data.draw(st.sampled_from(list(LOOPS)))]
+    given_arrays = arrays_of(door)
+    name = data.draw(st.sampled_from(list(given_arrays)))
+    wrong = _resized(data.draw, door, name, given_arrays[name])
+    with pytest.raises(ValueError, match="expected"):
+        door[0](*{**given_arrays, name: np.ascontiguousarray(wrong)}.values())
