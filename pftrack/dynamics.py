@@ -71,6 +71,8 @@ class LinearDynamics:
             TypeError: The states are not an array of real numbers.
             ValueError: They have another dimension than the model.
         """
+        if type(states) is not np.ndarray:
+            check(states=(states, "N d"))
         try:
             return predict(np.asfortranarray(states), self.transition, self.offset)
         except (ValueError, TypingError):  # a step has no time to ask beforehand
@@ -165,8 +167,13 @@ def predict(
         ValueError: The states have another dimension than A and d.
     """
     count, dimension = states.shape
-    if transition.shape[0] != dimension or transition.shape[1] != dimension or offset.shape[0] != dimension:
-        raise ValueError("expected A (d, d) and an offset (d,) for states (N, d), got other sizes")
+    if (
+        count == 0
+        or transition.shape[0] != dimension
+        or transition.shape[1] != dimension
+        or offset.shape[0] != dimension
+    ):
+        raise ValueError("expected A (d, d) and an offset (d,) for states (N, d), got other sizes or no states")
     means = np.empty((dimension, count))
     for i in range(dimension):
         means[i] = offset[i]

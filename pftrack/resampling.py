@@ -140,7 +140,12 @@ def decide(
 
 def _weights(log_weights: NDArray[np.float64], count: int) -> NDArray[np.float64]:
     """Return the weights (N,) relative to the greatest, if `count` parents can be drawn by them."""
-    if type(log_weights) is not np.ndarray or log_weights.ndim != 1 or not log_weights.size:
+    if (
+        type(log_weights) is not np.ndarray
+        or log_weights.ndim != 1
+        or log_weights.dtype.kind != "f"
+        or not len(log_weights)
+    ):
         check(missing=True, log_weights=(log_weights, "N"))
     if type(count) is not int or count < 1:
         check_count("count", count)

@@ -5,7 +5,7 @@ from inspect import isclass, ismodule
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from pftrack import dynamics, filters, particles, resampling
@@ -55,7 +55,7 @@ def pinhole(points: np.ndarray, start: np.ndarray, noise: np.ndarray) -> filters
 
 
 def features(coordinates: np.ndarray, log_likelihoods: np.ndarray) -> filters.adaptive.Features:
-    parents = np.zeros(coordinates.shape[::2], np.int64)
+    parents = np.zeros(np.shape(coordinates)[::2], np.int64)
     drawn = filters.adaptive.Draw(coordinates, np.zeros(len(coordinates), np.int64), parents)
     return filters.adaptive.weigh(drawn, log_likelihoods, rng())
 
@@ -77,7 +77,7 @@ CHAIN = {
 
 def _draw(means: np.ndarray, covariances: np.ndarray, ratios: np.ndarray) -> object:
     projection = filters.layers.Projection(means, covariances)
-    return filters.adaptive.draw(FEATURES, projection, np.abs(ratios) % 1.0, 1.0, 6, rng())
+    return filters.adaptive.draw(FEATURES, projection, ratios, 1.0, 6, rng())
 
 
 def _rao_blackwell(values: np.ndarray) -> object:
@@ -229,7 +229,18 @@ LOOPS: dict[str, Door] = {
 }
 """Public functions of compiled loops, which look at sizes."""
 
-MISSING = {"log_weights", "w", "values", "v", "log_likelihoods", "measurements", "c", "paths", "coordinates", "means"}
+MISSING = {
+    "log_weights",
+    "w",
+    "values",
+    "v",
+    "log_likelihoods",
+    "measurements",
+    "c",
+    "paths",
+    "coordinates",
+    "means",
+} | {"states", "s", "covariances"}
 """What may be NaN, or is not looked through since that takes longer than a step may."""
 
 WITHOUT_ARRAYS = {
@@ -333,6 +344,7 @@ def _resized(draw: st.DrawFn, door: Door, name: str, array: np.ndarray) -> np.nd
 WRONG = ("resized", "deeper", "flat", "list", "text", "complex", "empty", "nan")
 
 
+@settings(max_examples=150)
 @given(st.data())
 def test_what_does_not_fit_is_refused(data: st.DataObject) -> None:
     """Another size, number of axes or kind of numbers, nothing at all and NaN give one sentence of what was got."""
