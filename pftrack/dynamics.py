@@ -65,14 +65,12 @@ class LinearDynamics:
         check(transition=(self.transition, "d d"), offset=(self.offset, "d"), noise=(self.noise, "d k"))
 
     def predict(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the means (N, d) of the next states, given states (N, d).
+        """Return the means (N, d) of the next states, given states (N, d), an array or lists.
 
         Raises:
-            TypeError: The states are not an array of real numbers.
+            TypeError: The states are not real numbers.
             ValueError: They have another dimension than the model.
         """
-        if type(states) is not np.ndarray:
-            check(states=(states, "N d"))
         try:
             return predict(np.asfortranarray(states), self.transition, self.offset)
         except (ValueError, TypingError):  # a step has no time to ask beforehand

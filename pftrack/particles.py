@@ -45,10 +45,10 @@ class ParticleSet:
         """
         states, log_weights, ancestors = self.states, self.log_weights, self.ancestors
         try:
-            count, _ = states.shape
-            fits = count and log_weights.shape == (count,) == ancestors.shape
+            fits = 0 < len(states) == len(log_weights) == len(ancestors)
+            fits = fits and states.ndim == 2 and log_weights.ndim == ancestors.ndim == 1
             fits = fits and states.dtype.num == log_weights.dtype.num == _FLOAT and ancestors.dtype.num == _INDEX
-        except (AttributeError, ValueError):
+        except (AttributeError, TypeError):
             fits = False
         if not fits:
             check(

@@ -19,6 +19,7 @@ from functools import partial
 from typing import TypeAlias
 
 import numpy as np
+from numba import TypingError
 from numpy.typing import NDArray
 
 from pftrack.numerics.checks import check, check_count
@@ -133,29 +134,26 @@ def decide(
     resample: Resampler, threshold: float, rng: Generator, particles: ParticleSet, count: int
 ) -> NDArray[np.int64] | None:
     """Return the ancestors (count,), or None if the particles should keep their weights; arguments as in `adaptive`."""
-    if count == len(particles) and threshold < 1 and particles.effective_sample_size >= threshold * count:
+    if threshold < 1 and count == len(particles) and particles.effective_sample_size >= threshold * count:
         return None
     return resample(rng, particles.log_weights, count)
 
 
 def _weights(log_weights: NDArray[np.float64], count: int) -> NDArray[np.float64]:
     """Return the weights (N,) relative to the greatest, if `count` parents can be drawn by them."""
-    if (
-        type(log_weights) is not np.ndarray
-        or log_weights.ndim != 1
-        or log_weights.dtype.kind != "f"
-        or not len(log_weights)
-    ):
-        check(missing=True, log_weights=(log_weights, "N"))
     if type(count) is not int or count < 1:
         check_count("count", count)
-    return _relative(log_weights)
+    try:
+        return _relative(log_weights)
+    except (ValueError, TypingError, NotImplementedError):  # a step has no time to ask beforehand
+        check(missing=True, log_weights=(log_weights, "N"))
+        raise
 
 
 @compiled
 def _relative(log_weights: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the weights (N,) relative to the greatest."""
-    top, unknown = log_weights[0], 0
+    top, unknown = -np.inf, 0
     for n in range(log_weights.shape[0]):
         top = max(top, log_weights[n])
         unknown += np.isnan(log_weights[n])

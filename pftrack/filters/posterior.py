@@ -41,6 +41,10 @@ def evaluate(log_likelihood: LogLikelihood, states: NDArray[np.float64]) -> NDAr
         ValueError: It returns another number of values than there are states.
     """
     values = log_likelihood(states)
-    if type(values) is not np.ndarray or values.shape != states.shape[:1] or values.dtype.kind != "f":
+    try:
+        fits = values.dtype.kind == "f" and values.ndim == 1 and len(values) == len(states)
+    except AttributeError:
+        fits = False
+    if not fits:
         check(missing=True, states=(states, "N d"), log_likelihood=(values, "N"))
     return values
