@@ -20,8 +20,8 @@ FAULTS = (
     *(
         Miscalibration(
             MODELLED,
-            "The filter takes the noise to be larger than it is: at twice the noise the band of 95 % holds the truth "
-            "in all reports, and that of 50 % in 45 to 100 %.",
+            "The filter takes the noise to be larger than it is: in settings drawn at random the band of 50 % "
+            "holds the truth in 40 to 100 % of the reports, half of the time in more than 90 %.",
             {"waveform": waveforms},
             {ASSUMED: (1.15, math.inf), LAG: (0, 1.4), **begun},
             direction="underconfident",
@@ -36,7 +36,8 @@ FAULTS = (
         Miscalibration(
             MODELLED,
             "For the noise that it assumes the filter has so little process noise that it lags behind where the signal "
-            "bends: the band of 50 % holds the truth in 0 to 45 % of the reports, that of 95 % in 0 to 100 %.",
+            "bends: in half of the settings drawn at random the band of 95 % holds the truth in less than 52 % of the "
+            "reports.",
             ranges={ASSUMED: assumed, LAG: (least, math.inf)},
         )
         for assumed, least in (((0, 1.15), 1), ((1.15, math.inf), 1.4))
@@ -44,13 +45,13 @@ FAULTS = (
     Miscalibration(
         MODELLED,
         "A filter that is certain to begin at rest needs many frames to believe that the sine moves at once: the band "
-        "of 95 % holds the truth in 42 to 92 % of the reports.",
+        "of 95 % holds the truth in 0 to 94 % of the reports.",
         {"waveform": ("sine",)},
         {"initial_sd": (0, 0.01), "process_noise_sd": (0, 0.004)},
     ),
     Miscalibration(
         ("condensation",),
-        "Few particles soon have few ancestors and cling together: with 10 of them the band of 95 % holds the truth "
+        "Few particles soon have few ancestors and cling together: with 10 of them the band of 95 % holds the truth in "
         "53 % of the reports, with 50 in 91 %; 100 are enough in one dimension.",
         ranges={"sample_count": (0, 50)},
     ),
