@@ -29,7 +29,7 @@ def rng() -> np.random.Generator:
 
 
 def cloud(states: np.ndarray) -> ParticleSet:
-    return ParticleSet(states, np.full(len(states), -np.log(len(states))), np.arange(len(states)))
+    return ParticleSet(states, np.zeros(len(states)), np.arange(len(states)))
 
 
 def linear(transition: np.ndarray, offset: np.ndarray, noise: np.ndarray) -> LinearDynamics:
