@@ -33,8 +33,9 @@ import numpy as np
 
 from pftrack.filter_files.errors import FilterFileError
 from pftrack.filter_files.sliders import CLASS, Field, fields_of
-from pftrack.filter_files.trust import PREFIX, digest_of, text_of
+from pftrack.filter_files.trust import digest_of, text_of
 from pftrack.model.parameters import LONGEST_FILE
+from pftrack.model.recipe import FILTER_HASH
 
 __all__ = ["FUNCTIONS", "FilterCode", "FilterFile"]
 
@@ -85,7 +86,7 @@ class FilterFile:
         """
         text = text_of(self.text)
         if text is None:
-            raise FilterFileError(f"{self.name}.py", None, UNKNOWN if self.text.startswith(PREFIX) else UNTRUSTED)
+            raise FilterFileError(f"{self.name}.py", None, UNKNOWN if FILTER_HASH.fullmatch(self.text) else UNTRUSTED)
         return _load(self.name, text)
 
 

@@ -7,23 +7,21 @@ name them by their hash alone.
 
 import hashlib
 
-from pftrack.model.recipe import Recipe
+from pftrack.model.recipe import FILTER_HASH, Recipe
 
 __all__ = ["digest_of", "is_trusted", "text_of", "trust", "trust_filters", "with_digests", "with_texts"]
-
-PREFIX = "sha256:"
 
 _TRUSTED: dict[str, str] = {}
 
 
 def digest_of(text: str) -> str:
-    """Return the hash by which a text is known; that of a hash is itself."""
-    return text if text.startswith(PREFIX) else PREFIX + hashlib.sha256(text.encode()).hexdigest()
+    """Return the hash by which a text is known, a `FILTER_HASH`; that of a hash is itself."""
+    return text if FILTER_HASH.fullmatch(text) else f"sha256:{hashlib.sha256(text.encode()).hexdigest()}"
 
 
 def trust(*texts: str) -> None:
     """Allow these texts to be executed in this process and in those that it forks."""
-    _TRUSTED.update({digest_of(text): text for text in texts if not text.startswith(PREFIX)})
+    _TRUSTED.update({digest_of(text): text for text in texts if not FILTER_HASH.fullmatch(text)})
 
 
 def trust_filters(recipe: Recipe) -> None:

@@ -9,11 +9,12 @@ Everything but the experiment may be left out. Of a recording it says in `footag
 in it; the file itself is found by whoever makes the run.
 """
 
+import re
 from collections.abc import Mapping
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from pftrack.model.parameters import LONGEST_FILE, ParameterError, Value
 from pftrack.model.timeline import LONGEST_RUN, Change
@@ -24,10 +25,20 @@ if TYPE_CHECKING:
     from pftrack.model.sequence import FrameSequence
     from pftrack.model.truth import Truth
 
-__all__ = ["Footage", "Recipe", "Seed"]
+__all__ = ["FILTER_HASH", "Footage", "Recipe", "Seed"]
+
+FILTER_HASH = re.compile(r"sha256:[0-9a-f]{64}")
+"""How a recipe names the text of a filter by its hash, where that text is known already."""
+
+
+def _check_filter(text: str) -> str:
+    if text.startswith("sha256:") and not FILTER_HASH.fullmatch(text):
+        raise ValueError("a filter is the text of its file, or sha256: and 64 hexadecimal digits in lower case")
+    return text
+
 
 FilterName = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,39}$")]
-FilterText = Annotated[str, Field(max_length=LONGEST_FILE)]
+FilterText = Annotated[str, Field(max_length=LONGEST_FILE), AfterValidator(_check_filter)]
 Seed = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
 
 
@@ -91,8 +102,8 @@ class Recipe(BaseModel):
         frames: Length; None for the recording's or the experiment's own.
         timeline: Changes by ascending frame; those of frame 0 are the initial values.
         footage: The recording; None for the experiment's simulated scene.
-        filters: Texts of files with filters of a person's own, by the name of their tracker: all versions that the run
-            may take, the first first.
+        filters: Texts of files with filters of a person's own, or their hashes (`FILTER_HASH`), by the name of their
+            tracker: all versions that the run may take, the first first.
         defaults: Values of the parameters that the timeline does not set, where the run has to come to the same numbers
             with a version that has other defaults. What that version does not have any more counts for nothing.
     """
@@ -134,7 +145,8 @@ class Recipe(BaseModel):
             place = ".".join(str(part) for part in first["loc"]) or "recipe"
             if first["type"] == "extra_forbidden":
                 raise ParameterError(place, first["input"], "left out: a recipe has no such field") from None
-            message = first["msg"][:1].lower() + first["msg"][1:]
+            message = first["msg"].removeprefix("Value error, ")
+            message = message[:1].lower() + message[1:]
             raise ParameterError(place, first["input"], f"as a recipe has it ({message})") from None
 
     def changes(self, known: Mapping[str, Value]) -> tuple[Change, ...]:

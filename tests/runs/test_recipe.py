@@ -21,6 +21,20 @@ from tests.experiments.heads import Pictures, pictures
 
 TEXT = "def should_resample(log_weights):\n    return True\n"
 
+NO_HASHES = [
+    f"sha256:{said}"
+    for said in (
+        "",
+        "../../../Downloads/evil",
+        "A" * 64,
+        "a" * 63,
+        "a" * 65,
+        "a" * 64 + "\n",
+        "/" + "a" * 63,
+        "a" * 9000,
+    )
+]
+
 FULL = Recipe(
     experiment="ball",
     tracker="condensation",
@@ -94,6 +108,7 @@ def test_a_person_may_leave_out_all_but_the_experiment() -> None:
         ({"experiment": "ball", "frames": 0}, "frames"),
         ({"experiment": "ball", "timeline": [{"frame": -1, "values": {}}]}, "timeline.0.frame"),
         ({"experiment": "ball", "footage": {"sha256": "abc"}}, "footage.sha256"),
+        *(({"experiment": "ball", "filters": {"mine": [TEXT, hashed]}}, "filters.mine.1") for hashed in NO_HASHES),
     ],
 )
 def test_what_is_no_recipe_is_refused_by_field(raw: Any, field: str) -> None:

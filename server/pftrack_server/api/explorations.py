@@ -19,7 +19,7 @@ Name = Annotated[str, Path(max_length=64)]
 @router.post("", status_code=HTTPStatus.ACCEPTED)
 async def explore(session: ASession, body: ExplorationCreate, explorations: TheExplorations) -> ExplorationPublic:
     """Begin to try what would have saved the active branch, or what its settings do with other seeds."""
-    return exploration_view(explorations.explore(session, body))
+    return exploration_view(await explorations.explore(session, body))
 
 
 @router.get("/{name}")

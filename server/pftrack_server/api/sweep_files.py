@@ -79,7 +79,7 @@ def _attach(name: str) -> dict[str, str]:
 async def _report(sweep: Sweep, store: Store, folder: Path, largest_file: int, *, pictures: Pictures) -> None:
     """Have a child write the report of a sweep into a folder."""
     result = store.files.sweep(sweep.id)
-    filters = store.files.filters_of(sweep.plan.single(0).recipe)
+    filters = await asyncio.to_thread(store.files.filters_of, sweep.plan.single(0).recipe)
     await ask(functions.report, result, folder, pictures, filters, patience_s=REPORT_S, file_bytes=largest_file)
 
 

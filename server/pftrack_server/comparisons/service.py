@@ -82,11 +82,11 @@ class Comparisons(Jobs[ComparisonOutline, ComparisonResult]):
         named = [await find_run(run, self.house) for run in runs]
         for experiment in dict.fromkeys(each.spec.recipe.experiment for each in named):
             await self._wait_for(experiment)
-        configs = [self._config(each) for each in named]
+        configs = [await self._config(each) for each in named]
         return named, configs, await self.house.tasks.run(outline_comparison, configs)
 
-    def _config(self, named: NamedRun) -> WorkerConfig:
-        return dataclasses.replace(self.house.manager.config(named.spec), states=None)
+    async def _config(self, named: NamedRun) -> WorkerConfig:
+        return dataclasses.replace(await self.house.manager.config(named.spec), states=None)
 
 
 def comparison_view(job: Comparing) -> RunComparisonPublic:

@@ -4,6 +4,7 @@ A file lies in a folder of its own for as long as its job can be asked for, and 
 child computes the run from its recipe.
 """
 
+import asyncio
 import re
 import shutil
 from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
@@ -102,13 +103,14 @@ class Exports(Jobs[Ordered, Path]):
         experiment = find_experiment(subject.recipe.experiment)
         kind = _find(exports_of(experiment), name)
         check_plot(experiment, kind, plot)
-        recipe, filters = subject.recipe.model_dump(mode="json"), self._store.files.filters_of(subject.recipe)
 
-        def write(path: Path, on_step: OnStep) -> Coroutine[Any, Any, None]:
+        async def write(path: Path, on_step: OnStep) -> None:
+            recipe = subject.recipe.model_dump(mode="json")
+            filters = await asyncio.to_thread(self._store.files.filters_of, subject.recipe)
             order = Order(
                 recipe, subject.computed, subject.position, kind.name, plot, str(path), filters, subject.what_if
             )
-            return self._write(order, subject.recipe.footage, on_step)
+            await self._write(order, subject.recipe.footage, on_step)
 
         return self._begin(kind, file_name(subject, kind, plot), write)
 

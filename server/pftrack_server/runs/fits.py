@@ -1,5 +1,6 @@
 """Fits: numbers of a session's tracker, fitted to what it has seen by a child, while the session goes on."""
 
+import asyncio
 from collections.abc import Callable
 from typing import Any, TypeAlias
 
@@ -40,11 +41,11 @@ class Fits(Jobs[None, dict[str, Any]]):
             UnavailableError: There are as many under way as there may be.
         """
         self.check_room()
-        filters = self._store.files.filters_of(recipe)
-        order = FitOrder(recipe.model_dump(mode="json"), computed, position, names, filters)
 
         async def work(on_step: Callable[[int, int], None]) -> dict[str, Any]:
             video = await footage_here(self._store, self._settings, self._tasks, recipe.footage)
+            filters = await asyncio.to_thread(self._store.files.filters_of, recipe)
+            order = FitOrder(recipe.model_dump(mode="json"), computed, position, names, filters)
             limits, cpu_seconds = limits_of(self._settings), self._settings.worker_cpu_seconds
             found: dict[str, Any] = await self._tasks.run_long(
                 fit_run, order, video, limits, cpu_seconds=cpu_seconds, on_step=on_step

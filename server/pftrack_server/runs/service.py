@@ -96,12 +96,13 @@ async def bring_in(
         path = str(received.paths[0])
         saved = Record.model_validate(await tasks.run(read_record, path))
         video = await footage_here(store, settings, tasks, saved.recipe.footage)
+        filters = await asyncio.to_thread(store.files.filters_of, saved.recipe)
         found = await tasks.run_long(
             weigh_record,
             path,
             video,
             limits_of(settings),
-            store.files.filters_of(saved.recipe),
+            filters,
             cpu_seconds=settings.worker_cpu_seconds,
             on_step=on_step,
         )

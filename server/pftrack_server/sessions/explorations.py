@@ -70,7 +70,7 @@ class Explorations(Jobs[_About, Result]):
         self._settings, self._manager, self._tasks = settings, manager, tasks
         self._dropped: dict[str, _About] = {}
 
-    def explore(self, session: Session, body: ExplorationCreate) -> Job[_About, Result]:
+    async def explore(self, session: Session, body: ExplorationCreate) -> Job[_About, Result]:
         """Begin an exploration of the active branch.
 
         Raises:
@@ -78,6 +78,7 @@ class Explorations(Jobs[_About, Result]):
             NotFoundError: It shall go on with what another one has found, and there is no such exploration.
             UnavailableError: Too much is under way.
         """
+        config = await self._manager.config(session.spec)
         mine = [job for job in self.peek() if job.about.session == session.spec.id and not job.task.done()]
         if len(mine) >= MOST_OF_SESSION:
             raise ConflictError(
@@ -86,7 +87,7 @@ class Explorations(Jobs[_About, Result]):
         spec = session.spec
         about = _About(spec.id, spec.branch, spec.run.recipe, body)
         known = None if body.after is None else _known(self.of(session, body.after).about, about)
-        config, computed = self._manager.config(spec), spec.run.computed
+        computed = spec.run.computed
         asked: list[tuple[Any, ...]] = [(explore_seeds, config, LONGEST_BAND, body.scene, body.seconds)]
         if body.kind == "what-if":
             count = min(self._settings.sweep_jobs, MOST_PROCESSES)
@@ -97,7 +98,7 @@ class Explorations(Jobs[_About, Result]):
     async def _compute(self, session: Session, about: _About, asked: Sequence[tuple[Any, ...]]) -> Result:
         """Have each part computed in a process of its own, and return what they come to."""
         budget = Budget(
-            memory_bytes=self._manager.config(session.spec).memory_bytes,
+            memory_bytes=self._settings.worker_memory_bytes,
             cpu_seconds=2 * about.body.seconds + SILENCE_S,
             silence_s=SILENCE_S,
             niceness=NICENESS[about.body.kind],

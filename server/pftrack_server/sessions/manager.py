@@ -256,8 +256,10 @@ class Manager:
     def _session(self, spec: SessionSpec) -> Session:
         return Session(spec, self._settings, self.config)
 
-    def config(self, spec: SessionSpec) -> WorkerConfig:
+    async def config(self, spec: SessionSpec) -> WorkerConfig:
         """Return what a worker needs to make the active branch of a spec."""
+        recipes = [branch.run.recipe for branch in spec.branches.values()]
+        filters = await asyncio.to_thread(self._store.files.filters_of, *recipes)
         video = self._store.files.upload(spec.upload) if spec.upload else None
         return WorkerConfig(
             session=spec.id,
@@ -272,7 +274,7 @@ class Manager:
             max_pixels=self._settings.max_pixels,
             max_particles=self._settings.max_particles,
             gives_way=spec.follow is not None,
-            filters=self._store.files.filters_of(*(branch.run.recipe for branch in spec.branches.values())),
+            filters=filters,
         )
 
     def _index(self, upload: str) -> str | None:

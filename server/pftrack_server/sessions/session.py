@@ -6,7 +6,7 @@ one at a time.
 
 import asyncio
 import time
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Session"]
 
-ConfigOf = Callable[[SessionSpec], protocol.WorkerConfig]
+ConfigOf = Callable[[SessionSpec], Awaitable[protocol.WorkerConfig]]
 MOST_BOOKMARKS = 500
 Result = TypeVar("Result")
 
@@ -138,7 +138,7 @@ class Session:
                 return
             self.state.set_phase("starting")
             try:
-                self._starting = WorkerHandle(self._config_of(self.spec), self._event, self._on_worker_lost)
+                self._starting = WorkerHandle(await self._config_of(self.spec), self._event, self._on_worker_lost)
                 await self._starting.start()
             except BaseException as error:
                 self.state.set_phase("crashed", str(error))

@@ -14,12 +14,14 @@ from pathlib import Path
 
 from pftrack.files import write_whole
 from pftrack.filter_files import digest_of
+from pftrack.model.parameters import LONGEST_FILE
 from pftrack.model.recipe import Recipe
 from pftrack_server.errors import NotFoundError
 
 __all__ = ["DataDirectory", "is_name", "new_name", "now"]
 
 INDEX = "index.json"
+LARGEST_FILTER_BYTES = 4 * LONGEST_FILE  # as UTF-8 writes so many characters at most
 LINK = "This file is a link that leads out of the data directory; links are not followed."
 MOST_PREVIEWS = 300
 NAME = re.compile(r"[a-z0-9]{12,32}")
@@ -74,19 +76,29 @@ class DataDirectory:
     def keep_filter(self, text: str) -> str:
         """Keep a version of a filter's file that its owner has named; return the hash by which recipes name it."""
         digest = digest_of(text)
-        path = self._filter(digest)
-        if not path.exists():
-            write_whole(path, text.encode())
+        if self._filter(digest) is None:
+            write_whole(self._filter_path(digest), text.encode())
         return digest
 
     def filters_of(self, *recipes: Recipe) -> tuple[str, ...]:
         """Return the versions of filters' files that recipes name, as far as this server was ever started with them."""
         named = {digest_of(text) for recipe in recipes for texts in recipe.filters.values() for text in texts}
-        known = [path for path in map(self._filter, sorted(named)) if path.exists()]
-        return tuple(path.read_text(encoding="utf-8") for path in known)
+        return tuple(text for text in map(self._filter, sorted(named)) if text is not None)
 
-    def _filter(self, digest: str) -> Path:
-        return self.filters / f"{digest.rpartition(':')[2]}.py"
+    def _filter(self, digest: str) -> str | None:
+        """Return the text that is kept under a hash; None if there is none, or what lies there has another hash."""
+        path = self._filter_path(digest)
+        try:
+            if not path.is_file():  # to open a FIFO is to wait until somebody writes to it
+                return None
+            with path.open("rb") as file:
+                text = file.read(LARGEST_FILTER_BYTES).decode()
+        except (OSError, UnicodeDecodeError):
+            return None
+        return text if digest_of(text) == digest else None
+
+    def _filter_path(self, digest: str) -> Path:
+        return self.filters / f"{digest.removeprefix('sha256:')}.py"
 
     def upload(self, name: str) -> Path:
         """Return where an upload lies.

@@ -53,7 +53,7 @@ class Sweeps:
         """Take over the sweeps that the store kept; none of them is running."""
         for row in await asyncio.to_thread(self._store.sweeps):
             try:
-                sweep = self._restore(row)
+                sweep = await asyncio.to_thread(self._restore, row)
             except (SweepError, ValueError, TypeError, LookupError, AttributeError) as error:
                 log.warning(
                     "a stored sweep is damaged and left out", sweep=row.id, error=f"{type(error).__name__}: {error}"
@@ -142,7 +142,7 @@ class Sweeps:
             "seconds": 0.0,
             "created": now(),
         }
-        sweep = self._sweep(row, plan)
+        sweep = await asyncio.to_thread(self._sweep, row, plan)
         self._sweeps[sweep.id] = sweep
         try:
             await self._store_whole(sweep)
