@@ -150,8 +150,8 @@ class Settings(BaseSettings):
 
     @property
     def edits_filters(self) -> bool:
-        """Whether pages may write the files of filters: where this machine alone can reach the server."""
-        return bool(self.filters) and is_loopback(self.host) and not self.allowed_hosts
+        """Whether pages may write the files of filters: where this machine alone, and no proxy, reaches the server."""
+        return bool(self.filters) and is_loopback(self.host) and not (self.allowed_hosts or self.trusted_proxies)
 
     @property
     def database(self) -> str:

@@ -154,7 +154,11 @@ def test_a_server_that_others_reach_never_takes_code(file: Path, tmp_path: Path)
     """It serves the file to look at; and one that executes files has a token, also on this machine."""
     assert Settings(data_dir=tmp_path, filters=(file,)).token is not None
     assert Settings(data_dir=tmp_path, filters=(file,)).edits_filters
-    for reachable in ({"host": "0.0.0.0"}, {"allowed_hosts": ("lab.example",)}):
+    for reachable in (
+        {"host": "0.0.0.0"},
+        {"allowed_hosts": ("lab.example",)},
+        {"trusted_proxies": ("127.0.0.1",)},
+    ):
         assert not Settings(data_dir=tmp_path, filters=(file,), token=TOKEN, **reachable).edits_filters
     open_settings = Settings(data_dir=tmp_path / "data", filters=(file,), token=TOKEN, allowed_hosts=("lab.example",))
     with running(open_settings) as server:
