@@ -26,12 +26,13 @@ from pftrack.model.own_account import MEAN_LOSS_PROBABILITY, own_account
 from pftrack.model.parameters import Declaration, ParameterError, Parameters, Value, declarations
 from pftrack.model.plot import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading
 from pftrack.model.preset import ExampleSweep, Preset
-from pftrack.model.recipe import Footage
+from pftrack.model.recipe import Footage, Recipe
 from pftrack.model.references import Citation
 from pftrack.model.sequence import Kind
 from pftrack.model.series import Series, SeriesValue, join
 from pftrack.model.setup import OnVideo, Setup, Suits
 from pftrack.model.step import Draw, Step
+from pftrack.model.timeline import NO_PARAMETERS, check_tracker
 from pftrack.model.tracker import Tracker, with_readers
 from pftrack.model.world import World
 from pftrack.sources.results.table import Box
@@ -342,6 +343,25 @@ class Experiment:
             taken = "pictures" if set(self.footage) & set(PICTURES) else " or ".join(self.footage)
             given = "pictures" if kind in PICTURES else kind
             raise ParameterError("footage", given, f"{taken}: {self.id} takes no other recording")
+
+    def check_names(self, recipe: Recipe) -> None:
+        """Refuse a recipe that names a tracker or a parameter that this experiment does not have.
+
+        What a filter of the recipe declares is not known before it is executed: beside one, any identifier may be its.
+
+        Raises:
+            ParameterError: There is no tracker or no parameter of such a name, on any kind of recording.
+        """
+        trackers = (*self.trackers, *recipe.filters)
+        if recipe.tracker is not None:
+            check_tracker(trackers, recipe.tracker)
+        kinds = self.footage if recipe.footage is not None and self.recorded is not None else ()
+        known = {name for kind in (None, *kinds) for name in type(self.parameters_on(kind)).model_fields}
+        for name, value in ((name, value) for change in recipe.timeline for name, value in change.values.items()):
+            if name == "tracker":
+                check_tracker(trackers, value)
+            elif name not in known | NO_PARAMETERS and not (recipe.filters and name.isidentifier()):
+                raise ParameterError(name, value, f"left out: {self.id} has no such parameter")
 
     @property
     def shown_layers(self) -> dict[str, bool]:

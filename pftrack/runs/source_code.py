@@ -60,6 +60,9 @@ def run_code(recipe: Recipe, experiment: Experiment, frames: int | None = None) 
         recipe: What makes it.
         experiment: The one that it names, with the filters that the recipe brings.
         frames: How many frames it has been computed for; all if None.
+
+    Raises:
+        ParameterError: The recipe names a tracker or a parameter that the experiment does not have.
     """
     told = _tell(recipe, experiment, frames)
     return SourceCode(
@@ -86,6 +89,7 @@ SHOWN = ("for name, outcome in zip(compared.names, compared.outcomes):", "    pr
 
 
 def _tell(recipe: Recipe, experiment: Experiment, frames: int | None) -> _Told:
+    experiment.check_names(recipe)  # names of parameters become names of arguments
     length = frames if frames is not None else recipe.frames
     first = recipe.timeline[0] if recipe.timeline and recipe.timeline[0].frame == 0 else None
     values = dict(first.values) if first else {}

@@ -23,7 +23,7 @@ def sweep_code(plan: Plan) -> SourceCode:
     for name, value in plan.values.items():
         words += ["--set", f"{name}={value}"]
     said = [] if plan.footage is None else _footage_options(plan.footage, recording or "")
-    where = "" if recording is None else f', recording=Recording("{recording}")'
+    where = "" if recording is None else f", recording=Recording({recording!r})"
     python = _python(plan, where)
     if said is None:
         return SourceCode(python, f"python - <<'EOF'\n{python}EOF\n")

@@ -1,5 +1,6 @@
 """What computes a run, a comparison and a sweep again: the lines are run, and come to the same numbers."""
 
+import ast
 import io
 import json
 import shlex
@@ -17,13 +18,14 @@ from typer.testing import CliRunner
 from pftrack.cli.app import app
 from pftrack.experiments import find
 from pftrack.failures import gallery
+from pftrack.model.parameters import ParameterError
 from pftrack.model.recipe import Footage, Recipe
 from pftrack.runs.record import make
 from pftrack.runs.run import Change
 from pftrack.runs.source_code import run_code
 from pftrack.sweep import Axis, Plan
 from pftrack.sweep.source_code import sweep_code
-from tests.server.host import begin, steer
+from tests.server.host import begin, error_of, steer
 
 
 def in_shell(text: str, folder: Path) -> str:
@@ -130,6 +132,44 @@ def test_a_sweep_on_a_recording_is_a_command() -> None:
     assert words[-8:] == ["--video", "a clip.mp4", "--box", "1,2.5,9,9", "--start", "2", "--out", "sweep.parquet"]
     known = replace(plan, footage=clip.model_copy(update={"truth": {0: (1.0, 2.0)}}))
     assert sweep_code(known).command.startswith("python - ")
+
+
+STRANGE_NAMES: dict[str, dict[str, Any]] = {
+    "argument": {"timeline": [{"frame": 0, "values": {"a=open('it-has-run', 'w'), b": 1}}]},
+    "parameter of nobody": {"timeline": [{"frame": 3, "values": {"colour_of_nobody": 1}}]},
+    "beside a filter": {
+        "filters": {"mine": ["x = 1"]},
+        "timeline": [{"frame": 0, "values": {"a=open('it-has-run', 'w'), b": 1}}],
+    },
+    "file": {"tracker": "Downloads/evil.py"},
+    "later file": {"timeline": [{"frame": 3, "values": {"tracker": "Downloads/evil.py"}}]},
+}
+
+
+@pytest.mark.parametrize("name", STRANGE_NAMES)
+def test_only_names_that_are_declared_are_written_and_kept(client: httpx.Client, name: str) -> None:
+    """Of parameters and trackers; lines of Python, comparisons and lectures have no others."""
+    recipe = {"experiment": "ball", **STRANGE_NAMES[name]}
+    with pytest.raises(ParameterError):
+        run_code(Recipe.read(recipe), find("ball"))
+    runs = {"runs": [{"recipe": recipe}, {"recipe": {"experiment": "ball"}}]}
+    error_of(client.post("/api/v1/source-code", json=runs), 422)
+    error_of(client.post("/api/v1/comparisons/saved", json={"title": "x", **runs}), 422)
+    for item in ({"comparison": runs}, {"session": runs["runs"][0]}):
+        lecture = {"title": "x", "items": [item]}
+        assert error_of(client.post("/api/v1/lectures", json=lecture), 422)["message"].startswith("Line 4: ")
+        text = f"---\n{json.dumps(lecture)}\n---\n"
+        assert error_of(client.post("/api/v1/lectures/import", content=text), 422)["message"].startswith("Line 2: ")
+
+
+def test_a_name_of_a_recording_stays_a_text() -> None:
+    """With quotes in it, too: the lines run nothing of it."""
+    name = 'a"), print("it has run"), ("'
+    footage = Footage(name=name, sha256="0" * 64, mark={"kind": "box", "x": 1, "y": 2, "width": 9, "height": 9})
+    plan = Plan("ball", (), ("condensation",), frames=12, footage=footage, kind="video")
+    for code in (sweep_code(plan), run_code(Recipe(experiment="ball", footage=footage), find("ball"))):
+        tree = ast.parse(code.python)
+        assert name in [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)]
 
 
 def test_a_recording_is_named_and_its_mark_is_in_the_lines() -> None:

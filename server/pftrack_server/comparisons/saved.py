@@ -16,13 +16,14 @@ def save(store: Store, settings: Settings, body: SavedComparisonCreate) -> Compa
 
     Raises:
         ConflictError: There are as many as there may be.
-        NotFoundError: The experiment of a run is unknown.
+        RefusedError: The experiment of a run is unknown.
+        ParameterError: A run names a tracker or a parameter that its experiment does not have.
         DiskFullError: The disk has no room.
     """
     if store.count(ComparisonRow) >= settings.max_comparisons:
         raise ConflictError(f"The server keeps at most {settings.max_comparisons} comparisons; delete one first.")
     for run in body.runs:
-        find_experiment(run.recipe.experiment)
+        find_experiment(run.recipe.experiment).check_names(run.recipe)
     # The truth belongs to the upload, from which whoever makes the run takes it.
     runs = [{"recipe": run.recipe.with_footage(path=None, truth=None).as_dict()} for run in body.runs]
     content = {"runs": runs, "position": body.position, "arrangement": body.arrangement}

@@ -5,7 +5,9 @@ from base64 import urlsafe_b64encode
 from collections.abc import Sequence
 from typing import Final
 
+from pftrack.experiments import EXPERIMENTS
 from pftrack.lessons import Lesson
+from pftrack.model.parameters import ParameterError
 from pftrack_server.errors import NotFoundError, RefusedError
 from pftrack_server.experiments import find_experiment
 from pftrack_server.failures import failure_named
@@ -14,7 +16,7 @@ from pftrack_server.schemas.comparisons import ComparedRun
 from pftrack_server.schemas.lectures import Kind, LectureAsks, LectureItem, LectureItemPublic, LectureRun
 from pftrack_server.titles import printable
 
-__all__ = ["ItemViews"]
+__all__ = ["ItemViews", "check_names"]
 
 USUAL_MINUTES: Final[dict[Kind, float]] = {
     "lesson": 8,
@@ -25,6 +27,22 @@ USUAL_MINUTES: Final[dict[Kind, float]] = {
     "poll": 2,
 }
 """Of a lesson the lesson itself says how long it takes, where it is here."""
+
+
+def check_names(items: Sequence[LectureItem], lines: Sequence[int]) -> None:
+    """Refuse items with a run that names a tracker or a parameter that its experiment, if that is here, does not have.
+
+    Raises:
+        RefusedError: One does; the sentence names its line.
+    """
+    for item, line in zip(items, lines, strict=True):
+        runs = [item.session] if item.session else item.comparison.runs if item.comparison else []
+        for recipe in (run.recipe for run in runs if run.recipe is not None):
+            if recipe.experiment in EXPERIMENTS:
+                try:
+                    EXPERIMENTS[recipe.experiment].check_names(recipe)
+                except ParameterError as error:
+                    raise RefusedError(f"Line {line}: {error}.", field=error.field) from None
 
 
 class ItemViews:
@@ -70,7 +88,7 @@ class ItemViews:
                 case LectureItem(poll=str() as question):
                     title = printable(question)
                     asks = LectureAsks(question=question, answers=item.answers, lecture=lecture)
-        except (NotFoundError, RefusedError) as error:
+        except (NotFoundError, ParameterError, RefusedError) as error:
             problem = f"Line {line}: {error}"
         return LectureItemPublic(
             item=item.model_dump(mode="json", exclude_defaults=True),
@@ -105,8 +123,13 @@ def _title_of(runs: Sequence[ComparedRun]) -> str:
 
     Raises:
         RefusedError: One is not here.
+        ParameterError: One names a tracker or a parameter that its experiment does not have.
     """
-    titles = [find_experiment(run.recipe.experiment).title for run in runs if run.recipe is not None]
+    titles = []
+    for recipe in (run.recipe for run in runs if run.recipe is not None):
+        experiment = find_experiment(recipe.experiment)
+        experiment.check_names(recipe)
+        titles.append(experiment.title)
     each = " and ".join(dict.fromkeys(titles)) or "Run of this server"
     return each if len(runs) == 1 else f"{each}, {len(runs)} runs compared"
 

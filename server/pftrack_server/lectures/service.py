@@ -5,7 +5,7 @@ import asyncio
 from pftrack_server.comparisons.references import RunSources, find_run
 from pftrack_server.errors import ConflictError, DamagedError, NotFoundError, RefusedError
 from pftrack_server.lectures.file import LectureText, read, write
-from pftrack_server.lectures.items import ItemViews
+from pftrack_server.lectures.items import ItemViews, check_names
 from pftrack_server.lessons.service import Lessons
 from pftrack_server.schemas.comparisons import ComparedRun
 from pftrack_server.schemas.lectures import (
@@ -117,7 +117,9 @@ class Lectures:
         )
 
     async def _save(self, row: LectureRow) -> LecturePublic:
-        public = await self._public(row, await asyncio.to_thread(read, row.text.encode()))
+        text = await asyncio.to_thread(read, row.text.encode())
+        check_names(text.lecture.items, text.lines)
+        public = await self._public(row, text)
         await asyncio.to_thread(self._store.save_lecture, row)
         return public
 
