@@ -1,9 +1,24 @@
-"""Cells that the notebooks of all lessons have: the lesson itself, what is asked, a prediction judged, the checks."""
+"""Cells that the notebooks of all lessons have: the lesson itself, what is asked, a prediction judged, the checks.
 
-from pftrack.exports.notebook import Cell, code, markdown
+A lecturer's file comes from elsewhere, so that its own HTML is text here, as it is on the page.
+"""
+
+import re
+
+from pftrack.exports import notebook
+from pftrack.exports.notebook import Cell, code
 from pftrack.lessons.lesson import Lesson, Question
 
 __all__ = ["CHECKED", "check_cell", "lesson_cell", "notes_cell", "prediction_cell", "question_cell", "title_cell"]
+
+
+TAG = re.compile(r"<(?=[A-Za-z/!?])")
+"""What begins HTML, which a space after the bracket prevents; in a formula a space says nothing."""
+
+
+def markdown(text: str) -> Cell:
+    """Return a cell of words in which HTML is text."""
+    return notebook.markdown(TAG.sub("< ", text))
 
 
 def title_cell(lesson: Lesson) -> Cell:
@@ -40,8 +55,8 @@ def prediction_cell(question: Question, right: str) -> Cell:
         right: What computes the right answer, an expression.
     """
     low, high = question.bounds
-    unit = f" {question.unit}" if question.unit else ""
-    kind = "one of the names above" if question.choices else f"a number from {low:g} to {high:g}{unit}"
+    number = " ".join(f"a number from {low:g} to {high:g} {question.unit}".split())  # a line of a comment
+    kind = "one of the names above" if question.choices else number
     return code(
         f"""
 prediction = None  # write {kind} in its place
