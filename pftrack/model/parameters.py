@@ -11,9 +11,10 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 from typing import Any, Literal, Self, TypeAlias, TypeVar, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 __all__ = [
+    "NOT_BOOLEAN",
     "Declaration",
     "ParameterError",
     "Parameters",
@@ -67,6 +68,16 @@ DECLARED = "unit", "step", "live", "group", "trackers", "role", "threshold_of", 
 
 LONGEST_FILE = 100_000
 """Characters of a file that is a parameter's value: it travels with every recipe."""
+
+
+def _refuse_boolean(value: object) -> object:
+    if isinstance(value, bool):
+        raise ValueError("Input should be a number, not true or false")  # noqa: TRY004 - what pydantic takes up
+    return value
+
+
+NOT_BOOLEAN = BeforeValidator(_refuse_boolean)
+"""In the annotation of a number, as the last of it: the `true` of JSON is not 1."""
 
 
 class ParameterError(ValueError):
@@ -275,6 +286,8 @@ def revise(current: P, changes: Mapping[str, object]) -> P:
     for name in changes:
         if name not in known:
             raise ParameterError(name, changes[name], f"the value of a known parameter ({', '.join(sorted(known))})")
+        if isinstance(changes[name], bool) and known[name].kind in {"integer", "number", "action"}:
+            raise ParameterError(name, changes[name], describe_allowed(known[name]))
     try:
         return model.model_validate({**flat(current), **changes}, strict=False)
     except ValidationError as error:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, field_validator
 
-from pftrack.model.parameters import LONGEST_FILE, ParameterError, Value
+from pftrack.model.parameters import LONGEST_FILE, NOT_BOOLEAN, ParameterError, Value
 from pftrack.model.timeline import LONGEST_RUN, Change
 from pftrack.numerics.random import LARGEST_SEED
 
@@ -39,7 +39,7 @@ def _check_filter(text: str) -> str:
 
 FilterName = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,39}$")]
 FilterText = Annotated[str, Field(max_length=LONGEST_FILE), AfterValidator(_check_filter)]
-Seed = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
+Seed = Annotated[int, Field(ge=0, le=LARGEST_SEED), NOT_BOOLEAN]
 
 
 class Footage(BaseModel):
@@ -62,9 +62,9 @@ class Footage(BaseModel):
     sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")] | None = None
     name: Annotated[str, Field(max_length=200)] = ""
     path: Annotated[str, Field(max_length=4096)] | None = None
-    start: Annotated[int, Field(ge=0, le=10 * LONGEST_RUN)] = 0
+    start: Annotated[int, Field(ge=0, le=10 * LONGEST_RUN), NOT_BOOLEAN] = 0
     mark: dict[Annotated[str, Field(max_length=64)], Any] | None = None
-    truth: dict[int, tuple[Annotated[float, Field(allow_inf_nan=False)], ...]] | None = None
+    truth: dict[int, tuple[Annotated[float, Field(allow_inf_nan=False), NOT_BOOLEAN], ...]] | None = None
     labelled: bool = False
     square: bool | None = None
 
@@ -112,8 +112,8 @@ class Recipe(BaseModel):
 
     experiment: Annotated[str, Field(max_length=64)]
     tracker: Annotated[str, Field(max_length=64)] | None = None
-    seed: Annotated[int, Field(ge=0)] = 0
-    frames: Annotated[int, Field(ge=1, le=LONGEST_RUN)] | None = None
+    seed: Annotated[int, Field(ge=0), NOT_BOOLEAN] = 0
+    frames: Annotated[int, Field(ge=1, le=LONGEST_RUN), NOT_BOOLEAN] | None = None
     timeline: Annotated[tuple[Change, ...], Field(max_length=10_000)] = ()
     footage: Footage | None = None
     filters: Annotated[

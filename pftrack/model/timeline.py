@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from pftrack.model.parameters import ParameterError, Parameters, declarations, flat, revise
+from pftrack.model.parameters import NOT_BOOLEAN, ParameterError, Parameters, declarations, flat, revise
 from pftrack.model.source import History
 from pftrack.numerics.random import LARGEST_SEED
 
@@ -31,7 +31,7 @@ class Change:
             this frame on. The scene keeps the seed of the run: what the tracker looks at is the same.
     """
 
-    frame: Annotated[int, Field(ge=0, le=10 * LONGEST_RUN)]
+    frame: Annotated[int, Field(ge=0, le=10 * LONGEST_RUN), NOT_BOOLEAN]
     values: Mapping[Annotated[str, Field(max_length=64)], Any]
 
 

@@ -1,10 +1,16 @@
 """What sessions refuse through the REST interface, by the field that is wrong."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import httpx
 import pytest
+from pydantic import BaseModel, TypeAdapter, ValidationError
 
+from pftrack.model.marks import Mark
+from pftrack.model.recipe import Footage, Recipe
+from pftrack.model.timeline import Change
+from pftrack_server.schemas.body import RequestBody
 from tests.server.host import Server, begin, error_of, steer
 from tests.session_requests import session_request
 
@@ -71,6 +77,24 @@ def test_unknown_session(server: Server, client: httpx.Client) -> None:
 
 
 LONG = "9" * 5000
+
+
+def bodies(base: type[BaseModel] = RequestBody) -> Iterator[type[BaseModel]]:
+    """All models of what a client sends, but for a recipe's."""
+    for model in base.__subclasses__():
+        yield model
+        yield from bodies(model)
+
+
+@pytest.mark.parametrize("model", [*bodies(), Recipe, Footage, Change, *Mark.__subclasses__()])
+def test_true_is_not_the_number_one(model: type[Any]) -> None:
+    """No number of any body takes it."""
+    for name, field in TypeAdapter(model).json_schema()["properties"].items():
+        kinds = {each.get("type") for each in (field, *field.get("anyOf", ()))}
+        if kinds & {"integer", "number"}:
+            with pytest.raises(ValidationError) as caught:
+                TypeAdapter(model).validate_python({name: True})
+            assert name in {each["loc"][0] for each in caught.value.errors() if each["loc"]}, name
 
 
 @pytest.mark.parametrize(

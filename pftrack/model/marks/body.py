@@ -13,11 +13,11 @@ from pydantic import Field
 
 from pftrack.model.drawing import COLOURS, Ellipse, Polyline, Primitive
 from pftrack.model.marks.mark import LARGEST_PX, Editor, Handle, Mark, MarkNumber
-from pftrack.model.parameters import ParameterError
+from pftrack.model.parameters import NOT_BOOLEAN, ParameterError
 
 __all__ = ["LongBody"]
 
-Coordinate = Annotated[float, Field(ge=-LARGEST_PX, le=LARGEST_PX)]
+Coordinate = Annotated[float, Field(ge=-LARGEST_PX, le=LARGEST_PX), NOT_BOOLEAN]
 Point = tuple[Coordinate, Coordinate]
 
 SHORTEST_PX = 4.0
@@ -45,7 +45,7 @@ class LongBody(Mark):
     head: Point
     root: Point
     tip: Point
-    half_width: Annotated[float, Field(ge=1, le=1000)]
+    half_width: Annotated[float, Field(ge=1, le=1000), NOT_BOOLEAN]
 
     @property
     def centre(self) -> NDArray[np.float64]:

@@ -10,11 +10,11 @@ from pydantic import Field
 from pftrack.model.drawing import COLOURS, Polyline, Primitive
 from pftrack.model.frame import Target
 from pftrack.model.marks.mark import LARGEST_PX, Editor, Mark, MarkNumber
-from pftrack.model.parameters import ParameterError
+from pftrack.model.parameters import NOT_BOOLEAN, ParameterError
 
 __all__ = ["Box"]
 
-Length = Annotated[float, Field(le=LARGEST_PX)]
+Length = Annotated[float, Field(le=LARGEST_PX), NOT_BOOLEAN]
 
 
 class Box(Mark):

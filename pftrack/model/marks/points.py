@@ -13,11 +13,11 @@ from pydantic import Field
 from pftrack.model.drawing import COLOURS, Links, Points, Primitive
 from pftrack.model.frame import Target
 from pftrack.model.marks.mark import LARGEST_PX, Editor, Handle, Mark, text_of
-from pftrack.model.parameters import ParameterError
+from pftrack.model.parameters import NOT_BOOLEAN, ParameterError
 
 __all__ = ["FeaturePoints"]
 
-Coordinate = Annotated[float, Field(ge=-LARGEST_PX, le=LARGEST_PX)]
+Coordinate = Annotated[float, Field(ge=-LARGEST_PX, le=LARGEST_PX), NOT_BOOLEAN]
 
 
 class FeaturePoints(Mark):

@@ -4,6 +4,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
+from pftrack.model.parameters import NOT_BOOLEAN
 from pftrack_server.titles import printable
 
 __all__ = ["FrameNumber", "GivenTitle", "Name", "RequestBody", "Title", "Values"]
@@ -15,7 +16,7 @@ def _not_blank(title: str) -> str:
     return title
 
 
-FrameNumber = Annotated[int, Field(ge=0, le=10_000_000)]
+FrameNumber = Annotated[int, Field(ge=0, le=10_000_000), NOT_BOOLEAN]
 Name = Annotated[str, Field(max_length=64)]
 Values = dict[Name, Any]
 Title = Annotated[str, Field(max_length=200), AfterValidator(printable)]

@@ -6,7 +6,7 @@ from pydantic import BaseModel, Field
 
 from pftrack.counterfactuals.alternatives import Kind
 from pftrack.counterfactuals.report import Verdict
-from pftrack.model.parameters import Value
+from pftrack.model.parameters import NOT_BOOLEAN, Value
 from pftrack.runs.ensemble import Scene
 from pftrack_server.schemas.body import FrameNumber, RequestBody
 
@@ -29,7 +29,9 @@ class ExplorationCreate(RequestBody):
         max_length=64,
         description="Of what-if, an exploration with whose findings this one goes on",
     )
-    seconds: float = Field(20.0, ge=1.0, le=LONGEST_S, description="After so long it ends with what it has found")
+    seconds: Annotated[float, Field(ge=1.0, le=LONGEST_S), NOT_BOOLEAN] = Field(
+        20.0, description="After so long it ends with what it has found"
+    )
 
 
 class FindingPublic(BaseModel):

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, BaseModel, Field, model_validator
 from pydantic_core import to_json
 
+from pftrack.model.parameters import NOT_BOOLEAN
 from pftrack_server.schemas.body import FrameNumber, GivenTitle, Name, RequestBody
 from pftrack_server.schemas.stream import Message
 
@@ -56,12 +57,12 @@ def _small(arrangement: dict[str, Any]) -> dict[str, Any]:
 
 Followed = Annotated[list[Name], Field(max_length=4), AfterValidator(_once)]
 Arrangement = Annotated[dict[str, Any], AfterValidator(_small)]
-MostFollowers = Annotated[int, Field(ge=1, le=1000)]
-MostForks = Annotated[int, Field(ge=0, le=1000)]
+MostFollowers = Annotated[int, Field(ge=1, le=1000), NOT_BOOLEAN]
+MostForks = Annotated[int, Field(ge=0, le=1000), NOT_BOOLEAN]
 PollQuestion = Annotated[str, Field(min_length=1, max_length=LONGEST_QUESTION)]
 PollAnswer = Annotated[str, Field(min_length=1, max_length=LONGEST_ANSWER)]
 PollAnswers = Annotated[list[PollAnswer], Field(min_length=2, max_length=8)]
-Hours = Annotated[float, Field(gt=0, le=24, allow_inf_nan=False)]
+Hours = Annotated[float, Field(gt=0, le=24, allow_inf_nan=False), NOT_BOOLEAN]
 
 
 class FollowCreate(RequestBody):
@@ -119,7 +120,7 @@ class VoteRequest(RequestBody):
     """A follower's answer, by its place in the list."""
 
     poll: Name
-    answer: Annotated[int, Field(ge=0, le=7)]
+    answer: Annotated[int, Field(ge=0, le=7), NOT_BOOLEAN]
 
 
 class ForkCreate(RequestBody):

@@ -4,6 +4,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import BaseModel, Field
 
+from pftrack.model.parameters import NOT_BOOLEAN
 from pftrack_server.schemas.body import FrameNumber, RequestBody
 
 __all__ = [
@@ -21,7 +22,7 @@ __all__ = [
     "StateValue",
 ]
 
-Pixels = Annotated[float, Field(ge=-100_000, le=100_000, allow_inf_nan=False)]
+Pixels = Annotated[float, Field(ge=-100_000, le=100_000, allow_inf_nan=False), NOT_BOOLEAN]
 
 
 class InspectionUpdate(RequestBody):
@@ -30,7 +31,9 @@ class InspectionUpdate(RequestBody):
     likelihood: bool = Field(False, description="Whether the likelihood lies over the picture")
     place: tuple[Pixels, Pixels] | None = Field(None, description="Of the picture, px")
     picks: bool = Field(False, description="Whether the particle nearest to the place is looked at, and followed")
-    particle: int | None = Field(None, ge=0, description="A particle to follow, by its place in its frame")
+    particle: Annotated[int, Field(ge=0), NOT_BOOLEAN] | None = Field(
+        None, description="A particle to follow, by its place in its frame"
+    )
     frame: FrameNumber | None = Field(None, description="The frame of the particle; the one that is shown if left out")
     genealogy: bool = Field(False, description="Whether the ancestors of all particles are wanted")
     pulls: bool = Field(False, description="Whether arrows show which way the parts of the tracker's step pull")

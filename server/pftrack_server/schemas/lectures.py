@@ -4,6 +4,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from pftrack.model.parameters import NOT_BOOLEAN
 from pftrack_server.schemas.body import FrameNumber, GivenTitle, Name, RequestBody
 from pftrack_server.schemas.comparisons import ComparedRun
 from pftrack_server.schemas.follows import PollAnswers, PollQuestion
@@ -25,7 +26,7 @@ __all__ = [
 Kind = Literal["lesson", "failure", "session", "comparison", "question", "poll"]
 KINDS: tuple[Kind, ...] = ("lesson", "failure", "session", "comparison", "question", "poll")
 MOST_ITEMS = 100
-Minutes = Annotated[float, Field(gt=0, le=180, allow_inf_nan=False)]
+Minutes = Annotated[float, Field(gt=0, le=180, allow_inf_nan=False), NOT_BOOLEAN]
 
 
 class LectureRun(ComparedRun):

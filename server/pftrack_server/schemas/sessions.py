@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, Field
 
-from pftrack.model.parameters import Value
+from pftrack.model.parameters import NOT_BOOLEAN, Value
 from pftrack.model.recipe import Recipe, Seed
 from pftrack_server.schemas.body import FrameNumber, RequestBody, Title, Values
 
@@ -45,8 +45,8 @@ class TransportUpdate(RequestBody):
 
     action: Literal["play", "pause", "step", "back", "seek", "before_loss", "speed", "stop_at", "restart"]
     frame: FrameNumber | None = None
-    speed: Annotated[float, Field(le=10, allow_inf_nan=False), AfterValidator(_speed)] | None = None
-    probability: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)] | None = Field(
+    speed: Annotated[float, Field(le=10, allow_inf_nan=False), NOT_BOOLEAN, AfterValidator(_speed)] | None = None
+    probability: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False), NOT_BOOLEAN] | None = Field(
         None,
         description="With stop_at: that the target is lost, from which on it stops playing; never if left out. On a "
         "recording any value stops it where a mark or the tracker itself says that the target is lost",

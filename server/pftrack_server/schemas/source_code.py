@@ -1,7 +1,10 @@
 """The lines that compute something again."""
 
+from typing import Annotated
+
 from pydantic import BaseModel, ConfigDict, Field
 
+from pftrack.model.parameters import NOT_BOOLEAN
 from pftrack_server.schemas.body import RequestBody
 from pftrack_server.schemas.comparisons import ComparedRun
 
@@ -12,7 +15,9 @@ class SourceCodeRequest(RequestBody):
     """Of which runs: of one, or of several that are compared."""
 
     runs: list[ComparedRun] = Field(min_length=1, max_length=4)
-    frames: int | None = Field(None, ge=1, le=10_000_000, description="How many frames of each; all if left out")
+    frames: Annotated[int, Field(ge=1, le=10_000_000), NOT_BOOLEAN] | None = Field(
+        None, description="How many frames of each; all if left out"
+    )
 
 
 class SourceCodePublic(BaseModel):

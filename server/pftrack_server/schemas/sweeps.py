@@ -4,12 +4,13 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
+from pftrack.model.parameters import NOT_BOOLEAN
 from pftrack.model.recipe import Footage, Seed
 from pftrack_server.schemas.body import GivenTitle, Name, RequestBody
 
 __all__ = ["EstimateRequest", "OpenRequest", "SweepAxis", "SweepCreate"]
 
-Number = Annotated[float, Field(allow_inf_nan=False)]
+Number = Annotated[float, Field(allow_inf_nan=False), NOT_BOOLEAN]
 
 
 class SweepAxis(RequestBody):
@@ -41,8 +42,8 @@ class SweepCreate(RequestBody):
         description="What is varied; the axes multiply. On a recording there may be none: other seeds alone.",
     )
     trackers: list[Name] = Field([], max_length=64, description="Trackers; all of them meet the same seeds.")
-    trials: Annotated[int, Field(ge=1, le=1_000_000)] = 10
-    frames: Annotated[int, Field(ge=1, le=10_000_000)] | None = Field(None, description="Length of a run.")
+    trials: Annotated[int, Field(ge=1, le=1_000_000), NOT_BOOLEAN] = 10
+    frames: Annotated[int, Field(ge=1, le=10_000_000), NOT_BOOLEAN] | None = Field(None, description="Length of a run.")
     seed: Seed = 0
     loss_probability: bool = Field(
         False, description="Whether how probable it is that the target is lost is measured as well."
