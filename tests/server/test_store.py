@@ -10,6 +10,8 @@ import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 
+from pftrack.filter_files import digest_of
+from pftrack.model.recipe import Recipe
 from pftrack_server.errors import NotFoundError
 from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.settings import Settings
@@ -186,4 +188,18 @@ def test_a_folder_may_lie_elsewhere(tmp_path: Path) -> None:
     (tmp_path / "data" / "uploads").symlink_to(tmp_path / "large")
     files = DataDirectory(tmp_path / "data")
     assert files.upload("0123456789abcdef").name == "content"
+    files.close()
+
+
+def test_a_filter_is_kept_under_the_hash_of_its_text(tmp_path: Path) -> None:
+    """A file with any other text under that name is not used, and keeping the text again mends it."""
+    files = DataDirectory(tmp_path)
+    text = "def should_resample(log_weights):\n    return True\n"
+    recipe = Recipe(experiment="ball", filters={"mine": (files.keep_filter(text),)})
+    assert files.filters_of(recipe) == (text,)
+    (kept,) = files.filters.iterdir()
+    kept.write_text("raise SystemExit\n")
+    assert files.filters_of(recipe) == ()
+    assert files.keep_filter(text) == digest_of(text)
+    assert files.filters_of(recipe) == (text,)
     files.close()
