@@ -4,6 +4,7 @@ Source: Bando 2007, ch. 2, eqs. 2.8 and 2.9. The covariance is updated in Joseph
 positive whatever the rounding.
 """
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -168,7 +169,7 @@ def steady_lag(acceleration: float, process_sd: float, measurement_sd: float) ->
         process_sd: q, unit.
         measurement_sd: R, unit.
     """
-    return float(acceleration / process_sd * (0.5 * measurement_sd / process_sd) ** 0.25)
+    return float(acceleration / process_sd * math.sqrt(math.sqrt(0.5 * measurement_sd / process_sd)))
 
 
 def _check(

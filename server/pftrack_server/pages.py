@@ -22,6 +22,7 @@ from starlette.responses import HTMLResponse, RedirectResponse, Response
 from starlette.staticfiles import StaticFiles
 from starlette.types import Scope
 
+from pftrack.experiments import EXPERIMENTS
 from pftrack_server.api.dependencies import AFollower, TheLessons
 from pftrack_server.base_path import address_of
 from pftrack_server.documentation import html_of
@@ -220,7 +221,7 @@ def _commands() -> str:
     is_beside = program.name == "pftrack" and not program.is_absolute()
     path = f'export PATH="$PWD"/{shlex.quote(str(program.parent))}:"$PATH"\n' if is_beside else ""
     return (
-        f"{path}pftrack new filter my_filter.py --experiment ball\n"
+        f"{path}pftrack new filter my_filter.py --experiment {next(iter(EXPERIMENTS))}\n"
         "pftrack serve my_filter.py --port 0 --data-dir my_filter_data"
     )
 
