@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import psutil
@@ -192,7 +193,8 @@ def test_a_child_that_nobody_wants_any_more_leaves_nothing_behind(
         tell(child, "exit")
         assert child.status(30) == 3
     before = psutil.Process().num_fds()
-    asyncio.run(ask_and_cancel())
+    with ThreadPoolExecutor(1) as apart:  # where a browser has been used, its loop is running in this thread
+        apart.submit(asyncio.run, ask_and_cancel()).result()
     assert psutil.Process().num_fds() == before
     assert psutil.Process(parent).children() == []
 
