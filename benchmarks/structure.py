@@ -21,14 +21,14 @@ from scipy.optimize import least_squares  # noqa: E402
 from scipy.sparse import lil_matrix  # noqa: E402
 from scipy.spatial.transform import Rotation  # noqa: E402
 
-from pftrack.geometry.face_model import mean_model  # noqa: E402
 from pftrack.reproduce.structure.scenes import SimulatedTracks, head_tracks, prism_tracks  # noqa: E402
-from pftrack.structure import growing, online_variational, recursive, variational  # noqa: E402
-from pftrack.structure.alignment import shape_error  # noqa: E402
-from pftrack.structure.cameras import fit_camera  # noqa: E402
-from pftrack.structure.factorization import factorize  # noqa: E402
-from pftrack.structure.first_window import from_window  # noqa: E402
-from pftrack.structure.tracks import Tracks, check_view  # noqa: E402
+from pftrack.vision.geometry.face_model import mean_model  # noqa: E402
+from pftrack.vision.structure import growing, online_variational, recursive, variational  # noqa: E402
+from pftrack.vision.structure.alignment import shape_error  # noqa: E402
+from pftrack.vision.structure.cameras import fit_camera  # noqa: E402
+from pftrack.vision.structure.factorization import factorize  # noqa: E402
+from pftrack.vision.structure.first_window import from_window  # noqa: E402
+from pftrack.vision.structure.tracks import Tracks, check_view  # noqa: E402
 
 WINDOW = 90
 HIDDEN_VARIANCE = 100.0

@@ -14,9 +14,9 @@ from collections.abc import Callable, Sequence  # noqa: E402
 from time import process_time  # noqa: E402
 from typing import TypeVar  # noqa: E402
 
-from pftrack.counterfactuals import Report, what_if  # noqa: E402
+from pftrack.analysis.counterfactuals import Report, what_if  # noqa: E402
+from pftrack.analysis.fitting import fit  # noqa: E402
 from pftrack.experiments import find  # noqa: E402
-from pftrack.fitting import fit  # noqa: E402
 from pftrack.runs.run import Change, Run  # noqa: E402
 
 T = TypeVar("T")

@@ -1,7 +1,7 @@
 """pftrack: interactive tracking experiments with particle filters.
 
 Data flows one way, `Source -> Tracker -> Run -> Drawing`, and parameters flow the other way through one door
-(`pftrack.model.parameters.revise`). The library knows nothing of the web; the server is another package.
+(`pftrack.core.model.parameters.revise`). The library knows nothing of the web; the server is another package.
 
     >>> import pftrack
     >>> run = pftrack.run("ball", seed=3)
@@ -15,18 +15,18 @@ They are imported when they are first asked for, so that `import pftrack` costs 
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from pftrack.numerics import machine
-from pftrack.version import __version__
+from pftrack.core.numerics import machine
+from pftrack.core.version import __version__
 
 if TYPE_CHECKING:
+    from pftrack.analysis.fitting import fit
     from pftrack.api import compare, load, record, run
-    from pftrack.comparison import Comparison
-    from pftrack.experiment import Experiment
-    from pftrack.exports.viewers import show
-    from pftrack.filter_files.sliders import slider
-    from pftrack.fitting import fit
-    from pftrack.model.recipe import Recipe
-    from pftrack.numerics.compiled import compiled
+    from pftrack.core.model.recipe import Recipe
+    from pftrack.core.numerics.compiled import compiled
+    from pftrack.experiments.experiment import Experiment
+    from pftrack.experiments.own.sliders import slider
+    from pftrack.output.exports.viewers import show
+    from pftrack.runs.comparison import Comparison
     from pftrack.runs.run import Run
 
 __all__ = [
@@ -46,18 +46,18 @@ __all__ = [
 ]
 
 _HOMES = {
-    "Comparison": "pftrack.comparison",
-    "Experiment": "pftrack.experiment",
-    "Recipe": "pftrack.model.recipe",
+    "Comparison": "pftrack.runs.comparison",
+    "Experiment": "pftrack.experiments.experiment",
+    "Recipe": "pftrack.core.model.recipe",
     "Run": "pftrack.runs.run",
     "compare": "pftrack.api",
-    "compiled": "pftrack.numerics.compiled",
-    "fit": "pftrack.fitting",
+    "compiled": "pftrack.core.numerics.compiled",
+    "fit": "pftrack.analysis.fitting",
     "load": "pftrack.api",
     "record": "pftrack.api",
     "run": "pftrack.api",
-    "show": "pftrack.exports.viewers",
-    "slider": "pftrack.filter_files.sliders",
+    "show": "pftrack.output.exports.viewers",
+    "slider": "pftrack.experiments.own.sliders",
 }
 """Where each name that is offered here comes from."""
 

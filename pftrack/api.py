@@ -5,7 +5,7 @@
     >>> run.export("ball.parquet")
 
 All that they do can be done step by step with what they call: experiments (`pftrack.experiments`), recipes and records
-(`pftrack.runs`), comparisons (`pftrack.comparison`) and viewers (`pftrack.exports.viewers`).
+(`pftrack.runs`), comparisons (`pftrack.runs.comparison`) and viewers (`pftrack.output.exports.viewers`).
 """
 
 import json
@@ -14,15 +14,15 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
-from pftrack.comparison import Comparison
-from pftrack.experiment import Experiment, Preset
+from pftrack.core.model.parameters import ParameterError, Value
+from pftrack.core.model.recipe import Footage, Recipe
+from pftrack.core.model.sequence import FrameSequence
 from pftrack.experiments import find, find_for
-from pftrack.exports.watching import Watcher
-from pftrack.filter_files import experiment_of, name_of, trust_filters
-from pftrack.model.parameters import ParameterError, Value
-from pftrack.model.recipe import Footage, Recipe
-from pftrack.model.sequence import FrameSequence
+from pftrack.experiments.experiment import Experiment, Preset
+from pftrack.experiments.own import experiment_of, name_of, trust_filters
+from pftrack.output.exports.watching import Watcher
 from pftrack.runs import record as records
+from pftrack.runs.comparison import Comparison
 from pftrack.runs.record import OpenSequence
 from pftrack.runs.run import Change, Run
 from pftrack.sources.beliefs.recorder import Recorder, Sources

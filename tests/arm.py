@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.numerics.random import Purpose, Stream
-from pftrack.rendering.film import FilmWriter
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.vision.rendering.film import FilmWriter
 
 __all__ = ["FRAMES", "SIZE", "film", "joints"]
 

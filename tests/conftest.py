@@ -124,8 +124,8 @@ def one_first() -> Iterator[None]:
 @pytest.fixture(scope="session")
 def compiled() -> None:
     """Compile once what servers would compile for themselves; of several processes one does while the others wait."""
+    from pftrack.doctor.warming import Warming, ready
     from pftrack.experiments import EXPERIMENTS
-    from pftrack.warming import Warming, ready
 
     with one_at_a_time():
         failed = Warming(EXPERIMENTS.own.keys() - ready(EXPERIMENTS.own), low_priority=False).wait().failed

@@ -15,9 +15,9 @@ from typing import Any
 
 from pftrack.cli import app as cli
 from pftrack.cli import output
-from pftrack.experiment import INTERFACE
+from pftrack.core.model.recipe import Recipe
 from pftrack.experiments import EXPERIMENTS
-from pftrack.model.recipe import Recipe
+from pftrack.experiments.experiment import INTERFACE
 from pftrack.runs.run import Run
 from pftrack.runs.table import columns_in
 from tools.site import command_line

@@ -23,9 +23,9 @@ if __name__ == "__main__" and "COMPILE_FOR" in os.environ:
 
 import numpy as np
 
-from pftrack.experiment import Experiment
+from pftrack.core.model.parameters import Value, declarations
 from pftrack.experiments import EXPERIMENTS
-from pftrack.model.parameters import Value, declarations
+from pftrack.experiments.experiment import Experiment
 from pftrack.runs.run import Change, Run
 
 FRAMES, SEED = 12, 3

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from numpy._core._multiarray_umath import __cpu_dispatch__
 
+from pftrack.core.numerics import machine
 from pftrack.experiments import EXPERIMENTS
-from pftrack.numerics import machine
 from tests import same_bits
 
 ROOT = Path(__file__).parents[1]
@@ -118,7 +118,7 @@ def interpreted(tree: ast.AST) -> Iterator[ast.AST]:
 
 
 def test_states_use_nothing_that_differs_by_processor() -> None:
-    """What computes uses `matrices` and `elementary` of `pftrack.numerics`, no BLAS and no transcendental NumPy."""
+    """States use `matrices` and `elementary` of `pftrack.core.numerics`, no BLAS and no transcendental NumPy."""
     found = [f"{path.relative_to(ROOT)}:{line} {what}" for path in computing() for line, what in differing(path)]
     assert found == []
 
@@ -129,7 +129,7 @@ def differing(path: Path) -> Iterator[tuple[int, str]]:
     tree, lines = ast.parse(text), text.splitlines()
     for node in ast.walk(tree):
         if isinstance(getattr(node, "op", None), ast.MatMult):
-            yield node.lineno, "has @; use pftrack.numerics.matrices.product"  # type: ignore[attr-defined]
+            yield node.lineno, "has @; use pftrack.core.numerics.matrices.product"  # type: ignore[attr-defined]
     for node in interpreted(tree):
         if isinstance(node, ast.Attribute) and is_name(node.value, "np") and node.attr in BY_PROCESSOR:
             if (name, node.attr) not in REPORTS and node.attr != "linalg":

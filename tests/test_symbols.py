@@ -4,9 +4,9 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
 
+from pftrack.core.model.glossary import GLOSSARY
 from pftrack.experiments import EXPERIMENTS
-from pftrack.lessons import LESSONS
-from pftrack.model.glossary import GLOSSARY
+from pftrack.teaching.lessons import LESSONS
 
 FORMULA_OR_CODE = re.compile(r"\$+[^$]+\$+|`[^`]+`")
 SUBSCRIPT = re.compile(r"(?<![^\W\d_])[^\W\d_]_[{\w]")

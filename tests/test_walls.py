@@ -2,43 +2,34 @@
 
 import ast
 import re
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from pftrack.core.model.parameters import declarations
 from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.ball.experiment import RecordedBallParameters
 from pftrack.experiments.head.recording import RecordedHeadParameters
 from pftrack.experiments.histogram.experiment import RecordedHistogramParameters
 from pftrack.experiments.linkage.recording import RecordedLinkageParameters
-from pftrack.model.parameters import declarations
 
 ROOT = Path(__file__).parents[1]
 
 HOMES = {
-    "pftrack/experiments/": "the experiments themselves",
-    "pftrack/lessons/course/": "lessons that show where in an experiment their idea is used",
-    "pftrack/trackers/": "a package for each family of trackers",
+    "pftrack/experiments/": "the experiments themselves, a folder each",
+    "pftrack/teaching/lessons/course/": "lessons that show where in an experiment their idea is used",
     "pftrack/reproduce/": "the published results of single experiments",
-    "pftrack/sources/fish/": "a scene",
     "pftrack/sources/beliefs/": "a scene, and recordings of beliefs",
-    "pftrack/sources/corners/": "a scene",
-    "pftrack/sources/hand/": "a scene",
-    "pftrack/sources/head/": "a scene",
-    "pftrack/sources/linkage/": "a scene",
-    "pftrack/sources/ball.py": "a scene",
-    "pftrack/sources/lawn.py": "a scene",
-    "pftrack/sources/overlay.py": "what is painted over a scene or a recording",
     "pftrack/sources/recording.py": "a recording with that painted over it",
+    "pftrack/sources/overlay.py": "what is painted over a scene or a recording",
     "pftrack/sources/prism.py": "a scene",
-    "pftrack/sources/signal.py": "a scene",
     "pftrack/sources/tracks/": "tracks of scenes, and of files",
-    "pftrack/sources/trajectories/": "a scene, and tracks of files",
-    "pftrack/structure/": "mathematics in its own terms, and tracks of scenes",
-    "pftrack/detection/": "finding faces and hands",
-    "pftrack/geometry/": "the face's model, beside mathematics in its own terms",
-    "pftrack/learning/": "mathematics in its own terms, after which parameters are named",
+    "pftrack/vision/structure/": "mathematics in its own terms, and tracks of scenes",
+    "pftrack/vision/detection/": "finding faces",
+    "pftrack/vision/geometry/": "the model of a face",
+    "pftrack/filters/learning/": "mathematics in its own terms, after which parameters are named",
 }
 """Rooms in which names and words of an experiment may stand, and why."""
 
@@ -50,22 +41,22 @@ HOMONYMS = {
 """Names of parameters that are names of something general as well."""
 
 PLACES = {
-    ("pftrack/counterfactuals/alternatives.py", "resampling"): "a role of parameters",
-    ("pftrack/counterfactuals/alternatives.py", "sharpness"): "a role of parameters",
-    ("pftrack/fitting/halves.py", "sharpness"): "a role of parameters",
-    ("pftrack/fitting/trials.py", "sharpness"): "a role of parameters",
-    ("pftrack/model/glossary.py", "resampling"): "a word of the field",
-    ("pftrack/model/parameters.py", "resampling"): "a role of parameters",
-    ("pftrack/model/parameters.py", "sharpness"): "a role of parameters",
-    ("pftrack/model/marks/body.py", "head"): "the front end of a body",
-    ("pftrack/likelihoods/__init__.py", "histogram"): "a likelihood, by the field's name for it",
-    ("pftrack/lessons/figure.py", "histogram"): "a kind of trace, by the field's name for it",
-    ("pftrack/lessons/registry.py", "resampling"): "the id of a lesson",
-    ("pftrack/lessons/traces.py", "histogram"): "the same kind of trace",
-    ("pftrack/model/measures.py", "face"): "the title of a publication",
-    ("pftrack/model/faults.py", "faces"): "the triangles of a mesh",
-    ("pftrack/model_files/surface.py", "face"): "the triangles of a mesh, in PLY",
-    ("pftrack/model_files/surface.py", "faces"): "the triangles of a mesh",
+    ("pftrack/analysis/counterfactuals/alternatives.py", "resampling"): "a role of parameters",
+    ("pftrack/analysis/counterfactuals/alternatives.py", "sharpness"): "a role of parameters",
+    ("pftrack/analysis/fitting/halves.py", "sharpness"): "a role of parameters",
+    ("pftrack/analysis/fitting/trials.py", "sharpness"): "a role of parameters",
+    ("pftrack/core/model/glossary.py", "resampling"): "a word of the field",
+    ("pftrack/core/model/parameters.py", "resampling"): "a role of parameters",
+    ("pftrack/core/model/parameters.py", "sharpness"): "a role of parameters",
+    ("pftrack/core/model/marks/body.py", "head"): "the front end of a body",
+    ("pftrack/vision/likelihoods/__init__.py", "histogram"): "a likelihood, by the field's name for it",
+    ("pftrack/teaching/lessons/figure.py", "histogram"): "a kind of trace, by the field's name for it",
+    ("pftrack/teaching/lessons/registry.py", "resampling"): "the id of a lesson",
+    ("pftrack/teaching/lessons/traces.py", "histogram"): "the same kind of trace",
+    ("pftrack/core/model/measures.py", "face"): "the title of a publication",
+    ("pftrack/core/model/faults.py", "faces"): "the triangles of a mesh",
+    ("pftrack/vision/model_files/surface.py", "face"): "the triangles of a mesh, in PLY",
+    ("pftrack/vision/model_files/surface.py", "faces"): "the triangles of a mesh",
     ("server/pftrack_server/viewer/standalone/packing.py", "faces"): "what viser calls the triangles of a mesh",
     ("server/pftrack_server/store/migrations/__init__.py", "head"): "Alembic's word for the newest migration",
     ("server/pftrack_server/store/migrations/versions/0001_first.py", "head"): "a column of databases that exist",
@@ -134,6 +125,16 @@ def test_exceptions_are_needed() -> None:
     known = {declaration.name for model in MODELS for declaration in declarations(model)}
     assert HOMONYMS.keys() <= known
     assert [place for place in PLACES if place[1] not in python_leaks(ROOT / place[0])] == []
+
+
+def test_each_family_is_behind_the_registry() -> None:
+    """The contract that guards the folders of families names all of them."""
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
+    guarded = next(
+        contract for contract in contracts if contract["name"] == "The registry alone leads to an experiment"
+    )
+    folders = {path.parent.name for path in (ROOT / "pftrack" / "experiments").glob("*/__init__.py")}
+    assert {name.rpartition(".")[2] for name in guarded["protected_modules"]} == folders - {"own", "shared"}
 
 
 def test_a_leak_is_found(tmp_path: Path) -> None:

@@ -3,8 +3,8 @@
 The documentation is put into both, if it has been built (`make docs`): the server offers it under *Help*.
 
 With `PFTRACK_PRECOMPILED` naming a folder that `python -m tools.precompile` has filled, the wheel holds it, and fits
-this version of Python on x86-64 with the C library on which compiled code calls (`pftrack.numerics.machine`). Where it
-fits, pip prefers it to the one for any machine.
+this version of Python on x86-64 with the C library on which compiled code calls (`pftrack.core.numerics.machine`).
+Where it fits, pip prefers it to the one for any machine.
 """
 
 import os

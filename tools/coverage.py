@@ -15,9 +15,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pftrack.experiment import Experiment
+from pftrack.core.model.band import ALL, HALF, MOST
 from pftrack.experiments import EXPERIMENTS
-from pftrack.model.band import ALL, HALF, MOST
+from pftrack.experiments.experiment import Experiment
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.coverage import Counts, Coverage, count_held, measured_run, pool_counts
 from pftrack.testing.coverage import SEEDS, declared_of

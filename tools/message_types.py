@@ -13,7 +13,7 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaMode, models_json_schema
 
-from pftrack.lessons.figure import Figure
+from pftrack.teaching.lessons.figure import Figure
 from pftrack_server import schemas
 from pftrack_server.stream.duplex import GONE
 
@@ -55,7 +55,7 @@ def _figures() -> str:
     panel = Figure.model_json_schema(mode="serialization")["$defs"]["Panel"]
     kinds = _type(panel["properties"]["traces"]["items"], {f"#/$defs/{name}": name for name in names})
     union = f"/** What is drawn in a panel. */\nexport type Trace = {kinds};\n"
-    return HEAD.format("pftrack/lessons/figure.py") + "\n" + "\n".join([*texts, union])
+    return HEAD.format("pftrack/teaching/lessons/figure.py") + "\n" + "\n".join([*texts, union])
 
 
 def _interfaces(models: list[tuple[type[BaseModel], JsonSchemaMode]]) -> tuple[list[str], set[str]]:

@@ -7,14 +7,14 @@ maps. A test fails when the files are older than the palette.
 import json
 from pathlib import Path
 
-from pftrack.model.palette import COLOURS, DIVERGING, VERDICTS, VIRIDIS, Themed, hexadecimal
+from pftrack.core.model.palette import COLOURS, DIVERGING, VERDICTS, VIRIDIS, Themed, hexadecimal
 
 __all__ = ["files"]
 
 FOLDER = Path(__file__).parents[1] / "frontend_static" / "shared"
 THEMED = "truth"
 MEANINGS = tuple(name for name in COLOURS if name != THEMED)
-NOTE = "Generated from pftrack/model/palette.py by `python -m tools.page_palette`; changes here are lost."
+NOTE = "Generated from pftrack/core/model/palette.py by `python -m tools.page_palette`; changes here are lost."
 
 
 def files() -> dict[Path, str]:

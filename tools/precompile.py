@@ -1,8 +1,8 @@
 """Compile all that is compiled, for a release to bring along.
 
 `python -m tools.precompile FOLDER` fills a folder with what this machine's Python, Numba and llvmlite make of the
-package, as `pftrack.numerics.compiled` looks for it, and with the memory of which experiments it serves. A wheel that
-is built with `PFTRACK_PRECOMPILED=FOLDER` holds it (`tools/build_hook.py`).
+package, as `pftrack.core.numerics.compiled` looks for it, and with the memory of which experiments it serves. A wheel
+that is built with `PFTRACK_PRECOMPILED=FOLDER` holds it (`tools/build_hook.py`).
 """
 
 import os
@@ -30,8 +30,8 @@ def compile_all(destination: str) -> None:
     Raises:
         RuntimeError: An experiment does not run, or what was compiled is not found.
     """
+    from pftrack.doctor.warming import Warming  # noqa: PLC0415
     from pftrack.experiments import EXPERIMENTS  # noqa: PLC0415 - they read the environment when they are loaded
-    from pftrack.warming import Warming  # noqa: PLC0415
 
     done = Warming(EXPERIMENTS.own, low_priority=False).wait()
     if done.failed:
@@ -50,10 +50,10 @@ def collect(destination: Path) -> int:
     Returns:
         Of how many functions something was kept.
     """
+    from pftrack.core.numerics.compiled import FUNCTIONS, precompiled_folder  # noqa: PLC0415
+    from pftrack.core.numerics.machine import PACKAGE, PRECOMPILED  # noqa: PLC0415
+    from pftrack.doctor.warming.memory import memory_folder  # noqa: PLC0415
     from pftrack.experiments import EXPERIMENTS  # noqa: PLC0415
-    from pftrack.numerics.compiled import FUNCTIONS, precompiled_folder  # noqa: PLC0415
-    from pftrack.numerics.machine import PACKAGE, PRECOMPILED  # noqa: PLC0415
-    from pftrack.warming.memory import memory_folder  # noqa: PLC0415
 
     dict(EXPERIMENTS)  # imports them, and with them what they call
     shutil.rmtree(destination, ignore_errors=True)

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from textwrap import fill
 
-from pftrack.model.cause import CAUSES
+from pftrack.core.model.cause import CAUSES
 from pftrack.reproduce import RESULTS, Entry, Finding, is_older, read_record
 from pftrack.reproduce.diagnosis.confusion import CELL, UNAIDED_CELL
 from pftrack.reproduce.finding import not_run

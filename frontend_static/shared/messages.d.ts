@@ -631,7 +631,7 @@ export interface FailureRun {
 
 /** What a lesson comes to at some parameters. */
 export interface FigurePublic {
-  /** As `pftrack.lessons.Figure` has it */
+  /** As `pftrack.teaching.lessons.Figure` has it */
   figure: Record<string, unknown>;
   numbers: NumberPublic[];
   /** In force */

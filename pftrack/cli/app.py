@@ -39,8 +39,8 @@ from pftrack.cli import (
     explain as explanations,
 )
 from pftrack.cli.output import FAILED, CommandError, emit, explain, wrong_use
-from pftrack.entry_points import find
-from pftrack.version import __version__
+from pftrack.core.entry_points import find
+from pftrack.core.version import __version__
 
 __all__ = ["app", "main"]
 

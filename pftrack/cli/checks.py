@@ -9,7 +9,7 @@ import typer
 from pftrack.cli.jobs import Jobs, read_jobs
 from pftrack.cli.listing import Json
 from pftrack.cli.output import FAILED, CommandError, emit, note, progress, suffix_of, table, whole, wrong_use
-from pftrack.version import __version__
+from pftrack.core.version import __version__
 
 __all__ = ["register"]
 
@@ -107,7 +107,7 @@ def doctor(
     json: Json = False,
 ) -> None:
     """Check that this machine has all that pftrack needs."""
-    from pftrack.doctor import examine
+    from pftrack.doctor.checks import examine
 
     checks = examine(port=whole("--port", port, 1, 65_535), data_dir=data_dir, warm=warm)
     if json:

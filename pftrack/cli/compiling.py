@@ -14,8 +14,8 @@ EVERY_S = 3.0
 @contextmanager
 def compiling() -> Iterator[None]:
     """Say on standard error that functions are compiled and how many; nothing if none is."""
-    from pftrack.numerics.compiled import FUNCTIONS
-    from pftrack.warming.watch import watch
+    from pftrack.core.numerics.compiled import FUNCTIONS
+    from pftrack.doctor.warming.watch import watch
 
     begin = time.monotonic()
     done: list[str] = []

@@ -12,7 +12,7 @@ from pftrack.cli.output import CommandError, emit, note, progress, table, whole,
 from pftrack.cli.values import values_of
 
 if TYPE_CHECKING:
-    from pftrack.evaluation import Score
+    from pftrack.analysis.evaluation import Score
 
 __all__ = ["register"]
 
@@ -51,7 +51,7 @@ def otb(
 
     The pictures are yours to bring: https://github.com/jwlim/tracker_benchmark says where they are.
     """
-    from pftrack.evaluation import (
+    from pftrack.analysis.evaluation import (
         PUBLISHED_SOURCE,
         BenchmarkError,
         evaluate_sequence,

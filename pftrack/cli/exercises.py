@@ -12,7 +12,7 @@ from pftrack.cli.listing import Json
 from pftrack.cli.output import FAILED, CommandError, emit, note, progress, suffix_of, table, whole, wrong_use
 
 if TYPE_CHECKING:
-    from pftrack.exercises import Exercise, Report
+    from pftrack.teaching.exercises import Exercise, Report
 
 __all__ = ["register"]
 
@@ -52,7 +52,7 @@ def start(
     folder: Folder = None,
 ) -> None:
     """Print what is asked, and write the file to begin with; one that is there is left alone."""
-    from pftrack.filter_files import name_of
+    from pftrack.experiments.own import name_of
 
     found = _exercise(exercise, _exercises(folder))
     values = ", ".join(f"{name} = {value}" for name, value in found.values.items())
@@ -88,11 +88,11 @@ def check(
 
     With --json the report has the form of Gradescope's results.json.
     """
-    from pftrack.exercises import check as check_file
-    from pftrack.exercises import exercise_named_in
-    from pftrack.exercises.reports import results
-    from pftrack.filter_files import name_of
-    from pftrack.numerics.random import LARGEST_SEED
+    from pftrack.core.numerics.random import LARGEST_SEED
+    from pftrack.experiments.own import name_of
+    from pftrack.teaching.exercises import check as check_file
+    from pftrack.teaching.exercises import exercise_named_in
+    from pftrack.teaching.exercises.reports import results
 
     first = whole("--seed", seed, 0, LARGEST_SEED - 10_000)
     exercises = _exercises(folder)
@@ -140,13 +140,13 @@ def grade(
     """Check all submissions in a folder, each in a confined process without a network, and print a table of points."""
     from dataclasses import replace
 
-    from pftrack.exercises import grade as grade_files
-    from pftrack.exercises.grading import BUDGET, submissions_in
-    from pftrack.exercises.reports import table_of
-    from pftrack.files import write_whole
-    from pftrack.numerics.random import LARGEST_SEED
+    from pftrack.core.files import write_whole
+    from pftrack.core.numerics.random import LARGEST_SEED
+    from pftrack.core.spreadsheet import csv_text
     from pftrack.process import MEBIBYTE
-    from pftrack.spreadsheet import csv_text
+    from pftrack.teaching.exercises import grade as grade_files
+    from pftrack.teaching.exercises.grading import BUDGET, submissions_in
+    from pftrack.teaching.exercises.reports import table_of
 
     first = whole("--seed", seed, 0, LARGEST_SEED - 10_000)
     allowed = float(whole("--seconds", seconds, 1, 86_400))
@@ -196,7 +196,7 @@ def _tell(report: "Report") -> None:
 
 def _exercises(folder: Path | None) -> "Mapping[str, Exercise]":
     """Return all exercises; what is wrong with files is told, and the others stay."""
-    from pftrack.exercises import read_exercises
+    from pftrack.teaching.exercises import read_exercises
 
     if folder is not None and not folder.is_dir():
         raise wrong_use(f"--exercises expected a folder, got {folder}")

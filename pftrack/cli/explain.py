@@ -37,8 +37,8 @@ def explain(
     ] = None,
 ) -> None:
     """Say why the target of a run was lost, since when, what shows it, and what would have saved it."""
+    from pftrack.analysis.explanation import explain as explain_run
     from pftrack.api import load
-    from pftrack.explanation import explain as explain_run
 
     if html is not None and html.suffix.lower() != ".html":
         raise wrong_use(f"--html must name a file that ends in .html, got {html.name}")

@@ -12,8 +12,8 @@ from pftrack.cli.listing import Json
 from pftrack.cli.output import CommandError, emit, note, progress, table, wrong_use
 
 if TYPE_CHECKING:
-    from pftrack.experiment import Experiment
-    from pftrack.exports.formats import RunExport
+    from pftrack.experiments.experiment import Experiment
+    from pftrack.output.exports.formats import RunExport
     from pftrack.runs.record import Saved
     from pftrack.runs.run import Run
 
@@ -83,7 +83,7 @@ def _say(files: list[Path], details: dict[str, int], *, json: bool) -> None:
 
 def _sweep(file: Path, places: list[Path], plot: str | None) -> list[Path]:
     """Write files of the result of a sweep and return them."""
-    from pftrack.model.export import ExportError
+    from pftrack.core.model.export import ExportError
     from pftrack.sweep import read_result
     from pftrack.sweep.report import export_result
 
@@ -117,8 +117,8 @@ def wanted_exports(
     """Return what is to be written where, by the suffixes of the files; refused before anything is computed."""
     if not places:
         return []
-    from pftrack.exports.formats import check_plot, export_at
-    from pftrack.model.export import ExportError
+    from pftrack.core.model.export import ExportError
+    from pftrack.output.exports.formats import check_plot, export_at
 
     try:
         wanted = [(export_at(experiment, place), place) for place in places]
@@ -134,7 +134,7 @@ def write_exports(exports: "list[tuple[RunExport, Path]]", run: "Run", plot: str
     """Write files of a run and return them; one that cannot be written leaves what was there."""
     if not exports:
         return []
-    from pftrack.exports.formats import exporting, files_of
+    from pftrack.output.exports.formats import exporting, files_of
 
     written: list[Path] = []
     for kind, place in exports:

@@ -11,7 +11,7 @@ from pftrack.cli.listing import Json
 from pftrack.cli.output import emit, note, suffix_of, table, whole, wrong_use
 
 if TYPE_CHECKING:
-    from pftrack.failures import Entry, FailureRun, Measured
+    from pftrack.analysis.failures import Entry, FailureRun, Measured
 
 __all__ = ["register"]
 
@@ -28,9 +28,9 @@ def register(app: typer.Typer) -> None:
 @group.command("list")
 def list_(json: Json = False) -> None:
     """List the failures, by their numbers."""
+    from pftrack.analysis.failures import gallery
+    from pftrack.core.model.failure import KINDS
     from pftrack.experiments import EXPERIMENTS
-    from pftrack.failures import gallery
-    from pftrack.model.failure import KINDS
 
     entries = gallery(EXPERIMENTS)
     if json:
@@ -50,9 +50,9 @@ def run(
     json: Json = False,
 ) -> None:
     """Compute the run of a failure, or the cured one, and say what is measured in it."""
-    from pftrack.failures import measure, run_failure
-    from pftrack.model.series import to_json
-    from pftrack.numerics.random import LARGEST_SEED
+    from pftrack.analysis.failures import measure, run_failure
+    from pftrack.core.model.series import to_json
+    from pftrack.core.numerics.random import LARGEST_SEED
 
     found = _entry(failure)
     chosen = None if seed is None else whole("--seed", seed, 0, LARGEST_SEED)
@@ -91,10 +91,10 @@ def figure(
     out: Annotated[Path, typer.Option(metavar="FILE", help="A picture, .png, .svg or .pdf.")],
 ) -> None:
     """Draw the errors of the run that fails and of the cured one, in one column of a journal's page."""
-    from pftrack.failures import run_failure
-    from pftrack.figures.failure import draw_failure
-    from pftrack.figures.picture import SUFFIXES, encode_as
-    from pftrack.files import write_whole
+    from pftrack.analysis.failures import run_failure
+    from pftrack.core.files import write_whole
+    from pftrack.output.figures.failure import draw_failure
+    from pftrack.output.figures.picture import SUFFIXES, encode_as
 
     found = _entry(failure)
     suffix = suffix_of(out, tuple(SUFFIXES))
@@ -107,8 +107,8 @@ def figure(
 
 
 def _entry(name: str) -> "Entry":
+    from pftrack.analysis.failures import entry
     from pftrack.experiments import EXPERIMENTS
-    from pftrack.failures import entry
 
     try:
         return entry(EXPERIMENTS, name)

@@ -11,7 +11,7 @@ from pftrack.cli.listing import Json
 from pftrack.cli.output import emit, note, progress, suffix_of, table
 
 if TYPE_CHECKING:
-    from pftrack.fitting import Fit, Score
+    from pftrack.analysis.fitting import Fit, Score
 
 __all__ = ["register"]
 
@@ -35,9 +35,9 @@ def fit(
     json: Json = False,
 ) -> None:
     """Fit numbers of a run's tracker to its first half, and judge them by its second."""
+    from pftrack.analysis.fitting import fit as fit_numbers
     from pftrack.api import load, run
-    from pftrack.fitting import fit as fit_numbers
-    from pftrack.model.timeline import Change
+    from pftrack.core.model.timeline import Change
 
     if out is not None:
         suffix_of(out, (".pft",))

@@ -12,9 +12,9 @@ import typer
 from pftrack.cli.output import CommandError, note, wrong_use
 
 if TYPE_CHECKING:
-    from pftrack.experiment import Experiment, Setup
-    from pftrack.model.recipe import Footage, Recipe
-    from pftrack.model.sequence import FrameSequence, Kind
+    from pftrack.core.model.recipe import Footage, Recipe
+    from pftrack.core.model.sequence import FrameSequence, Kind
+    from pftrack.experiments.experiment import Experiment, Setup
     from pftrack.runs.record import OpenSequence
     from pftrack.sweep import Recording
 
@@ -112,7 +112,7 @@ def open_setup(
         said: What the options say, which goes before.
         folder: Of the file, from which the path of its recording is seen.
     """
-    from pftrack.model.recipe import Footage
+    from pftrack.core.model.recipe import Footage
     from pftrack.runs.record import wire
 
     if said.video is None and recipe.footage is None:
@@ -173,7 +173,7 @@ def swept_recording(experiment: "Experiment", said: FootageOptions, out: Path | 
         said: What the options say.
         out: Where the result goes, from which the recording is found again.
     """
-    from pftrack.model.recipe import Recipe
+    from pftrack.core.model.recipe import Recipe
     from pftrack.sweep import Recording
 
     with ExitStack() as stack:
@@ -244,7 +244,7 @@ def _demand_mark(experiment: "Experiment", said: FootageOptions, footage: "Foota
 
 
 def _mark(experiment: "Experiment", said: FootageOptions) -> dict[str, Any]:
-    from pftrack.model.parameters import ParameterError
+    from pftrack.core.model.parameters import ParameterError
 
     if len(said.marks) > 1:
         given = " and ".join(option for option, _, _ in said.marks)

@@ -14,9 +14,9 @@ from pftrack.cli.sweep import plan_of
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from pftrack.experiment import Experiment
-    from pftrack.learning.diffusion import Learned
-    from pftrack.learning.guidance import Guidance
+    from pftrack.experiments.experiment import Experiment
+    from pftrack.filters.learning.diffusion import Learned
+    from pftrack.filters.learning.guidance import Guidance
     from pftrack.sweep import Plan
 
 __all__ = ["guidance_of", "register"]
@@ -58,7 +58,7 @@ def learn(
     """
     import numpy as np
 
-    from pftrack.files import write_whole
+    from pftrack.core.files import write_whole
     from pftrack.sweep import SweepError
 
     if out.is_dir() or not out.absolute().parent.is_dir():

@@ -13,8 +13,8 @@ from pftrack.cli.output import FAILED, emit, note, progress, suffix_of, table, w
 from pftrack.cli.values import assign, value_of
 
 if TYPE_CHECKING:
-    from pftrack.lessons import Demonstration, Lesson, Number, Shown
-    from pftrack.model.parameters import Parameters
+    from pftrack.core.model.parameters import Parameters
+    from pftrack.teaching.lessons import Demonstration, Lesson, Number, Shown
 
 __all__ = ["register"]
 
@@ -96,10 +96,10 @@ def figure(
     json: Json = False,
 ) -> None:
     """Draw the figure of a lesson, and print its numbers."""
-    from pftrack.figures.picture import SUFFIXES
-    from pftrack.files import write_whole
-    from pftrack.lessons.plotting import encode
-    from pftrack.model.parameters import flat
+    from pftrack.core.files import write_whole
+    from pftrack.core.model.parameters import flat
+    from pftrack.output.figures.picture import SUFFIXES
+    from pftrack.teaching.lessons.plotting import encode
 
     found = _lesson(lesson, _lessons(folder))
     body = _demonstration(found)
@@ -130,9 +130,9 @@ def export(
     folder: Folder = None,
 ) -> None:
     """Write a lesson as a Jupyter notebook, which computes the same numbers."""
-    from pftrack.files import write_whole
-    from pftrack.lessons import Scenario
-    from pftrack.lessons.notebook import demonstration_notebook, lesson_notebook
+    from pftrack.core.files import write_whole
+    from pftrack.teaching.lessons import Scenario
+    from pftrack.teaching.lessons.notebook import demonstration_notebook, lesson_notebook
 
     found = _lesson(lesson, _lessons(folder))
     suffix_of(notebook, (".ipynb",))
@@ -149,7 +149,7 @@ def export(
 
 def _lessons(folder: Path | None) -> "Mapping[str, Lesson]":
     """Return all lessons; what is wrong with files of lecturers is told, and the others stay."""
-    from pftrack.lessons.lecturers import read_lessons
+    from pftrack.teaching.lessons.lecturers import read_lessons
 
     if folder is not None and not folder.is_dir():
         raise wrong_use(f"--lessons expected a folder, got {folder}")
@@ -160,7 +160,7 @@ def _lessons(folder: Path | None) -> "Mapping[str, Lesson]":
 
 
 def _lesson(name: str, known: "Mapping[str, Lesson]") -> "Lesson":
-    from pftrack.lessons import find
+    from pftrack.teaching.lessons import find
 
     try:
         return find(name, known)
@@ -169,7 +169,7 @@ def _lesson(name: str, known: "Mapping[str, Lesson]") -> "Lesson":
 
 
 def _demonstration(lesson: "Lesson") -> "Demonstration":
-    from pftrack.lessons import Demonstration
+    from pftrack.teaching.lessons import Demonstration
 
     if not isinstance(lesson.body, Demonstration):
         raise wrong_use(
@@ -180,7 +180,7 @@ def _demonstration(lesson: "Lesson") -> "Demonstration":
 
 
 def _values(body: "Demonstration", assignments: list[str] | None) -> "Parameters":
-    from pftrack.model.parameters import revise
+    from pftrack.core.model.parameters import revise
 
     model = type(body.parameters)
     given = dict(assign(assignment) for assignment in assignments or ())
@@ -188,7 +188,7 @@ def _values(body: "Demonstration", assignments: list[str] | None) -> "Parameters
 
 
 def _seed(body: "Demonstration", seed: str | None) -> int:
-    from pftrack.numerics.random import LARGEST_SEED
+    from pftrack.core.numerics.random import LARGEST_SEED
 
     return body.seed if seed is None else whole("--seed", seed, 0, LARGEST_SEED)
 

@@ -10,8 +10,8 @@ import typer
 from pftrack.cli.output import emit, note, table, wrong_use
 
 if TYPE_CHECKING:
-    from pftrack.experiment import Experiment, Preset
-    from pftrack.model.parameters import Declaration, Value
+    from pftrack.core.model.parameters import Declaration, Value
+    from pftrack.experiments.experiment import Experiment, Preset
 
 __all__ = ["PresetName", "find_experiment", "find_preset", "register"]
 
@@ -67,9 +67,9 @@ def show(
     experiment: Annotated[str, typer.Argument(help="An experiment's name, as `list` prints it.")], json: Json = False
 ) -> None:
     """Show an experiment with every parameter: unit, bounds, default, help."""
-    from pftrack.exports.formats import exports_of
-    from pftrack.model.calibration import TITLES
-    from pftrack.model.parameters import flat
+    from pftrack.core.model.calibration import TITLES
+    from pftrack.core.model.parameters import flat
+    from pftrack.output.exports.formats import exports_of
 
     found = find_experiment(experiment)
     parameters = found.simulate().parameters
@@ -139,7 +139,7 @@ def _sources(experiment: "Experiment") -> str:
 
 
 def _about(experiment: "Experiment") -> dict[str, object]:
-    from pftrack.exports.formats import exports_of
+    from pftrack.output.exports.formats import exports_of
 
     return {
         "id": experiment.id,

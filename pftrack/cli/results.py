@@ -15,7 +15,7 @@ from pftrack.cli.run import compute_run, print_summary
 from pftrack.cli.values import values_of
 
 if TYPE_CHECKING:
-    from pftrack.model.sequence import FrameSequence
+    from pftrack.core.model.sequence import FrameSequence
     from pftrack.sources.results.table import Form, ResultTable
 
 __all__ = ["register"]
@@ -52,9 +52,9 @@ def open_results(
     json: Json = False,
 ) -> None:
     """Look at what a loop of your own or any other tracker has computed: errors, overlap, identity switches."""
+    from pftrack.core.model.timeline import Change
     from pftrack.experiments import find_for
-    from pftrack.exports.viewers import show as show_run
-    from pftrack.model.timeline import Change
+    from pftrack.output.exports.viewers import show as show_run
     from pftrack.runs.run import Run
     from pftrack.sources.results.table import FORMS
 

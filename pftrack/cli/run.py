@@ -33,10 +33,10 @@ from pftrack.cli.output import FAILED, CommandError, emit, note, progress, table
 from pftrack.cli.values import text_of, values_of
 
 if TYPE_CHECKING:
-    from pftrack.experiment import Experiment, Preset, Setup
-    from pftrack.model.parameters import Value
-    from pftrack.model.recipe import Recipe
-    from pftrack.model.sequence import FrameSequence
+    from pftrack.core.model.parameters import Value
+    from pftrack.core.model.recipe import Recipe
+    from pftrack.core.model.sequence import FrameSequence
+    from pftrack.experiments.experiment import Experiment, Preset, Setup
     from pftrack.runs.run import Run
 
 __all__ = ["compute_run", "print_summary", "register"]
@@ -90,7 +90,7 @@ def run(
     json: Json = False,
 ) -> None:
     """Run an experiment, or the recipe of a run, and say how it went."""
-    from pftrack.numerics.random import LARGEST_SEED
+    from pftrack.core.numerics.random import LARGEST_SEED
     from pftrack.runs.record import save
     from pftrack.runs.run import LONGEST_RUN, Change, Run
 
@@ -140,7 +140,7 @@ def replay(
     json: Json = False,
 ) -> None:
     """Compute a saved run again and check that it gives the same numbers."""
-    from pftrack.filter_files import trust_filters
+    from pftrack.experiments.own import trust_filters
     from pftrack.runs.record import make, read_saved
     from pftrack.runs.reproduction import difference
 
@@ -175,7 +175,7 @@ def show_recipe(
 
 def _recipe(said: str) -> "tuple[Recipe, Path]":
     """Return the recipe of a file, or of an experiment alone, and the folder of the file."""
-    from pftrack.model.recipe import Recipe
+    from pftrack.core.model.recipe import Recipe
 
     path = Path(said)
     if path.suffix.lower() != ".json":
@@ -190,8 +190,8 @@ def _recipe(said: str) -> "tuple[Recipe, Path]":
 
 def _draw_mark(made: "Run") -> bytes:
     """Return a picture of the first frame with the mark on it."""
-    from pftrack.model.drawing import Drawing, Picture
-    from pftrack.rendering import png, render
+    from pftrack.core.model.drawing import Drawing, Picture
+    from pftrack.vision.rendering import png, render
 
     footage, image = made.setup.footage, made.current.frame.image_rgb
     if footage is None or image is None:
@@ -208,7 +208,7 @@ def _guidance_value(experiment: "Experiment", learned: Path | None) -> "dict[str
 
 def _preset_values(setup: "Setup", preset: "Preset") -> "Mapping[str, Value]":
     """Return a preset's values, if the source that it is used with has all these parameters."""
-    from pftrack.model.parameters import declarations
+    from pftrack.core.model.parameters import declarations
 
     known = {declaration.name for declaration in declarations(type(setup.parameters))}
     foreign = [name for name in preset.parameters if name not in known]
@@ -252,11 +252,11 @@ def _suitability(made: "Run", sequence: "FrameSequence | None") -> dict[str, Any
 
 def compute_run(run: "Run", video_out: Path | None, *, frames: int) -> dict[str, Any]:
     """Compute a run, and a film of it if one is wanted, and return how it went."""
-    from pftrack.model.faults import without_faults
-    from pftrack.rendering import render_beside
-    from pftrack.rendering.film import FilmWriter
+    from pftrack.core.model.faults import without_faults
     from pftrack.runs.loss_probability import measure_loss_probability
     from pftrack.runs.scoring import reductions
+    from pftrack.vision.rendering import render_beside
+    from pftrack.vision.rendering.film import FilmWriter
 
     with ExitStack() as stack:
         film = stack.enter_context(FilmWriter(video_out, run.source.frame_rate_hz)) if video_out else None
@@ -275,7 +275,7 @@ def compute_run(run: "Run", video_out: Path | None, *, frames: int) -> dict[str,
 
 def print_summary(summary: Mapping[str, object], run: "Run", *, json: bool) -> None:
     """Print how a run went; people are told of its parameters which ones differ from their defaults."""
-    from pftrack.model.parameters import flat
+    from pftrack.core.model.parameters import flat
 
     if json:
         emit(summary)

@@ -36,9 +36,9 @@ from pftrack.cli.output import CommandError, emit, note, table, whole, wrong_use
 from pftrack.cli.values import assign, value_of
 
 if TYPE_CHECKING:
-    from pftrack.experiment import Experiment, Preset
-    from pftrack.model.parameters import Value
-    from pftrack.model.sequence import Kind
+    from pftrack.core.model.parameters import Value
+    from pftrack.core.model.sequence import Kind
+    from pftrack.experiments.experiment import Experiment, Preset
     from pftrack.sweep import Plan, Progress, Recording, Result
 
 __all__ = ["plan_of", "register"]
@@ -191,7 +191,7 @@ def plan_of(
     Raises:
         SweepError: They make no sense together.
     """
-    from pftrack.numerics.random import LARGEST_SEED
+    from pftrack.core.numerics.random import LARGEST_SEED
     from pftrack.runs.run import LONGEST_RUN
     from pftrack.sweep import MOST_RUNS, Plan, parse_axis
 
@@ -222,7 +222,7 @@ def plan_of(
 
 
 def _values(experiment: "Experiment", assignments: list[str], kind: "Kind | None") -> "dict[str, Value]":
-    from pftrack.model.parameters import ParameterError
+    from pftrack.core.model.parameters import ParameterError
     from pftrack.sweep import SweepError
     from pftrack.sweep.axis import find_declaration
 
@@ -310,7 +310,7 @@ def _compute(
 
 
 def _print(result: "Result", seconds: float) -> None:
-    from pftrack.model.own_account import MEAN_LOSS_PROBABILITY
+    from pftrack.core.model.own_account import MEAN_LOSS_PROBABILITY
     from pftrack.sweep import cells
 
     rows = []

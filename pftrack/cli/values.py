@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pftrack.cli.output import CommandError, wrong_use
 
 if TYPE_CHECKING:
-    from pftrack.model.parameters import Parameters, Value
+    from pftrack.core.model.parameters import Parameters, Value
 
 __all__ = ["assign", "text_of", "value_of", "values_of"]
 
@@ -23,7 +23,7 @@ def assign(assignment: str) -> tuple[str, str]:
 
 def values_of(parameters: "Parameters", assignments: Sequence[str]) -> "dict[str, Value]":
     """Return the values that assignments NAME=VALUE give to parameters; an unknown name is wrong use."""
-    from pftrack.model.parameters import declarations
+    from pftrack.core.model.parameters import declarations
 
     model = type(parameters)
     known = [declaration.name for declaration in declarations(model)]
@@ -43,7 +43,7 @@ def value_of(model: "type[Parameters]", name: str, text: str) -> "Value":
     Raises:
         ParameterError: The name is unknown or the text is no value of its kind.
     """
-    from pftrack.model.parameters import declarations, parse
+    from pftrack.core.model.parameters import declarations, parse
 
     kinds = {declaration.name: declaration.kind for declaration in declarations(model)}
     if kinds.get(name) == "file" and text.startswith("@"):
@@ -53,7 +53,7 @@ def value_of(model: "type[Parameters]", name: str, text: str) -> "Value":
 
 def text_of(path: Path) -> str:
     """Return the text of a file that is to be the value of a parameter."""
-    from pftrack.model.parameters import LONGEST_FILE
+    from pftrack.core.model.parameters import LONGEST_FILE
 
     try:
         if path.stat().st_size > 4 * LONGEST_FILE:  # of which a character takes four bytes at most

@@ -16,10 +16,10 @@ else (command line, server, sweeps) finds an experiment through `find` or `EXPER
 - `trajectories`: points that are followed through outliers, each by itself (Ichimura and Ikoma).
 """
 
-from pftrack.experiment import Experiment, Preset, Setup, Step
+from pftrack.core.model.plot import Plot, Reading
+from pftrack.core.model.sequence import Kind
+from pftrack.experiments.experiment import Experiment, Preset, Setup, Step
 from pftrack.experiments.registry import NAME, Plugin, Registry
-from pftrack.model.plot import Plot, Reading
-from pftrack.model.sequence import Kind
 
 __all__ = [
     "EXPERIMENTS",

@@ -12,7 +12,7 @@ from functools import cached_property
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 
-from pftrack.experiment import INTERFACE, Experiment
+from pftrack.experiments.experiment import INTERFACE, Experiment
 
 __all__ = ["GROUP", "Plugin", "Registry"]
 
@@ -122,7 +122,9 @@ def _admit(entry: EntryPoint) -> Experiment | Plugin:
     except (Exception, SystemExit) as error:  # noqa: BLE001 - what a foreign import may raise is open
         return refuse(f"importing it raises {type(error).__name__}", " ".join(str(error).split()))
     if not isinstance(experiment, Experiment):
-        return refuse(f"{entry.value} must be a pftrack.experiment.Experiment, got {type(experiment).__name__}")
+        return refuse(
+            f"{entry.value} must be a pftrack.experiments.experiment.Experiment, got {type(experiment).__name__}"
+        )
     if experiment.interface != INTERFACE:
         stated = f"version {experiment.interface}" if experiment.interface else "no version"
         return refuse(f"it states {stated} of the interface, and this pftrack has version {INTERFACE}")

@@ -18,13 +18,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.numerics.checks import check, check_count
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.elementary import exponentials
+from pftrack.core.numerics.random import Generator
 from pftrack.filters.layers import Projection
-from pftrack.numerics.checks import check, check_count
-from pftrack.numerics.compiled import compiled
-from pftrack.numerics.elementary import exponentials
-from pftrack.numerics.random import Generator
-from pftrack.particles import moments, normalise
-from pftrack.resampling import systematic_parents
+from pftrack.filters.particles import moments, normalise
+from pftrack.filters.resampling import systematic_parents
 
 __all__ = ["Draw", "Features", "begin", "draw", "hold", "orphan", "propagate", "surviving", "weigh"]
 

@@ -15,14 +15,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.numerics.checks import check
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.gaussian import Gaussian
+from pftrack.core.numerics.matrices import contiguous_copy
+from pftrack.core.numerics.random import Generator
 from pftrack.filters import affine_pose
 from pftrack.filters.layers import Projection
 from pftrack.filters.sequential import condition, predict_second_order
-from pftrack.numerics.checks import check
-from pftrack.numerics.compiled import compiled
-from pftrack.numerics.gaussian import Gaussian
-from pftrack.numerics.matrices import contiguous_copy
-from pftrack.numerics.random import Generator
 
 __all__ = ["AffineBelief", "AffineLayer", "observe", "predict", "project"]
 

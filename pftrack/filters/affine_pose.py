@@ -12,15 +12,15 @@ measurement here. The angles walk at random, since second-order dynamics diverge
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.geometry.rotation import derivatives, rotation
+from pftrack.core.numerics.checks import check, check_count
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.gaussian import Gaussian
+from pftrack.core.numerics.matrices import cholesky, multiply, product
+from pftrack.core.numerics.random import Generator
+from pftrack.filters.particles import ParticleSet, normalise
+from pftrack.filters.resampling import systematic
 from pftrack.filters.sequential import condition, decorrelate
-from pftrack.geometry.rotation import derivatives, rotation
-from pftrack.numerics.checks import check, check_count
-from pftrack.numerics.compiled import compiled
-from pftrack.numerics.gaussian import Gaussian
-from pftrack.numerics.matrices import cholesky, multiply, product
-from pftrack.numerics.random import Generator
-from pftrack.particles import ParticleSet, normalise
-from pftrack.resampling import systematic
 
 __all__ = ["THETA_COUNT", "THETA_SD_RAD", "entries", "extended_step", "particle"]
 

@@ -21,14 +21,14 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.dynamics import Dynamics
+from pftrack.core.numerics.checks import check_count
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.elementary import exponentials, logarithms
+from pftrack.core.numerics.random import Generator
+from pftrack.filters.dynamics import Dynamics
+from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.filters.posterior import LogLikelihood, Posterior, evaluate
-from pftrack.numerics.checks import check_count
-from pftrack.numerics.compiled import compiled
-from pftrack.numerics.elementary import exponentials, logarithms
-from pftrack.numerics.random import Generator
-from pftrack.particles import ParticleSet, normalise
-from pftrack.resampling import Resampler, systematic
+from pftrack.filters.resampling import Resampler, systematic
 
 __all__ = ["WeightRule", "correction", "step"]
 

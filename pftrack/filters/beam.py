@@ -11,9 +11,9 @@ from typing import Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.numerics.checks import check
-from pftrack.numerics.elementary import exponentials
-from pftrack.particles import normalise
+from pftrack.core.numerics.checks import check
+from pftrack.core.numerics.elementary import exponentials
+from pftrack.filters.particles import normalise
 
 __all__ = ["Beam", "backtrack", "select_best"]
 

@@ -9,11 +9,11 @@ import math
 
 import numpy as np
 
-from pftrack.dynamics import Dynamics
+from pftrack.core.numerics.random import Generator
+from pftrack.filters.dynamics import Dynamics
+from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.filters.posterior import LogLikelihood, Posterior, evaluate
-from pftrack.numerics.random import Generator
-from pftrack.particles import ParticleSet, normalise
-from pftrack.resampling import Resampler, decide, systematic
+from pftrack.filters.resampling import Resampler, decide, systematic
 
 __all__ = ["step"]
 

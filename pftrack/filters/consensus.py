@@ -11,8 +11,8 @@ errors are fitted (Lange, Little & Taylor, Journal of the American Statistical A
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.numerics.checks import check
-from pftrack.numerics.compiled import compiled
+from pftrack.core.numerics.checks import check
+from pftrack.core.numerics.compiled import compiled
 
 __all__ = ["ROUNDS", "agreeing", "middle"]
 

@@ -5,10 +5,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.numerics.checks import check
+from pftrack.core.numerics.gaussian import Gaussian, symmetrise
+from pftrack.core.numerics.matrices import product
 from pftrack.filters.kalman import condition
-from pftrack.numerics.checks import check
-from pftrack.numerics.gaussian import Gaussian, symmetrise
-from pftrack.numerics.matrices import product
 
 __all__ = ["predict", "update"]
 

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.dynamics import LinearDynamics
-from pftrack.numerics.checks import check, check_count
-from pftrack.numerics.gaussian import Gaussian
-from pftrack.numerics.matrices import product
-from pftrack.particles import ParticleSet
+from pftrack.core.numerics.checks import check, check_count
+from pftrack.core.numerics.gaussian import Gaussian
+from pftrack.core.numerics.matrices import product
+from pftrack.filters.dynamics import LinearDynamics
+from pftrack.filters.particles import ParticleSet
 
 __all__ = ["Lineage", "augment", "augment_dynamics", "begin_lineage", "block", "extend_lineage", "smooth"]
 

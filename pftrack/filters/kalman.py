@@ -11,11 +11,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.dynamics import LinearDynamics
-from pftrack.numerics.checks import check
-from pftrack.numerics.compiled import compiled
-from pftrack.numerics.gaussian import Gaussian, log_densities
-from pftrack.numerics.matrices import contiguous_copy, multiply, product, solve, solve_system
+from pftrack.core.numerics.checks import check
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.gaussian import Gaussian, log_densities
+from pftrack.core.numerics.matrices import contiguous_copy, multiply, product, solve, solve_system
+from pftrack.filters.dynamics import LinearDynamics
 
 __all__ = [
     "Innovation",

@@ -7,8 +7,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.numerics.checks import check
-from pftrack.particles import ParticleSet
+from pftrack.core.numerics.checks import check
+from pftrack.filters.particles import ParticleSet
 
 __all__ = ["LogLikelihood", "Posterior", "evaluate"]
 

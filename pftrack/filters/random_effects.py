@@ -25,8 +25,8 @@ The limit of this: an error that looks like a change of the unknowns leaves no r
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.numerics.compiled import compiled
-from pftrack.numerics.matrices import multiply, solve
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.matrices import multiply, solve
 
 __all__ = ["excess_variance", "fit_covariance", "fit_gain"]
 

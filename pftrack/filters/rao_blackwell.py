@@ -16,17 +16,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.numerics.checks import check, check_count
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.elementary import exponentials
+from pftrack.core.numerics.gaussian import Gaussian
+from pftrack.core.numerics.matrices import factorise, multiply, substitute
+from pftrack.core.numerics.random import Generator
 from pftrack.filters import affine_pose
 from pftrack.filters.affine import AffineLayer
+from pftrack.filters.particles import moments, normalise
+from pftrack.filters.resampling import systematic
 from pftrack.filters.sequential import predict_second_order
-from pftrack.numerics.checks import check, check_count
-from pftrack.numerics.compiled import compiled
-from pftrack.numerics.elementary import exponentials
-from pftrack.numerics.gaussian import Gaussian
-from pftrack.numerics.matrices import factorise, multiply, substitute
-from pftrack.numerics.random import Generator
-from pftrack.particles import moments, normalise
-from pftrack.resampling import systematic
 
 __all__ = ["RaoBlackwell", "begin", "step"]
 

@@ -12,7 +12,7 @@ the prior's mean m, and serves the Kalman filter (Bando 2007, ch. 4, eq. 4.4) an
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.numerics.compiled import compiled
+from pftrack.core.numerics.compiled import compiled
 
 __all__ = ["condition", "decorrelate", "predict_second_order"]
 

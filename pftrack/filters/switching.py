@@ -9,7 +9,7 @@ Both rules return the number of particles for the observation sampler of `auxili
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.numerics.compiled import compiled
+from pftrack.core.numerics.compiled import compiled
 
 __all__ = ["exceeds", "hard", "soft"]
 

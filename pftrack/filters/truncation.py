@@ -21,7 +21,7 @@ Simon 2010.
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.numerics.compiled import compiled
+from pftrack.core.numerics.compiled import compiled
 
 __all__ = ["least_room", "log_share", "mills_ratio", "truncate"]
 

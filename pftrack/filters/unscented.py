@@ -14,10 +14,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.numerics.checks import check
-from pftrack.numerics.compiled import compiled
-from pftrack.numerics.gaussian import Gaussian, log_density, symmetrise
-from pftrack.numerics.matrices import factorise, multiply, solve
+from pftrack.core.numerics.checks import check
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.gaussian import Gaussian, log_density, symmetrise
+from pftrack.core.numerics.matrices import factorise, multiply, solve
 
 __all__ = ["Function", "predict", "transform", "update", "update_batch"]
 

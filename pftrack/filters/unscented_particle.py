@@ -18,17 +18,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.dynamics import LinearDynamics
+from pftrack.core.numerics.checks import check
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.gaussian import log_density
+from pftrack.core.numerics.matrices import factorise, multiply
+from pftrack.core.numerics.random import Generator
 from pftrack.filters import bootstrap
+from pftrack.filters.dynamics import LinearDynamics
+from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.filters.posterior import LogLikelihood, Posterior, evaluate
+from pftrack.filters.resampling import Resampler, systematic
 from pftrack.filters.unscented import Function, update_batch
-from pftrack.numerics.checks import check
-from pftrack.numerics.compiled import compiled
-from pftrack.numerics.gaussian import log_density
-from pftrack.numerics.matrices import factorise, multiply
-from pftrack.numerics.random import Generator
-from pftrack.particles import ParticleSet, normalise
-from pftrack.resampling import Resampler, systematic
 
 __all__ = ["UnscentedParticles", "step"]
 

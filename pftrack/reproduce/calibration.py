@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pftrack.core.model.parameters import Value
 from pftrack.experiments import find
-from pftrack.model.parameters import Value
+from pftrack.experiments.head.trackers.parameters import AS_PUBLISHED
 from pftrack.reproduce.finding import OWN, Finding, Own, Unexplained, claim, compare
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Change, Run
-from pftrack.trackers.head.parameters import AS_PUBLISHED
 
 __all__ = ["coverage"]
 

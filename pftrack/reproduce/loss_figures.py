@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from pftrack.figures.style import CURVE_COLOURS, INK, LETTERS_PT, TWO_COLUMNS_IN, new_figure
-from pftrack.loss_probability.scores import Bin, Delays, Roc
+from pftrack.experiments.shared.loss_probability.scores import Bin, Delays, Roc
+from pftrack.output.figures.style import CURVE_COLOURS, INK, LETTERS_PT, TWO_COLUMNS_IN, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

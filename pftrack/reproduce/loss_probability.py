@@ -11,16 +11,16 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import Experiment
+from pftrack.core.model.parameters import revise
 from pftrack.experiments import EXPERIMENTS, find
-from pftrack.figures.picture import save
-from pftrack.loss_probability import scores
-from pftrack.loss_probability.declaration import MOST_ERROR
-from pftrack.loss_probability.logistic import Logistic, fit
-from pftrack.loss_probability.model import LossModel, Past, follow_features
-from pftrack.loss_probability.scenes import FIRST_JUDGED, Scenes
-from pftrack.loss_probability.signals import signal_names
-from pftrack.model.parameters import revise
+from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.shared.loss_probability import scores
+from pftrack.experiments.shared.loss_probability.declaration import MOST_ERROR
+from pftrack.experiments.shared.loss_probability.logistic import Logistic, fit
+from pftrack.experiments.shared.loss_probability.model import LossModel, Past, follow_features
+from pftrack.experiments.shared.loss_probability.scenes import FIRST_JUDGED, Scenes
+from pftrack.experiments.shared.loss_probability.signals import signal_names
+from pftrack.output.figures.picture import save
 from pftrack.reproduce.finding import Finding, Own, claim, not_run
 from pftrack.reproduce.loss_figures import draw_scores
 from pftrack.reproduce.pool import Pool

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
-from pftrack.files import write_whole
+from pftrack.core.files import write_whole
 from pftrack.reproduce.finding import Finding
 
 __all__ = ["Entry", "Form", "Record", "read_record"]

@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pftrack.core.model.parameters import Value
 from pftrack.experiments import find
-from pftrack.model.parameters import Value
 from pftrack.reproduce.finding import FEWER, PROTOCOL, TRIALS, Finding, claim, compare, three_errors
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Change, Run

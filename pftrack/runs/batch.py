@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import Experiment, Setup
-from pftrack.model.measures import EvaluatedRun, evaluate
-from pftrack.model.parameters import Parameters, Value, revise
-from pftrack.model.series import reduce
-from pftrack.model.source import History, Source
-from pftrack.model.tracker import Tracker, TrackState
-from pftrack.numerics.random import Purpose, Stream
+from pftrack.core.model.measures import EvaluatedRun, evaluate
+from pftrack.core.model.parameters import Parameters, Value, revise
+from pftrack.core.model.series import reduce
+from pftrack.core.model.source import History, Source
+from pftrack.core.model.tracker import Tracker, TrackState
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments.experiment import Experiment, Setup
 from pftrack.runs.loss_probability import measure_loss_probability
 from pftrack.runs.run import Change, Run
 from pftrack.runs.scoring import allowed_loss, estimates_hash, extent_series, judge, reductions

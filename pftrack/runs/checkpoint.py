@@ -16,10 +16,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pftrack.files import part_of
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.tracker import TrackState
-from pftrack.version import __version__
+from pftrack.core.files import part_of
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.tracker import TrackState
+from pftrack.core.version import __version__
 
 __all__ = ["Checkpoint", "read", "write"]
 

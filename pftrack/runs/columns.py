@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from pftrack.loss_probability.declaration import LOSS_PROBABILITY
-from pftrack.model import series
+from pftrack.core.model import series
+from pftrack.experiments.shared.loss_probability.declaration import LOSS_PROBABILITY
 from pftrack.runs.loss_probability import loss_probabilities
 from pftrack.runs.run import Run
 

@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from pftrack.model.band import EstimateBand
-from pftrack.numerics.statistics import chi_square_limit
+from pftrack.core.model.band import EstimateBand
+from pftrack.core.numerics.statistics import chi_square_limit
 from pftrack.runs.run import Run
 
 __all__ = ["Consistency", "measure_consistency"]

@@ -15,13 +15,13 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import Experiment
-from pftrack.model.frame import Frame
-from pftrack.model.loss_witness import judge_loss
-from pftrack.model.source import Source
-from pftrack.model.timeline import Timeline
-from pftrack.model.tracker import EnsembleStep, Tracker, TrackState
-from pftrack.numerics.random import Purpose, Stream
+from pftrack.core.model.frame import Frame
+from pftrack.core.model.loss_witness import judge_loss
+from pftrack.core.model.source import Source
+from pftrack.core.model.timeline import Timeline
+from pftrack.core.model.tracker import EnsembleStep, Tracker, TrackState
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments.experiment import Experiment
 from pftrack.runs.scoring import judge_estimates, judge_state
 
 __all__ = [
@@ -150,7 +150,7 @@ class Continuation:
 
     @property
     def lost(self) -> NDArray[np.float64]:
-        """(L,) 1 where the target is lost, as `pftrack.model.loss_witness` has it; NaN where nobody says."""
+        """(L,) 1 where the target is lost, as `pftrack.core.model.loss_witness` has it; NaN where nobody says."""
         return np.concatenate([np.zeros(0), *self._lost])
 
     def take(self, stretch: Stretch, first: int | None = None) -> None:

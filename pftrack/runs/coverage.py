@@ -10,8 +10,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from pftrack.experiment import Experiment
-from pftrack.model.parameters import Parameters, Value, revise
+from pftrack.core.model.parameters import Parameters, Value, revise
+from pftrack.experiments.experiment import Experiment
 from pftrack.runs.run import Change, Run
 
 __all__ = ["Counts", "Coverage", "count_held", "measured_parameters", "measured_run", "pool_counts"]

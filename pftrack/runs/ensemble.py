@@ -14,8 +14,8 @@ from typing import Any, Literal, TypeAlias, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.series import to_json
-from pftrack.numerics.random import LARGEST_SEED
+from pftrack.core.model.series import to_json
+from pftrack.core.numerics.random import LARGEST_SEED
 from pftrack.runs.continuation import STRETCH_BYTES, Continuation, Courses, Stretch, go_on, read_stretches
 from pftrack.runs.run import Run
 

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import Step
-from pftrack.model.cloud import Cloud
-from pftrack.model.genealogy import Genealogy, count_descendants, trace
-from pftrack.model.likelihood import Component, LikelihoodMap, ObservationLikelihood
-from pftrack.model.parameters import ParameterError
-from pftrack.model.part import Part
-from pftrack.model.tracker import Tracker
+from pftrack.core.model.cloud import Cloud
+from pftrack.core.model.genealogy import Genealogy, count_descendants, trace
+from pftrack.core.model.likelihood import Component, LikelihoodMap, ObservationLikelihood
+from pftrack.core.model.parameters import ParameterError
+from pftrack.core.model.part import Part
+from pftrack.core.model.tracker import Tracker
+from pftrack.experiments.experiment import Step
 from pftrack.runs.lineage import find_ancestor, find_heir, known_parents, parents_onward
 from pftrack.runs.run import Run
 

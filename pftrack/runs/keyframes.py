@@ -1,6 +1,6 @@
 """Keyframes: whole states kept now and then, so that seeking repeats few steps."""
 
-from pftrack.model.tracker import TrackState
+from pftrack.core.model.tracker import TrackState
 
 __all__ = ["Keyframes"]
 

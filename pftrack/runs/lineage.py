@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.cloud import Cloud
+from pftrack.core.model.cloud import Cloud
 
 __all__ = ["find_ancestor", "find_heir", "known_parents", "parents_onward"]
 

@@ -28,7 +28,7 @@ def loss_start(frame: int, before: int | None, *, lost: bool | None) -> int | No
     Args:
         frame: The frame.
         before: The same of the frame before it.
-        lost: Whether the target is lost, as `pftrack.model.loss_witness` has it.
+        lost: Whether the target is lost, as `pftrack.core.model.loss_witness` has it.
 
     Returns:
         The frame; None if the target is not lost here.

@@ -10,10 +10,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.loss_probability.model import Past
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.measures import evaluate
-from pftrack.model.own_account import MEAN_LOSS_PROBABILITY
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.measures import evaluate
+from pftrack.core.model.own_account import MEAN_LOSS_PROBABILITY
+from pftrack.experiments.shared.loss_probability.model import Past
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import evaluated_run
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.loss_witness import LossVerdict, Witness, judge_loss
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.loss_witness import LossVerdict, Witness, judge_loss
 from pftrack.runs.run import Run
 
 __all__ = ["LostFrames", "find_lost_frames", "judge_rows"]

@@ -9,12 +9,12 @@ import hashlib
 import json
 from typing import Any
 
-from pftrack.model.calibration import DIRECTIONS
-from pftrack.model.references import Citation
-from pftrack.numerics import machine
+from pftrack.core.model.calibration import DIRECTIONS
+from pftrack.core.model.references import Citation
+from pftrack.core.numerics import machine
+from pftrack.core.version import __version__
 from pftrack.runs.run import Run
 from pftrack.runs.table import columns_in
-from pftrack.version import __version__
 
 __all__ = ["FORMAT", "bibtex_of", "citation_of", "embed", "extent_of", "manifest_of", "title_of"]
 

@@ -6,12 +6,12 @@ shape that was declared, is missing from the frame, as where a method does not h
 
 from collections.abc import Callable, Mapping
 
-from pftrack.experiment import Experiment
-from pftrack.model.frame import Frame
-from pftrack.model.series import Series, SeriesValue, check_value
-from pftrack.model.suitability import BESIDE
-from pftrack.model.tracker import Tracker, TrackState
-from pftrack.once import warn_once
+from pftrack.core.model.frame import Frame
+from pftrack.core.model.series import Series, SeriesValue, check_value
+from pftrack.core.model.suitability import BESIDE
+from pftrack.core.model.tracker import Tracker, TrackState
+from pftrack.core.once import warn_once
+from pftrack.experiments.experiment import Experiment
 
 __all__ = ["measurements"]
 

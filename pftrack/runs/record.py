@@ -19,18 +19,18 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from pftrack.experiment import Experiment, Setup
-from pftrack.files import part_of, settle
-from pftrack.filter_files import FilterFileError, experiment_of, with_texts
-from pftrack.model.parameters import ParameterError, Value, flat
-from pftrack.model.recipe import Footage, Recipe
-from pftrack.model.sequence import FrameSequence
-from pftrack.model.truth import Truth
-from pftrack.numerics import machine
+from pftrack.core.files import part_of, settle
+from pftrack.core.model.parameters import ParameterError, Value, flat
+from pftrack.core.model.recipe import Footage, Recipe
+from pftrack.core.model.sequence import FrameSequence
+from pftrack.core.model.truth import Truth
+from pftrack.core.numerics import machine
+from pftrack.core.version import __version__
+from pftrack.experiments.experiment import Experiment, Setup
+from pftrack.experiments.own import FilterFileError, experiment_of, with_texts
 from pftrack.runs.columns import columns_of
 from pftrack.runs.run import Run
 from pftrack.sources.truth import TruthKind
-from pftrack.version import __version__
 
 __all__ = [
     "OpenSequence",

@@ -9,14 +9,14 @@ force in each frame; so whoever holds a state and a timeline can enter it at any
 from dataclasses import dataclass, field
 from typing import Any
 
-from pftrack.experiment import Experiment, Setup, Step
-from pftrack.model.diagnostics import Diagnostics, diagnose
-from pftrack.model.frame import Frame
-from pftrack.model.series import Series
-from pftrack.model.source import Source
-from pftrack.model.timeline import Timeline
-from pftrack.model.tracker import Tracker, TrackState
-from pftrack.numerics.random import Purpose, Stream
+from pftrack.core.model.diagnostics import Diagnostics, diagnose
+from pftrack.core.model.frame import Frame
+from pftrack.core.model.series import Series
+from pftrack.core.model.source import Source
+from pftrack.core.model.timeline import Timeline
+from pftrack.core.model.tracker import Tracker, TrackState
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments.experiment import Experiment, Setup, Step
 from pftrack.runs.measurements import measurements
 from pftrack.runs.scoring import judge_state
 

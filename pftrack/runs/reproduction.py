@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.numerics import machine
+from pftrack.core.numerics import machine
 from pftrack.runs.record import Saved
 from pftrack.runs.run import Run
 

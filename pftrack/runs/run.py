@@ -14,17 +14,17 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from pftrack.entry_points import PRESENTERS, load
-from pftrack.experiment import Experiment, Setup, Step
-from pftrack.model.calibration import Direction
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.export import Exported
-from pftrack.model.measures import evaluate
-from pftrack.model.parameters import ParameterError, flat, with_role
-from pftrack.model.recipe import Recipe
-from pftrack.model.timeline import LONGEST_RUN, Change, Timeline
-from pftrack.model.tracker import TrackState
-from pftrack.numerics.random import LARGEST_KEY, LARGEST_SEED
+from pftrack.core.entry_points import PRESENTERS, load
+from pftrack.core.model.calibration import Direction
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.export import Exported
+from pftrack.core.model.measures import evaluate
+from pftrack.core.model.parameters import ParameterError, flat, with_role
+from pftrack.core.model.recipe import Recipe
+from pftrack.core.model.timeline import LONGEST_RUN, Change, Timeline
+from pftrack.core.model.tracker import TrackState
+from pftrack.core.numerics.random import LARGEST_KEY, LARGEST_SEED
+from pftrack.experiments.experiment import Experiment, Setup, Step
 from pftrack.runs.checkpoint import Checkpoint
 from pftrack.runs.keyframes import Keyframes
 from pftrack.runs.recursion import Recursion
@@ -410,7 +410,7 @@ class Run:
         return cast(Exported, load(PRESENTERS, "export")(self, Path(path), plot=plot))
 
     def explain(self, frame: int | None = None, *, seeds: int = 0) -> Any:  # noqa: ANN401 - what explains runs lies above
-        """Return why the target was lost, as far as the run has been computed: a `pftrack.explanation.Explanation`.
+        """Return why the target was lost, as far as the run is computed (`pftrack.analysis.explanation.Explanation`).
 
         What would have saved the run is kept, and what notebooks and HTML exports show of it tells that as well.
 

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import Experiment
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.frame import Frame, Target
-from pftrack.model.measures import EvaluatedRun, Measure, is_success
-from pftrack.model.parameters import Parameters, with_role
-from pftrack.model.series import Series, columns, reduce
-from pftrack.model.tracker import TrackState
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.frame import Frame, Target
+from pftrack.core.model.measures import EvaluatedRun, Measure, is_success
+from pftrack.core.model.parameters import Parameters, with_role
+from pftrack.core.model.series import Series, columns, reduce
+from pftrack.core.model.tracker import TrackState
+from pftrack.experiments.experiment import Experiment
 
 __all__ = [
     "Verdict",

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from pprint import pformat
 from typing import Any
 
-from pftrack.experiment import Experiment
-from pftrack.filter_files import version_parameter
-from pftrack.model.parameters import flat
-from pftrack.model.recipe import Recipe
+from pftrack.core.model.parameters import flat
+from pftrack.core.model.recipe import Recipe
+from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.own import version_parameter
 
 __all__ = ["SourceCode", "comparison_code", "run_code"]
 

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from pftrack.experiment import Experiment, Setup
-from pftrack.model.calibration import DIRECTIONS, Direction
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.measures import HIT_RATE, evaluate
-from pftrack.model.parameters import Value, flat
-from pftrack.model.timeline import Change, Timeline
+from pftrack.core.model.calibration import DIRECTIONS, Direction
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.measures import HIT_RATE, evaluate
+from pftrack.core.model.parameters import Value, flat
+from pftrack.core.model.timeline import Change, Timeline
+from pftrack.experiments.experiment import Experiment, Setup
 from pftrack.runs.scoring import Verdict, allowed_loss, estimates_hash, evaluated_run, judge
 
 __all__ = ["Summary", "summarise"]

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import Experiment
-from pftrack.loss_probability.declaration import LOSS_PROBABILITY
-from pftrack.model.series import Series
+from pftrack.core.model.series import Series
+from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.shared.loss_probability.declaration import LOSS_PROBABILITY
 from pftrack.runs.columns import PREFIX, columns_of
 from pftrack.runs.run import Run
 
@@ -101,12 +101,12 @@ def _origins(experiment: Experiment) -> Iterator[tuple[str, _Origin]]:
     for name, title in OWN.items():
         unit = experiment.unit if name in IN_UNIT_OF_RUN else UNITS.get(name, "")
         yield name, _Origin(title, unit, PARTS.get(name, ()))
-    for series in (*experiment.all_series(), LOSS_PROBABILITY):
-        name = f"{PREFIX}{series.name}"
-        yield name, _Origin(series.title, series.unit, _parts(series))
-        if series.shape == "hypotheses":
-            yield f"{name}_weights", _Origin(f"probability of {series.title}", "")
-            yield f"{name}_parents", _Origin(f"parent of {series.title} in the frame before", "")
+    for item in (*experiment.all_series(), LOSS_PROBABILITY):
+        name = f"{PREFIX}{item.name}"
+        yield name, _Origin(item.title, item.unit, _parts(item))
+        if item.shape == "hypotheses":
+            yield f"{name}_weights", _Origin(f"probability of {item.title}", "")
+            yield f"{name}_parents", _Origin(f"parent of {item.title} in the frame before", "")
 
 
 def _parts(series: Series) -> tuple[str, ...]:

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageOps
 
-from pftrack.model.sequence import FrameIndex
+from pftrack.core.model.sequence import FrameIndex
 from pftrack.sources.cache import BoundedCache
 from pftrack.sources.errors import SourceError
 from pftrack.sources.formats import sniff

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.parameters import Parameters, parameter
-from pftrack.numerics.compiled import compiled
+from pftrack.core.model.parameters import Parameters, parameter
+from pftrack.core.numerics.compiled import compiled
 
 __all__ = [
     "LAYOUTS",

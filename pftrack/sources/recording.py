@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.frame import Frame, Target
-from pftrack.model.parameters import ParameterError, parameter
-from pftrack.model.sequence import FrameSequence
-from pftrack.model.source import History
+from pftrack.core.model.frame import Frame, Target
+from pftrack.core.model.parameters import ParameterError, parameter
+from pftrack.core.model.sequence import FrameSequence
+from pftrack.core.model.source import History
 from pftrack.sources.overlay import OverlayParameters, paint
 
 __all__ = ["RecordedBackdrop", "RecordingParameters", "RecordingSource", "check_start"]

@@ -13,7 +13,7 @@ import os
 from pathlib import Path
 from typing import BinaryIO
 
-from pftrack.model.sequence import FrameIndex, FrameSequence
+from pftrack.core.model.sequence import FrameIndex, FrameSequence
 from pftrack.sources.errors import SourceError
 from pftrack.sources.formats import ALLOWED, Format, sniff
 from pftrack.sources.limits import DEFAULT_LIMITS, HEAD_BYTES, Limits, check_bytes

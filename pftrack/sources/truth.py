@@ -21,15 +21,15 @@ from typing import Any, NamedTuple, TextIO
 
 import numpy as np
 
-from pftrack.model.frame import Target
-from pftrack.model.marks import Box, Mark
-from pftrack.model.truth import Truth
+from pftrack.core.model.frame import Target
+from pftrack.core.model.marks import Box, Mark
+from pftrack.core.model.truth import Truth
+from pftrack.core.spreadsheet import csv_text
 from pftrack.sources.errors import SourceError
 from pftrack.sources.results.form import form_of
 from pftrack.sources.results.reading import read_results
 from pftrack.sources.text import decode
 from pftrack.sources.truth_bounds import boxes_outside
-from pftrack.spreadsheet import csv_text
 
 __all__ = [
     "BOXES",

@@ -23,7 +23,7 @@ import numpy as np
 from av.video.frame import VideoFrame
 from numpy.typing import NDArray
 
-from pftrack.model.sequence import FrameIndex
+from pftrack.core.model.sequence import FrameIndex
 from pftrack.sources.cache import BoundedCache
 from pftrack.sources.decoder import Decoder, orientation_of, stored_size
 from pftrack.sources.errors import SourceError

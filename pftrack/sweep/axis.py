@@ -13,8 +13,7 @@ from decimal import Decimal, InvalidOperation
 from difflib import get_close_matches
 from math import inf
 
-from pftrack.experiments import Experiment
-from pftrack.model.parameters import (
+from pftrack.core.model.parameters import (
     LONGEST_FILE,
     Declaration,
     ParameterError,
@@ -23,7 +22,8 @@ from pftrack.model.parameters import (
     describe_allowed,
     parse,
 )
-from pftrack.model.sequence import Kind
+from pftrack.core.model.sequence import Kind
+from pftrack.experiments import Experiment
 from pftrack.sweep.errors import SweepError
 
 __all__ = ["MOST_RUNS", "TRACKER", "Axis", "check", "find_declaration", "parse_axis"]

@@ -12,7 +12,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.numerics.statistics import chi_square, fisher_exact, holm, wilson
+from pftrack.core.numerics.statistics import chi_square, fisher_exact, holm, wilson
 from pftrack.sweep.axis import Axis
 from pftrack.sweep.counts import OF_MEASURE, SUMS, Counts, columns, count
 from pftrack.sweep.result import Result

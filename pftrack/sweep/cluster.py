@@ -12,11 +12,11 @@ from queue import Empty, SimpleQueue
 from time import monotonic
 from typing import Any
 
+from pftrack.core.version import __version__
 from pftrack.sweep.errors import SweepError
 from pftrack.sweep.recording import Recording, pack
 from pftrack.sweep.work import one_thread, version
 from pftrack.sweep.workers import Done
-from pftrack.version import __version__
 
 try:
     import dask

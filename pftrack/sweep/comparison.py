@@ -12,7 +12,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.numerics.statistics import paired_mean_interval, paired_rate_interval, rank_sum
+from pftrack.core.numerics.statistics import paired_mean_interval, paired_rate_interval, rank_sum
 from pftrack.sweep.cells import CONFIDENCE, CellMap, Correction, Significance, Test, code_significance, significance
 from pftrack.sweep.errors import SweepError
 from pftrack.sweep.quantities import Quantity, Samples

@@ -13,13 +13,13 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from pftrack.files import write_whole
+from pftrack.core.files import write_whole
+from pftrack.core.version import __version__
 from pftrack.sweep import arrow
 from pftrack.sweep.chunks import Chunk, Chunks
 from pftrack.sweep.errors import SweepError
 from pftrack.sweep.plan import Plan
 from pftrack.sweep.table import conform, schema
-from pftrack.version import __version__
 
 __all__ = ["Journal", "begin", "plan_of", "resume"]
 

@@ -14,13 +14,13 @@ from hashlib import blake2b
 from math import prod
 from typing import Any, Self, get_args
 
+from pftrack.core.model.measures import Measure
+from pftrack.core.model.parameters import ParameterError, Parameters, Value, revise
+from pftrack.core.model.recipe import Footage, Recipe
+from pftrack.core.model.sequence import Kind
+from pftrack.core.numerics.random import LARGEST_SEED
 from pftrack.experiments import Experiment, Setup
-from pftrack.filter_files import FilterFileError, extend, outline
-from pftrack.model.measures import Measure
-from pftrack.model.parameters import ParameterError, Parameters, Value, revise
-from pftrack.model.recipe import Footage, Recipe
-from pftrack.model.sequence import Kind
-from pftrack.numerics.random import LARGEST_SEED
+from pftrack.experiments.own import FilterFileError, extend, outline
 from pftrack.runs.record import OpenSequence, wire
 from pftrack.runs.run import LONGEST_RUN, Change, Run
 from pftrack.sweep.axis import MOST_RUNS, TRACKER, Axis, check, find_declaration, value_of

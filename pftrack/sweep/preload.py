@@ -2,7 +2,7 @@
 
 import pyarrow.parquet
 
-from pftrack.numerics.elementary import exponential
+from pftrack.core.numerics.elementary import exponential
 from pftrack.sweep import work
 
 __all__ = ["pyarrow", "work"]

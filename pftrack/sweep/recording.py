@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from pftrack.core.model.recipe import Footage
+from pftrack.core.model.sequence import FrameIndex, FrameSequence
 from pftrack.experiments import Setup
-from pftrack.model.recipe import Footage
-from pftrack.model.sequence import FrameIndex, FrameSequence
 from pftrack.sources.limits import DEFAULT_LIMITS, Limits
 from pftrack.sources.sequence import open_sequence
 from pftrack.sweep.plan import Plan

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from pftrack.model.parameters import Value
-from pftrack.spreadsheet import csv_text, literal
+from pftrack.core.model.parameters import Value
+from pftrack.core.spreadsheet import csv_text, literal
 from pftrack.sweep import arrow
 from pftrack.sweep.errors import SweepError
 from pftrack.sweep.journal import chunk_files, partial_of, plan_of

@@ -2,7 +2,7 @@
 
 import shlex
 
-from pftrack.model.recipe import Footage
+from pftrack.core.model.recipe import Footage
 from pftrack.runs.source_code import SourceCode
 from pftrack.sweep.plan import Plan
 

@@ -9,7 +9,7 @@
 | `mean_error` | over the frames whose truth is known, in the experiment's unit |
 | `lost_frames`, `first_lost_frame` | how many frames were lost, and the first of them |
 | `labelled_frames` | frames whose truth is known |
-| one a measure | beside the truth, as `pftrack.model.measures` defines it; null where there is none |
+| one a measure | beside the truth, as `pftrack.core.model.measures` defines it; null where there is none |
 | one a reduction | what is kept of the declared series of trackers and experiment; null where a method has none |
 | `step_ms` | mean time of a step; the one column that differs from time to time |
 | `estimates_sha256` | hash of all estimates, as of a live run, 32 bytes |
@@ -21,9 +21,9 @@ from itertools import chain
 
 import numpy as np
 
+from pftrack.core.model.parameters import ParameterError, Value
+from pftrack.core.model.series import Reduction
 from pftrack.experiments import Setup
-from pftrack.model.parameters import ParameterError, Value
-from pftrack.model.series import Reduction
 from pftrack.runs.batch import Outcome, outcomes
 from pftrack.sweep import arrow
 from pftrack.sweep.chunks import Chunk, Piece

@@ -13,8 +13,9 @@ from typing import TypeAlias
 
 import cv2
 
+from pftrack.core.version import __version__
 from pftrack.experiments import Setup
-from pftrack.filter_files import trust
+from pftrack.experiments.own import trust
 from pftrack.runs.batch import outcomes
 from pftrack.sweep import arrow
 from pftrack.sweep.chunks import Chunks
@@ -22,7 +23,6 @@ from pftrack.sweep.journal import metadata
 from pftrack.sweep.plan import Plan
 from pftrack.sweep.recording import Packed, Recording, setup_of
 from pftrack.sweep.table import compute
-from pftrack.version import __version__
 
 __all__ = ["as_text", "compute_chunk", "measure", "one_thread", "version"]
 

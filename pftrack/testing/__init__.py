@@ -23,7 +23,7 @@ experiment that keeps them works everywhere. Its tests need a few lines for that
 - `drawings`: they are finite, within reach of the picture, on declared layers and stable from frame to frame.
 """
 
-from pftrack.experiment import Experiment
+from pftrack.experiments.experiment import Experiment
 from pftrack.testing import (
     counterfactuals,
     coverage,

@@ -8,8 +8,8 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import Experiment, Step
-from pftrack.model.drawing import Drawing
+from pftrack.core.model.drawing import Drawing
+from pftrack.experiments.experiment import Experiment, Step
 from pftrack.runs.run import Change, Run
 
 __all__ = [

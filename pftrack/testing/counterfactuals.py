@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pftrack.counterfactuals import alternatives
-from pftrack.experiment import Experiment
-from pftrack.model.timeline import Change
+from pftrack.analysis.counterfactuals import alternatives
+from pftrack.core.model.timeline import Change
+from pftrack.experiments.experiment import Experiment
 from pftrack.runs.continuation import Continuation, read_stretches
 from pftrack.testing.check import FRAMES, SEED, Check, demand, each_tracker, straight
 

@@ -2,8 +2,8 @@
 
 A band of 50 % should hold the truth in 45 to 55 % of the reports, one of 95 % in 92 to 98 %, and a region that promises
 to hold it in all. What is further off than three standard errors, over seeds, must be declared
-(`pftrack.model.calibration.Miscalibration`), with the direction in which it is: too narrow, if any of a band's shares
-is; else too wide. A declaration that is needed no more must go.
+(`pftrack.core.model.calibration.Miscalibration`), with the direction in which it is: too narrow, if any of a band's
+shares is; else too wide. A declaration that is needed no more must go.
 
 The quick check looks at the first frames of a few runs of the default scene, where trackers still know how they began.
 It finds what is gross. The thorough one has as many seeds as `SEEDS`, and the presets of the calibration as well.
@@ -14,9 +14,9 @@ from functools import partial
 
 import numpy as np
 
-from pftrack.experiment import Experiment
-from pftrack.model.band import ALL, HALF, MOST
-from pftrack.model.calibration import Direction, Miscalibration
+from pftrack.core.model.band import ALL, HALF, MOST
+from pftrack.core.model.calibration import Direction, Miscalibration
+from pftrack.experiments.experiment import Experiment
 from pftrack.runs.coverage import Coverage, count_held, measured_parameters, measured_run, pool_counts
 from pftrack.testing.check import FRAMES, Check, demand, each_tracker
 

@@ -4,12 +4,12 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 
-from pftrack.experiment import Experiment
+from pftrack.core.model.layer import legend
+from pftrack.core.model.parameters import Declaration, ParameterError, Parameters, declarations, revise, with_role
+from pftrack.core.model.plot import Plot
+from pftrack.core.model.series import SeriesShape
 from pftrack.experiments import NAME, find
-from pftrack.model.layer import legend
-from pftrack.model.parameters import Declaration, ParameterError, Parameters, declarations, revise, with_role
-from pftrack.model.plot import Plot
-from pftrack.model.series import SeriesShape
+from pftrack.experiments.experiment import Experiment
 from pftrack.runs.run import Change, Run
 from pftrack.sweep import Axis, Plan, SweepError
 from pftrack.sweep.quantities import COMMON

@@ -6,12 +6,12 @@ from dataclasses import fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import Experiment
-from pftrack.model.drawing import Drawing, Ellipsoids, Picture, Primitive, WorldDrawing
-from pftrack.model.faults import faults
-from pftrack.model.world import World
-from pftrack.rendering import render_beside
+from pftrack.core.model.drawing import Drawing, Ellipsoids, Picture, Primitive, WorldDrawing
+from pftrack.core.model.faults import faults
+from pftrack.core.model.world import World
+from pftrack.experiments.experiment import Experiment
 from pftrack.testing.check import FRAMES, Check, CheckError, demand, each_tracker, straight
+from pftrack.vision.rendering import render_beside
 
 __all__ = ["checks"]
 

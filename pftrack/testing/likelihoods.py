@@ -6,11 +6,11 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import Experiment, Step
-from pftrack.model.cloud import Cloud
-from pftrack.model.likelihood import ObservationLikelihood
-from pftrack.model.part import Contributions, Histograms
-from pftrack.particles import normalise
+from pftrack.core.model.cloud import Cloud
+from pftrack.core.model.likelihood import ObservationLikelihood
+from pftrack.core.model.part import Contributions, Histograms
+from pftrack.experiments.experiment import Experiment, Step
+from pftrack.filters.particles import normalise
 from pftrack.testing.check import Check, copy_arrays, demand, each_tracker, straight
 
 __all__ = ["checks"]

@@ -5,10 +5,10 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import Experiment
+from pftrack.core.model.linear import LinearChain
+from pftrack.core.model.parameters import Value, flat, revise
+from pftrack.experiments.experiment import Experiment
 from pftrack.filters.disturbances import smooth_disturbances
-from pftrack.model.linear import LinearChain
-from pftrack.model.parameters import Value, flat, revise
 from pftrack.testing.check import Check, demand, each_tracker, straight
 
 __all__ = ["checks"]

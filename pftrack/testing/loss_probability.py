@@ -11,9 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from pftrack.experiment import Experiment
-from pftrack.loss_probability.features import feature_names
-from pftrack.loss_probability.model import Past
+from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.shared.loss_probability.features import feature_names
+from pftrack.experiments.shared.loss_probability.model import Past
 from pftrack.testing.check import Check, demand, each_tracker, straight
 
 __all__ = ["checks"]

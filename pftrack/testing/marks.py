@@ -4,12 +4,12 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from pftrack.experiment import Experiment
-from pftrack.model.drawing import Drawing
-from pftrack.model.marks import Editor, Mark
-from pftrack.model.parameters import ParameterError
-from pftrack.rendering import render
+from pftrack.core.model.drawing import Drawing
+from pftrack.core.model.marks import Editor, Mark
+from pftrack.core.model.parameters import ParameterError
+from pftrack.experiments.experiment import Experiment
 from pftrack.testing.check import Check, CheckError, demand, named_checks
+from pftrack.vision.rendering import render
 
 __all__ = ["at_first", "checks"]
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from pftrack.diagnosis import course_of, diagnose_course
-from pftrack.experiment import Experiment
-from pftrack.model.series import check_value, columns
+from pftrack.analysis.diagnosis import course_of, diagnose_course
+from pftrack.core.model.series import check_value, columns
+from pftrack.experiments.experiment import Experiment
 from pftrack.runs.scoring import evaluated_run
 from pftrack.testing.check import Check, CheckError, copy_arrays, demand, each_tracker, straight
 

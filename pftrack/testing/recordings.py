@@ -16,15 +16,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import PICTURES, Experiment, Setup, Step
-from pftrack.model.drawing import Picture
-from pftrack.model.faults import faults
-from pftrack.model.frame import Target
-from pftrack.model.marks import Mark
-from pftrack.model.parameters import ParameterError
-from pftrack.model.sequence import FrameSequence
-from pftrack.model.suitability import Suitability
-from pftrack.rendering.film import FilmWriter
+from pftrack.core.model.drawing import Picture
+from pftrack.core.model.faults import faults
+from pftrack.core.model.frame import Target
+from pftrack.core.model.marks import Mark
+from pftrack.core.model.parameters import ParameterError
+from pftrack.core.model.sequence import FrameSequence
+from pftrack.core.model.suitability import Suitability
+from pftrack.experiments.experiment import PICTURES, Experiment, Setup, Step
 from pftrack.runs.record import RecordError, load, save
 from pftrack.runs.run import Run
 from pftrack.sources.beliefs.recorder import Recorder
@@ -33,6 +32,7 @@ from pftrack.sources.tracks.table import write
 from pftrack.testing.check import FRAMES, SEED, Check, CheckError, demand, named_checks, straight
 from pftrack.testing.marks import at_first
 from pftrack.testing.repeatability import FEW, demand_equal
+from pftrack.vision.rendering.film import FilmWriter
 
 __all__ = ["checks"]
 

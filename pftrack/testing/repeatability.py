@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from pftrack.experiment import Experiment
-from pftrack.model.frame import Frame
-from pftrack.model.parameters import Value, declarations, flat, with_role
-from pftrack.model.source import History
+from pftrack.core.model.frame import Frame
+from pftrack.core.model.parameters import Value, declarations, flat, with_role
+from pftrack.core.model.source import History
+from pftrack.experiments.experiment import Experiment
 from pftrack.runs import batch
 from pftrack.runs.record import RecordError, load, save
 from pftrack.runs.run import Run

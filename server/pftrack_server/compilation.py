@@ -14,8 +14,8 @@ from typing import Self
 
 import structlog
 
+from pftrack.doctor.warming import Progress, Warming, cache_folder, ready
 from pftrack.experiments import EXPERIMENTS
-from pftrack.warming import Progress, Warming, cache_folder, ready
 from pftrack_server.errors import UnavailableError
 
 __all__ = ["Compilation"]

@@ -1,7 +1,7 @@
 """Experiments as clients name them."""
 
-from pftrack.experiment import Experiment
 from pftrack.experiments import find
+from pftrack.experiments.experiment import Experiment
 from pftrack_server.errors import RefusedError
 
 __all__ = ["find_experiment"]

@@ -1,10 +1,10 @@
 """The gallery of failures: what is declared of each."""
 
+from pftrack.analysis.failures import Entry, entry, gallery
+from pftrack.core.model.failure import KINDS
+from pftrack.core.model.parameters import Value, declarations, flat, revise
+from pftrack.core.model.timeline import parameter_values
 from pftrack.experiments import EXPERIMENTS
-from pftrack.failures import Entry, entry, gallery
-from pftrack.model.failure import KINDS
-from pftrack.model.parameters import Value, declarations, flat, revise
-from pftrack.model.timeline import parameter_values
 from pftrack_server.errors import NotFoundError
 from pftrack_server.schemas.failures import DifferencePublic, FailureNeighbour, FailurePublic
 

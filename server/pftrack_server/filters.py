@@ -14,11 +14,11 @@ from typing import TypeAlias
 
 import structlog
 
+from pftrack.core.files import write_whole
+from pftrack.core.model.recipe import Recipe
 from pftrack.experiments import find
-from pftrack.files import write_whole
-from pftrack.filter_files import digest_of, name_of
-from pftrack.filter_files.hints import HINTS
-from pftrack.model.recipe import Recipe
+from pftrack.experiments.own import digest_of, name_of
+from pftrack.experiments.own.hints import HINTS
 from pftrack_server.errors import ConflictError, NotFoundError
 from pftrack_server.schemas.filters import ComponentPublic, FilterPublic, HintPublic
 from pftrack_server.store.files import DataDirectory

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.drawing import Drawing, Picture
+from pftrack.core.model.drawing import Drawing, Picture
 
 __all__ = ["EncodedPicture", "PictureEncoder", "SceneDrawing"]
 

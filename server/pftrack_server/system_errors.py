@@ -6,7 +6,7 @@ from http import HTTPStatus
 
 from sqlalchemy.exc import DBAPIError
 
-from pftrack.model.parameters import ParameterError
+from pftrack.core.model.parameters import ParameterError
 from pftrack_server.errors import ApiError
 from pftrack_server.store.database import is_busy
 from pftrack_server.store.disk_budget import DISK_FULL, is_full

@@ -10,18 +10,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import Experiment, Setup, Step
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.drawing import Drawing, Polyline
-from pftrack.model.frame import Frame, Target
-from pftrack.model.layer import Layer
-from pftrack.model.parameters import parameter
-from pftrack.model.plot import SAMPLE_SIZE, SAMPLERS, SIGMA, STEP_TIME, Plot, Reading
-from pftrack.model.references import Citation, Reference
-from pftrack.model.series import Hypotheses, Interval, Series, SeriesValue
-from pftrack.model.tracker import Tracker
-from pftrack.numerics.random import Generator
-from pftrack.sources.signal import SignalParameters, SignalSource
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.drawing import Drawing, Polyline
+from pftrack.core.model.frame import Frame, Target
+from pftrack.core.model.layer import Layer
+from pftrack.core.model.parameters import parameter
+from pftrack.core.model.plot import SAMPLE_SIZE, SAMPLERS, SIGMA, STEP_TIME, Plot, Reading
+from pftrack.core.model.references import Citation, Reference
+from pftrack.core.model.series import Hypotheses, Interval, Series, SeriesValue
+from pftrack.core.model.tracker import Tracker
+from pftrack.core.numerics.random import Generator
+from pftrack.experiments.experiment import Experiment, Setup, Step
+from pftrack.experiments.sine.scene import SignalParameters, SignalSource
 
 GAIN = 0.4
 

@@ -5,7 +5,7 @@ import base64
 import cv2
 import numpy as np
 
-from pftrack.lessons.figure import (
+from pftrack.teaching.lessons.figure import (
     Axis,
     Bars,
     Curve,

@@ -48,7 +48,7 @@ def failure(page: Any) -> FailurePage:
 def test_failure_three_is_found_in_the_gallery(failure: FailurePage, server: Server) -> None:
     """The gallery has ten by kind, with their numbers and the errors of both runs; the third leads to its page.
 
-    Each has the errors of the fourth here: tests/test_failures.py has all of them fail and be cured.
+    Each has the errors of the fourth here: tests/analysis/test_failures.py has all of them fail and be cured.
     """
     page = failure.page
     course = server.get("failures/wrong-dynamics/course")

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from pftrack.geometry.fish_shape import FishShape, body_points, tail_corners
+from pftrack.experiments.fish.shape import FishShape, body_points, tail_corners
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.model.drawing import (
+from pftrack.core.model.drawing import (
     COLOURS,
     Arrows,
     Axes,
@@ -27,9 +27,9 @@ from pftrack.model.drawing import (
     Text,
     WorldDrawing,
 )
-from pftrack.model.world import Viewpoint, World
-from pftrack.rendering import render
-from pftrack.rendering.projection import look_at
+from pftrack.core.model.world import Viewpoint, World
+from pftrack.vision.rendering import render
+from pftrack.vision.rendering.projection import look_at
 from pftrack_server.flat.codec import DrawingEncoder
 from tests.browser.host import Server
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from pftrack.experiments.head.sketch import front
-from pftrack.geometry.face_model import FEATURES, mean_model, person
-from pftrack.model_files.points import as_json
+from pftrack.vision.geometry.face_model import FEATURES, mean_model, person
+from pftrack.vision.model_files.points import as_json
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server, until
 from tests.browser.views import SessionPage

@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 import pytest
 
+from pftrack.core.model.source import History
 from pftrack.experiments.hand.marks import HandTips
-from pftrack.model.source import History
-from pftrack.rendering.film import FilmWriter
-from pftrack.sources.hand import HandSceneParameters, HandSource
+from pftrack.experiments.hand.scene import HandSceneParameters, HandSource
+from pftrack.vision.rendering.film import FilmWriter
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
 

@@ -6,8 +6,8 @@ from typing import Any, get_args
 
 import pytest
 
-from pftrack.lessons.figure import Figure, Panel, Trace
-from pftrack.model.palette import COLOURS, VIRIDIS
+from pftrack.core.model.palette import COLOURS, VIRIDIS
+from pftrack.teaching.lessons.figure import Figure, Panel, Trace
 from tests.browser.accessible import check
 from tests.browser.host import Server
 from tests.browser.lesson_figures import DENSITIES, EVERY, HEAT, RED, SCENE, cloud

@@ -8,8 +8,8 @@ import httpx
 import pytest
 from playwright.sync_api import expect
 
+from pftrack.core.model.parameters import Value
 from pftrack.experiments import find
-from pftrack.model.parameters import Value
 from pftrack.runs.run import Change, Run
 from tests.browser.accessible import check, fits
 from tests.browser.host import Server

@@ -11,10 +11,10 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.experiments import find
-from pftrack.geometry.face_model import FEATURES
+from pftrack.vision.geometry.face_model import FEATURES
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
-from tests.experiments.heads import empty, simulated
+from tests.experiments.head.heads import empty, simulated
 
 Watch = Callable[..., SessionPage]
 HEAD = find("head")

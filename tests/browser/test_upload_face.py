@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.geometry.gaze import gaze
+from pftrack.vision.geometry.gaze import gaze
 from tests.browser.host import Server
 from tests.browser.test_flat import OCCLUDER
 from tests.browser.views import Gallery, SessionPage, View
-from tests.experiments.heads import empty, film, marked, pictures, simulated
+from tests.experiments.head.heads import empty, film, marked, pictures, simulated
 
 BEGIN, END, WIDTH = 44, 72, 320
 """The simulated driver looks ahead until the first of these frames, and far to one side in the last one."""

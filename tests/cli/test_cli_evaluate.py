@@ -3,8 +3,8 @@
 import json
 from pathlib import Path
 
+from tests.analysis.clips import write_otb
 from tests.cli.commands import Call, refused
-from tests.evaluation.clips import write_otb
 
 
 def test_sequences_are_evaluated(tmp_path: Path, call: Call) -> None:

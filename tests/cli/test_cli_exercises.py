@@ -5,7 +5,7 @@ from pathlib import Path
 
 from tests.cli.commands import Call, refused
 
-SOLUTION = Path(__file__).parents[1] / "exercises" / "solutions" / "importance_weights.py"
+SOLUTION = Path(__file__).parents[1] / "teaching" / "exercises" / "solutions" / "importance_weights.py"
 
 
 def test_an_exercise_is_begun_and_checked(call: Call, tmp_path: Path) -> None:

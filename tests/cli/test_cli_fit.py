@@ -4,8 +4,8 @@ import json
 from pathlib import Path
 
 import pftrack
-from pftrack.model.parameters import flat
-from pftrack.model.timeline import Change
+from pftrack.core.model.parameters import flat
+from pftrack.core.model.timeline import Change
 from tests.cli.commands import Call, refused
 
 

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.geometry.face_model import FEATURES
-from pftrack.geometry.rotation import rotation
-from pftrack.rendering.film import FilmWriter
+from pftrack.core.geometry.rotation import rotation
+from pftrack.vision.geometry.face_model import FEATURES
+from pftrack.vision.rendering.film import FilmWriter
 from tests.cli.commands import Call, refused
-from tests.experiments.heads import empty, pictures, simulated
+from tests.experiments.head.heads import empty, pictures, simulated
 
 COUNT, WIDTH = 60, 320
 CLIP = Path(__file__).parents[2] / ".." / "shared" / "data" / "face_turning"

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from pftrack.core.model.recipe import Recipe
+from pftrack.core.model.timeline import Change
 from pftrack.experiments import find
-from pftrack.model.recipe import Recipe
-from pftrack.model.timeline import Change
 from pftrack.runs.record import make, read, save
 from pftrack.sweep import Plan, read_result
 from tests.cli.commands import Call, refused
@@ -103,7 +103,7 @@ def test_an_export_that_cannot_be_written_leaves_what_was_there(
 
     place = tmp_path / "old.learned.json"
     place.write_text("old")
-    monkeypatch.setattr("pftrack.exports.formats.settle", full)
+    monkeypatch.setattr("pftrack.output.exports.formats.settle", full)
     refused(call("replay", saved, "--export", place), 1, "cannot be written: No space left on device")
     assert [(each, each.read_text()) for each in tmp_path.iterdir()] == [(place, "old")]
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.lessons import LESSONS, Demonstration, Figure, Outcome, Scenario
-from pftrack.lessons.course import probability
-from pftrack.model.recipe import Recipe
+from pftrack.core.model.recipe import Recipe
+from pftrack.teaching.lessons import LESSONS, Demonstration, Figure, Outcome, Scenario
+from pftrack.teaching.lessons.course import probability
 from tests.cli.commands import Call, refused
 
 

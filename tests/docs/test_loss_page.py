@@ -1,7 +1,7 @@
 """The page of loss probabilities says what the record of reproduced results holds, and what is declared holds there."""
 
 from pftrack.experiments import EXPERIMENTS
-from pftrack.loss_probability.declaration import MOST_ERROR
+from pftrack.experiments.shared.loss_probability.declaration import MOST_ERROR
 from pftrack.reproduce import read_record
 from tools.loss_probability import PAGE, page
 from tools.reproduction import RECORD

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from pftrack.core.model.drawing import COLOURS, Ellipse, Links, Picture, Points, Polyline
 from pftrack.experiments import EXPERIMENTS, Experiment, find
-from pftrack.model.drawing import COLOURS, Ellipse, Links, Picture, Points, Polyline
-from pftrack.rendering import render
 from pftrack.runs.run import Change, Run
+from pftrack.vision.rendering import render
 
 ALL = pytest.mark.parametrize("experiment", EXPERIMENTS.values(), ids=EXPERIMENTS)
 

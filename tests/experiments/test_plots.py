@@ -2,9 +2,9 @@
 
 import pytest
 
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.plot import STANDARD_PLOTS, Plot
 from pftrack.experiments import EXPERIMENTS, Experiment, find
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.plot import STANDARD_PLOTS, Plot
 from pftrack.runs.run import Run
 
 

@@ -1,7 +1,7 @@
 import pytest
 
+from pftrack.core.model.parameters import declarations, flat
 from pftrack.experiments import EXPERIMENTS, Experiment, Preset, find
-from pftrack.model.parameters import declarations, flat
 from pftrack.runs.run import Change, Run
 
 BALL = find("ball")

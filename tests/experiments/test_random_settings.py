@@ -6,9 +6,9 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
+from pftrack.core.model.calibration import Direction
+from pftrack.core.model.parameters import Value
 from pftrack.experiments import find
-from pftrack.model.calibration import Direction
-from pftrack.model.parameters import Value
 from pftrack.runs.coverage import count_held, pool_counts
 from pftrack.runs.run import Change, Run
 from pftrack.testing.coverage import find_contradictions, judge

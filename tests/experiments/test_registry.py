@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.experiment import INTERFACE
 from pftrack.experiments import EXPERIMENTS, find
+from pftrack.experiments.experiment import INTERFACE
 from tests.installing import commands, install, python
 
 GOOD = f"""
@@ -19,7 +19,7 @@ BROKEN = {
     "no-import": ("import surely_not_installed", "importing it raises ModuleNotFoundError"),
     "raises": ("raise ValueError('at import')", "importing it raises ValueError"),
     "ends": ("raise SystemExit(3)", "importing it raises SystemExit"),
-    "other-type": ("EXPERIMENT = 7", "must be a pftrack.experiment.Experiment, got int"),
+    "other-type": ("EXPERIMENT = 7", "must be a pftrack.experiments.experiment.Experiment, got int"),
     "no-attribute": ("OTHER = 7", "importing it raises AttributeError"),
     "no-version": (GOOD.replace(f"interface={INTERFACE}", "interface=0"), "it states no version of the interface"),
     "late": (GOOD.replace(f"interface={INTERFACE}", "interface=99"), "it states version 99 of the interface"),
@@ -44,7 +44,7 @@ def test_nothing_is_imported_before_it_is_asked_for(place: Path) -> None:
     """Listing names imports no experiment of the project, and using one imports no other and no package's."""
     program = (
         "import sys; from pftrack.experiments import EXPERIMENTS, find\n"
-        "def imported(): return sorted(n for n in sys.modules if n.endswith('.experiment') and n.count('.') > 1)\n"
+        "def imported(): return sorted(n for n in sys.modules if n.endswith('.experiment') and n.count('.') > 2)\n"
         "assert imported() == [], imported()\n"
         "assert find('sine') is EXPERIMENTS['sine'] is find('sine')\n"
         "assert imported() == ['pftrack.experiments.sine.experiment'], imported()\n"
@@ -94,8 +94,8 @@ def test_commands_work_beside_broken_packages(place: Path) -> None:
 
 DOCTORS = """
 import os, sys
-from pftrack.doctor import _experiments
-import pftrack.experiments.sine.experiment, pftrack.warming.coverage
+from pftrack.doctor.checks import _experiments
+import pftrack.experiments.sine.experiment, pftrack.doctor.warming.coverage
 for place in sys.argv[1:]:
     if not os.fork():
         sys.path.append(place)

@@ -8,19 +8,19 @@ import cv2
 import numpy as np
 import pytest
 
-from pftrack.experiment import Setup
+from pftrack.core.model.marks import Box
+from pftrack.core.model.parameters import revise
+from pftrack.core.model.sequence import FrameSequence
+from pftrack.core.model.source import History
+from pftrack.core.model.suitability import NOT_AT_ALL, WELL, Suitability, grade
 from pftrack.experiments import find
+from pftrack.experiments.ball.scene import BallSceneParameters, BallSource
+from pftrack.experiments.experiment import Setup
 from pftrack.experiments.head.marks import FacePoints
-from pftrack.model.marks import Box
-from pftrack.model.parameters import revise
-from pftrack.model.sequence import FrameSequence
-from pftrack.model.source import History
-from pftrack.model.suitability import NOT_AT_ALL, WELL, Suitability, grade
 from pftrack.runs.run import Run
-from pftrack.sources.ball import BallSceneParameters, BallSource
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthTable, read_truth
-from tests.experiments.heads import Picture, Pictures, pictures
+from tests.experiments.head.heads import Picture, Pictures, pictures
 
 BALL, HEAD = find("ball"), find("head")
 CLIPS = Path(__file__).parents[2] / ".." / "shared" / "data"

@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.dynamics import autoregression
+from pftrack.core.numerics.gaussian import Gaussian
+from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.filters import adaptive, kalman
+from pftrack.filters.dynamics import autoregression
 from pftrack.filters.layers import Projection
-from pftrack.numerics.gaussian import Gaussian
-from pftrack.numerics.random import Purpose, Stream
-from pftrack.particles import ParticleSet
+from pftrack.filters.particles import ParticleSet
 
 PLACES = np.array([[10.0, 20.0], [-30.0, 5.0], [100.0, -100.0]])
 SPREAD = np.array([[4.0, 3.0], [3.0, 9.0]])

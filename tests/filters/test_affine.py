@@ -3,13 +3,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pftrack.dynamics import autoregression
+from pftrack.core.geometry.camera import affine_projection
+from pftrack.core.geometry.rotation import rotation
+from pftrack.core.numerics.gaussian import Gaussian
+from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.filters import kalman
 from pftrack.filters.affine import AffineBelief, AffineLayer
-from pftrack.geometry.camera import affine_projection
-from pftrack.geometry.rotation import rotation
-from pftrack.numerics.gaussian import Gaussian
-from pftrack.numerics.random import Purpose, Stream
+from pftrack.filters.dynamics import autoregression
 
 POINTS = np.random.default_rng(1).normal(size=(9, 3)) * 15
 CAMERA = np.array([[5.0, 0.1, -0.2, 12.0], [0.3, 4.9, 0.2, -7.0]])

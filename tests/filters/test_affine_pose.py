@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from pftrack.core.geometry.rotation import rotation
+from pftrack.core.numerics.gaussian import Gaussian
+from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.filters import affine_pose, extended
-from pftrack.geometry.rotation import rotation
-from pftrack.numerics.gaussian import Gaussian
-from pftrack.numerics.random import Purpose, Stream
 
 REFERENCE = np.array([[5.0, 0.2, -0.3], [0.1, 4.8, 0.4]])
 NOISE = 0.05**2 * (np.eye(6) + 0.3)

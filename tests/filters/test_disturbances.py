@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from pftrack.core.model.linear import LinearChain
+from pftrack.core.numerics.compiled import FUNCTIONS
+from pftrack.core.numerics.gaussian import log_density
 from pftrack.filters import disturbances
 from pftrack.filters.disturbances import smooth_disturbances
-from pftrack.model.linear import LinearChain
-from pftrack.numerics.compiled import FUNCTIONS
-from pftrack.numerics.gaussian import log_density
 
 
 def chain(frames: int = 7, *, missing: tuple[int, ...] = (2, 3), spread: float = 0.0) -> LinearChain:

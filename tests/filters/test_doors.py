@@ -8,13 +8,13 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from pftrack import dynamics, filters, particles, resampling
-from pftrack.dynamics import LinearDynamics, random_walk
-from pftrack.filters import bootstrap
-from pftrack.likelihoods import chromaticity, points
-from pftrack.model.linear import LinearChain
-from pftrack.numerics.gaussian import Gaussian
-from pftrack.particles import ParticleSet
+from pftrack import filters
+from pftrack.core.model.linear import LinearChain
+from pftrack.core.numerics.gaussian import Gaussian
+from pftrack.filters import bootstrap, dynamics, particles, resampling
+from pftrack.filters.dynamics import LinearDynamics, random_walk
+from pftrack.filters.particles import ParticleSet
+from pftrack.vision.likelihoods import chromaticity, points
 
 SIZES = {"N": 6, "d": 4, "k": 2, "m": 3, "F": 5, "T": 7, "n": 8, "M": 6}
 """How long each side is; all differ, but for those that are the same."""

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from pftrack.dynamics import autoregression, random_walk
+from pftrack.core.numerics.gaussian import Gaussian, log_density
 from pftrack.filters import bootstrap, fixed_lag, kalman
-from pftrack.numerics.gaussian import Gaussian, log_density
-from pftrack.particles import ParticleSet
+from pftrack.filters.dynamics import autoregression, random_walk
+from pftrack.filters.particles import ParticleSet
 
 LAG = 3
 MODEL = random_walk(1, 1.0)

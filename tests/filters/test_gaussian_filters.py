@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.dynamics import autoregression, constant_velocity
+from pftrack.core.numerics.gaussian import Gaussian, log_density
 from pftrack.filters import extended, kalman, unscented
-from pftrack.numerics.gaussian import Gaussian, log_density
+from pftrack.filters.dynamics import autoregression, constant_velocity
 
 MODEL = constant_velocity(2, 1.0, 0.5)
 OBSERVE = np.eye(2, 4)

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.dynamics import LinearDynamics, autoregression, random_walk
+from pftrack.core.numerics.gaussian import Gaussian, log_density
 from pftrack.filters import auxiliary, bootstrap, kalman, unscented_particle
+from pftrack.filters.dynamics import LinearDynamics, autoregression, random_walk
+from pftrack.filters.particles import ParticleSet
 from pftrack.filters.posterior import LogLikelihood, Posterior
-from pftrack.numerics.gaussian import Gaussian, log_density
-from pftrack.particles import ParticleSet
 
 MODEL = random_walk(2, 0.7)
 NOISE = np.eye(2)

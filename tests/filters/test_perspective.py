@@ -1,10 +1,10 @@
 import numpy as np
 
+from pftrack.core.geometry.rotation import derivatives, rotation
+from pftrack.core.numerics.gaussian import Gaussian
+from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.filters import extended
 from pftrack.filters.perspective import PerspectiveLayer, features
-from pftrack.geometry.rotation import derivatives, rotation
-from pftrack.numerics.gaussian import Gaussian
-from pftrack.numerics.random import Purpose, Stream
 
 POINTS = np.random.default_rng(1).normal(size=(8, 3)) * 15
 STATE = np.array([0.2, -0.5, 0.1, 12.0, -8.0, 300.0])

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
+from pftrack.core.geometry.camera import affine_projection
+from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.filters import rao_blackwell
 from pftrack.filters.affine import AffineLayer
-from pftrack.geometry.camera import affine_projection
-from pftrack.likelihoods import points
-from pftrack.numerics.random import Purpose, Stream
+from pftrack.vision.likelihoods import points
 
 CAMERA = np.array([[5.0, 0.0, 0.0, 0.0], [0.0, 5.0, 0.0, 0.0]])
 LAYER = AffineLayer(np.array([[0.0, 0.0, 0.0], [6.0, 2.0, -3.0]]), CAMERA)

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from pftrack.dynamics import autoregression
+from pftrack.core.numerics.gaussian import Gaussian
 from pftrack.filters import kalman
+from pftrack.filters.dynamics import autoregression
 from pftrack.filters.sequential import condition, decorrelate, predict_second_order
-from pftrack.numerics.gaussian import Gaussian
 
 RNG = np.random.default_rng(0)
 

@@ -2,9 +2,9 @@
 
 import pytest
 
+from pftrack.core.model.parameters import revise
+from pftrack.core.model.recipe import Recipe
 from pftrack.experiments import find
-from pftrack.model.parameters import revise
-from pftrack.model.recipe import Recipe
 from pftrack.reproduce.diagnosis.conditions import CONDITIONS
 from pftrack.reproduce.diagnosis.confusion import CELL, UNAIDED_CELL, Judgement, findings_of, judge_draw
 

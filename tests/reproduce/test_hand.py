@@ -4,8 +4,8 @@ from itertools import product
 
 import pytest
 
-from pftrack.experiment import Preset
 from pftrack.experiments import find
+from pftrack.experiments.experiment import Preset
 from pftrack.reproduce.hand.figures import right_figure
 from pftrack.reproduce.hand.steps import steps
 from pftrack.reproduce.hand.table import RANKINGS, REFERENCE

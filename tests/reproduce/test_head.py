@@ -5,15 +5,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pftrack.core.model.parameters import Value, revise
 from pftrack.experiments import find
-from pftrack.model.parameters import Value, revise
+from pftrack.experiments.head.trackers.memory import eye_distance
+from pftrack.experiments.head.trackers.parameters import AS_PUBLISHED
+from pftrack.experiments.head.trackers.templates import EYE_DISTANCE_PX
 from pftrack.reproduce.head import curves as head_curves
 from pftrack.reproduce.head.figures import draw
 from pftrack.reproduce.head.trials import Model, Trial, TrialResult, VideoTrials, distance_mm, run_trials
 from pftrack.runs.run import Change, Run
-from pftrack.trackers.head.memory import eye_distance
-from pftrack.trackers.head.parameters import AS_PUBLISHED
-from pftrack.trackers.head.templates import EYE_DISTANCE_PX
 
 FAST = 225
 """Frames of the shortest video that the scene can show."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pftrack.loss_probability.scores import delays, reliability, roc
+from pftrack.experiments.shared.loss_probability.scores import delays, reliability, roc
 from pftrack.reproduce.loss_figures import FIGURES, LAST_FRAME, draw_scores
 
 

@@ -33,7 +33,7 @@ def test_a_result_depends_on_what_it_imports(result: str, inside: tuple[str, ...
 
 def test_data_beside_the_code_count() -> None:
     """What a tracker has learned beforehand is among the sources."""
-    assert "pftrack/trackers/fish/learned.json" in names_of("fish")
+    assert "pftrack/experiments/fish/trackers/learned.json" in names_of("fish")
 
 
 def test_a_change_anywhere_below_changes_the_hash(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

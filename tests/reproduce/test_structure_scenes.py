@@ -5,9 +5,9 @@ import pytest
 
 from pftrack.reproduce.structure.scenes import head_tracks, prism_tracks
 from pftrack.reproduce.structure.scenes.prism import CENTRES
-from pftrack.structure.alignment import shape_error
-from pftrack.structure.factorization import factorize
-from pftrack.structure.variational import fit
+from pftrack.vision.structure.alignment import shape_error
+from pftrack.vision.structure.factorization import factorize
+from pftrack.vision.structure.variational import fit
 
 
 def test_the_prism_hides_as_specified() -> None:

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from pftrack.experiments.trajectories.scene.reference import REFERENCE_PX
 from pftrack.filters.trajectories.whole import Method, Settings, follow, likelihood_surface
 from pftrack.reproduce.trajectories import pictures, tracks
 from pftrack.reproduce.trajectories.figures import draw
-from pftrack.sources.trajectories.reference import REFERENCE_PX
 
 
 def test_the_table_within_the_tolerances_for_few_runs() -> None:

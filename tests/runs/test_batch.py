@@ -5,16 +5,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.experiment import Experiment, Setup
+from pftrack.core.model.calibration import Calibration
+from pftrack.core.model.frame import Frame
+from pftrack.core.model.marks import Box
+from pftrack.core.model.parameters import ParameterError, Value
 from pftrack.experiments import find
-from pftrack.model.calibration import Calibration
-from pftrack.model.frame import Frame
-from pftrack.model.marks import Box
-from pftrack.model.parameters import ParameterError, Value
+from pftrack.experiments.experiment import Experiment, Setup
 from pftrack.runs import batch, scoring
 from pftrack.runs.loss_probability import loss_probabilities
 from pftrack.runs.run import Change, Run
-from tests.experiments.heads import Pictures, pictures
+from tests.experiments.head.heads import Pictures, pictures
 
 CONDITION: dict[str, Value] = {"occlusion_width_px": 55, "distracter_radius_px": 11, "layout": 3, "sample_count": 120}
 BALL = find("ball")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pftrack.experiments import find
-from pftrack.likelihoods.edge_distance import _cached_edges
+from pftrack.experiments.fish.scene.edge_distance import _cached_edges
 from pftrack.runs.continuation import Continuation, read_stretches
 from pftrack.runs.ensemble import Ensemble, ensemble, ensembling, other_seeds
 from pftrack.runs.run import Change, Run

@@ -5,8 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from pftrack.core.model.parameters import ParameterError
 from pftrack.experiments import find
-from pftrack.model.parameters import ParameterError
 from pftrack.runs.inspection import GENERATIONS, Inspection
 from pftrack.runs.run import Run
 from pftrack.sources.prism import NAMES

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import pftrack
+from pftrack.core.model.parameters import Value
 from pftrack.experiments import find
-from pftrack.loss_probability.declaration import describe_models, read_declaration, write_models
-from pftrack.loss_probability.scenes import Scenes
-from pftrack.model.parameters import Value
+from pftrack.experiments.shared.loss_probability.declaration import describe_models, read_declaration, write_models
+from pftrack.experiments.shared.loss_probability.scenes import Scenes
 from pftrack.runs.columns import columns_of
 from pftrack.runs.loss_probability import LossAccount, loss_probabilities
 from pftrack.runs.run import Change, Run

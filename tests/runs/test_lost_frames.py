@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.counterfactuals import LossError, find_loss, what_if
-from pftrack.diagnosis import diagnose
+from pftrack.analysis.counterfactuals import LossError, find_loss, what_if
+from pftrack.analysis.diagnosis import diagnose
+from pftrack.core.model.frame import Target
+from pftrack.core.model.marks import Box
 from pftrack.experiments import find
-from pftrack.model.frame import Target
-from pftrack.model.marks import Box
 from pftrack.runs.columns import columns_of
 from pftrack.runs.ensemble import ensemble
 from pftrack.runs.loss_probability import loss_probabilities, measure_loss_probability
 from pftrack.runs.lost_frames import find_lost_frames
 from pftrack.runs.run import Change, Run
 from pftrack.sources.truth import TruthTable
-from tests.experiments.heads import Pictures
+from tests.experiments.head.heads import Pictures
 
 BALL = find("ball")
 

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack import once
-from pftrack.experiment import Experiment
+from pftrack.core import once
+from pftrack.core.model.diagnostics import diagnose
+from pftrack.core.model.measures import Measure
+from pftrack.core.model.series import Series
 from pftrack.experiments import find
-from pftrack.model.diagnostics import diagnose
-from pftrack.model.measures import Measure
-from pftrack.model.series import Series
+from pftrack.experiments.experiment import Experiment
 from pftrack.runs.run import Run
 
 SINE = find("sine")

@@ -6,18 +6,18 @@ from typing import Any
 
 import pytest
 
+from pftrack.core.model.parameters import ParameterError
+from pftrack.core.model.recipe import Footage, Recipe
+from pftrack.core.model.sequence import FrameSequence
+from pftrack.core.numerics.random import LARGEST_SEED
 from pftrack.experiments import find
-from pftrack.filter_files import trust
-from pftrack.model.parameters import ParameterError
-from pftrack.model.recipe import Footage, Recipe
-from pftrack.model.sequence import FrameSequence
-from pftrack.numerics.random import LARGEST_SEED
+from pftrack.experiments.own import trust
 from pftrack.runs.record import load, make, read, save
 from pftrack.runs.run import Change
 from pftrack_server.schemas.sessions import SessionCreate
 from pftrack_server.schemas.snapshot import RunSnapshot
 from pftrack_server.schemas.spec import BranchSpec, SessionSpec
-from tests.experiments.heads import Pictures, pictures
+from tests.experiments.head.heads import Pictures, pictures
 
 TEXT = "def should_resample(log_weights):\n    return True\n"
 

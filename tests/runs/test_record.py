@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pftrack.core.model.marks import Box
 from pftrack.experiments import find
-from pftrack.model.marks import Box
 from pftrack.runs import record
 from pftrack.runs.record import RecordError, load, read, read_saved, save
 from pftrack.runs.run import Change, Run
 from pftrack.sources.sequence import open_sequence
-from tests.experiments.heads import Pictures, pictures
+from tests.experiments.head.heads import Pictures, pictures
 from tests.sources.conftest import film
 
 BALL = find("ball")

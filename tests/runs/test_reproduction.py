@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pftrack.core.numerics import machine
 from pftrack.experiments import find
-from pftrack.numerics import machine
 from pftrack.runs.record import Saved, read_saved, save
 from pftrack.runs.reproduction import departure, difference
 from pftrack.runs.run import Run

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pftrack.experiment import Step
+from pftrack.core.model.parameters import ParameterError
 from pftrack.experiments import find
-from pftrack.model.parameters import ParameterError
+from pftrack.experiments.experiment import Step
 from pftrack.runs.keyframes import Keyframes
 from pftrack.runs.run import Change, EndOfRun, PastError, Run
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from pftrack.files import write_whole
+from pftrack.core.files import write_whole
 from pftrack_server.schemas.snapshot import Goal
 from pftrack_server.worker import checkpoints, process
 from pftrack_server.worker.protocol import WorkerConfig

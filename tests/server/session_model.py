@@ -4,9 +4,9 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any
 
+from pftrack.core.model.parameters import flat
+from pftrack.core.model.timeline import Change
 from pftrack.experiments import find
-from pftrack.model.parameters import flat
-from pftrack.model.timeline import Change
 from pftrack.runs.run import Run
 
 __all__ = ["EXPERIMENT", "FIXED", "FRAMES", "BranchModel", "SavedRun", "SessionModel", "hash_of"]

@@ -10,7 +10,7 @@ from typing import Any
 import httpx
 import psutil
 
-from pftrack.files import write_whole
+from pftrack.core.files import write_whole
 from pftrack.sweep import driver as driving
 from pftrack.sweep.journal import partial_of
 from pftrack.sweep.work import compute_chunk

@@ -8,8 +8,8 @@ from typing import Any
 import httpx
 import pytest
 
-from pftrack.comparison import Comparison
 from pftrack.experiments import find
+from pftrack.runs.comparison import Comparison
 from pftrack.runs.run import Run
 from tests.server.host import begin, error_of, steer
 from tests.server.test_uploads import send, video

@@ -11,7 +11,7 @@ import httpx
 import pytest
 
 import pftrack_server.compilation
-from pftrack.warming import Progress
+from pftrack.doctor.warming import Progress
 from pftrack_server.compilation import Compilation
 from pftrack_server.errors import UnavailableError
 from pftrack_server.settings import Settings

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from pftrack.model.parameters import Declaration
+from pftrack.core.model.parameters import Declaration
 from pftrack_server.schemas.controls import control_of, controls_of, working_range
 
 

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 from pftrack.experiments import find
-from pftrack.exports.formats import FORMATS, exports_of
+from pftrack.output.exports.formats import FORMATS, exports_of
 from pftrack.runs.run import Change, Run
 from tests.notebooks import executed
 from tests.server.host import begin, error_of, steer

@@ -9,12 +9,12 @@ import httpx
 import numpy as np
 import pytest
 
-from pftrack.geometry.face_model import FEATURES, LINKS, TITLES
-from pftrack.geometry.gaze import gaze
 from pftrack.runs import record
 from pftrack.sources.sequence import open_sequence
-from tests.experiments.heads import Picture, empty, film, marked, pictures, simulated
-from tests.experiments.test_head_start import turning
+from pftrack.vision.geometry.face_model import FEATURES, LINKS, TITLES
+from pftrack.vision.geometry.gaze import gaze
+from tests.experiments.head.heads import Picture, empty, film, marked, pictures, simulated
+from tests.experiments.head.test_head_start import turning
 from tests.server.host import Server, begin, error_of, steer
 from tests.server.test_runs import estimates, save
 from tests.server.test_uploads import send

@@ -5,8 +5,8 @@ from pathlib import Path
 import httpx
 import pytest
 
+from pftrack.analysis.failures import gallery
 from pftrack.experiments import EXPERIMENTS
-from pftrack.failures import gallery
 from pftrack_server.schemas.failures import FailureResult
 from pftrack_server.tasks.disk_cache import DiskCache
 from pftrack_server.tasks.experiment_results import ExperimentResults

@@ -12,10 +12,10 @@ import httpx
 import pytest
 import yaml
 
+from pftrack.core.model.parameters import LONGEST_FILE
 from pftrack.experiments import find
-from pftrack.filter_files import digest_of
-from pftrack.filter_files.example import example_of
-from pftrack.model.parameters import LONGEST_FILE
+from pftrack.experiments.own import digest_of
+from pftrack.experiments.own.example import example_of
 from pftrack_server.settings import Settings
 from tests.server.host import begin, error_of, running
 from tests.waiting import wait_for

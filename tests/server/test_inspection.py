@@ -6,8 +6,8 @@ import httpx
 import numpy as np
 import pytest
 
-from pftrack.model.drawing import Drawing, Ellipse, Picture, Polyline
-from pftrack.model.parameters import ParameterError
+from pftrack.core.model.drawing import Drawing, Ellipse, Picture, Polyline
+from pftrack.core.model.parameters import ParameterError
 from pftrack_server.schemas.inspection import InspectionUpdate
 from pftrack_server.worker.run_tree import RunTree
 from tests.server.host import error_of, steer

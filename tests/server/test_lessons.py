@@ -8,7 +8,7 @@ from typing import Any
 import httpx
 import pytest
 
-from pftrack.lessons import LESSONS, Demonstration
+from pftrack.teaching.lessons import LESSONS, Demonstration
 from tests.server.host import Server, error_of
 from tests.waiting import wait_for
 

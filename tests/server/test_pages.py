@@ -7,8 +7,8 @@ from pathlib import Path
 import httpx
 import pytest
 
+from pftrack.core.model.parameters import declarations
 from pftrack.experiments import EXPERIMENTS
-from pftrack.model.parameters import declarations
 from pftrack_server import pages
 from pftrack_server.middleware.metrics import METHODS
 from tests.server.host import begin, steer

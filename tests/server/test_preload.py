@@ -10,13 +10,13 @@ from typing import Any
 import psutil
 import pytest
 
-from pftrack.experiment import Experiment
+from pftrack.core.model.drawing import Drawing
+from pftrack.core.model.parameters import Value
+from pftrack.core.numerics.compiled import FUNCTIONS
+from pftrack.doctor.warming.coverage import cases, run_case
 from pftrack.experiments import EXPERIMENTS
-from pftrack.model.drawing import Drawing
-from pftrack.model.parameters import Value
-from pftrack.numerics.compiled import FUNCTIONS
+from pftrack.experiments.experiment import Experiment
 from pftrack.process import BlockingEnd, ForkServer
-from pftrack.warming.coverage import cases, run_case
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.queue import Queues
 from pftrack_server.worker import loading

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from pftrack.model.sequence import FrameIndex
+from pftrack.core.model.sequence import FrameIndex
 from pftrack.process import Budget
 from pftrack.sources.errors import SourceError
 from pftrack.sources.limits import DEFAULT_LIMITS, Limits

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pftrack.core.model.drawing import Text
+from pftrack.core.model.parameters import ParameterError
+from pftrack.core.model.recipe import Recipe
 from pftrack.experiments import EXPERIMENTS, find
-from pftrack.model.drawing import Text
-from pftrack.model.parameters import ParameterError
-from pftrack.model.recipe import Recipe
 from pftrack.runs.run import Change
 from pftrack_server.schemas.description import SessionDescription
 from pftrack_server.schemas.snapshot import RunSnapshot

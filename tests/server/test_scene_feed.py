@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import pftrack_server.viewer
-from pftrack.model.drawing import Drawing
+from pftrack.core.model.drawing import Drawing
 from pftrack_server.pictures import SceneDrawing
 from pftrack_server.schemas.description import SessionDescription, TrackerPublic
 from pftrack_server.schemas.panel import PanelDescription, PanelValues

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
+from pftrack.core.model.recipe import Recipe
 from pftrack.experiments import find
-from pftrack.model.recipe import Recipe
 from pftrack.runs.loss_intervals import approach
 from pftrack.runs.run import Change
 from pftrack_server.schemas.description import SessionDescription, TrackerPublic

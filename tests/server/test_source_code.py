@@ -15,11 +15,11 @@ import httpx
 import pytest
 from typer.testing import CliRunner
 
+from pftrack.analysis.failures import gallery
 from pftrack.cli.app import app
+from pftrack.core.model.parameters import ParameterError
+from pftrack.core.model.recipe import Footage, Recipe
 from pftrack.experiments import find
-from pftrack.failures import gallery
-from pftrack.model.parameters import ParameterError
-from pftrack.model.recipe import Footage, Recipe
 from pftrack.runs.record import make
 from pftrack.runs.run import Change
 from pftrack.runs.source_code import run_code

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from pftrack.model.parameters import Declaration
-from pftrack.model.timeline import Change
+from pftrack.core.model.parameters import Declaration
+from pftrack.core.model.timeline import Change
 from pftrack_server.worker.timeline_view import threshold_views, timeline_view
 
 DECLARATIONS = [

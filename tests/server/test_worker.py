@@ -10,8 +10,8 @@ from typing import Any
 import numba
 import pytest
 
+from pftrack.doctor.warming import watch
 from pftrack.process import AsyncEnd, BlockingEnd, pair
-from pftrack.warming import watch
 from pftrack_server.worker.protocol import Change, Credit, Event, Export, Progress, Reply, Request, Speed, Transport
 from pftrack_server.worker.run_tree import RunTree
 from pftrack_server.worker.worker import Worker

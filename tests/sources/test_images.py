@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from PIL import Image
 
-from pftrack.model.sequence import FrameIndex
+from pftrack.core.model.sequence import FrameIndex
 from pftrack.sources.errors import SourceError
 from pftrack.sources.images import ImageSequence
 from pftrack.sources.limits import Limits

@@ -4,12 +4,12 @@ import cv2
 import numpy as np
 import pytest
 
+from pftrack.core.model.marks import Box
+from pftrack.core.model.parameters import revise
+from pftrack.core.model.sequence import FrameSequence
+from pftrack.core.model.source import History
 from pftrack.experiments import find
 from pftrack.experiments.ball.experiment import RecordedBallParameters
-from pftrack.model.marks import Box
-from pftrack.model.parameters import revise
-from pftrack.model.sequence import FrameSequence
-from pftrack.model.source import History
 from pftrack.runs.run import Change, Run
 from pftrack.sources.recording import RecordingSource
 from pftrack.sources.sequence import open_sequence

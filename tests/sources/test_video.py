@@ -11,7 +11,7 @@ import av
 import numpy as np
 import pytest
 
-from pftrack.model.sequence import FrameIndex
+from pftrack.core.model.sequence import FrameIndex
 from pftrack.sources.decoder import Decoder
 from pftrack.sources.errors import SourceError
 from pftrack.sources.limits import Limits

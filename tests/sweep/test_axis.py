@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pftrack.core.model.parameters import declarations
 from pftrack.experiments import find
-from pftrack.model.parameters import declarations
 from pftrack.sweep import Axis, SweepError, parse_axis
 
 BALL = find("ball")

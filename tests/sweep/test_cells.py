@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pftrack.numerics.statistics import chi_square, fisher_exact, holm, wilson
+from pftrack.core.numerics.statistics import chi_square, fisher_exact, holm, wilson
 from pftrack.sweep import (
     CellMap,
     Code,

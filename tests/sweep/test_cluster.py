@@ -13,7 +13,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from pftrack.model.recipe import Footage
+from pftrack.core.model.recipe import Footage
 from pftrack.reproduce.pool import Pool
 from pftrack.sources.sequence import open_sequence
 from pftrack.sweep import Plan, Progress, Recording, Result, SweepError, begin, carry_out, resume

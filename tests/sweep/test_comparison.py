@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pftrack.numerics.statistics import paired_mean_interval, paired_rate_interval, rank_sum
+from pftrack.core.numerics.statistics import paired_mean_interval, paired_rate_interval, rank_sum
 from pftrack.sweep import (
     Code,
     Comparison,

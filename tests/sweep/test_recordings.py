@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from pftrack.core.model.recipe import Footage
 from pftrack.experiments import find
-from pftrack.model.recipe import Footage
 from pftrack.sources.sequence import open_sequence
 from pftrack.sweep import (
     Axis,

@@ -13,8 +13,8 @@ import pyarrow.compute as pc
 import pytest
 from PIL import Image
 
+from pftrack.core.model.export import ExportError
 from pftrack.experiments import EXPERIMENTS
-from pftrack.model.export import ExportError
 from pftrack.sweep import (
     Axis,
     Plan,

@@ -10,7 +10,7 @@ import pytest
 from matplotlib.colors import to_hex
 from playwright.sync_api import Browser
 
-from pftrack.figures.style import diverging
+from pftrack.output.figures.style import diverging
 from pftrack.sweep import Axis, Code, Result, cells, quantities, significance
 from pftrack.sweep.report import Report
 from pftrack.sweep.report.colours import CODES, amounts, largest_difference, scale_of

@@ -9,25 +9,25 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from pydantic import field_validator
 
-from pftrack.experiment import ExampleSweep, Experiment, Preset, Step
+from pftrack.core.model.band import ALL, FlagBand
+from pftrack.core.model.calibration import Calibration
+from pftrack.core.model.drawing import Points, Primitive, WorldDrawing
+from pftrack.core.model.failure import Cure
+from pftrack.core.model.frame import Frame
+from pftrack.core.model.likelihood import anchor_at
+from pftrack.core.model.linear import NoiseScale
+from pftrack.core.model.marks import Editor, Handle, Mark
+from pftrack.core.model.measures import PICTURE_MEASURES
+from pftrack.core.model.parameters import parameter
+from pftrack.core.model.series import Series
+from pftrack.core.model.world import World
 from pftrack.experiments import find
+from pftrack.experiments.experiment import ExampleSweep, Experiment, Preset, Step
+from pftrack.experiments.shared.loss_probability.declaration import LossDeclaration
+from pftrack.experiments.shared.loss_probability.logistic import Logistic
+from pftrack.experiments.shared.loss_probability.model import LossModel
 from pftrack.experiments.sine.experiment import SineParameters
-from pftrack.loss_probability.declaration import LossDeclaration
-from pftrack.loss_probability.logistic import Logistic
-from pftrack.loss_probability.model import LossModel
-from pftrack.model.band import ALL, FlagBand
-from pftrack.model.calibration import Calibration
-from pftrack.model.drawing import Points, Primitive, WorldDrawing
-from pftrack.model.failure import Cure
-from pftrack.model.frame import Frame
-from pftrack.model.likelihood import anchor_at
-from pftrack.model.linear import NoiseScale
-from pftrack.model.marks import Editor, Handle, Mark
-from pftrack.model.measures import PICTURE_MEASURES
-from pftrack.model.parameters import parameter
-from pftrack.model.series import Series
-from pftrack.model.world import World
-from pftrack.sources.signal import SignalSource
+from pftrack.experiments.sine.scene import SignalSource
 
 TRACKERS = find("sine").trackers
 KALMAN = TRACKERS["kalman"]

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from pydantic import Field
 
+from pftrack.core.model.drawing import Ellipse, Primitive
+from pftrack.core.model.marks import Box, Editor, Handle, Mark, MarkNumber
+from pftrack.core.model.parameters import ParameterError
 from pftrack.experiments import find
-from pftrack.model.drawing import Ellipse, Primitive
-from pftrack.model.marks import Box, Editor, Handle, Mark, MarkNumber
-from pftrack.model.parameters import ParameterError
 from pftrack.testing import CheckError, marks
 
 BALL = find("ball")

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.experiment import Experiment
+from pftrack.core.model.drawing import Picture
+from pftrack.core.model.marks import Mark
+from pftrack.core.model.parameters import ParameterError
 from pftrack.experiments import find
-from pftrack.model.drawing import Picture
-from pftrack.model.marks import Mark
-from pftrack.model.parameters import ParameterError
+from pftrack.experiments.experiment import Experiment
 from pftrack.sources.recording import RecordingSource
 from pftrack.testing import CheckError, recordings
 from tests.testing.test_marks import Disc

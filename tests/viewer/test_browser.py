@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.model.drawing import Mesh
+from pftrack.core.model.drawing import Mesh
 from pftrack_server.schemas.panel import PanelValues
 from tests.conftest import FRUGAL
 from tests.viewer.conftest import NEEDS_CHROMIUM, until

@@ -8,8 +8,8 @@ import pytest
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from pftrack.exports import viewers
-from pftrack.model.recipe import Recipe
+from pftrack.core.model.recipe import Recipe
+from pftrack.output.exports import viewers
 from pftrack.runs.record import make
 from pftrack.runs.run import Run
 from pftrack_server.viewer.player import Player

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pftrack.model.drawing import Drawing, Picture, Points
+from pftrack.core.model.drawing import Drawing, Picture, Points
 from tests.conftest import FEW_PIXELS
 from tests.viewer.conftest import NEEDS_CHROMIUM, until
 from tests.viewer.host import Session, Site

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from pftrack.model.drawing import (
+from pftrack.core.model.drawing import (
     COLOURS,
     Axes,
     Drawing,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pftrack.model.drawing import COLOURS, Axes, Ellipse, Frustum, Links, Mesh, Picture, Points, Polyline, Text
+from pftrack.core.model.drawing import COLOURS, Axes, Ellipse, Frustum, Links, Mesh, Picture, Points, Polyline, Text
 from pftrack_server.viewer import shapes
 from pftrack_server.viewer.shapes import Stance
 

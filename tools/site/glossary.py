@@ -1,7 +1,7 @@
 """The glossary, from the declarations of the library and of the experiments."""
 
+from pftrack.core.model.glossary import GLOSSARY, Section
 from pftrack.experiments import EXPERIMENTS
-from pftrack.model.glossary import GLOSSARY, Section
 
 __all__ = ["markdown"]
 

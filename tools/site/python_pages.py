@@ -17,27 +17,65 @@ if TYPE_CHECKING:
 __all__ = ["CONTENTS", "INTERNAL", "ROOMS", "setup"]
 
 ROOMS = (
-    "pftrack", "pftrack.comparison", "pftrack.sweep", "pftrack.failures", "pftrack.lessons", "pftrack.figures",
-    "pftrack.displays", "pftrack.exports", "pftrack.experiments", "pftrack.testing", "pftrack.model", "pftrack.runs",
-    "pftrack.diagnosis", "pftrack.counterfactuals", "pftrack.explanation", "pftrack.loss_probability",
-    "pftrack.fitting", "pftrack.evaluation", "pftrack.filter_files", "pftrack.filters", "pftrack.resampling",
-    "pftrack.particles", "pftrack.dynamics", "pftrack.likelihoods",
-    "pftrack.learning", "pftrack.sources", "pftrack.geometry", "pftrack.detection", "pftrack.rendering",
-    "pftrack.numerics", "pftrack.structure", "pftrack.set_membership", "pftrack.reproduce",
-)  # fmt: skip
+    "pftrack",
+    "pftrack.runs.comparison",
+    "pftrack.sweep",
+    "pftrack.analysis.failures",
+    "pftrack.teaching.lessons",
+    "pftrack.output.figures",
+    "pftrack.output.displays",
+    "pftrack.output.exports",
+    "pftrack.experiments",
+    "pftrack.testing",
+    "pftrack.core.model",
+    "pftrack.runs",
+    "pftrack.analysis.diagnosis",
+    "pftrack.analysis.counterfactuals",
+    "pftrack.analysis.explanation",
+    "pftrack.experiments.shared.loss_probability",
+    "pftrack.analysis.fitting",
+    "pftrack.analysis.evaluation",
+    "pftrack.experiments.own",
+    "pftrack.filters",
+    "pftrack.filters.resampling",
+    "pftrack.filters.particles",
+    "pftrack.filters.dynamics",
+    "pftrack.vision.likelihoods",
+    "pftrack.filters.learning",
+    "pftrack.sources",
+    "pftrack.vision.geometry",
+    "pftrack.vision.detection",
+    "pftrack.vision.rendering",
+    "pftrack.core.numerics",
+    "pftrack.vision.structure",
+    "pftrack.experiments.linkage.sets",
+    "pftrack.reproduce",
+)
 """The public rooms of the library."""
 
 INTERNAL = frozenset(
-    {"pftrack.cli", "pftrack.exercises", "pftrack.model_files", "pftrack.process", "pftrack.trackers",
-     "pftrack.warming"}
-)  # fmt: skip
+    {
+        "pftrack.analysis",
+        "pftrack.core",
+        "pftrack.doctor",
+        "pftrack.output",
+        "pftrack.teaching",
+        "pftrack.vision",
+        "pftrack.cli",
+        "pftrack.teaching.exercises",
+        "pftrack.vision.model_files",
+        "pftrack.process",
+        "pftrack.experiments.shared",
+        "pftrack.doctor.warming",
+    }
+)
 """Packages that concern nobody outside: commands, what experiments wire up, children, and how compiled code is kept."""
 
 CONTENTS = "## Packages\n\n```{toctree}\n:maxdepth: 1\n\n" + "\n".join(f"api/{room}" for room in ROOMS) + "\n```"
 
 CODE = re.compile(r"(`+[^`]*`+)|\|")
 
-INNER = {"pftrack.lessons", "pftrack.reproduce", "pftrack.experiments"}
+INNER = {"pftrack.teaching.lessons", "pftrack.reproduce", "pftrack.experiments"}
 """Rooms whose modules are found by a registry and not imported by anybody: their packages alone are public."""
 
 

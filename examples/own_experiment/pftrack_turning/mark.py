@@ -6,9 +6,9 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from pftrack.model.drawing import COLOURS, Ellipse, Primitive
-from pftrack.model.marks import Editor, Handle, Mark, MarkNumber
-from pftrack.model.parameters import ParameterError
+from pftrack.core.model.drawing import COLOURS, Ellipse, Primitive
+from pftrack.core.model.marks import Editor, Handle, Mark, MarkNumber
+from pftrack.core.model.parameters import ParameterError
 
 
 class Circle(Mark):

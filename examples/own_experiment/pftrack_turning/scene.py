@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from pftrack.model.frame import Frame, Target
-from pftrack.model.source import History
-from pftrack.numerics.random import Purpose, Stream
+from pftrack.core.model.frame import Frame, Target
+from pftrack.core.model.source import History
+from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.sources.overlay import OverlayParameters, paint, paint_disc
 
 RADIUS_PX, SPEED_PX, NOISE_SD, GREY, BRIGHT = 8.0, 4.7, 4.0, 120, (230, 230, 230)

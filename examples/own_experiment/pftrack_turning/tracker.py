@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.dynamics import LinearDynamics
+from pftrack.core.model.frame import Frame, Target
+from pftrack.core.model.parameters import parameter
+from pftrack.core.model.series import Hypotheses, Interval, Series, SeriesValue
+from pftrack.core.numerics.gaussian import Gaussian
+from pftrack.core.numerics.random import Stream
 from pftrack.filters import kalman
-from pftrack.model.frame import Frame, Target
-from pftrack.model.parameters import parameter
-from pftrack.model.series import Hypotheses, Interval, Series, SeriesValue
-from pftrack.numerics.gaussian import Gaussian
-from pftrack.numerics.random import Stream
+from pftrack.filters.dynamics import LinearDynamics
 from pftrack.sources.recording import RecordingParameters
 
 Array = NDArray[np.float64]

@@ -1,4 +1,4 @@
-// Generated from pftrack/lessons/figure.py by `python -m tools.message_types`; changes here are lost.
+// Generated from pftrack/teaching/lessons/figure.py by `python -m tools.message_types`; changes here are lost.
 
 /** An axis. */
 export interface Axis {

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 
-from pftrack.model.calibration import Calibration, Miscalibration
+from pftrack.core.model.calibration import Calibration, Miscalibration
 
 __all__ = ["CALIBRATION"]
 

@@ -12,12 +12,32 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.drawing import COLOURS, Colour, Drawing, Links, Picture, Polyline, Primitive
+from pftrack.core.model.layer import Key, Layer
+from pftrack.core.model.marks import Box, Mark
+from pftrack.core.model.measures import PICTURE_MEASURES
+from pftrack.core.model.parameters import ParameterError, revise
+from pftrack.core.model.recipe import Footage
+from pftrack.core.model.references import BANDO, BANDO_2006, Citation
+from pftrack.core.model.sequence import FrameSequence
+from pftrack.core.model.suitability import BESIDE
+from pftrack.core.model.tour import Tour
+from pftrack.core.model.truth import Truth
 from pftrack.experiments.ball.calibration import CALIBRATION
 from pftrack.experiments.ball.failures import FAILURES
 from pftrack.experiments.ball.loss_probability import LOSS_DECLARATION
+from pftrack.experiments.ball.scene import BallSceneParameters, BallSource
 from pftrack.experiments.ball.suitability import look_beside, suits
-from pftrack.experiments.sketch import (
+from pftrack.experiments.ball.trackers.filter_interface import FILTER_INTERFACE
+from pftrack.experiments.ball.trackers.guided import GUIDED
+from pftrack.experiments.ball.trackers.learned import GUIDANCE
+from pftrack.experiments.ball.trackers.parameters import SCORING, BallTrackerParameters
+from pftrack.experiments.ball.trackers.step import TRACKERS
+from pftrack.experiments.experiment import ExampleSweep, Experiment, Preset, Setup, Step
+from pftrack.experiments.shared.parameters import miss_share
+from pftrack.experiments.shared.sampling.parameters import TERMS
+from pftrack.experiments.shared.sketch import (
     BY_SAMPLER,
     SECOND_RUN,
     at_height,
@@ -28,28 +48,8 @@ from pftrack.experiments.sketch import (
 )
 from pftrack.filters import kalman
 from pftrack.filters.fixed_lag import smooth
-from pftrack.likelihoods import chromaticity
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.drawing import COLOURS, Colour, Drawing, Links, Picture, Polyline, Primitive
-from pftrack.model.layer import Key, Layer
-from pftrack.model.marks import Box, Mark
-from pftrack.model.measures import PICTURE_MEASURES
-from pftrack.model.parameters import ParameterError, revise
-from pftrack.model.recipe import Footage
-from pftrack.model.references import BANDO, BANDO_2006, Citation
-from pftrack.model.sequence import FrameSequence
-from pftrack.model.suitability import BESIDE
-from pftrack.model.tour import Tour
-from pftrack.model.truth import Truth
-from pftrack.sources.ball import BallSceneParameters, BallSource
 from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
-from pftrack.trackers.ball.filter_interface import FILTER_INTERFACE
-from pftrack.trackers.ball.guided import GUIDED
-from pftrack.trackers.ball.learned import GUIDANCE
-from pftrack.trackers.ball.parameters import SCORING, BallTrackerParameters
-from pftrack.trackers.ball.step import TRACKERS
-from pftrack.trackers.parameters import miss_share
-from pftrack.trackers.sampling.parameters import TERMS
+from pftrack.vision.likelihoods import chromaticity
 
 __all__ = ["EXPERIMENT", "RecordedBallParameters", "SimulatedBallParameters"]
 

@@ -1,6 +1,6 @@
 """How the ball is lost by a wrong law of motion, and what helps."""
 
-from pftrack.model.failure import Cure, Failure
+from pftrack.core.model.failure import Cure, Failure
 
 __all__ = ["FAILURES"]
 

@@ -7,18 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from pftrack.experiments.surroundings import BETTER_BY, beside, frames_of_a_second, looked_at, remark
-from pftrack.likelihoods import chromaticity
-from pftrack.likelihoods.chromaticity import ColourModel
-from pftrack.likelihoods.separation import Box as Place
-from pftrack.likelihoods.separation import Separation, contrast, separation, surroundings
-from pftrack.model.frame import Frame
-from pftrack.model.marks import Box
-from pftrack.model.recipe import Footage
-from pftrack.model.sequence import FrameSequence
-from pftrack.model.suitability import NOT_AT_ALL, WELL, Suitability
-from pftrack.trackers.ball.likelihood import colour_model
-from pftrack.trackers.point_state import PointState
+from pftrack.core.model.frame import Frame
+from pftrack.core.model.marks import Box
+from pftrack.core.model.recipe import Footage
+from pftrack.core.model.sequence import FrameSequence
+from pftrack.core.model.suitability import NOT_AT_ALL, WELL, Suitability
+from pftrack.experiments.ball.trackers.likelihood import colour_model
+from pftrack.experiments.shared.point_state import PointState
+from pftrack.experiments.shared.surroundings import BETTER_BY, beside, frames_of_a_second, looked_at, remark
+from pftrack.vision.likelihoods import chromaticity
+from pftrack.vision.likelihoods.chromaticity import ColourModel
+from pftrack.vision.likelihoods.separation import Box as Place
+from pftrack.vision.likelihoods.separation import Separation, contrast, separation, surroundings
 
 __all__ = ["look_beside", "suits"]
 

@@ -2,8 +2,8 @@
 
 import math
 
-from pftrack.model.band import DeviationBand, EstimateBand
-from pftrack.model.calibration import Calibration, Miscalibration
+from pftrack.core.model.band import DeviationBand, EstimateBand
+from pftrack.core.model.calibration import Calibration, Miscalibration
 
 __all__ = ["CALIBRATION"]
 

@@ -11,21 +11,21 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import Setup
-from pftrack.geometry.fish_shape import FishShape
-from pftrack.likelihoods.edge_distance import CAP_PX, Edges, edges_of, largest_distances
-from pftrack.model.frame import Target
-from pftrack.model.marks import LongBody, Mark
-from pftrack.model.parameters import ParameterError, revise
-from pftrack.model.recipe import Footage
-from pftrack.model.sequence import FrameSequence
-from pftrack.model.suitability import Suitability, grade
-from pftrack.model.truth import Truth
-from pftrack.sources.fish import FishTarget
+from pftrack.core.model.frame import Target
+from pftrack.core.model.marks import LongBody, Mark
+from pftrack.core.model.parameters import ParameterError, revise
+from pftrack.core.model.recipe import Footage
+from pftrack.core.model.sequence import FrameSequence
+from pftrack.core.model.suitability import Suitability, grade
+from pftrack.core.model.truth import Truth
+from pftrack.experiments.experiment import Setup
+from pftrack.experiments.fish.scene import FishTarget
+from pftrack.experiments.fish.scene.edge_distance import CAP_PX, Edges, edges_of, largest_distances
+from pftrack.experiments.fish.shape import FishShape
+from pftrack.experiments.fish.trackers.learned import LEARNED_HALF_LENGTH_PX
+from pftrack.experiments.fish.trackers.motion import foreground, shape
+from pftrack.experiments.fish.trackers.parameters import FishTrackerParameters
 from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
-from pftrack.trackers.fish.learned import LEARNED_HALF_LENGTH_PX
-from pftrack.trackers.fish.motion import foreground, shape
-from pftrack.trackers.fish.parameters import FishTrackerParameters
 
 __all__ = ["FishBody", "RecordedFishParameters", "on_video", "suits"]
 

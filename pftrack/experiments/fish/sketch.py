@@ -5,15 +5,15 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiments.sketch import at_height, circle, particle_clouds
-from pftrack.geometry.fish_shape import FishShape, body_points, tail_line
-from pftrack.likelihoods.edge_distance import CAP_PX, QUARTERS, Edges
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.drawing import COLOURS, Colour, Ellipse, Links, Picture, Points, Polyline, Primitive
-from pftrack.model.frame import Target
-from pftrack.model.palette import VIRIDIS
-from pftrack.sources.fish import FishTarget
-from pftrack.trackers.fish.state import FishState
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.drawing import COLOURS, Colour, Ellipse, Links, Picture, Points, Polyline, Primitive
+from pftrack.core.model.frame import Target
+from pftrack.core.model.palette import VIRIDIS
+from pftrack.experiments.fish.scene import FishTarget
+from pftrack.experiments.fish.scene.edge_distance import CAP_PX, QUARTERS, Edges
+from pftrack.experiments.fish.shape import FishShape, body_points, tail_line
+from pftrack.experiments.fish.trackers.state import FishState
+from pftrack.experiments.shared.sketch import at_height, circle, particle_clouds
 
 __all__ = ["draw_edges", "draw_particles", "draw_path", "draw_truth", "fish", "outlines"]
 

@@ -11,12 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiments.fish.sketch import OUTLINE_POINTS, outlines
-from pftrack.geometry.fish_shape import GOLDFISH, body_points, tail_line
-from pftrack.learning.charts import changes
-from pftrack.learning.diffusion import Diffusion
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.drawing import (
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.drawing import (
     COLOURS,
     Arrows,
     Colour,
@@ -28,11 +24,15 @@ from pftrack.model.drawing import (
     Text,
     WorldDrawing,
 )
-from pftrack.model.world import Viewpoint, World
-from pftrack.trackers.fish.learned import FISH, GUIDANCE
-from pftrack.trackers.fish.motion import shape
-from pftrack.trackers.fish.parameters import FishTrackerParameters
-from pftrack.trackers.fish.state import FishState
+from pftrack.core.model.world import Viewpoint, World
+from pftrack.experiments.fish.shape import GOLDFISH, body_points, tail_line
+from pftrack.experiments.fish.sketch import OUTLINE_POINTS, outlines
+from pftrack.experiments.fish.trackers.learned import FISH, GUIDANCE
+from pftrack.experiments.fish.trackers.motion import shape
+from pftrack.experiments.fish.trackers.parameters import FishTrackerParameters
+from pftrack.experiments.fish.trackers.state import FishState
+from pftrack.filters.learning.charts import changes
+from pftrack.filters.learning.diffusion import Diffusion
 
 __all__ = ["CHANGES_WORLD", "MODES_WORLD", "changes_world", "modes_world"]
 

@@ -1,6 +1,6 @@
 """What is said of the error of finger tips, and where that is not so (docs/explanation/calibration.md)."""
 
-from pftrack.model.calibration import Calibration, Miscalibration
+from pftrack.core.model.calibration import Calibration, Miscalibration
 
 __all__ = ["CALIBRATION"]
 

@@ -11,27 +11,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import ExampleSweep, Experiment, Setup, Step
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.drawing import Drawing, Picture, Primitive
+from pftrack.core.model.frame import Frame, Target
+from pftrack.core.model.glossary import Term
+from pftrack.core.model.layer import Key, Layer
+from pftrack.core.model.plot import ERROR, SAMPLE_SIZE, STEP_TIME, Plot, Reading
+from pftrack.core.model.references import SHIMADA, Citation
+from pftrack.core.model.series import SeriesValue
+from pftrack.experiments.experiment import ExampleSweep, Experiment, Setup, Step
 from pftrack.experiments.hand import findings, sketch, truth
 from pftrack.experiments.hand.calibration import CALIBRATION
 from pftrack.experiments.hand.loss_probability import LOSS_DECLARATION
 from pftrack.experiments.hand.marks import HandTips
 from pftrack.experiments.hand.presets import PRESETS
 from pftrack.experiments.hand.recording import FINDER, RecordedHandParameters, on_video, suits
+from pftrack.experiments.hand.scene import HandSceneParameters, HandSource, HandTarget
+from pftrack.experiments.hand.trackers.parameters import HandTrackerParameters
+from pftrack.experiments.hand.trackers.state import HandState
+from pftrack.experiments.hand.trackers.step import TRACKERS, features
 from pftrack.experiments.hand.world import HAND_WORLD, hand_world
-from pftrack.experiments.sketch import SECOND_RUN
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.drawing import Drawing, Picture, Primitive
-from pftrack.model.frame import Frame, Target
-from pftrack.model.glossary import Term
-from pftrack.model.layer import Key, Layer
-from pftrack.model.plot import ERROR, SAMPLE_SIZE, STEP_TIME, Plot, Reading
-from pftrack.model.references import SHIMADA, Citation
-from pftrack.model.series import SeriesValue
-from pftrack.sources.hand import HandSceneParameters, HandSource, HandTarget
-from pftrack.trackers.hand.parameters import HandTrackerParameters
-from pftrack.trackers.hand.state import HandState
-from pftrack.trackers.hand.step import TRACKERS, features
+from pftrack.experiments.shared.sketch import SECOND_RUN
 
 __all__ = ["EXPERIMENT", "SimulatedHandParameters"]
 

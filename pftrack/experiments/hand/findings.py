@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 
-from pftrack.detection.silhouette import Finding
-from pftrack.model.series import Series, SeriesValue
-from pftrack.trackers.hand.state import HandState
+from pftrack.core.model.series import Series, SeriesValue
+from pftrack.experiments.hand.detection.silhouette import Finding
+from pftrack.experiments.hand.trackers.state import HandState
 
 __all__ = ["SERIES", "describe", "flags"]
 

@@ -6,9 +6,9 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.frame import Target
-from pftrack.model.marks import FeaturePoints
-from pftrack.sources.hand import HandTarget
+from pftrack.core.model.frame import Target
+from pftrack.core.model.marks import FeaturePoints
+from pftrack.experiments.hand.scene import HandTarget
 
 __all__ = ["TIPS", "HandTips"]
 

@@ -1,6 +1,6 @@
 """Where to begin: the three motions, the same seed with one hand kept and with four, and what makes it hard."""
 
-from pftrack.experiment import Preset
+from pftrack.experiments.experiment import Preset
 
 __all__ = ["PRESETS"]
 

@@ -9,23 +9,23 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.detection.open_hand import NoOpenHandError, OpenHand, find_open_hand
-from pftrack.detection.protrusions import HandFeatures, features_of
-from pftrack.detection.raised_fingers import propose
-from pftrack.detection.silhouette import suggest_parameters
-from pftrack.experiment import Setup
+from pftrack.core.model.finder import Finder, Sighting
+from pftrack.core.model.marks import Mark
+from pftrack.core.model.parameters import ParameterError, revise
+from pftrack.core.model.recipe import Footage
+from pftrack.core.model.sequence import FrameSequence
+from pftrack.core.model.suitability import Suitability, grade
+from pftrack.core.model.truth import Truth
+from pftrack.experiments.experiment import Setup
+from pftrack.experiments.hand.detection.open_hand import NoOpenHandError, OpenHand, find_open_hand
+from pftrack.experiments.hand.detection.protrusions import HandFeatures, features_of
+from pftrack.experiments.hand.detection.raised_fingers import propose
+from pftrack.experiments.hand.detection.silhouette import suggest_parameters
 from pftrack.experiments.hand.marks import TIPS, HandTips
-from pftrack.geometry.hand_model import FINGERS
-from pftrack.model.finder import Finder, Sighting
-from pftrack.model.marks import Mark
-from pftrack.model.parameters import ParameterError, revise
-from pftrack.model.recipe import Footage
-from pftrack.model.sequence import FrameSequence
-from pftrack.model.suitability import Suitability, grade
-from pftrack.model.truth import Truth
-from pftrack.sources.hand import HandTarget
+from pftrack.experiments.hand.scene import HandTarget
+from pftrack.experiments.hand.shape import FINGERS
+from pftrack.experiments.hand.trackers.parameters import HandTrackerParameters
 from pftrack.sources.recording import RecordedBackdrop, RecordingParameters, RecordingSource, check_start
-from pftrack.trackers.hand.parameters import HandTrackerParameters
 
 __all__ = ["FINDER", "RecordedHandParameters", "on_video", "suits"]
 

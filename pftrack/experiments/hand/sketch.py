@@ -4,15 +4,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.detection.protrusions import HandFeatures
+from pftrack.core.geometry.polygons import fill
+from pftrack.core.model.drawing import COLOURS, Colour, Links, Mesh, Points, Primitive
+from pftrack.experiments.hand.detection.protrusions import HandFeatures
+from pftrack.experiments.hand.scene import HandTarget
+from pftrack.experiments.hand.shape import HandShape, joints, parts
 from pftrack.experiments.hand.solids import ribbon
-from pftrack.experiments.pose.sketch import draw_with_rim
-from pftrack.experiments.sketch import at_height
-from pftrack.geometry.hand_model import HandShape, joints, parts
-from pftrack.geometry.polygons import fill
-from pftrack.model.drawing import COLOURS, Colour, Links, Mesh, Points, Primitive
-from pftrack.sources.hand import HandTarget
-from pftrack.trackers.hand.state import HandState
+from pftrack.experiments.hand.trackers.state import HandState
+from pftrack.experiments.shared.pose_sketch import draw_with_rim
+from pftrack.experiments.shared.sketch import at_height
 
 __all__ = ["bones", "draw_silhouette", "ghosts", "hand", "hand_colour", "outline", "second_run", "truth"]
 

@@ -11,13 +11,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.frame import Frame
+from pftrack.core.model.series import Reduction, Series, SeriesValue
+from pftrack.experiments.hand.scene import HandTarget
+from pftrack.experiments.hand.shape import finger_slice
+from pftrack.experiments.hand.trackers.state import HandState
 from pftrack.filters.beam import backtrack
-from pftrack.geometry.hand_model import finger_slice
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.frame import Frame
-from pftrack.model.series import Reduction, Series, SeriesValue
-from pftrack.sources.hand import HandTarget
-from pftrack.trackers.hand.state import HandState
 
 __all__ = ["SERIES", "Errors", "is_mirrored", "measure", "report"]
 

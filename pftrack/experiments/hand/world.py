@@ -7,13 +7,13 @@ points downwards however the hand is turned in the picture, and the camera is in
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.model.drawing import COLOURS, Links, Mesh, Points, Primitive, WorldDrawing
+from pftrack.core.model.world import Viewpoint, World
+from pftrack.experiments.hand.scene import HandTarget
+from pftrack.experiments.hand.shape import HandShape, joints, palm_axes
 from pftrack.experiments.hand.sketch import hand_colour
 from pftrack.experiments.hand.solids import capsules, plate
-from pftrack.geometry.hand_model import HandShape, joints, palm_axes
-from pftrack.model.drawing import COLOURS, Links, Mesh, Points, Primitive, WorldDrawing
-from pftrack.model.world import Viewpoint, World
-from pftrack.sources.hand import HandTarget
-from pftrack.trackers.hand.state import HandState
+from pftrack.experiments.hand.trackers.state import HandState
 
 __all__ = ["HAND_WORLD", "hand_world"]
 

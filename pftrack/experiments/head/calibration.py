@@ -1,7 +1,7 @@
 """What is said of the error of its pose, and where that is not so (docs/explanation/calibration.md)."""
 
-from pftrack.experiments.pose.calibration import BANDS, PUBLISHED
-from pftrack.model.calibration import Calibration, Miscalibration
+from pftrack.core.model.calibration import Calibration, Miscalibration
+from pftrack.experiments.shared.pose_calibration import BANDS, PUBLISHED
 
 __all__ = ["CALIBRATION"]
 

@@ -12,7 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import ExampleSweep, Experiment, Setup, Step
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.drawing import COLOURS, Drawing, Picture, Primitive
+from pftrack.core.model.frame import Target
+from pftrack.core.model.layer import Key, Layer
+from pftrack.core.model.measures import POSE_MEASURES
+from pftrack.core.model.references import BANDO, Citation
+from pftrack.core.numerics.angles import wrap
+from pftrack.experiments.experiment import ExampleSweep, Experiment, Setup, Step
 from pftrack.experiments.head.calibration import CALIBRATION
 from pftrack.experiments.head.exports import EXPORTS
 from pftrack.experiments.head.growth import GROWTH_PLOTS, GROWTH_READINGS, GROWTH_TERMS, SHAPE_ERROR, head_measure
@@ -21,13 +28,18 @@ from pftrack.experiments.head.marks import FaceBox, FacePoints
 from pftrack.experiments.head.own_face import MASK_OPACITY, MEAN_FACE, UNCERTAINTY, surface_colours
 from pftrack.experiments.head.presets import PRESETS
 from pftrack.experiments.head.recording import RecordedHeadParameters, on_video
+from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource
 from pftrack.experiments.head.sketch import PlacedHead
 from pftrack.experiments.head.start import FINDER
 from pftrack.experiments.head.suitability import suits
+from pftrack.experiments.head.trackers.memory import HeadMemory
+from pftrack.experiments.head.trackers.parameters import HeadTrackerParameters
+from pftrack.experiments.head.trackers.step import TRACKERS
 from pftrack.experiments.head.truth import POSES
 from pftrack.experiments.head.world import HEAD_WORLD, head_world
-from pftrack.experiments.pose.series import POSE_PLOTS, POSE_READINGS, POSE_TERMS, mean_error_deg, pose_series
-from pftrack.experiments.pose.sketch import (
+from pftrack.experiments.shared.pose.state import PoseState
+from pftrack.experiments.shared.pose_series import POSE_PLOTS, POSE_READINGS, POSE_TERMS, mean_error_deg, pose_series
+from pftrack.experiments.shared.pose_sketch import (
     BY_PREDICTION,
     beside,
     camera,
@@ -39,21 +51,9 @@ from pftrack.experiments.pose.sketch import (
     pose_axes,
     true_marks,
 )
-from pftrack.experiments.sketch import SECOND_RUN, error_words
-from pftrack.geometry.face_model import FEATURES, TITLES
-from pftrack.geometry.gaze import gaze
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.drawing import COLOURS, Drawing, Picture, Primitive
-from pftrack.model.frame import Target
-from pftrack.model.layer import Key, Layer
-from pftrack.model.measures import POSE_MEASURES
-from pftrack.model.references import BANDO, Citation
-from pftrack.numerics.angles import wrap
-from pftrack.sources.head import HeadSceneParameters, HeadSource
-from pftrack.trackers.head.memory import HeadMemory
-from pftrack.trackers.head.parameters import HeadTrackerParameters
-from pftrack.trackers.head.step import TRACKERS
-from pftrack.trackers.pose.state import PoseState
+from pftrack.experiments.shared.sketch import SECOND_RUN, error_words
+from pftrack.vision.geometry.face_model import FEATURES, TITLES
+from pftrack.vision.geometry.gaze import gaze
 
 __all__ = ["EXPERIMENT", "SimulatedHeadParameters"]
 

@@ -6,17 +6,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.drawing import COLOURS
+from pftrack.core.model.export import Export, Make
 from pftrack.experiments.head.own_face import surface_colours
 from pftrack.experiments.head.sketch import front
-from pftrack.geometry.face_model import FEATURES
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.drawing import COLOURS
-from pftrack.model.export import Export, Make
-from pftrack.model_files.points import as_json
-from pftrack.model_files.surface import Surface, as_glb, as_obj, as_ply, upright
+from pftrack.experiments.head.trackers.memory import HeadMemory
+from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.sources.tracks.table import write
-from pftrack.trackers.head.memory import HeadMemory
-from pftrack.trackers.pose.state import PoseState
+from pftrack.vision.geometry.face_model import FEATURES
+from pftrack.vision.model_files.points import as_json
+from pftrack.vision.model_files.surface import Surface, as_glb, as_obj, as_ply, upright
 
 __all__ = ["EXPORTS"]
 

@@ -8,14 +8,14 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pftrack.experiments.pose.series import pose_measure
-from pftrack.model.frame import Frame
-from pftrack.model.glossary import Term
-from pftrack.model.plot import Plot, Reading
-from pftrack.model.series import Series, SeriesValue
-from pftrack.structure.alignment import residuals
-from pftrack.trackers.head.memory import HeadMemory
-from pftrack.trackers.pose.state import PoseState
+from pftrack.core.model.frame import Frame
+from pftrack.core.model.glossary import Term
+from pftrack.core.model.plot import Plot, Reading
+from pftrack.core.model.series import Series, SeriesValue
+from pftrack.experiments.head.trackers.memory import HeadMemory
+from pftrack.experiments.shared.pose.state import PoseState
+from pftrack.experiments.shared.pose_series import pose_measure
+from pftrack.vision.structure.alignment import residuals
 
 __all__ = ["GROWTH_PLOTS", "GROWTH_READINGS", "GROWTH_TERMS", "SHAPE_ERROR", "head_measure"]
 

@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from typing import ClassVar, Self
 
-from pftrack.geometry.face_model import LINKS, TITLES
-from pftrack.model.frame import Target
-from pftrack.model.marks import Box, FeaturePoints
-from pftrack.trackers.head.memory import around
+from pftrack.core.model.frame import Target
+from pftrack.core.model.marks import Box, FeaturePoints
+from pftrack.experiments.head.trackers.memory import around
+from pftrack.vision.geometry.face_model import LINKS, TITLES
 
 __all__ = ["FaceBox", "FacePoints"]
 

@@ -9,13 +9,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.model.drawing import COLOURS, Ellipsoids, Links, Mesh, Primitive
+from pftrack.core.model.layer import Key, Layer
 from pftrack.experiments.head.sketch import front
-from pftrack.geometry.face_model import FaceModel
-from pftrack.geometry.head_surface import CORRECTION_SD_MM
-from pftrack.model.drawing import COLOURS, Ellipsoids, Links, Mesh, Primitive
-from pftrack.model.layer import Key, Layer
-from pftrack.rendering.heat import viridis
-from pftrack.structure.growing import Growing
+from pftrack.vision.geometry.face_model import FaceModel
+from pftrack.vision.geometry.head_surface import CORRECTION_SD_MM
+from pftrack.vision.rendering.heat import viridis
+from pftrack.vision.structure.growing import Growing
 
 __all__ = ["MASK_OPACITY", "MEAN_FACE", "UNCERTAINTY", "draw_grown_face", "surface_colours"]
 

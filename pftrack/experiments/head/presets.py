@@ -1,7 +1,7 @@
 """Starting points of the experiment on the pose of a head."""
 
-from pftrack.experiment import Preset
-from pftrack.trackers.head.parameters import AS_PUBLISHED
+from pftrack.experiments.experiment import Preset
+from pftrack.experiments.head.trackers.parameters import AS_PUBLISHED
 
 __all__ = ["PRESETS"]
 

@@ -12,24 +12,24 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.detection.face import in_box
-from pftrack.experiment import Setup
+from pftrack.core.model.frame import Landmarks, Target
+from pftrack.core.model.marks import Box, Mark
+from pftrack.core.model.parameters import revise
+from pftrack.core.model.recipe import Footage
+from pftrack.core.model.sequence import FrameSequence
+from pftrack.core.model.truth import Truth
+from pftrack.experiments.experiment import Setup
 from pftrack.experiments.head.marks import FacePoints
 from pftrack.experiments.head.start import first_face
+from pftrack.experiments.head.trackers.first_sight import camera_of
+from pftrack.experiments.head.trackers.memory import around, eye_distance
+from pftrack.experiments.head.trackers.parameters import HeadTrackerParameters
+from pftrack.experiments.head.trackers.templates import EYE_DISTANCE_PX
 from pftrack.experiments.head.truth import PoseTable
-from pftrack.geometry.face_model import FEATURES, FaceModel, fit_similarity, mean_model, place
-from pftrack.likelihoods.template import luma
-from pftrack.model.frame import Landmarks, Target
-from pftrack.model.marks import Box, Mark
-from pftrack.model.parameters import revise
-from pftrack.model.recipe import Footage
-from pftrack.model.sequence import FrameSequence
-from pftrack.model.truth import Truth
 from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
-from pftrack.trackers.head.first_sight import camera_of
-from pftrack.trackers.head.memory import around, eye_distance
-from pftrack.trackers.head.parameters import HeadTrackerParameters
-from pftrack.trackers.head.templates import EYE_DISTANCE_PX
+from pftrack.vision.detection.face import in_box
+from pftrack.vision.geometry.face_model import FEATURES, FaceModel, fit_similarity, mean_model, place
+from pftrack.vision.likelihoods.template import luma
 
 __all__ = ["RecordedHeadParameters", "defaults", "face_at", "on_video"]
 

@@ -6,14 +6,14 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiments.pose.placing import place_points
-from pftrack.experiments.pose.sketch import dashes
-from pftrack.geometry.face_model import FaceModel
-from pftrack.geometry.head_surface import grid_triangles, head_mesh
-from pftrack.geometry.rotation import rotation
-from pftrack.model.drawing import Colour, Links, Mesh
-from pftrack.trackers.head.memory import HeadMemory
-from pftrack.trackers.pose.state import PoseState
+from pftrack.core.geometry.rotation import rotation
+from pftrack.core.model.drawing import Colour, Links, Mesh
+from pftrack.experiments.head.trackers.memory import HeadMemory
+from pftrack.experiments.shared.pose.state import PoseState
+from pftrack.experiments.shared.pose_placing import place_points
+from pftrack.experiments.shared.pose_sketch import dashes
+from pftrack.vision.geometry.face_model import FaceModel
+from pftrack.vision.geometry.head_surface import grid_triangles, head_mesh
 
 __all__ = ["Front", "PlacedHead", "front"]
 

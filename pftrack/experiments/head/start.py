@@ -10,14 +10,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.detection.face import DetectedFace, FaceError, by_proportion, detect, in_box, spot
+from pftrack.core.model.finder import Finder, Sighting
+from pftrack.core.model.marks import Box, Mark
+from pftrack.core.model.parameters import ParameterError
+from pftrack.core.model.sequence import FrameSequence
 from pftrack.experiments.head.marks import FaceBox, FacePoints
-from pftrack.geometry.face_model import FEATURES
-from pftrack.likelihoods.template import luma
-from pftrack.model.finder import Finder, Sighting
-from pftrack.model.marks import Box, Mark
-from pftrack.model.parameters import ParameterError
-from pftrack.model.sequence import FrameSequence
+from pftrack.vision.detection.face import DetectedFace, FaceError, by_proportion, detect, in_box, spot
+from pftrack.vision.geometry.face_model import FEATURES
+from pftrack.vision.likelihoods.template import luma
 
 __all__ = ["FINDER", "first_face"]
 
@@ -46,9 +46,9 @@ def frames_to_search(first: int, last: int) -> Sequence[int]:
 
 def search(sequence: FrameSequence, frames: Sequence[int]) -> Iterator[Sighting]:
     """Look for a face into one picture after the other; of the first it is said why there is none."""
-    for place, frame in enumerate(frames):
+    for index, frame in enumerate(frames):
         grey = luma(sequence.picture(frame))
-        if place == 0 or spot(grey) is not None:
+        if index == 0 or spot(grey) is not None:
             try:
                 yield _sighting(frame, detect(grey))
             except FaceError as error:

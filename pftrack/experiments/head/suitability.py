@@ -10,14 +10,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.detection.face import DetectedFace, FaceError, in_box
+from pftrack.core.model.recipe import Footage
+from pftrack.core.model.sequence import FrameSequence
+from pftrack.core.model.suitability import WELL, Suitability, grade
 from pftrack.experiments.head.marks import FacePoints
-from pftrack.geometry.face_model import FEATURES
-from pftrack.likelihoods.template import luma
-from pftrack.model.recipe import Footage
-from pftrack.model.sequence import FrameSequence
-from pftrack.model.suitability import WELL, Suitability, grade
-from pftrack.trackers.head.memory import around, eye_distance
+from pftrack.experiments.head.trackers.memory import around, eye_distance
+from pftrack.vision.detection.face import DetectedFace, FaceError, in_box
+from pftrack.vision.geometry.face_model import FEATURES
+from pftrack.vision.likelihoods.template import luma
 
 __all__ = ["suits"]
 

@@ -10,10 +10,10 @@ from types import MappingProxyType
 
 import numpy as np
 
-from pftrack.geometry.gaze import theta_of
-from pftrack.model.frame import Target
-from pftrack.numerics.angles import wrap
+from pftrack.core.model.frame import Target
+from pftrack.core.numerics.angles import wrap
 from pftrack.sources.truth import Form, TruthKind, read_table
+from pftrack.vision.geometry.gaze import theta_of
 
 __all__ = ["POSES", "PoseTable", "read_poses"]
 

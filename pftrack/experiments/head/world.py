@@ -8,11 +8,8 @@ camera, at the depth of the model's point.
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiments.head.own_face import draw_grown_face
-from pftrack.experiments.head.sketch import front
-from pftrack.geometry.face_model import LINKS, FaceModel
-from pftrack.geometry.rotation import rotation
-from pftrack.model.drawing import (
+from pftrack.core.geometry.rotation import rotation
+from pftrack.core.model.drawing import (
     COLOURS,
     Arrows,
     Axes,
@@ -25,10 +22,13 @@ from pftrack.model.drawing import (
     Text,
     WorldDrawing,
 )
-from pftrack.model.frame import Target
-from pftrack.model.world import Viewpoint, World
-from pftrack.trackers.head.memory import HeadMemory
-from pftrack.trackers.pose.state import PoseState
+from pftrack.core.model.frame import Target
+from pftrack.core.model.world import Viewpoint, World
+from pftrack.experiments.head.own_face import draw_grown_face
+from pftrack.experiments.head.sketch import front
+from pftrack.experiments.head.trackers.memory import HeadMemory
+from pftrack.experiments.shared.pose.state import PoseState
+from pftrack.vision.geometry.face_model import LINKS, FaceModel
 
 __all__ = ["HEAD_WORLD", "head_world"]
 

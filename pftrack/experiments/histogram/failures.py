@@ -1,6 +1,6 @@
 """Seven ways to lose the window on the lawn, each with its cure."""
 
-from pftrack.model.failure import Cure, Failure
+from pftrack.core.model.failure import Cure, Failure
 
 __all__ = ["FAILURES"]
 

@@ -5,9 +5,9 @@
 
 from pathlib import Path
 
-from pftrack.loss_probability.declaration import read_declaration
-from pftrack.loss_probability.scenes import Scenes
-from pftrack.trackers.histogram.step import TRACKERS
+from pftrack.experiments.histogram.trackers.step import TRACKERS
+from pftrack.experiments.shared.loss_probability.declaration import read_declaration
+from pftrack.experiments.shared.loss_probability.scenes import Scenes
 
 __all__ = ["LOSS_DECLARATION"]
 

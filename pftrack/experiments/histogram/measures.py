@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.measures import EvaluatedRun, Measure
+from pftrack.core.model.measures import EvaluatedRun, Measure
 
 __all__ = ["HELD_AT_END"]
 

@@ -1,6 +1,6 @@
 """Starting points on the lawn; what each says to watch holds for its own seed."""
 
-from pftrack.experiment import Preset
+from pftrack.experiments.experiment import Preset
 from pftrack.experiments.histogram.settings import LECTURE, PICTURES
 
 __all__ = ["PRESETS"]

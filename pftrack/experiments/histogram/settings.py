@@ -7,7 +7,7 @@ velocity that carries) would be hidden by what helps on real pictures.
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from pftrack.model.parameters import Value
+from pftrack.core.model.parameters import Value
 
 __all__ = ["LECTURE", "PICTURES"]
 

@@ -5,9 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import Step
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.drawing import COLOURS, Colour, Drawing, Mesh, Picture, Polyline, Primitive
+from pftrack.core.model.layer import Key, Layer
+from pftrack.experiments.experiment import Step
+from pftrack.experiments.histogram.trackers.state import HistogramState
 from pftrack.experiments.histogram.world import histogram_world
-from pftrack.experiments.sketch import (
+from pftrack.experiments.shared.sketch import (
     BY_SAMPLER,
     SECOND_RUN,
     at_height,
@@ -16,12 +20,8 @@ from pftrack.experiments.sketch import (
     particle_clouds,
     uncertainty,
 )
-from pftrack.likelihoods.histogram import rho_map
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.drawing import COLOURS, Colour, Drawing, Mesh, Picture, Polyline, Primitive
-from pftrack.model.layer import Key, Layer
-from pftrack.rendering import heat
-from pftrack.trackers.histogram.state import HistogramState
+from pftrack.vision.likelihoods.histogram import rho_map
+from pftrack.vision.rendering import heat
 
 __all__ = ["LAYERS", "draw"]
 

@@ -5,17 +5,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiments.surroundings import BETTER_BY, beside, frames_of_a_second, looked_at, remark
-from pftrack.likelihoods.colour_bins import SPACES, Space
-from pftrack.likelihoods.histogram import Window, fit, rho_map
-from pftrack.likelihoods.separation import Separation, separation, surroundings
-from pftrack.model.frame import Frame
-from pftrack.model.marks import Box
-from pftrack.model.recipe import Footage
-from pftrack.model.sequence import FrameSequence
-from pftrack.model.suitability import WELL, Suitability
-from pftrack.numerics.elementary import exponential
-from pftrack.trackers.histogram.state import HistogramState
+from pftrack.core.model.frame import Frame
+from pftrack.core.model.marks import Box
+from pftrack.core.model.recipe import Footage
+from pftrack.core.model.sequence import FrameSequence
+from pftrack.core.model.suitability import WELL, Suitability
+from pftrack.core.numerics.elementary import exponential
+from pftrack.experiments.histogram.trackers.state import HistogramState
+from pftrack.experiments.shared.surroundings import BETTER_BY, beside, frames_of_a_second, looked_at, remark
+from pftrack.vision.likelihoods.colour_bins import SPACES, Space
+from pftrack.vision.likelihoods.histogram import Window, fit, rho_map
+from pftrack.vision.likelihoods.separation import Separation, separation, surroundings
 
 __all__ = ["look_beside", "suits"]
 

@@ -10,11 +10,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.likelihoods.colour_bins import BINS, STEPS, Space, bin_table
-from pftrack.likelihoods.histogram import shares
-from pftrack.model.drawing import COLOURS, Links, Mesh, Primitive, Text, WorldDrawing
-from pftrack.model.world import Viewpoint, World
-from pftrack.trackers.histogram.state import HistogramState
+from pftrack.core.model.drawing import COLOURS, Links, Mesh, Primitive, Text, WorldDrawing
+from pftrack.core.model.world import Viewpoint, World
+from pftrack.experiments.histogram.trackers.state import HistogramState
+from pftrack.vision.likelihoods.colour_bins import BINS, STEPS, Space, bin_table
+from pftrack.vision.likelihoods.histogram import shares
 
 __all__ = ["HISTOGRAM_WORLD", "histogram_world"]
 

@@ -5,14 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.experiments.linkage.scene.truth import LinkageTarget, attitude, places
+from pftrack.experiments.linkage.sets.regions import CENTRE
+from pftrack.experiments.linkage.shape import LINKS, joint_angles
+from pftrack.experiments.linkage.trackers.chain import Chain, describe, pose_size, reference_attitude
+from pftrack.experiments.linkage.trackers.regions import Region
+from pftrack.experiments.linkage.trackers.state import LinkageState
 from pftrack.filters.beam import Beam
-from pftrack.geometry.linkage import LINKS, joint_angles
-from pftrack.particles import ParticleSet
-from pftrack.set_membership.regions import CENTRE
-from pftrack.sources.linkage.truth import LinkageTarget, attitude, places
-from pftrack.trackers.linkage.chain import Chain, describe, pose_size, reference_attitude
-from pftrack.trackers.linkage.regions import Region
-from pftrack.trackers.linkage.state import LinkageState
+from pftrack.filters.particles import ParticleSet
 
 __all__ = ["ShownHypothesis", "chain_of", "list_hypotheses", "particles", "turn_of"]
 

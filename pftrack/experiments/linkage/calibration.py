@@ -2,10 +2,10 @@
 
 import math
 
-from pftrack.model.band import ALL, MOST, DeviationBand, FlagBand, IntervalBand
-from pftrack.model.calibration import Calibration, Miscalibration
-from pftrack.trackers.linkage.sets import TRACKERS as SETS
-from pftrack.trackers.linkage.step import TRACKERS
+from pftrack.core.model.band import ALL, MOST, DeviationBand, FlagBand, IntervalBand
+from pftrack.core.model.calibration import Calibration, Miscalibration
+from pftrack.experiments.linkage.trackers.sets import TRACKERS as SETS
+from pftrack.experiments.linkage.trackers.step import TRACKERS
 
 __all__ = ["CALIBRATION"]
 

@@ -11,13 +11,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.model.drawing import (
+    COLOURS,
+    Arrows,
+    Colour,
+    Links,
+    Mesh,
+    Points,
+    Polyline,
+    Primitive,
+    Text,
+    WorldDrawing,
+)
+from pftrack.core.model.world import Viewpoint, World
 from pftrack.experiments.linkage.beliefs import ShownHypothesis, chain_of, list_hypotheses, particles, turn_of
-from pftrack.geometry.linkage import LINKS
-from pftrack.model.drawing import COLOURS, Arrows, Colour, Links, Mesh, Points, Polyline, Primitive, Text, WorldDrawing
-from pftrack.model.world import Viewpoint, World
-from pftrack.sources.linkage.truth import LinkageTarget, places
-from pftrack.trackers.linkage.parameters import LinkageTrackerParameters
-from pftrack.trackers.linkage.state import LinkageState
+from pftrack.experiments.linkage.scene.truth import LinkageTarget, places
+from pftrack.experiments.linkage.shape import LINKS
+from pftrack.experiments.linkage.trackers.parameters import LinkageTrackerParameters
+from pftrack.experiments.linkage.trackers.state import LinkageState
 
 __all__ = ["DEPTH_WORLD", "depth_world", "pale"]
 

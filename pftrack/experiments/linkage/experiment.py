@@ -11,7 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from pftrack.experiment import PICTURES, ExampleSweep, Experiment, Setup, Step
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.drawing import Drawing, Picture, Primitive
+from pftrack.core.model.frame import Frame
+from pftrack.core.model.layer import Key, Layer
+from pftrack.core.model.references import SHIMADA, Citation
+from pftrack.experiments.experiment import PICTURES, ExampleSweep, Experiment, Setup, Step
 from pftrack.experiments.linkage.calibration import CALIBRATION
 from pftrack.experiments.linkage.depth import DEPTH_WORLD, depth_world
 from pftrack.experiments.linkage.failures import FAILURES
@@ -21,18 +26,13 @@ from pftrack.experiments.linkage.parameters import SimulatedLinkageParameters
 from pftrack.experiments.linkage.plots import KEPT, MEASURES, PLOTS, READINGS, TERMS
 from pftrack.experiments.linkage.presets import PRESETS
 from pftrack.experiments.linkage.recording import LinkagePoints, RecordedLinkageParameters, on_video
+from pftrack.experiments.linkage.scene.lines import LinkMeasurements
+from pftrack.experiments.linkage.scene.source import LinkageSource
+from pftrack.experiments.linkage.scene.truth import NAMES, LinkageTarget, in_radians
 from pftrack.experiments.linkage.sketch import draw_belief, draw_measurements, second_run, truth
+from pftrack.experiments.linkage.trackers.step import TRACKERS
 from pftrack.experiments.linkage.truth import SERIES, direction_error, is_missed, measure, report
-from pftrack.experiments.sketch import SECOND_RUN, error_words
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.drawing import Drawing, Picture, Primitive
-from pftrack.model.frame import Frame
-from pftrack.model.layer import Key, Layer
-from pftrack.model.references import SHIMADA, Citation
-from pftrack.sources.linkage.lines import LinkMeasurements
-from pftrack.sources.linkage.source import LinkageSource
-from pftrack.sources.linkage.truth import NAMES, LinkageTarget, in_radians
-from pftrack.trackers.linkage.step import TRACKERS
+from pftrack.experiments.shared.sketch import SECOND_RUN, error_words
 
 __all__ = ["EXPERIMENT"]
 

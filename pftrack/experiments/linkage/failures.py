@@ -1,7 +1,7 @@
 """Two ways in which a single Gaussian goes wrong about a chain of links, and what helps."""
 
+from pftrack.core.model.failure import Cure, Failure
 from pftrack.experiments.linkage.presets import CROSS, STATIC
-from pftrack.model.failure import Cure, Failure
 
 __all__ = ["FAILURES"]
 

@@ -7,14 +7,14 @@ method runs, the question is whether the point is inside, and how much of the cu
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.model.drawing import COLOURS, Arrows, Ellipsoids, Links, Points, Primitive, Text, WorldDrawing
+from pftrack.core.model.world import Viewpoint, World
 from pftrack.experiments.linkage.beliefs import SIGMAS, ShownHypothesis, list_hypotheses, particles
 from pftrack.experiments.linkage.depth import MOST_SHOWN, pale
-from pftrack.geometry.linkage import LINKS
-from pftrack.model.drawing import COLOURS, Arrows, Ellipsoids, Links, Points, Primitive, Text, WorldDrawing
-from pftrack.model.world import Viewpoint, World
-from pftrack.sources.linkage.truth import LinkageTarget
-from pftrack.trackers.linkage.parameters import LinkageTrackerParameters
-from pftrack.trackers.linkage.state import LinkageState
+from pftrack.experiments.linkage.scene.truth import LinkageTarget
+from pftrack.experiments.linkage.shape import LINKS
+from pftrack.experiments.linkage.trackers.parameters import LinkageTrackerParameters
+from pftrack.experiments.linkage.trackers.state import LinkageState
 
 __all__ = ["LENGTHS_WORLD", "lengths_world"]
 

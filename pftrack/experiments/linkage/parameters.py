@@ -1,9 +1,9 @@
 """What can be turned beside what trackers and scene declare: what counts as lost, and what is drawn."""
 
-from pftrack.model.parameters import parameter
-from pftrack.sources.linkage.parameters import LinkageSceneParameters
-from pftrack.trackers.linkage.parameters import LinkageTrackerParameters
-from pftrack.trackers.parameters import loss_share
+from pftrack.core.model.parameters import parameter
+from pftrack.experiments.linkage.scene.parameters import LinkageSceneParameters
+from pftrack.experiments.linkage.trackers.parameters import LinkageTrackerParameters
+from pftrack.experiments.shared.parameters import loss_share
 
 __all__ = ["LinkageParameters", "SimulatedLinkageParameters"]
 

@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.glossary import Term
-from pftrack.model.measures import EvaluatedRun, Measure
-from pftrack.model.plot import ERROR, INNOVATION, PARTICLES, SAMPLE_SIZE, STEP_TIME, Plot, Reading
+from pftrack.core.model.glossary import Term
+from pftrack.core.model.measures import EvaluatedRun, Measure
+from pftrack.core.model.plot import ERROR, INNOVATION, PARTICLES, SAMPLE_SIZE, STEP_TIME, Plot, Reading
 
 __all__ = ["KEPT", "MEASURES", "PLOTS", "READINGS", "TERMS"]
 

@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 
-from pftrack.experiment import Preset
-from pftrack.model.parameters import Value
-from pftrack.trackers.linkage.parameters import TABLE_4_1
+from pftrack.core.model.parameters import Value
+from pftrack.experiments.experiment import Preset
+from pftrack.experiments.linkage.trackers.parameters import TABLE_4_1
 
 __all__ = ["CROSS", "FIRST", "MIRROR_2", "MIRROR_3", "PRESETS", "SECOND", "SPACE", "STATIC"]
 

@@ -12,17 +12,23 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import Setup
+from pftrack.core.model.frame import Target
+from pftrack.core.model.marks import FeaturePoints, Mark
+from pftrack.core.model.parameters import ParameterError, Value, revise
+from pftrack.core.model.recipe import Footage
+from pftrack.core.model.sequence import FrameSequence
+from pftrack.core.model.truth import Truth
+from pftrack.experiments.experiment import Setup
 from pftrack.experiments.linkage.parameters import LinkageParameters
 from pftrack.experiments.linkage.plots import KEPT
-from pftrack.model.frame import Target
-from pftrack.model.marks import FeaturePoints, Mark
-from pftrack.model.parameters import ParameterError, Value, revise
-from pftrack.model.recipe import Footage
-from pftrack.model.sequence import FrameSequence
-from pftrack.model.truth import Truth
-from pftrack.sources.linkage.recorded import Followed, FollowingParameters, RecordedLinkage, guess, track_points
-from pftrack.sources.linkage.truth import NAMES
+from pftrack.experiments.linkage.scene.recorded import (
+    Followed,
+    FollowingParameters,
+    RecordedLinkage,
+    guess,
+    track_points,
+)
+from pftrack.experiments.linkage.scene.truth import NAMES
 from pftrack.sources.recording import check_start
 from pftrack.sources.tracks.sequence import TrackSequence
 

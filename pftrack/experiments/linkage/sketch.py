@@ -7,14 +7,14 @@ neither hides what was seen; in space all is drawn where it is.
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.model.drawing import COLOURS, Colour, Links, Points, Primitive, Text
+from pftrack.core.model.frame import Frame
 from pftrack.experiments.linkage.beliefs import chain_of, list_hypotheses
-from pftrack.experiments.sketch import at_height, circle
-from pftrack.model.drawing import COLOURS, Colour, Links, Points, Primitive, Text
-from pftrack.model.frame import Frame
-from pftrack.set_membership.polygons import Strip, intersect
-from pftrack.sources.linkage.lines import LinkMeasurements
-from pftrack.sources.linkage.truth import LinkageTarget
-from pftrack.trackers.linkage.state import LinkageState
+from pftrack.experiments.linkage.scene.lines import LinkMeasurements
+from pftrack.experiments.linkage.scene.truth import LinkageTarget
+from pftrack.experiments.linkage.sets.polygons import Strip, intersect
+from pftrack.experiments.linkage.trackers.state import LinkageState
+from pftrack.experiments.shared.sketch import at_height, circle
 
 __all__ = ["draw_belief", "draw_measurements", "second_run", "truth"]
 

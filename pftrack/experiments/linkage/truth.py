@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.frame import Frame, Target
+from pftrack.core.model.series import Series, SeriesValue
+from pftrack.core.numerics.angles import wrap
+from pftrack.experiments.linkage.scene.truth import LinkageTarget, in_radians
+from pftrack.experiments.linkage.trackers.regions import Region, contains
+from pftrack.experiments.linkage.trackers.state import LinkageState
 from pftrack.filters.beam import Beam
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.frame import Frame, Target
-from pftrack.model.series import Series, SeriesValue
-from pftrack.numerics.angles import wrap
-from pftrack.sources.linkage.truth import LinkageTarget, in_radians
-from pftrack.trackers.linkage.regions import Region, contains
-from pftrack.trackers.linkage.state import LinkageState
 
 __all__ = ["SERIES", "direction_error", "is_missed", "measure", "report"]
 

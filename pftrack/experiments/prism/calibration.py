@@ -2,8 +2,8 @@
 
 import math
 
-from pftrack.experiments.pose.calibration import BANDS, PUBLISHED
-from pftrack.model.calibration import Calibration, Miscalibration
+from pftrack.core.model.calibration import Calibration, Miscalibration
+from pftrack.experiments.shared.pose_calibration import BANDS, PUBLISHED
 
 __all__ = ["CALIBRATION"]
 

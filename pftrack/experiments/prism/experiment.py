@@ -11,9 +11,22 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
-from pftrack.experiments.pose.placing import heights, place_points
-from pftrack.experiments.pose.series import (
+from pftrack.core.geometry.camera import pinhole
+from pftrack.core.geometry.rotation import rotation
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.drawing import COLOURS, Colour, Drawing, Links, Picture, Primitive
+from pftrack.core.model.layer import Key, Layer
+from pftrack.core.model.measures import POSE_MEASURES
+from pftrack.core.model.references import BANDO, Citation
+from pftrack.experiments.experiment import ExampleSweep, Experiment, Preset, Setup, Step
+from pftrack.experiments.prism.calibration import CALIBRATION
+from pftrack.experiments.prism.filter_interface import FILTER_INTERFACE
+from pftrack.experiments.prism.loss_probability import LOSS_DECLARATION
+from pftrack.experiments.prism.trackers import TRACKERS, TrackedPrismParameters
+from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED
+from pftrack.experiments.shared.pose.state import PoseState
+from pftrack.experiments.shared.pose_placing import heights, place_points
+from pftrack.experiments.shared.pose_series import (
     POSE_PLOTS,
     POSE_READINGS,
     POSE_TERMS,
@@ -21,7 +34,7 @@ from pftrack.experiments.pose.series import (
     pose_measure,
     pose_series,
 )
-from pftrack.experiments.pose.sketch import (
+from pftrack.experiments.shared.pose_sketch import (
     BY_PREDICTION,
     beside,
     camera,
@@ -33,16 +46,7 @@ from pftrack.experiments.pose.sketch import (
     pose_axes,
     true_marks,
 )
-from pftrack.experiments.prism.calibration import CALIBRATION
-from pftrack.experiments.prism.loss_probability import LOSS_DECLARATION
-from pftrack.experiments.sketch import SECOND_RUN, at_height, error_words
-from pftrack.geometry.camera import pinhole
-from pftrack.geometry.rotation import rotation
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.drawing import COLOURS, Colour, Drawing, Links, Picture, Primitive
-from pftrack.model.layer import Key, Layer
-from pftrack.model.measures import POSE_MEASURES
-from pftrack.model.references import BANDO, Citation
+from pftrack.experiments.shared.sketch import SECOND_RUN, at_height, error_words
 from pftrack.sources.prism import (
     FACES,
     FRAMES,
@@ -54,10 +58,6 @@ from pftrack.sources.prism import (
     PrismTarget,
     visible_faces,
 )
-from pftrack.trackers.pose.parameters import AS_PUBLISHED
-from pftrack.trackers.pose.state import PoseState
-from pftrack.trackers.prism import TRACKERS, TrackedPrismParameters
-from pftrack.trackers.prism_filter_interface import FILTER_INTERFACE
 
 __all__ = ["EXPERIMENT"]
 

@@ -11,24 +11,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import Experiment, Preset, Setup
+from pftrack.core.model.calibration import Calibration
+from pftrack.core.model.glossary import Term
+from pftrack.core.model.marks import Mark
+from pftrack.core.model.measures import MEAN_IOU, PICTURE_MEASURES
+from pftrack.core.model.parameters import ParameterError, Parameters, parameter, revise
+from pftrack.core.model.recipe import Footage
+from pftrack.core.model.references import BERNARDIN, Citation
+from pftrack.core.model.sequence import FrameSequence
+from pftrack.core.model.truth import Truth
+from pftrack.experiments.experiment import Experiment, Preset, Setup
 from pftrack.experiments.recorded.measures import PLOTS, READINGS, SERIES, boxes_of, measure
 from pftrack.experiments.recorded.sketch import LAYERS, draw
-from pftrack.model.calibration import Calibration
-from pftrack.model.glossary import Term
-from pftrack.model.marks import Mark
-from pftrack.model.measures import MEAN_IOU, PICTURE_MEASURES
-from pftrack.model.parameters import ParameterError, Parameters, parameter, revise
-from pftrack.model.recipe import Footage
-from pftrack.model.references import BERNARDIN, Citation
-from pftrack.model.sequence import FrameSequence
-from pftrack.model.truth import Truth
+from pftrack.experiments.shared.beliefs import TRACKERS
+from pftrack.experiments.shared.parameters import loss_share
 from pftrack.sources.beliefs.recorded import RecordedBeliefs
 from pftrack.sources.beliefs.scene import FRAMES, UNITS, ExampleParameters, ExampleSource
 from pftrack.sources.beliefs.selection import SelectionParameters
 from pftrack.sources.beliefs.sequence import BeliefSequence
-from pftrack.trackers.beliefs import TRACKERS
-from pftrack.trackers.parameters import loss_share
 
 __all__ = ["EXPERIMENT", "ExampleBeliefParameters", "RecordedBeliefParameters"]
 

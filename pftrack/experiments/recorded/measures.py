@@ -4,12 +4,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pftrack.model.frame import Frame
-from pftrack.model.plot import ERROR, SAMPLE_SIZE, SIGMA, Plot, Reading
-from pftrack.model.series import Reduction, Series, SeriesValue
+from pftrack.core.model.frame import Frame
+from pftrack.core.model.plot import ERROR, SAMPLE_SIZE, SIGMA, Plot, Reading
+from pftrack.core.model.series import Reduction, Series, SeriesValue
+from pftrack.experiments.shared.beliefs import BeliefState
 from pftrack.sources.beliefs.identities import overlap
 from pftrack.sources.results.table import Box
-from pftrack.trackers.beliefs import BeliefState
 
 __all__ = ["PLOTS", "READINGS", "SERIES", "boxes_of", "measure"]
 

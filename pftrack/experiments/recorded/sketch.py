@@ -6,21 +6,14 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import Step
-from pftrack.experiments.sketch import (
-    SECOND_RUN,
-    at_height,
-    circle,
-    error_words,
-    particle_clouds,
-    uncertainty,
-)
-from pftrack.model.belief import Belief, Plane
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.drawing import COLOURS, Colour, Drawing, Links, Picture, Polyline, Primitive, Text
-from pftrack.model.layer import Key, Layer
-from pftrack.model.palette import OKABE_ITO
-from pftrack.trackers.beliefs import BeliefState, place_of
+from pftrack.core.model.belief import Belief, Plane
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.drawing import COLOURS, Colour, Drawing, Links, Picture, Polyline, Primitive, Text
+from pftrack.core.model.layer import Key, Layer
+from pftrack.core.model.palette import OKABE_ITO
+from pftrack.experiments.experiment import Step
+from pftrack.experiments.shared.beliefs import BeliefState, place_of
+from pftrack.experiments.shared.sketch import SECOND_RUN, at_height, circle, error_words, particle_clouds, uncertainty
 
 __all__ = ["LAYERS", "draw"]
 

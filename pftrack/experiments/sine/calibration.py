@@ -2,7 +2,7 @@
 
 import math
 
-from pftrack.model.calibration import Calibration, Miscalibration
+from pftrack.core.model.calibration import Calibration, Miscalibration
 
 __all__ = ["CALIBRATION"]
 

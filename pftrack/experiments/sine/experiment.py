@@ -12,16 +12,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.drawing import COLOURS, Drawing, Picture, Points, Polyline, Primitive
+from pftrack.core.model.layer import Key, Layer
+from pftrack.core.model.references import BANDO, Citation
+from pftrack.experiments.experiment import ExampleSweep, Experiment, Preset, Setup, Step
+from pftrack.experiments.shared.sketch import BY_SAMPLER, SECOND_RUN, at_height, circle, particle_clouds
 from pftrack.experiments.sine.calibration import CALIBRATION
-from pftrack.experiments.sketch import BY_SAMPLER, SECOND_RUN, at_height, circle, particle_clouds
+from pftrack.experiments.sine.scene import SignalParameters, SignalSource
+from pftrack.experiments.sine.trackers import FILTER_INTERFACE, TRACKERS, SignalTrackerParameters
 from pftrack.filters import kalman
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.drawing import COLOURS, Drawing, Picture, Points, Polyline, Primitive
-from pftrack.model.layer import Key, Layer
-from pftrack.model.references import BANDO, Citation
-from pftrack.sources.signal import SignalParameters, SignalSource
-from pftrack.trackers.signal import FILTER_INTERFACE, TRACKERS, SignalTrackerParameters
 
 __all__ = ["EXPERIMENT", "SineParameters"]
 

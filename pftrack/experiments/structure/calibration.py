@@ -2,8 +2,8 @@
 
 import math
 
-from pftrack.model.band import HALF, MOST, FlagBand
-from pftrack.model.calibration import Calibration, Miscalibration
+from pftrack.core.model.band import HALF, MOST, FlagBand
+from pftrack.core.model.calibration import Calibration, Miscalibration
 
 __all__ = ["CALIBRATION"]
 

@@ -10,9 +10,22 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import ExampleSweep, Experiment, Preset, Setup, Step
-from pftrack.experiments.sketch import SECOND_RUN
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.drawing import Drawing, Picture, Primitive
+from pftrack.core.model.glossary import Term
+from pftrack.core.model.layer import Key, Layer
+from pftrack.core.model.marks import Mark
+from pftrack.core.model.measures import EvaluatedRun, Measure
+from pftrack.core.model.parameters import ParameterError
+from pftrack.core.model.plot import ERROR, STEP_TIME, Plot, Reading
+from pftrack.core.model.recipe import Footage
+from pftrack.core.model.references import BANDO, TOMASI, Citation
+from pftrack.core.model.sequence import FrameSequence
+from pftrack.core.model.truth import Truth
+from pftrack.experiments.experiment import ExampleSweep, Experiment, Preset, Setup, Step
+from pftrack.experiments.shared.sketch import SECOND_RUN
 from pftrack.experiments.structure.calibration import CALIBRATION
+from pftrack.experiments.structure.scene import FRAMES, TracksSceneParameters, TracksSource
 from pftrack.experiments.structure.sketch import (
     draw_measurements,
     paper,
@@ -20,28 +33,15 @@ from pftrack.experiments.structure.sketch import (
     shape_in_picture,
     true_in_picture,
 )
+from pftrack.experiments.structure.trackers.parameters import StructureTrackerParameters
+from pftrack.experiments.structure.trackers.state import StructureState
+from pftrack.experiments.structure.trackers.step import TRACKERS
 from pftrack.experiments.structure.truth import SERIES, SHARE, measure, shape_errors
 from pftrack.experiments.structure.world import SHAPE_WORLD, shape_world
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.drawing import Drawing, Picture, Primitive
-from pftrack.model.glossary import Term
-from pftrack.model.layer import Key, Layer
-from pftrack.model.marks import Mark
-from pftrack.model.measures import EvaluatedRun, Measure
-from pftrack.model.parameters import ParameterError
-from pftrack.model.plot import ERROR, STEP_TIME, Plot, Reading
-from pftrack.model.recipe import Footage
-from pftrack.model.references import BANDO, TOMASI, Citation
-from pftrack.model.sequence import FrameSequence
-from pftrack.model.truth import Truth
 from pftrack.sources.tracks.recorded import RecordedTracks, body_of
-from pftrack.sources.tracks.scene import FRAMES, TracksSceneParameters, TracksSource
 from pftrack.sources.tracks.sequence import TrackSequence
 from pftrack.sources.tracks.target import BodyTarget
-from pftrack.structure.tracks import FEWEST_POINTS
-from pftrack.trackers.structure.parameters import StructureTrackerParameters
-from pftrack.trackers.structure.state import StructureState
-from pftrack.trackers.structure.step import TRACKERS
+from pftrack.vision.structure.tracks import FEWEST_POINTS
 
 __all__ = ["EXPERIMENT", "SimulatedTracksParameters"]
 

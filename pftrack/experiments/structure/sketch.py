@@ -5,13 +5,13 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiments.pose.sketch import dashes
-from pftrack.experiments.sketch import at_height, circle
+from pftrack.core.geometry.camera import pinhole
+from pftrack.core.model.drawing import COLOURS, Colour, Ellipse, Links, Points, Primitive
+from pftrack.experiments.shared.pose_sketch import dashes
+from pftrack.experiments.shared.sketch import at_height, circle
+from pftrack.experiments.structure.trackers.state import StructureState
 from pftrack.experiments.structure.truth import align_similarity
-from pftrack.geometry.camera import pinhole
-from pftrack.model.drawing import COLOURS, Colour, Ellipse, Links, Points, Primitive
 from pftrack.sources.tracks.target import BodyTarget
-from pftrack.trackers.structure.state import StructureState
 
 __all__ = ["TRAIL_FRAMES", "draw_measurements", "paper", "second_in_picture", "shape_in_picture", "true_in_picture"]
 

@@ -5,12 +5,12 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.geometry.face_model import Similarity, fit_similarity
-from pftrack.model.frame import Frame
-from pftrack.model.series import Series, SeriesValue
+from pftrack.core.model.frame import Frame
+from pftrack.core.model.series import Series, SeriesValue
+from pftrack.experiments.structure.trackers.placing import MIRROR
+from pftrack.experiments.structure.trackers.state import StructureState
 from pftrack.sources.tracks.target import BodyTarget
-from pftrack.trackers.structure.placing import MIRROR
-from pftrack.trackers.structure.state import StructureState
+from pftrack.vision.geometry.face_model import Similarity, fit_similarity
 
 __all__ = ["SERIES", "SHARE", "align_similarity", "measure", "shape_errors", "true_shape"]
 

@@ -7,11 +7,11 @@ round is to be seen as that. The camera goes round the body, which is at rest.
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.model.drawing import COLOURS, Arrows, Ellipsoids, Links, Mesh, Points, Primitive, Text, WorldDrawing
+from pftrack.core.model.frame import Target
+from pftrack.core.model.world import Viewpoint, World
+from pftrack.experiments.structure.trackers.state import StructureState
 from pftrack.experiments.structure.truth import align_similarity, true_shape
-from pftrack.model.drawing import COLOURS, Arrows, Ellipsoids, Links, Mesh, Points, Primitive, Text, WorldDrawing
-from pftrack.model.frame import Target
-from pftrack.model.world import Viewpoint, World
-from pftrack.trackers.structure.state import StructureState
 
 __all__ = ["SHAPE_WORLD", "shape_world"]
 

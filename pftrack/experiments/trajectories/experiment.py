@@ -12,8 +12,18 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiment import PICTURES, ExampleSweep, Experiment, Setup, Step
-from pftrack.experiments.sketch import SECOND_RUN, error_words
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.drawing import Drawing, Picture, Primitive
+from pftrack.core.model.layer import Key, Layer
+from pftrack.core.model.marks import Mark
+from pftrack.core.model.parameters import ParameterError, parameter, revise
+from pftrack.core.model.recipe import Footage
+from pftrack.core.model.references import ICHIMURA, KITAGAWA, Citation
+from pftrack.core.model.sequence import FrameSequence
+from pftrack.core.model.source import Source
+from pftrack.core.model.truth import Truth
+from pftrack.experiments.experiment import PICTURES, ExampleSweep, Experiment, Setup, Step
+from pftrack.experiments.shared.sketch import SECOND_RUN, error_words
 from pftrack.experiments.trajectories import sketch
 from pftrack.experiments.trajectories.calibration import CALIBRATION
 from pftrack.experiments.trajectories.exports import EXPORTS
@@ -21,6 +31,9 @@ from pftrack.experiments.trajectories.loss_probability import LOSS_DECLARATION
 from pftrack.experiments.trajectories.plots import MEASURES, PLOTS, READINGS, TERMS
 from pftrack.experiments.trajectories.presets import PRESETS
 from pftrack.experiments.trajectories.scales import SCALES_WORLD, scales_world
+from pftrack.experiments.trajectories.scene.corners_scene import CornerSceneParameters, CornerSource
+from pftrack.experiments.trajectories.scene.recorded import RecordedPictures, tracks_from
+from pftrack.experiments.trajectories.scene.scene import FRAMES, TracksSceneParameters, TracksSource
 from pftrack.experiments.trajectories.search import (
     SEARCH_WORLD,
     TemplateSearch,
@@ -28,26 +41,13 @@ from pftrack.experiments.trajectories.search import (
     in_picture,
     search_world,
 )
+from pftrack.experiments.trajectories.trackers.corner_parameters import CornerParameters
+from pftrack.experiments.trajectories.trackers.corners import begin
+from pftrack.experiments.trajectories.trackers.filter_interface import FILTER_INTERFACE
+from pftrack.experiments.trajectories.trackers.parameters import TrajectoriesTrackerParameters
+from pftrack.experiments.trajectories.trackers.step import TRACKERS
 from pftrack.experiments.trajectories.truth import SERIES, measure, report
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.drawing import Drawing, Picture, Primitive
-from pftrack.model.layer import Key, Layer
-from pftrack.model.marks import Mark
-from pftrack.model.parameters import ParameterError, parameter, revise
-from pftrack.model.recipe import Footage
-from pftrack.model.references import ICHIMURA, KITAGAWA, Citation
-from pftrack.model.sequence import FrameSequence
-from pftrack.model.source import Source
-from pftrack.model.truth import Truth
-from pftrack.sources.corners.scene import CornerSceneParameters, CornerSource
 from pftrack.sources.tracks.sequence import TrackSequence
-from pftrack.sources.trajectories.recorded import RecordedPictures, tracks_from
-from pftrack.sources.trajectories.scene import FRAMES, TracksSceneParameters, TracksSource
-from pftrack.trackers.trajectories.corner_parameters import CornerParameters
-from pftrack.trackers.trajectories.corners import begin
-from pftrack.trackers.trajectories.filter_interface import FILTER_INTERFACE
-from pftrack.trackers.trajectories.parameters import TrajectoriesTrackerParameters
-from pftrack.trackers.trajectories.step import TRACKERS
 
 __all__ = ["EXPERIMENT", "RecordedTrajectoriesParameters", "SimulatedTrajectoriesParameters"]
 

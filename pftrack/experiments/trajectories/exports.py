@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.export import Export
-from pftrack.spreadsheet import csv_text
-from pftrack.trackers.trajectories.state import TrajectoriesState
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.export import Export
+from pftrack.core.spreadsheet import csv_text
+from pftrack.experiments.trajectories.trackers.state import TrajectoriesState
 
 __all__ = ["EXPORTS"]
 

@@ -1,6 +1,6 @@
 """Starting points that show something of trajectories."""
 
-from pftrack.experiment import Preset
+from pftrack.experiments.experiment import Preset
 
 __all__ = ["PRESETS"]
 

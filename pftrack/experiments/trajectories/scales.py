@@ -8,13 +8,13 @@ the scales itself; where there are ever fewer of them is where it has settled. T
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.model.drawing import COLOURS, Arrows, Links, Mesh, Points, Primitive, Text, WorldDrawing
+from pftrack.core.model.palette import VIRIDIS
+from pftrack.core.model.world import Viewpoint, World
+from pftrack.experiments.trajectories.trackers.parameters import TrajectoriesTrackerParameters
+from pftrack.experiments.trajectories.trackers.state import TrajectoriesState
 from pftrack.filters.trajectories.cloud import Cloud
 from pftrack.filters.trajectories.gaussian import log_likelihoods
-from pftrack.model.drawing import COLOURS, Arrows, Links, Mesh, Points, Primitive, Text, WorldDrawing
-from pftrack.model.palette import VIRIDIS
-from pftrack.model.world import Viewpoint, World
-from pftrack.trackers.trajectories.parameters import TrajectoriesTrackerParameters
-from pftrack.trackers.trajectories.state import TrajectoriesState
 
 __all__ = ["SCALES_WORLD", "scales_world"]
 

@@ -10,14 +10,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.detection.matching import APART_PX, cost_map, cut
-from pftrack.experiments.sketch import at_height
-from pftrack.likelihoods.template import luma
-from pftrack.model.drawing import COLOURS, Colour, Links, Mesh, Points, Primitive, Text, WorldDrawing
-from pftrack.model.world import Viewpoint, World
-from pftrack.rendering import heat
-from pftrack.trackers.trajectories.corner_parameters import CornerParameters
-from pftrack.trackers.trajectories.corners import Corners
+from pftrack.core.model.drawing import COLOURS, Colour, Links, Mesh, Points, Primitive, Text, WorldDrawing
+from pftrack.core.model.world import Viewpoint, World
+from pftrack.experiments.shared.sketch import at_height
+from pftrack.experiments.trajectories.trackers.corner_parameters import CornerParameters
+from pftrack.experiments.trajectories.trackers.corners import Corners
+from pftrack.vision.detection.matching import APART_PX, cost_map, cut
+from pftrack.vision.likelihoods.template import luma
+from pftrack.vision.rendering import heat
 
 __all__ = ["SEARCH_WORLD", "TemplateSearch", "empty_search_world", "in_picture", "search_world"]
 

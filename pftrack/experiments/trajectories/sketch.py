@@ -5,10 +5,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.experiments.sketch import at_height, circle
+from pftrack.core.model.drawing import COLOURS, Colour, Links, Points, Primitive
+from pftrack.experiments.shared.sketch import at_height, circle
+from pftrack.experiments.trajectories.trackers.state import TrajectoriesState
 from pftrack.experiments.trajectories.truth import true_positions
-from pftrack.model.drawing import COLOURS, Colour, Links, Points, Primitive
-from pftrack.trackers.trajectories.state import TrajectoriesState
 
 __all__ = ["draw_selected", "paper", "second_estimate", "trails", "true_trails"]
 

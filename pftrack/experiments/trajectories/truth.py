@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.frame import Frame
-from pftrack.model.series import Reduction, Series, SeriesValue
-from pftrack.sources.trajectories.target import TrajectoriesTarget
-from pftrack.trackers.trajectories.state import TrajectoriesState
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.frame import Frame
+from pftrack.core.model.series import Reduction, Series, SeriesValue
+from pftrack.experiments.trajectories.scene.target import TrajectoriesTarget
+from pftrack.experiments.trajectories.trackers.state import TrajectoriesState
 
 __all__ = ["SERIES", "measure", "report", "true_positions"]
 

@@ -16,14 +16,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.numerics.checks import check, check_count
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.elementary import exponentials, logarithms
+from pftrack.core.numerics.random import standard_normals, uniforms
+from pftrack.core.numerics.sums import inner_product, total
+from pftrack.filters.resampling import systematic_parents
 from pftrack.filters.trajectories.modes import locate
 from pftrack.filters.trajectories.tree import came_from, copy, grow, positions_of, sample_positions, sprout
-from pftrack.numerics.checks import check, check_count
-from pftrack.numerics.compiled import compiled
-from pftrack.numerics.elementary import exponentials, logarithms
-from pftrack.numerics.random import standard_normals, uniforms
-from pftrack.numerics.sums import inner_product, total
-from pftrack.resampling import systematic_parents
 
 __all__ = ["MOST_PARTICLES", "Cloud", "Law", "Moments", "nothing", "select", "step", "without"]
 

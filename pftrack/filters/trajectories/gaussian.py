@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.numerics.checks import check
-from pftrack.numerics.compiled import compiled
-from pftrack.numerics.elementary import logarithms
+from pftrack.core.numerics.checks import check
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.elementary import logarithms
 
 __all__ = ["Gaussians", "begin", "log_likelihoods", "nothing", "select", "smooth", "step", "without"]
 

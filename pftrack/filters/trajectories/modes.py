@@ -7,7 +7,7 @@ fullest. A jump of the measurement makes the distribution bimodal, where a mean 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.numerics.compiled import compiled
+from pftrack.core.numerics.compiled import compiled
 
 __all__ = ["LOG_BIN", "locate", "logs_mode"]
 

@@ -9,8 +9,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.numerics.compiled import compiled
-from pftrack.resampling import systematic_parents
+from pftrack.core.numerics.compiled import compiled
+from pftrack.filters.resampling import systematic_parents
 
 __all__ = ["Tree", "came_from", "copy", "grow", "positions_of", "sample_positions", "sprout"]
 

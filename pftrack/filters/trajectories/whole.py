@@ -10,9 +10,9 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.numerics.checks import check
+from pftrack.core.numerics.random import Purpose
 from pftrack.filters.trajectories import cloud, gaussian
-from pftrack.numerics.checks import check
-from pftrack.numerics.random import Purpose
 
 __all__ = ["GRID", "Method", "Settings", "Smoothed", "follow", "likelihood_surface", "track_error"]
 

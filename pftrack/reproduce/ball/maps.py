@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pftrack.figures.picture import save
+from pftrack.output.figures.picture import save
 from pftrack.reproduce.ball.study import Scene
 from pftrack.reproduce.finding import Finding, claim, not_run
 from pftrack.reproduce.pool import Pool

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pyarrow as pa
 
-from pftrack.numerics.statistics import chi_square, rank_sum
+from pftrack.core.numerics.statistics import chi_square, rank_sum
 from pftrack.reproduce.ball.study import COARSE, Tally, cells, compare_cells, rows, tally
 from pftrack.reproduce.finding import CHOSEN, FEWER, PROTOCOL, Finding, Unexplained, claim, compare
 from pftrack.reproduce.pool import Pool

@@ -7,15 +7,15 @@ posterior that its weight rule aims at.
 
 import numpy as np
 
-from pftrack.dynamics import autoregression
+from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.filters import auxiliary, bootstrap
 from pftrack.filters.auxiliary import WeightRule
-from pftrack.likelihoods import chromaticity
-from pftrack.numerics.random import Purpose, Stream
-from pftrack.particles import ParticleSet
+from pftrack.filters.dynamics import autoregression
+from pftrack.filters.particles import ParticleSet
 from pftrack.reproduce.finding import PROTOCOL, Finding, compare
 from pftrack.reproduce.pool import Pool
 from pftrack.sources.overlay import paint_disc
+from pftrack.vision.likelihoods import chromaticity
 
 __all__ = ["one_step"]
 

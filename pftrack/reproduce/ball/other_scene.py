@@ -6,7 +6,7 @@ hardly depends on their width, and switching is ahead by little.
 
 from dataclasses import replace
 
-from pftrack.model.parameters import Value
+from pftrack.core.model.parameters import Value
 from pftrack.reproduce.ball.study import COARSE, SIXTEEN, cells, compare_cells, rows, tally
 from pftrack.reproduce.finding import FEWER, PROTOCOL, TRIALS, Finding, claim, compare
 from pftrack.reproduce.pool import Pool

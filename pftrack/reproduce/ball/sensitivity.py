@@ -4,7 +4,7 @@ Nine cells pooled. The order of the methods survives almost every variation; how
 a background level as high as Bando's and a motion model as rough.
 """
 
-from pftrack.model.parameters import Value
+from pftrack.core.model.parameters import Value
 from pftrack.reproduce.ball.study import Scene, rows, tally
 from pftrack.reproduce.finding import Finding, claim, compare, share
 from pftrack.reproduce.pool import Pool

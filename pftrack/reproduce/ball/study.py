@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from pftrack.model.parameters import Value
+from pftrack.core.model.parameters import Value
 from pftrack.reproduce.finding import Finding, share
 from pftrack.reproduce.pool import Pool
 from pftrack.sources.overlay import LAYOUTS

@@ -9,11 +9,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from pftrack.model.cause import CauseId
-from pftrack.model.parameters import Value
-from pftrack.model.recipe import Recipe
-from pftrack.model.timeline import Change
-from pftrack.numerics.random import Purpose, Stream
+from pftrack.core.model.cause import CauseId
+from pftrack.core.model.parameters import Value
+from pftrack.core.model.recipe import Recipe
+from pftrack.core.model.timeline import Change
+from pftrack.core.numerics.random import Purpose, Stream
 
 __all__ = ["Condition", "Drawn", "Range"]
 

@@ -12,10 +12,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import NamedTuple, TypeAlias
 
-from pftrack.diagnosis import Course, course_of, course_of_run, diagnose_course, picture_size
+from pftrack.analysis.diagnosis import Course, course_of, course_of_run, diagnose_course, picture_size
+from pftrack.core.model.cause import CAUSES, CauseId
+from pftrack.core.model.recipe import Recipe
 from pftrack.experiments import find
-from pftrack.model.cause import CAUSES, CauseId
-from pftrack.model.recipe import Recipe
 from pftrack.reproduce.diagnosis.condition import Condition
 from pftrack.reproduce.diagnosis.conditions import CONDITIONS
 from pftrack.reproduce.diagnosis.poses import POSE_CONDITIONS

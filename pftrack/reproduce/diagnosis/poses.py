@@ -1,7 +1,7 @@
 """Conditions of the pose of a head and of a hand, whose runs are slow: few of each are drawn."""
 
+from pftrack.experiments.head.trackers.parameters import AS_PUBLISHED
 from pftrack.reproduce.diagnosis.condition import Condition, Drawn
-from pftrack.trackers.head.parameters import AS_PUBLISHED
 
 __all__ = ["POSE_CONDITIONS"]
 

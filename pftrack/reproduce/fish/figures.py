@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiments import find
-from pftrack.figures.style import CURVE_COLOURS, new_figure, write_title
-from pftrack.rendering import render
+from pftrack.output.figures.style import CURVE_COLOURS, new_figure, write_title
 from pftrack.reproduce.fish.trials import Successes
 from pftrack.runs.run import Change, Run
+from pftrack.vision.rendering import render
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

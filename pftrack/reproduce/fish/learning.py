@@ -1,16 +1,16 @@
 """What is learned offline: ten clips followed by the ordinary filter with 3,000 particles and wide noise (eqs 10-15).
 
 `pftrack reproduce fish-offline --full --figures FOLDER` writes what was learned to FOLDER/learned.json; it is the file
-that comes with the trackers, `pftrack/trackers/fish/learned.json`, and here it is compared with that.
+that comes with the trackers, `pftrack/experiments/fish/trackers/learned.json`, and here it is compared with that.
 """
 
 import numpy as np
 
-from pftrack.learning.diffusion import Learned, learn
+from pftrack.experiments.fish.trackers.learned import FISH, GUIDANCE
+from pftrack.filters.learning.diffusion import Learned, learn
 from pftrack.reproduce.finding import CHOSEN, Finding, Own, claim, compare, not_run
 from pftrack.reproduce.fish.trials import TrainingClip, track_training_clips
 from pftrack.reproduce.pool import Pool
-from pftrack.trackers.fish.learned import FISH, GUIDANCE
 
 __all__ = ["learn_from_tracks", "offline"]
 

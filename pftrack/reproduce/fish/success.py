@@ -12,9 +12,8 @@ particle has a velocity at all, of a learned spread. These rows are a finding of
 
 from typing import NamedTuple
 
-from pftrack.figures.picture import save
-from pftrack.model.parameters import Value
-from pftrack.rendering import png
+from pftrack.core.model.parameters import Value
+from pftrack.output.figures.picture import save
 from pftrack.reproduce.finding import PROTOCOL, Finding, Own, Unexplained, claim, compare, not_run
 from pftrack.reproduce.fish.figures import draw, ten_particles
 from pftrack.reproduce.fish.learning import learn_from_tracks
@@ -28,6 +27,7 @@ from pftrack.reproduce.fish.trials import (
     track_training_clips,
 )
 from pftrack.reproduce.pool import Pool
+from pftrack.vision.rendering import png
 
 __all__ = ["ablations", "table"]
 

@@ -10,16 +10,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.model.parameters import Value, revise
+from pftrack.core.model.source import History
 from pftrack.experiments import find
-from pftrack.learning.diffusion import Learned, learn
-from pftrack.likelihoods.edge_distance import Edges
-from pftrack.model.parameters import Value, revise
-from pftrack.model.source import History
+from pftrack.experiments.fish.scene import FishSource, FishTarget
+from pftrack.experiments.fish.scene.edge_distance import Edges
+from pftrack.experiments.fish.scene.swimming import FRAMES, TankName, clip
+from pftrack.experiments.fish.trackers.learned import FISH
+from pftrack.experiments.fish.trackers.step import MOTIONS, begin_at, find_edges, step_frame
+from pftrack.filters.learning.diffusion import Learned, learn
 from pftrack.reproduce.pool import Pool
-from pftrack.sources.fish import FishSource, FishTarget
-from pftrack.sources.fish.swimming import FRAMES, TankName, clip
-from pftrack.trackers.fish.learned import FISH
-from pftrack.trackers.fish.step import MOTIONS, begin_at, find_edges, step_frame
 
 __all__ = [
     "FISHES",

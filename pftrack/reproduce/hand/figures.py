@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.experiments import find
-from pftrack.figures.style import CURVE_COLOURS, INK, explain_below, new_figure, write_title
-from pftrack.rendering import png, render_beside
+from pftrack.output.figures.style import CURVE_COLOURS, INK, explain_below, new_figure, write_title
 from pftrack.reproduce.hand.trials import Outcome
 from pftrack.runs.run import Change, Run
+from pftrack.vision.rendering import png, render_beside
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

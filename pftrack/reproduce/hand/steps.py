@@ -7,11 +7,11 @@ leaves out the disc at the finger's root, which is why it is a little low; the r
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.geometry.hand_model import MODEL, joints, open_pose, parts
-from pftrack.geometry.polygons import fill
+from pftrack.core.geometry.polygons import fill
+from pftrack.experiments.hand.shape import MODEL, joints, open_pose, parts
+from pftrack.experiments.hand.trackers.candidates import chain_rate
 from pftrack.reproduce.finding import PROTOCOL, Finding, compare
 from pftrack.reproduce.pool import Pool
-from pftrack.trackers.hand.candidates import chain_rate
 
 __all__ = ["steps"]
 

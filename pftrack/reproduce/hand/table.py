@@ -11,8 +11,8 @@ import math
 from collections.abc import Sequence
 from itertools import product
 
-from pftrack.figures.picture import save
-from pftrack.model.parameters import Value
+from pftrack.core.model.parameters import Value
+from pftrack.output.figures.picture import save
 from pftrack.reproduce.finding import FEWER, PROTOCOL, Finding, Own, claim, compare, not_run
 from pftrack.reproduce.hand.figures import kept_figure, right_figure
 from pftrack.reproduce.hand.trials import Case, Condition, Outcome, follow, mean

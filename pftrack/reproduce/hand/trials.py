@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pftrack.core.model.parameters import Value
 from pftrack.experiments import find
-from pftrack.model.parameters import Value
 from pftrack.runs.run import Change, Run
 
 __all__ = ["Case", "Condition", "Outcome", "follow", "mean"]

@@ -4,10 +4,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pftrack.figures.style import CURVE_COLOURS, INK, TITLE_PT, explain_below, new_figure, write_heading, write_title
-from pftrack.geometry.face_model import FEATURES, TITLES
+from pftrack.output.figures.style import (
+    CURVE_COLOURS,
+    INK,
+    TITLE_PT,
+    explain_below,
+    new_figure,
+    write_heading,
+    write_title,
+)
 from pftrack.reproduce.head.curves import AXES, success_rates
 from pftrack.reproduce.head.trials import Model, TrialResult
+from pftrack.vision.geometry.face_model import FEATURES, TITLES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

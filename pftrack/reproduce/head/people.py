@@ -9,10 +9,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.experiments.shared.pose.methods import Method
 from pftrack.reproduce.finding import CHOSEN, Finding, Unexplained, claim, compare
 from pftrack.reproduce.head.trials import Model, Trial, TrialResult, VideoTrials, run_trials
 from pftrack.reproduce.pool import Pool
-from pftrack.trackers.pose.methods import Method
 
 __all__ = ["errors_of", "people"]
 

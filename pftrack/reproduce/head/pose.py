@@ -20,8 +20,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pftrack.figures.picture import save
-from pftrack.geometry.face_model import FEATURES
+from pftrack.experiments.shared.pose.methods import Method
+from pftrack.output.figures.picture import save
 from pftrack.reproduce.finding import (
     CHOSEN,
     FEWER,
@@ -41,7 +41,7 @@ from pftrack.reproduce.head.people import people
 from pftrack.reproduce.head.trials import Model, Trial, TrialResult, VideoTrials, distance_mm, run_trials
 from pftrack.reproduce.head.turns import turns
 from pftrack.reproduce.pool import Pool
-from pftrack.trackers.pose.methods import Method
+from pftrack.vision.geometry.face_model import FEATURES
 
 __all__ = ["pose"]
 

@@ -12,19 +12,19 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.geometry.face_model import fit_similarity, mean_model, person
-from pftrack.model.frame import Frame
-from pftrack.model.parameters import revise
-from pftrack.model.source import History
-from pftrack.numerics.angles import wrap
-from pftrack.numerics.random import Purpose, Stream
-from pftrack.sources.head import HeadSceneParameters, HeadSource
-from pftrack.sources.head.motion import SCRIPT_FRAMES
-from pftrack.trackers.head import step as head
-from pftrack.trackers.head.memory import eye_distance
-from pftrack.trackers.head.parameters import AS_PUBLISHED, HeadTrackerParameters
-from pftrack.trackers.head.templates import EYE_DISTANCE_PX
-from pftrack.trackers.pose.methods import Method
+from pftrack.core.model.frame import Frame
+from pftrack.core.model.parameters import revise
+from pftrack.core.model.source import History
+from pftrack.core.numerics.angles import wrap
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource
+from pftrack.experiments.head.scene.motion import SCRIPT_FRAMES
+from pftrack.experiments.head.trackers import step as head
+from pftrack.experiments.head.trackers.memory import eye_distance
+from pftrack.experiments.head.trackers.parameters import AS_PUBLISHED, HeadTrackerParameters
+from pftrack.experiments.head.trackers.templates import EYE_DISTANCE_PX
+from pftrack.experiments.shared.pose.methods import Method
+from pftrack.vision.geometry.face_model import fit_similarity, mean_model, person
 
 __all__ = ["Model", "Trial", "TrialResult", "VideoTrials", "distance_mm", "run_trials"]
 

@@ -14,21 +14,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.geometry.rotation import rotation
+from pftrack.core.model.parameters import Value, revise
+from pftrack.core.model.sequence import FrameIndex
+from pftrack.core.numerics.angles import wrap
+from pftrack.core.numerics.matrices import product
+from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
-from pftrack.geometry.gaze import theta_of
-from pftrack.geometry.rotation import rotation
-from pftrack.model.parameters import Value, revise
-from pftrack.model.sequence import FrameIndex
-from pftrack.numerics.angles import wrap
-from pftrack.numerics.matrices import product
-from pftrack.numerics.random import Purpose, Stream
+from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource
+from pftrack.experiments.head.scene.sensor import expose
+from pftrack.experiments.head.scene.source import focal_px
+from pftrack.experiments.head.trackers.parameters import AS_PUBLISHED
 from pftrack.reproduce.finding import Finding, Own, claim
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Change, Run
-from pftrack.sources.head import HeadSceneParameters, HeadSource
-from pftrack.sources.head.sensor import expose
-from pftrack.sources.head.source import focal_px
-from pftrack.trackers.head.parameters import AS_PUBLISHED
+from pftrack.vision.geometry.gaze import theta_of
 
 __all__ = ["Clip", "Outcome", "film", "turns", "watch"]
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from pftrack.figures.style import CURVE_COLOURS, LETTERS_PT, new_figure, write_title
+from pftrack.output.figures.style import CURVE_COLOURS, LETTERS_PT, new_figure, write_title
 from pftrack.reproduce.histogram.trials import Outcome
 
 if TYPE_CHECKING:

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from pftrack.experiments import find
-from pftrack.likelihoods.histogram import similarity
+from pftrack.experiments.histogram.scene import look_alike_place
 from pftrack.reproduce.histogram.trials import lecture
 from pftrack.runs.run import Change, Run
-from pftrack.sources.lawn import look_alike_place
+from pftrack.vision.likelihoods.histogram import similarity
 
 __all__ = ["Likenesses", "likenesses"]
 

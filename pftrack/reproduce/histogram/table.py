@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pftrack.figures.picture import save
-from pftrack.model.parameters import Value
+from pftrack.core.model.parameters import Value
+from pftrack.output.figures.picture import save
 from pftrack.reproduce.finding import CHOSEN, FEWER, PROTOCOL, Finding, Own, claim, compare, not_run
 from pftrack.reproduce.histogram.figures import draw
 from pftrack.reproduce.histogram.trials import Case, Outcome, runs

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from pftrack.core.model.parameters import Value, revise
+from pftrack.core.model.source import History
+from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
-from pftrack.model.parameters import Value, revise
-from pftrack.model.source import History
-from pftrack.numerics.random import Purpose, Stream
-from pftrack.sources.lawn import LawnSource, visible_share
+from pftrack.experiments.histogram.scene import LawnSource, visible_share
 
 __all__ = ["Case", "Outcome", "lecture", "runs"]
 

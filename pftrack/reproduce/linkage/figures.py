@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.experiments import find
-from pftrack.figures.style import CURVE_COLOURS, new_figure
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.rendering import render_beside
+from pftrack.output.figures.style import CURVE_COLOURS, new_figure
 from pftrack.runs.run import Change, Run
+from pftrack.vision.rendering import render_beside
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -12,14 +12,14 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.geometry.rotation_vector import matrix, right_jacobian
+from pftrack.core.model.parameters import Value
+from pftrack.core.numerics.matrices import solve_system
+from pftrack.experiments.linkage.trackers.parameters import TABLE_4_1
 from pftrack.filters.truncation import truncate
-from pftrack.geometry.rotation_vector import matrix, right_jacobian
-from pftrack.model.parameters import Value
-from pftrack.numerics.matrices import solve_system
 from pftrack.reproduce.finding import CHOSEN, Finding, Own, Unexplained, claim, compare, share
 from pftrack.reproduce.linkage.trials import Condition, RunResult, run_condition, run_swing
 from pftrack.reproduce.pool import Pool
-from pftrack.trackers.linkage.parameters import TABLE_4_1
 
 __all__ = ["CROSS", "algebra", "confident", "cross", "recovery", "space", "static"]
 

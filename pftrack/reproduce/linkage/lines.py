@@ -9,8 +9,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from pftrack.core.model.parameters import Value
 from pftrack.experiments import find
-from pftrack.model.parameters import Value
 from pftrack.reproduce.finding import CHOSEN, Finding, Own, claim, compare
 from pftrack.reproduce.linkage.kalman import IN_SPACE, ROUNDS
 from pftrack.reproduce.linkage.trials import Condition, RunResult, run_condition

@@ -12,15 +12,15 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.model.parameters import Value
 from pftrack.experiments import find
-from pftrack.figures.picture import save
-from pftrack.model.parameters import Value
-from pftrack.rendering import png
+from pftrack.output.figures.picture import save
 from pftrack.reproduce.finding import CHOSEN, PROTOCOL, Finding, Unexplained, claim, compare, share
 from pftrack.reproduce.linkage.figures import split
 from pftrack.reproduce.linkage.figures import still as still_figure
 from pftrack.reproduce.linkage.trials import Condition, RunResult, run_condition
 from pftrack.reproduce.pool import Pool
+from pftrack.vision.rendering import png
 
 __all__ = ["containment", "ingredients", "space", "variants"]
 

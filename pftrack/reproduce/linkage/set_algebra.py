@@ -8,10 +8,10 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.experiments.linkage.sets.prediction import LENGTHENED, OUTER, PRINTED, predict
+from pftrack.experiments.linkage.sets.strips import TRACE, VOLUME, cut, trace_ratio
 from pftrack.reproduce.finding import CHOSEN, Finding, claim, compare
 from pftrack.reproduce.pool import Pool
-from pftrack.set_membership.prediction import LENGTHENED, OUTER, PRINTED, predict
-from pftrack.set_membership.strips import TRACE, VOLUME, cut, trace_ratio
 
 __all__ = [
     "algebra",

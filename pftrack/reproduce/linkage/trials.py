@@ -6,13 +6,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.model.frame import Frame, Measurements
+from pftrack.core.model.parameters import Value, revise
+from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
-from pftrack.model.frame import Frame, Measurements
-from pftrack.model.parameters import Value, revise
-from pftrack.numerics.random import Purpose, Stream
+from pftrack.experiments.linkage.scene.truth import LinkageTarget
+from pftrack.experiments.linkage.trackers.state import LinkageState
 from pftrack.runs.run import Change, Run
-from pftrack.sources.linkage.truth import LinkageTarget
-from pftrack.trackers.linkage.state import LinkageState
 
 __all__ = ["Condition", "RunResult", "run_condition", "run_swing"]
 

@@ -16,11 +16,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.geometry.rotation import rotation
+from pftrack.core.numerics.angles import wrap
+from pftrack.core.numerics.gaussian import Gaussian
+from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.filters import affine_pose
-from pftrack.geometry.rotation import rotation
-from pftrack.numerics.angles import wrap
-from pftrack.numerics.gaussian import Gaussian
-from pftrack.numerics.random import Purpose, Stream
 from pftrack.reproduce.finding import CHOSEN, FEWER, PROTOCOL, Finding, claim, compare
 from pftrack.reproduce.pool import Pool
 from pftrack.reproduce.prism.trials import Method, Reading, Trial, TrialResult, run_trial

@@ -12,16 +12,16 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.numerics.angles import wrap
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments.shared.pose import layered
 from pftrack.filters import rao_blackwell
 from pftrack.filters.affine import AffineLayer
 from pftrack.filters.layers import UpperLayer
+from pftrack.filters.learning import mixture_em
 from pftrack.filters.perspective import PerspectiveLayer
-from pftrack.learning import mixture_em
-from pftrack.likelihoods import points
-from pftrack.numerics.angles import wrap
-from pftrack.numerics.random import Purpose, Stream
 from pftrack.sources.prism import FRAMES, REAR, VERTICES_MM, PrismParameters, Sight, sight
-from pftrack.trackers.pose import layered
+from pftrack.vision.likelihoods import points
 
 __all__ = ["Method", "Reading", "Trial", "TrialResult", "run_trial"]
 

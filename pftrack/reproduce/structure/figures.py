@@ -6,7 +6,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.figures.style import CURVE_COLOURS, INK, TEXT_PT, explain_below, new_figure, write_heading, write_title
+from pftrack.output.figures.style import (
+    CURVE_COLOURS,
+    INK,
+    TEXT_PT,
+    explain_below,
+    new_figure,
+    write_heading,
+    write_title,
+)
 from pftrack.reproduce.structure.trials import OnlineResult, TrialResult
 
 if TYPE_CHECKING:

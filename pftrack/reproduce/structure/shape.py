@@ -15,8 +15,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.figures.picture import save
-from pftrack.numerics.random import Purpose, Stream
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.output.figures.picture import save
 from pftrack.reproduce.finding import CHOSEN, PROTOCOL, TRIALS, Finding, Own, claim, compare, three_errors
 from pftrack.reproduce.pool import Pool
 from pftrack.reproduce.structure.figures import draw
@@ -31,8 +31,8 @@ from pftrack.reproduce.structure.trials import (
     run_trial,
     tracks_of,
 )
-from pftrack.structure import variational
-from pftrack.structure.alignment import shape_error
+from pftrack.vision.structure import variational
+from pftrack.vision.structure.alignment import shape_error
 
 __all__ = ["faces", "prism"]
 

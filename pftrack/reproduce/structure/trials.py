@@ -6,17 +6,17 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.geometry.face_model import mean_model
-from pftrack.geometry.rotation import angles
-from pftrack.numerics.angles import wrap
+from pftrack.core.geometry.rotation import angles
+from pftrack.core.numerics.angles import wrap
 from pftrack.reproduce.structure.scenes import SimulatedTracks, head_tracks, prism_tracks
-from pftrack.structure import growing, online_variational, recursive, variational
-from pftrack.structure.alignment import align, residuals, shape_error
-from pftrack.structure.cameras import fit_camera, frontal
-from pftrack.structure.factorization import factorize
-from pftrack.structure.first_window import from_window
-from pftrack.structure.online_variational import Forgetting
-from pftrack.structure.tracks import Tracks, check_view
+from pftrack.vision.geometry.face_model import mean_model
+from pftrack.vision.structure import growing, online_variational, recursive, variational
+from pftrack.vision.structure.alignment import align, residuals, shape_error
+from pftrack.vision.structure.cameras import fit_camera, frontal
+from pftrack.vision.structure.factorization import factorize
+from pftrack.vision.structure.first_window import from_window
+from pftrack.vision.structure.online_variational import Forgetting
+from pftrack.vision.structure.tracks import Tracks, check_view
 
 __all__ = ["GrowthResult", "OnlineResult", "Trial", "TrialResult", "grow", "online", "run_trial"]
 

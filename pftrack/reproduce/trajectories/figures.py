@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.figures.style import CURVE_COLOURS, INK, draw_scale, explain_below, new_figure, viridis, write_title
+from pftrack.experiments.trajectories.scene.reference import REFERENCE_PX
+from pftrack.experiments.trajectories.scene.scene import TRUE_PATH
 from pftrack.filters.trajectories.whole import GRID, Smoothed, track_error
-from pftrack.sources.trajectories.reference import REFERENCE_PX
-from pftrack.sources.trajectories.scene import TRUE_PATH
+from pftrack.output.figures.style import CURVE_COLOURS, INK, draw_scale, explain_below, new_figure, viridis, write_title
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -18,17 +18,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.model.source import History
 from pftrack.experiments import find
+from pftrack.experiments.trajectories.scene.corners_motion import FRAMES
+from pftrack.experiments.trajectories.scene.corners_scene import CornerSceneParameters, CornerSource
+from pftrack.experiments.trajectories.trackers import corners
+from pftrack.experiments.trajectories.trackers.corner_parameters import CornerParameters
 from pftrack.filters.trajectories.whole import Method, Settings, follow
-from pftrack.model.source import History
-from pftrack.rendering import png, render_beside
 from pftrack.reproduce.finding import FEWER, PROTOCOL, Finding, claim, compare, not_run
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Change, Run
-from pftrack.sources.corners.motion import FRAMES
-from pftrack.sources.corners.scene import CornerSceneParameters, CornerSource
-from pftrack.trackers.trajectories import corners
-from pftrack.trackers.trajectories.corner_parameters import CornerParameters
+from pftrack.vision.rendering import png, render_beside
 
 __all__ = ["Scene", "pictures", "scene", "search_figure"]
 

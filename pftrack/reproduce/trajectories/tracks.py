@@ -14,15 +14,15 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.figures.picture import save
+from pftrack.experiments.trajectories.scene.reference import REFERENCE_PX
+from pftrack.experiments.trajectories.scene.scene import TRUE_PATH, TracksSceneParameters, simulate
 from pftrack.filters.trajectories.cloud import Cloud
 from pftrack.filters.trajectories.modes import logs_mode
 from pftrack.filters.trajectories.whole import Method, Settings, Smoothed, follow, likelihood_surface, track_error
+from pftrack.output.figures.picture import save
 from pftrack.reproduce.finding import CHOSEN, PROTOCOL, TRIALS, Finding, Unexplained, claim, compare
 from pftrack.reproduce.pool import Pool
 from pftrack.reproduce.trajectories.figures import draw
-from pftrack.sources.trajectories.reference import REFERENCE_PX
-from pftrack.sources.trajectories.scene import TRUE_PATH, TracksSceneParameters, simulate
 
 __all__ = ["errors"]
 

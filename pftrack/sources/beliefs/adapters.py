@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from pftrack.numerics.elementary import logarithm
+from pftrack.core.numerics.elementary import logarithm
 from pftrack.sources.beliefs.recorder import Recorder
 
 __all__ = ["ParticlesCollector", "record_filterpy", "record_pfilter", "record_stone_soup"]

@@ -10,7 +10,7 @@ from functools import lru_cache
 from pathlib import Path, PurePath
 from typing import BinaryIO
 
-from pftrack.model.sequence import FrameIndex, FrameSequence
+from pftrack.core.model.sequence import FrameIndex, FrameSequence
 from pftrack.sources.beliefs.archive import Entry
 from pftrack.sources.beliefs.content import Content
 from pftrack.sources.errors import SourceError

@@ -9,7 +9,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.belief import Belief
+from pftrack.core.model.belief import Belief
 from pftrack.sources.beliefs.archive import ARRAYS, COLUMNS, VERSION, Entry, Stored, entries_of, read_array, shape_of
 from pftrack.sources.errors import SourceError
 from pftrack.sources.formats import RECORDING_ENTRY

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.belief import Belief
+from pftrack.core.model.belief import Belief
 
 __all__ = ["LEAST_OVERLAP", "Identities", "overlap", "pair_up"]
 

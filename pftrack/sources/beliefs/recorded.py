@@ -6,10 +6,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.belief import Belief, Beliefs
-from pftrack.model.frame import Frame, Target
-from pftrack.model.parameters import ParameterError, Parameters
-from pftrack.model.source import History
+from pftrack.core.model.belief import Belief, Beliefs
+from pftrack.core.model.frame import Frame, Target
+from pftrack.core.model.parameters import ParameterError, Parameters
+from pftrack.core.model.source import History
 from pftrack.sources.beliefs.content import Content
 from pftrack.sources.beliefs.identities import Identities, pair_up
 from pftrack.sources.beliefs.selection import SelectionParameters

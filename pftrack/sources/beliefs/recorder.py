@@ -24,10 +24,10 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pftrack.core.version import __version__
 from pftrack.sources.beliefs.archive import VERSION, header_of
 from pftrack.sources.beliefs.gathering import Chunk
 from pftrack.sources.formats import RECORDING_ENTRY
-from pftrack.version import __version__
 
 __all__ = ["Recorder", "Sources"]
 

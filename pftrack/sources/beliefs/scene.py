@@ -8,11 +8,11 @@ meet, their numbers may be confused, as trackers of several targets do.
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.belief import Belief, Beliefs, Plane
-from pftrack.model.frame import Frame, Target
-from pftrack.model.parameters import parameter
-from pftrack.model.source import History
-from pftrack.numerics.random import Purpose, Stream
+from pftrack.core.model.belief import Belief, Beliefs, Plane
+from pftrack.core.model.frame import Frame, Target
+from pftrack.core.model.parameters import parameter
+from pftrack.core.model.source import History
+from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.sources.beliefs.recorded import target_of
 from pftrack.sources.beliefs.selection import SelectionParameters
 from pftrack.sources.overlay import paint_disc

@@ -1,6 +1,6 @@
 """Which target of a recording is looked at, and which components of its state."""
 
-from pftrack.model.parameters import Parameters, parameter
+from pftrack.core.model.parameters import Parameters, parameter
 
 __all__ = ["GROUP", "SelectionParameters"]
 

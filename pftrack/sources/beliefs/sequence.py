@@ -17,8 +17,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.belief import Belief, Plane
-from pftrack.model.sequence import FrameIndex, FrameSequence
+from pftrack.core.model.belief import Belief, Plane
+from pftrack.core.model.sequence import FrameIndex, FrameSequence
 from pftrack.sources.beliefs.clip import find_clip, open_clip
 from pftrack.sources.beliefs.content import Content
 from pftrack.sources.errors import SourceError

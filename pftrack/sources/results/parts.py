@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO, Literal, TypeAlias
 
-from pftrack.model.sequence import FrameIndex
+from pftrack.core.model.sequence import FrameIndex
 from pftrack.sources.beliefs.sequence import BeliefSequence
 from pftrack.sources.errors import SourceError
 from pftrack.sources.formats import Format, sniff

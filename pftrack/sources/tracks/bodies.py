@@ -8,9 +8,9 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.geometry.face_model import FEATURES, LINKS, mean_model, person
-from pftrack.numerics.random import Purpose, Stream
+from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.sources.prism import FACES, NAMES, NORMALS, OFFSETS, TOUCHING, VERTICES_MM
+from pftrack.vision.geometry.face_model import FEATURES, LINKS, mean_model, person
 
 __all__ = ["Body", "Kind", "Shape", "body_of", "named_shape", "normalise", "unnamed_shape"]
 

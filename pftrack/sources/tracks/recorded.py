@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from pftrack.model.frame import Frame, Measurements, Target
-from pftrack.model.parameters import Parameters
-from pftrack.model.source import History
+from pftrack.core.model.frame import Frame, Measurements, Target
+from pftrack.core.model.parameters import Parameters
+from pftrack.core.model.source import History
 from pftrack.sources.recording import check_start
 from pftrack.sources.tracks.bodies import named_shape
 from pftrack.sources.tracks.sequence import TrackSequence

@@ -11,7 +11,7 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.sequence import FrameIndex
+from pftrack.core.model.sequence import FrameIndex
 from pftrack.sources.errors import SourceError
 from pftrack.sources.limits import Limits
 from pftrack.sources.overlay import paint_disc

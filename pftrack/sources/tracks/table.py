@@ -21,10 +21,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.spreadsheet import csv_text
 from pftrack.sources.errors import SourceError
 from pftrack.sources.formats import TRACKS_COLUMNS
 from pftrack.sources.text import decode, delimiter_of
-from pftrack.spreadsheet import csv_text
 
 __all__ = ["LARGEST_FILE_BYTES", "MOST_POINTS", "TrackTable", "read_tracks", "write"]
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.frame import Target
+from pftrack.core.model.frame import Target
 from pftrack.sources.tracks.bodies import Shape
 
 __all__ = ["BodyTarget"]

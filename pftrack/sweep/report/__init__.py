@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pftrack.figures.picture import SCREEN_DOTS_PER_INCH, PictureForm, encode
-from pftrack.spreadsheet import csv_text
+from pftrack.core.spreadsheet import csv_text
+from pftrack.output.figures.picture import SCREEN_DOTS_PER_INCH, PictureForm, encode
 from pftrack.sweep.errors import SweepError
 from pftrack.sweep.report.exports import export_result, manifest_of_result
 from pftrack.sweep.report.figures import figures

@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.colors import Colormap
 from numpy.typing import NDArray
 
-from pftrack.figures.style import INK, viridis
-from pftrack.model.palette import VERDICTS, hexadecimal
+from pftrack.core.model.palette import VERDICTS, hexadecimal
+from pftrack.output.figures.style import INK, viridis
 from pftrack.sweep.cells import Code
 from pftrack.sweep.comparison import Comparison
 from pftrack.sweep.quantities import Quantity

@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from pftrack.figures.layout import axes_at, draw_key, write
-from pftrack.figures.panels import (
+from pftrack.output.figures.layout import axes_at, draw_key, write
+from pftrack.output.figures.panels import (
     BELOW_IN,
     HIGH_IN,
     LEFT_IN,
@@ -25,7 +25,7 @@ from pftrack.figures.panels import (
     write_numbers,
     write_values,
 )
-from pftrack.figures.style import CURVE_COLOURS, HEADING_PT
+from pftrack.output.figures.style import CURVE_COLOURS, HEADING_PT
 from pftrack.sweep.axis import Axis
 from pftrack.sweep.cells import CellMap, Code
 from pftrack.sweep.comparison import TEST_TITLES

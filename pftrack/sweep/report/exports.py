@@ -5,14 +5,14 @@ import json
 from pathlib import Path
 from typing import Any
 
-from pftrack.figures.picture import PictureForm, encode
-from pftrack.files import part_of, settle, write_whole
-from pftrack.model.export import ExportError
+from pftrack.core.files import part_of, settle, write_whole
+from pftrack.core.model.export import ExportError
+from pftrack.core.version import __version__
+from pftrack.output.figures.picture import PictureForm, encode
 from pftrack.runs.manifest import FORMAT
 from pftrack.sweep.report.figures import figures
 from pftrack.sweep.report.study import Study
 from pftrack.sweep.result import Result, csv_pieces, summary
-from pftrack.version import __version__
 
 __all__ = ["SUFFIXES", "export_result", "manifest_of_result"]
 

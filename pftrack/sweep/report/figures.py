@@ -8,7 +8,7 @@ from functools import partial
 
 from matplotlib.figure import Figure
 
-from pftrack.model.parameters import with_role
+from pftrack.core.model.parameters import with_role
 from pftrack.sweep.axis import Axis
 from pftrack.sweep.quantities import COMMON, Quantity
 from pftrack.sweep.report.curves import along, boxes, curves

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
-from pftrack.figures.layout import ticks
-from pftrack.figures.style import INK
+from pftrack.output.figures.layout import ticks
+from pftrack.output.figures.style import INK
 from pftrack.sweep.axis import Axis
 from pftrack.sweep.report.colours import MISSING
 from pftrack.sweep.report.labels import format_value, label

@@ -3,7 +3,7 @@
 from math import isnan
 from typing import Literal
 
-from pftrack.model.parameters import Value
+from pftrack.core.model.parameters import Value
 from pftrack.sweep.axis import Axis, find_declaration
 from pftrack.sweep.report.study import Study
 

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
-from pftrack.figures.maps import Block, MapAxis, code_block, stack, value_block
-from pftrack.figures.style import diverging
+from pftrack.output.figures.maps import Block, MapAxis, code_block, stack, value_block
+from pftrack.output.figures.style import diverging
 from pftrack.sweep.axis import Axis, find_declaration
 from pftrack.sweep.cells import Code
 from pftrack.sweep.comparison import TEST_TITLES, Comparison

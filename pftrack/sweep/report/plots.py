@@ -13,8 +13,8 @@ import numpy as np
 from matplotlib.colors import Colormap, Normalize, to_hex
 from numpy.typing import NDArray
 
-from pftrack.figures.style import diverging
-from pftrack.numerics.statistics import holm
+from pftrack.core.numerics.statistics import holm
+from pftrack.output.figures.style import diverging
 from pftrack.sweep.cells import CellMap, Code, Correction
 from pftrack.sweep.comparison import Comparison
 from pftrack.sweep.quantities import COMMON, Quantity

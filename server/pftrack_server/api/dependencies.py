@@ -6,7 +6,7 @@ from typing import Annotated, Protocol
 from fastapi import Depends, Path, Query, Request
 from starlette.requests import HTTPConnection
 
-from pftrack.experiment import Experiment
+from pftrack.experiments.experiment import Experiment
 from pftrack_server.comparisons.service import Comparisons
 from pftrack_server.errors import NotFoundError, RefusedError
 from pftrack_server.experiments import find_experiment

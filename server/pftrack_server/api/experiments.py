@@ -8,9 +8,9 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
-from pftrack.experiment import Experiment
+from pftrack.core.model.sequence import Kind
 from pftrack.experiments import EXPERIMENTS
-from pftrack.model.sequence import Kind
+from pftrack.experiments.experiment import Experiment
 from pftrack_server.api.dependencies import AnExperiment, TheFilters, TheServices
 from pftrack_server.filters import FilterFiles
 from pftrack_server.schemas.experiments import ExperimentDetail, ExperimentPublic, PluginPublic, PresetPublic

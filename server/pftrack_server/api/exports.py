@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Query, Request
 from starlette.responses import FileResponse
 
-from pftrack.exports.formats import exports_of
+from pftrack.output.exports.formats import exports_of
 from pftrack.runs.record import Record
 from pftrack_server.api.dependencies import (
     ARun,

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Depends, Path
 
-from pftrack.failures import Entry
+from pftrack.analysis.failures import Entry
 from pftrack_server.api.dependencies import TheServices
 from pftrack_server.failures import failure_named, failures, public
 from pftrack_server.schemas.failures import FailurePublic, FailureResult

@@ -2,8 +2,8 @@
 
 from fastapi import APIRouter
 
+from pftrack.core.model.glossary import GLOSSARY, Section
 from pftrack.experiments import EXPERIMENTS
-from pftrack.model.glossary import GLOSSARY, Section
 from pftrack_server.schemas.glossary import SectionPublic, TermPublic
 
 __all__ = ["router"]

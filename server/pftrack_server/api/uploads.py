@@ -11,8 +11,8 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Path, Query, Request
 from starlette.responses import Response
 
-from pftrack.experiment import Experiment
 from pftrack.experiments import EXPERIMENTS
+from pftrack.experiments.experiment import Experiment
 from pftrack.sources.errors import SourceError
 from pftrack.sources.results.spreadsheet import COLUMNS, preview
 from pftrack.sources.truth import LARGEST_FILE_BYTES

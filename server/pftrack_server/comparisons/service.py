@@ -4,9 +4,9 @@ import dataclasses
 from collections.abc import Awaitable, Callable, Sequence
 from typing import Any, TypeAlias
 
-from pftrack.comparison import MOST_RUNS
-from pftrack.exports.comparisons import COMPARISON_FORMATS
-from pftrack.model.recipe import Recipe
+from pftrack.core.model.recipe import Recipe
+from pftrack.output.exports.comparisons import COMPARISON_FORMATS
+from pftrack.runs.comparison import MOST_RUNS
 from pftrack_server.comparisons.references import NamedRun, RunSources, find_run
 from pftrack_server.errors import RefusedError
 from pftrack_server.runs.exports import Exporting, Exports

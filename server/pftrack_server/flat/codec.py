@@ -12,12 +12,12 @@ pictures, any number  uint32 key, uint32 length of the file, the file, padded to
 
 The head is `{"frame", "width", "height", "caption", "legend", "arrays", "primitives", "worlds"}`. Each key of the
 legend is `{"layer", "colour", "meaning"}`, its colour a name in the palette. Each primitive has `name`,
-`kind` (the class of `pftrack.model.drawing` in lower case) and that class's fields. Each of the worlds has `world`,
-which is its declaration with the length of its `ruler`, and `primitives` in its own coordinates. An array stands there
-as `{"type", "at", "shape"}`: `f4`, `i4` or `u1`, its first byte counted from the end of the head, and its extents. One
-array may be named by several primitives. A picture stands there as `{"key", "shape"}`, its pixels in the picture of
-that key. A page keeps the pictures that the newest drawing names, and is not sent the file of a key that it keeps; a
-file that comes replaces what was kept under its key.
+`kind` (the class of `pftrack.core.model.drawing` in lower case) and that class's fields. Each of the worlds has
+`world`, which is its declaration with the length of its `ruler`, and `primitives` in its own coordinates. An array
+stands there as `{"type", "at", "shape"}`: `f4`, `i4` or `u1`, its first byte counted from the end of the head, and its
+extents. One array may be named by several primitives. A picture stands there as `{"key", "shape"}`, its pixels in the
+picture of that key. A page keeps the pictures that the newest drawing names, and is not sent the file of a key that it
+keeps; a file that comes replaces what was kept under its key.
 
 Pictures are JPEG of quality 92 with colours at full resolution (`pftrack_server.pictures`): on the experiments' scenes
 the mean error is below two levels of 255 and an edge stays where it is, at 0.2 to 1 ms a frame; PNG takes 1 to 16 ms
@@ -36,10 +36,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
-from pftrack.model.drawing import Drawing, Picture, Primitive, WorldDrawing
-from pftrack.model.faults import faults
-from pftrack.model.layer import Key
-from pftrack.model.world import World
+from pftrack.core.model.drawing import Drawing, Picture, Primitive, WorldDrawing
+from pftrack.core.model.faults import faults
+from pftrack.core.model.layer import Key
+from pftrack.core.model.world import World
 from pftrack_server.pictures import EncodedPicture, PictureEncoder
 
 __all__ = ["VERSION", "DrawingEncoder", "DrawingError", "EncodedDrawing", "decode"]

@@ -5,9 +5,9 @@ from base64 import urlsafe_b64encode
 from collections.abc import Sequence
 from typing import Final
 
+from pftrack.core.model.parameters import ParameterError
 from pftrack.experiments import EXPERIMENTS
-from pftrack.lessons import Lesson
-from pftrack.model.parameters import ParameterError
+from pftrack.teaching.lessons import Lesson
 from pftrack_server.errors import NotFoundError, RefusedError
 from pftrack_server.experiments import find_experiment
 from pftrack_server.failures import failure_named

@@ -1,12 +1,12 @@
 """Lessons as pages see them: texts as HTML, controls as sessions have them, and questions without their answers."""
 
+from pftrack.core.model.parameters import declarations, flat, revise
+from pftrack.core.model.recipe import Recipe
 from pftrack.experiments import find as find_experiment
-from pftrack.lessons import Lesson, Verdict
-from pftrack.lessons.answers import question_recipe
-from pftrack.lessons.lecturers import Library
-from pftrack.lessons.lesson import Demonstration, Question, Scenario
-from pftrack.model.parameters import declarations, flat, revise
-from pftrack.model.recipe import Recipe
+from pftrack.teaching.lessons import Lesson, Verdict
+from pftrack.teaching.lessons.answers import question_recipe
+from pftrack.teaching.lessons.lecturers import Library
+from pftrack.teaching.lessons.lesson import Demonstration, Question, Scenario
 from pftrack_server.lessons.results import Job
 from pftrack_server.lessons.service import missing
 from pftrack_server.lessons.text import inline, paragraphs

@@ -13,9 +13,9 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn.protocols.utils import ClientDisconnected
 
-from pftrack.filter_files import FilterFileError
-from pftrack.model.export import ExportError
-from pftrack.model.parameters import ParameterError
+from pftrack.core.model.export import ExportError
+from pftrack.core.model.parameters import ParameterError
+from pftrack.experiments.own import FilterFileError
 from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
 from pftrack.sources.errors import SourceError

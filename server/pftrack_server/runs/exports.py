@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from pftrack.core.model.export import N, find_export
+from pftrack.core.model.recipe import Footage, Recipe
 from pftrack.experiments import EXPERIMENTS
-from pftrack.exports.comparisons import COMPARISON_FORMATS, ComparisonExport
-from pftrack.exports.formats import RunExport, check_plot, exports_of
-from pftrack.model.export import N, find_export
-from pftrack.model.recipe import Footage, Recipe
+from pftrack.output.exports.comparisons import COMPARISON_FORMATS, ComparisonExport
+from pftrack.output.exports.formats import RunExport, check_plot, exports_of
 from pftrack_server.errors import NotFoundError
 from pftrack_server.experiments import find_experiment
 from pftrack_server.runs.service import footage_here

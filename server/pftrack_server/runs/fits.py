@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Callable
 from typing import Any, TypeAlias
 
-from pftrack.model.recipe import Recipe
+from pftrack.core.model.recipe import Recipe
 from pftrack_server.runs.service import footage_here
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from pftrack.core.files import settle
+from pftrack.core.model.measures import HIT_RATE
+from pftrack.core.model.recipe import Footage
 from pftrack.experiments import find
-from pftrack.files import settle
-from pftrack.model.measures import HIT_RATE
-from pftrack.model.recipe import Footage
 from pftrack.runs.record import Record
 from pftrack_server.errors import ConflictError, DiskFullError
 from pftrack_server.schemas.snapshot import FIRST, Bookmark

@@ -4,7 +4,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-from pftrack.model.parameters import NOT_BOOLEAN
+from pftrack.core.model.parameters import NOT_BOOLEAN
 from pftrack_server.titles import printable
 
 __all__ = ["FrameNumber", "GivenTitle", "Name", "RequestBody", "Title", "Values"]

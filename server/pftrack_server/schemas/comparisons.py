@@ -4,8 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field, model_validator
 
-from pftrack.comparison import MOST_RUNS
-from pftrack.model.recipe import Recipe
+from pftrack.core.model.recipe import Recipe
+from pftrack.runs.comparison import MOST_RUNS
 from pftrack_server.schemas.body import FrameNumber, GivenTitle, RequestBody, Title
 from pftrack_server.schemas.description import ExportPublic
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 
 from pydantic import BaseModel
 
-from pftrack.model.parameters import Declaration, Value
+from pftrack.core.model.parameters import Declaration, Value
 
 __all__ = ["ControlPublic", "control_of", "controls_of", "working_range"]
 

@@ -6,13 +6,13 @@ the pipe, in the store, to the panel beside the scene and to the pages.
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from pftrack.core.model.layer import Layer
+from pftrack.core.model.marks import Editor
+from pftrack.core.model.parameters import Declaration
+from pftrack.core.model.series import Series
+from pftrack.core.model.world import World
 from pftrack.experiments import Plot, Reading
-from pftrack.exports.formats import Group
-from pftrack.model.layer import Layer
-from pftrack.model.marks import Editor
-from pftrack.model.parameters import Declaration
-from pftrack.model.series import Series
-from pftrack.model.world import World
+from pftrack.output.exports.formats import Group
 from pftrack_server.schemas.measures import MeasurePublic
 
 __all__ = ["ExportPublic", "SessionDescription", "TrackerPublic", "TruthMark"]

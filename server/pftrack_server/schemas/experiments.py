@@ -4,11 +4,11 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from pftrack.model.layer import Layer
-from pftrack.model.marks import Editor
-from pftrack.model.parameters import Declaration, Value
-from pftrack.model.tour import Tour
-from pftrack.model.world import World
+from pftrack.core.model.layer import Layer
+from pftrack.core.model.marks import Editor
+from pftrack.core.model.parameters import Declaration, Value
+from pftrack.core.model.tour import Tour
+from pftrack.core.model.world import World
 
 __all__ = ["CitationPublic", "ExperimentDetail", "ExperimentPublic", "PluginPublic", "PresetPublic"]
 

@@ -2,8 +2,8 @@
 
 from pydantic import BaseModel, Field
 
-from pftrack.model.cause import CauseId
-from pftrack.model.loss_witness import Witness
+from pftrack.core.model.cause import CauseId
+from pftrack.core.model.loss_witness import Witness
 
 __all__ = ["DiagnosisPublic", "EvidencePublic", "ExplanationPublic", "SignPublic"]
 

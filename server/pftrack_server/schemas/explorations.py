@@ -4,9 +4,9 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import BaseModel, Field
 
-from pftrack.counterfactuals.alternatives import Kind
-from pftrack.counterfactuals.report import Verdict
-from pftrack.model.parameters import NOT_BOOLEAN, Value
+from pftrack.analysis.counterfactuals.alternatives import Kind
+from pftrack.analysis.counterfactuals.report import Verdict
+from pftrack.core.model.parameters import NOT_BOOLEAN, Value
 from pftrack.runs.ensemble import Scene
 from pftrack_server.schemas.body import FrameNumber, RequestBody
 

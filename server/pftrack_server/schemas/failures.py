@@ -4,9 +4,9 @@ from typing import Any
 
 from pydantic import BaseModel, Field
 
-from pftrack.model.cause import CauseId
-from pftrack.model.parameters import Value
-from pftrack.model.recipe import Recipe
+from pftrack.core.model.cause import CauseId
+from pftrack.core.model.parameters import Value
+from pftrack.core.model.recipe import Recipe
 
 __all__ = ["DifferencePublic", "FailureNeighbour", "FailurePublic", "FailureResult", "FailureRun", "MeasuredPublic"]
 

@@ -2,7 +2,7 @@
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from pftrack.model.parameters import LONGEST_FILE
+from pftrack.core.model.parameters import LONGEST_FILE
 from pftrack_server.schemas.body import RequestBody
 
 __all__ = ["ComponentPublic", "FilterPublic", "FilterUpdate", "HintPublic"]

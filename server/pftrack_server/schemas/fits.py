@@ -4,8 +4,8 @@ from typing import Literal
 
 from pydantic import BaseModel, Field
 
-from pftrack.fitting import MOST_NUMBERS, Method
-from pftrack.model.parameters import Value
+from pftrack.analysis.fitting import MOST_NUMBERS, Method
+from pftrack.core.model.parameters import Value
 from pftrack_server.schemas.body import Name, RequestBody
 
 __all__ = ["FitCreate", "FitHalfPublic", "FitJobPublic", "FitPublic", "FitScorePublic", "FittedPublic"]

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, BaseModel, Field, model_validator
 from pydantic_core import to_json
 
-from pftrack.model.parameters import NOT_BOOLEAN
+from pftrack.core.model.parameters import NOT_BOOLEAN
 from pftrack_server.schemas.body import FrameNumber, GivenTitle, Name, RequestBody
 from pftrack_server.schemas.stream import Message
 

@@ -4,7 +4,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import BaseModel, Field
 
-from pftrack.model.parameters import NOT_BOOLEAN
+from pftrack.core.model.parameters import NOT_BOOLEAN
 from pftrack_server.schemas.body import FrameNumber, RequestBody
 
 __all__ = [

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from pftrack.model.parameters import NOT_BOOLEAN
+from pftrack.core.model.parameters import NOT_BOOLEAN
 from pftrack_server.schemas.body import FrameNumber, GivenTitle, Name, RequestBody
 from pftrack_server.schemas.comparisons import ComparedRun
 from pftrack_server.schemas.follows import PollAnswers, PollQuestion

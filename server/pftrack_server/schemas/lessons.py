@@ -4,8 +4,8 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, StrictFloat, StrictInt, StrictStr
 
-from pftrack.model.parameters import Declaration, Value
-from pftrack.model.recipe import Recipe, Seed
+from pftrack.core.model.parameters import Declaration, Value
+from pftrack.core.model.recipe import Recipe, Seed
 from pftrack_server.schemas.body import RequestBody, Values
 from pftrack_server.schemas.controls import ControlPublic
 
@@ -161,7 +161,7 @@ class NumberPublic(BaseModel):
 class FigurePublic(BaseModel):
     """What a lesson comes to at some parameters."""
 
-    figure: dict[str, Any] = Field(description="As `pftrack.lessons.Figure` has it")
+    figure: dict[str, Any] = Field(description="As `pftrack.teaching.lessons.Figure` has it")
     numbers: list[NumberPublic]
     parameters: dict[str, Value] = Field(description="In force")
     seed: int

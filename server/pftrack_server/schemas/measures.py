@@ -4,7 +4,7 @@ from typing import Literal
 
 from pydantic import BaseModel, Field
 
-from pftrack.model.measures import How
+from pftrack.core.model.measures import How
 
 __all__ = ["MeasurePublic"]
 

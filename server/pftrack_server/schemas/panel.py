@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from pftrack.model.layer import Layer
-from pftrack.model.parameters import Declaration, Value
-from pftrack.model.world import World
+from pftrack.core.model.layer import Layer
+from pftrack.core.model.parameters import Declaration, Value
+from pftrack.core.model.world import World
 
 __all__ = ["SPEEDS", "PanelDescription", "PanelValues"]
 

@@ -4,8 +4,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, Field
 
-from pftrack.model.parameters import NOT_BOOLEAN, Value
-from pftrack.model.recipe import Recipe, Seed
+from pftrack.core.model.parameters import NOT_BOOLEAN, Value
+from pftrack.core.model.recipe import Recipe, Seed
 from pftrack_server.schemas.body import FrameNumber, RequestBody, Title, Values
 
 __all__ = ["BookmarkCreate", "BranchCreate", "Changed", "Columns", "SessionCreate", "SessionUpdate", "TransportUpdate"]

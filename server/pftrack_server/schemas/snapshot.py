@@ -9,8 +9,8 @@ from typing import Any, Literal, NamedTuple, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from pftrack.model.parameters import Value
-from pftrack.model.recipe import Recipe
+from pftrack.core.model.parameters import Value
+from pftrack.core.model.recipe import Recipe
 
 __all__ = [
     "FIRST",

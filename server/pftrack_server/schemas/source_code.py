@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from pftrack.model.parameters import NOT_BOOLEAN
+from pftrack.core.model.parameters import NOT_BOOLEAN
 from pftrack_server.schemas.body import RequestBody
 from pftrack_server.schemas.comparisons import ComparedRun
 

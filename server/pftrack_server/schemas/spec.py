@@ -6,7 +6,7 @@ the newest spec, so a worker may die at any moment, and the store holds it too, 
 
 from pydantic import BaseModel
 
-from pftrack.model.recipe import Recipe
+from pftrack.core.model.recipe import Recipe
 from pftrack_server.schemas.description import SessionDescription
 from pftrack_server.schemas.snapshot import FIRST, Bookmark, RunSnapshot
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.parameters import Value, declarations
+from pftrack.core.model.parameters import Value, declarations
 from pftrack.sweep import CellMap, Code, Comparison, Plan
 from pftrack_server.schemas.sweep_views import (
     AxisPublic,

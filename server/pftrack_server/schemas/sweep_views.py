@@ -4,7 +4,7 @@ from typing import Literal, TypeAlias
 
 from pydantic import BaseModel
 
-from pftrack.model.parameters import Value
+from pftrack.core.model.parameters import Value
 from pftrack_server.schemas.description import TrackerPublic
 from pftrack_server.schemas.measures import MeasurePublic
 

@@ -4,8 +4,8 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
-from pftrack.model.parameters import NOT_BOOLEAN
-from pftrack.model.recipe import Footage, Seed
+from pftrack.core.model.parameters import NOT_BOOLEAN
+from pftrack.core.model.recipe import Footage, Seed
 from pftrack_server.schemas.body import GivenTitle, Name, RequestBody
 
 __all__ = ["EstimateRequest", "OpenRequest", "SweepAxis", "SweepCreate"]

@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from typing import Any
 
-from pftrack.experiment import Experiment
-from pftrack.filter_files import with_digests
-from pftrack.model.parameters import ParameterError
-from pftrack.model.recipe import Footage, Recipe
+from pftrack.core.model.parameters import ParameterError
+from pftrack.core.model.recipe import Footage, Recipe
+from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.own import with_digests
 from pftrack_server.errors import RefusedError
 from pftrack_server.experiments import find_experiment
 from pftrack_server.schemas.sessions import SessionCreate

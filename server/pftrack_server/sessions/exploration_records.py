@@ -2,8 +2,8 @@
 
 from pydantic import BaseModel
 
-from pftrack.counterfactuals.alternatives import Kind
-from pftrack.model.parameters import Value
+from pftrack.analysis.counterfactuals.alternatives import Kind
+from pftrack.core.model.parameters import Value
 
 __all__ = ["WhatIfRecord"]
 
@@ -22,7 +22,7 @@ class FindingRecord(BaseModel):
 
 
 class WhatIfRecord(BaseModel):
-    """What a process tells of its part of the changes, as `pftrack.counterfactuals.record` writes it."""
+    """What a process tells of its part of the changes, as `pftrack.analysis.counterfactuals.record` writes it."""
 
     loss: int
     begin: int

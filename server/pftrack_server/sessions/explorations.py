@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-from pftrack.counterfactuals import Report, join, read_record, record
-from pftrack.model.recipe import Recipe
+from pftrack.analysis.counterfactuals import Report, join, read_record, record
+from pftrack.core.model.recipe import Recipe
 from pftrack.process import Budget
 from pftrack_server.errors import ConflictError, NotFoundError, UnavailableError
 from pftrack_server.schemas.explorations import (

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from pftrack.model.loss_witness import judge_loss
+from pftrack.core.model.loss_witness import judge_loss
 from pftrack.runs.loss_intervals import loss_start
 
 __all__ = ["History"]

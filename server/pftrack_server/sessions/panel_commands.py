@@ -10,8 +10,8 @@ from typing import Any
 
 import structlog
 
-from pftrack.filter_files import FilterFileError
-from pftrack.model.parameters import ParameterError
+from pftrack.core.model.parameters import ParameterError
+from pftrack.experiments.own import FilterFileError
 from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
 from pftrack.sources.errors import SourceError

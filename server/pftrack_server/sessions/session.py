@@ -11,8 +11,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from pftrack.model.parameters import ParameterError
-from pftrack.numerics.random import LARGEST_SEED
+from pftrack.core.model.parameters import ParameterError
+from pftrack.core.numerics.random import LARGEST_SEED
 from pftrack_server.errors import ConflictError, NotFoundError
 from pftrack_server.flat.feed import DrawingFeed
 from pftrack_server.schemas import messages

@@ -1,6 +1,6 @@
 """The view of a session: what everybody outside sees of it."""
 
-from pftrack.model.palette import BRANCHES, hexadecimal
+from pftrack.core.model.palette import BRANCHES, hexadecimal
 from pftrack_server.schemas.controls import controls_of
 from pftrack_server.schemas.description import SessionDescription
 from pftrack_server.schemas.messages import SessionPublic

@@ -16,7 +16,7 @@ from typing import TypeVar
 import structlog
 from sqlalchemy.exc import DBAPIError, OperationalError
 
-from pftrack.files import free_bytes
+from pftrack.core.files import free_bytes
 from pftrack_server.errors import DiskFullError
 
 __all__ = ["DISK_FULL", "DiskBudget", "is_full", "mebibytes"]

@@ -12,10 +12,10 @@ import shutil
 from datetime import UTC, datetime
 from pathlib import Path
 
-from pftrack.files import write_whole
-from pftrack.filter_files import digest_of
-from pftrack.model.parameters import LONGEST_FILE
-from pftrack.model.recipe import Recipe
+from pftrack.core.files import write_whole
+from pftrack.core.model.parameters import LONGEST_FILE
+from pftrack.core.model.recipe import Recipe
+from pftrack.experiments.own import digest_of
 from pftrack_server.errors import NotFoundError
 
 __all__ = ["DataDirectory", "is_name", "new_name", "now"]

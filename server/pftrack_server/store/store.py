@@ -13,7 +13,7 @@ from sqlalchemy.exc import DataError, DBAPIError
 from sqlalchemy.orm import sessionmaker
 from sqlalchemy.sql.expression import SQLColumnExpression
 
-from pftrack.files import write_whole
+from pftrack.core.files import write_whole
 from pftrack_server.errors import DamagedError
 from pftrack_server.settings import Settings
 from pftrack_server.store.database import connect

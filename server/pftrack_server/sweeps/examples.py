@@ -1,7 +1,7 @@
 """Examples: for every experiment a sweep that is worth starting as it stands, filled into the form at first."""
 
-from pftrack.experiment import Experiment
-from pftrack.model.parameters import Declaration, declarations
+from pftrack.core.model.parameters import Declaration, declarations
+from pftrack.experiments.experiment import Experiment
 from pftrack_server.schemas.sweeps import SweepAxis, SweepCreate
 
 __all__ = ["example"]

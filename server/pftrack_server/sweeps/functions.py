@@ -10,7 +10,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
-from pftrack.filter_files import trust
+from pftrack.experiments.own import trust
 from pftrack.sweep import Plan, Recording, carry_out, estimate, read_result
 
 __all__ = ["Pictures", "compute", "measure", "report"]

@@ -1,6 +1,6 @@
 """Opening: from a row of a sweep to a live session that computes the same numbers, paused shortly before the loss."""
 
-from pftrack.model.recipe import Footage
+from pftrack.core.model.recipe import Footage
 from pftrack.runs.loss_intervals import APPROACH_FRAMES, approach
 from pftrack.sweep import Plan
 from pftrack_server.errors import ConflictError, RefusedError

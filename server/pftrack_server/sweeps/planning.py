@@ -6,11 +6,11 @@ from functools import partial
 from math import prod
 from typing import TypeVar, cast
 
-from pftrack.experiment import Experiment
-from pftrack.filter_files import outline
-from pftrack.model.parameters import ParameterError, declarations, flat, limit_particles
-from pftrack.model.recipe import Footage
-from pftrack.model.sequence import Kind
+from pftrack.core.model.parameters import ParameterError, declarations, flat, limit_particles
+from pftrack.core.model.recipe import Footage
+from pftrack.core.model.sequence import Kind
+from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.own import outline
 from pftrack.sweep import Axis, Plan, SweepError, parse_axis
 from pftrack.sweep.axis import TRACKER, check
 from pftrack_server.errors import RefusedError

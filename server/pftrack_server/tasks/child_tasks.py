@@ -9,13 +9,13 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from typing import Any
 
-from pftrack.comparison import ComparisonError
-from pftrack.counterfactuals import LossError
-from pftrack.filter_files import FilterFileError
-from pftrack.fitting import FitError
-from pftrack.model.export import ExportError
-from pftrack.model.parameters import ParameterError
+from pftrack.analysis.counterfactuals import LossError
+from pftrack.analysis.fitting import FitError
+from pftrack.core.model.export import ExportError
+from pftrack.core.model.parameters import ParameterError
+from pftrack.experiments.own import FilterFileError
 from pftrack.process import Budget, Ending, Fault, Outcome, Refusal, Reply, run_task
+from pftrack.runs.comparison import ComparisonError
 from pftrack.runs.ensemble import ReplayError
 from pftrack.runs.record import RecordError
 from pftrack.sources.errors import SourceError

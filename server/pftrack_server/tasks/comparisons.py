@@ -4,11 +4,11 @@ from collections.abc import Generator, Sequence
 from pathlib import Path
 from typing import Any
 
-from pftrack.comparison import Comparison
-from pftrack.exports.comparisons import COMPARISON_FORMATS
-from pftrack.files import write_whole
-from pftrack.filter_files import trust
-from pftrack.model.export import find_export
+from pftrack.core.files import write_whole
+from pftrack.core.model.export import find_export
+from pftrack.experiments.own import trust
+from pftrack.output.exports.comparisons import COMPARISON_FORMATS
+from pftrack.runs.comparison import Comparison
 from pftrack_server.worker.protocol import WorkerConfig
 from pftrack_server.worker.run_tree import RunTree
 

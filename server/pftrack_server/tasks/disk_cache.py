@@ -7,9 +7,9 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-from pftrack.files import write_whole
-from pftrack.numerics import machine
-from pftrack.warming import source_hash
+from pftrack.core.files import write_whole
+from pftrack.core.numerics import machine
+from pftrack.doctor.warming import source_hash
 
 __all__ = ["DiskCache", "digest"]
 

@@ -6,13 +6,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from pftrack.counterfactuals import read_record
-from pftrack.diagnosis import diagnose
-from pftrack.explanation import Explanation
-from pftrack.exports.formats import exporting, exports_of
-from pftrack.filter_files import trust
-from pftrack.model.export import find_export
-from pftrack.model.recipe import Recipe
+from pftrack.analysis.counterfactuals import read_record
+from pftrack.analysis.diagnosis import diagnose
+from pftrack.analysis.explanation import Explanation
+from pftrack.core.model.export import find_export
+from pftrack.core.model.recipe import Recipe
+from pftrack.experiments.own import trust
+from pftrack.output.exports.formats import exporting, exports_of
 from pftrack.runs import record
 from pftrack.sources.limits import Limits
 from pftrack_server.tasks.functions import Steps, reopen_footage

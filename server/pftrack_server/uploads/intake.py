@@ -14,7 +14,7 @@ from typing import Any, Final, ParamSpec, TypeVar
 
 import structlog
 
-from pftrack.model.sequence import FrameIndex
+from pftrack.core.model.sequence import FrameIndex
 from pftrack.process import MEBIBYTE
 from pftrack.sources.errors import SourceError
 from pftrack.sources.images import natural_order

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from pftrack.model.sequence import FrameIndex
+from pftrack.core.model.sequence import FrameIndex
 from pftrack.process import MEBIBYTE, Budget, Ending, Fault, Refusal, Reply
 from pftrack.sources.errors import SourceError
 from pftrack.sources.limits import Limits

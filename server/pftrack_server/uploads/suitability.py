@@ -10,7 +10,7 @@ from collections import OrderedDict
 from collections.abc import Mapping
 from typing import Any
 
-from pftrack.experiment import Experiment
+from pftrack.experiments.experiment import Experiment
 from pftrack_server.schemas.uploads import SuitabilityPublic
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import structlog
 
-from pftrack.experiment import Experiment
-from pftrack.files import write_whole
+from pftrack.core.files import write_whole
+from pftrack.experiments.experiment import Experiment
 from pftrack.sources.truth import write_table
 from pftrack_server.errors import ConflictError
 from pftrack_server.schemas.uploads import TruthPublic

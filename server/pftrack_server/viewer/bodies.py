@@ -10,7 +10,7 @@ import numpy as np
 import viser.transforms
 from numpy.typing import NDArray
 
-from pftrack.model.drawing import Arrows, Ellipsoids
+from pftrack.core.model.drawing import Arrows, Ellipsoids
 from pftrack_server.viewer import shapes
 from pftrack_server.viewer.shapes import Floats, Stance
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import viser
 
-from pftrack.model.parameters import Declaration, Value
+from pftrack.core.model.parameters import Declaration, Value
 from pftrack_server.schemas.controls import ControlPublic, control_of
 
 __all__ = ["Control", "Handle"]

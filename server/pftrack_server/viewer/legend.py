@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 from html import escape
 
-from pftrack.model.layer import Key, sort_keys
-from pftrack.model.palette import COLOURS
+from pftrack.core.model.layer import Key, sort_keys
+from pftrack.core.model.palette import COLOURS
 
 __all__ = ["caption_html", "legend_html"]
 

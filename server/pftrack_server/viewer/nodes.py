@@ -10,7 +10,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 import viser
 
-from pftrack.model.drawing import (
+from pftrack.core.model.drawing import (
     Arrows,
     Axes,
     Colour,

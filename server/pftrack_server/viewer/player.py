@@ -11,9 +11,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from pftrack.model.faults import without_faults
-from pftrack.model.legend import drawn_keys
-from pftrack.model.parameters import ParameterError, Value, declarations, flat
+from pftrack.core.model.faults import without_faults
+from pftrack.core.model.legend import drawn_keys
+from pftrack.core.model.parameters import ParameterError, Value, declarations, flat
 from pftrack.runs.manifest import title_of
 from pftrack.runs.run import Change, EndOfRun, PastError, Run
 from pftrack_server.pictures import PictureEncoder

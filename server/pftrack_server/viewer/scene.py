@@ -12,8 +12,8 @@ from collections.abc import Iterable
 
 import viser
 
-from pftrack.model.drawing import Drawing, Frustum, Primitive
-from pftrack.model.layer import Key, Layer
+from pftrack.core.model.drawing import Drawing, Frustum, Primitive
+from pftrack.core.model.layer import Key, Layer
 from pftrack_server.pictures import EncodedPicture, SceneDrawing
 from pftrack_server.viewer import shapes, worlds
 from pftrack_server.viewer.camera import Box

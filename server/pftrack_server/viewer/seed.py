@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import viser
 
-from pftrack.model.parameters import Value
-from pftrack.numerics.random import LARGEST_SEED
+from pftrack.core.model.parameters import Value
+from pftrack.core.numerics.random import LARGEST_SEED
 from pftrack_server.viewer.controls import Handle
 
 __all__ = ["SEED", "SeedBox"]

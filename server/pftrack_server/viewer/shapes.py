@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.model.drawing import (
+from pftrack.core.model.drawing import (
     Arrows,
     Axes,
     Ellipse,

@@ -15,8 +15,8 @@ from typing import Any
 
 import viser
 
-from pftrack.model.layer import LayerRole
-from pftrack.model.parameters import Value
+from pftrack.core.model.layer import LayerRole
+from pftrack.core.model.parameters import Value
 from pftrack_server.log import RateLimitedLogger
 from pftrack_server.pictures import SceneDrawing
 from pftrack_server.schemas.panel import PanelDescription, PanelValues

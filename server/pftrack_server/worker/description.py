@@ -2,12 +2,12 @@
 
 from collections.abc import Iterator
 
-from pftrack.experiment import Preset
-from pftrack.exports.formats import exports_of
-from pftrack.filter_files import parameters_of
-from pftrack.fitting import fittable
-from pftrack.loss_probability.declaration import LOSS_PROBABILITY
-from pftrack.model.parameters import Declaration, flat
+from pftrack.analysis.fitting import fittable
+from pftrack.core.model.parameters import Declaration, flat
+from pftrack.experiments.experiment import Preset
+from pftrack.experiments.own import parameters_of
+from pftrack.experiments.shared.loss_probability.declaration import LOSS_PROBABILITY
+from pftrack.output.exports.formats import exports_of
 from pftrack.runs.run import Run
 from pftrack_server.schemas.description import ExportPublic, SessionDescription, TrackerPublic, TruthMark
 from pftrack_server.schemas.measures import MeasurePublic

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
-from pftrack.filter_files import FilterFileError, extend
-from pftrack.model.parameters import flat
-from pftrack.model.recipe import Recipe
+from pftrack.core.model.parameters import flat
+from pftrack.core.model.recipe import Recipe
+from pftrack.experiments.own import FilterFileError, extend
 from pftrack.runs.run import Run
 from pftrack_server.schemas.snapshot import Problem
 

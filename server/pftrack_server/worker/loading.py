@@ -2,10 +2,10 @@
 
 from itertools import islice
 
+from pftrack.doctor.warming import cache_folder
+from pftrack.doctor.warming.coverage import cases, run_case
 from pftrack.experiments import EXPERIMENTS
-from pftrack.rendering import png, render
-from pftrack.warming import cache_folder
-from pftrack.warming.coverage import cases, run_case
+from pftrack.vision.rendering import png, render
 
 __all__ = ["load_compiled"]
 

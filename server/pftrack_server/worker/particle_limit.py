@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 
-from pftrack.experiment import Experiment
-from pftrack.model.parameters import Parameters, flat, limit_particles, revise
-from pftrack.model.recipe import Recipe
-from pftrack.model.timeline import parameter_values
+from pftrack.core.model.parameters import Parameters, flat, limit_particles, revise
+from pftrack.core.model.recipe import Recipe
+from pftrack.core.model.timeline import parameter_values
+from pftrack.experiments.experiment import Experiment
 
 __all__ = ["limit_change", "limit_recipe"]
 

@@ -5,8 +5,8 @@ import socket
 import sys
 import traceback
 
-from pftrack.filter_files import FilterFileError, trust
-from pftrack.model.parameters import ParameterError
+from pftrack.core.model.parameters import ParameterError
+from pftrack.experiments.own import FilterFileError, trust
 from pftrack.process import BlockingEnd, confine, end_with_parent, give_way, leave_interrupts_to_parent
 from pftrack.runs.record import RecordError
 from pftrack.sources.errors import SourceError

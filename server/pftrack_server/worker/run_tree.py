@@ -9,20 +9,20 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from pftrack.experiment import Experiment, Setup
-from pftrack.explanation import explain
-from pftrack.exports.formats import exporting, exports_of
-from pftrack.files import free_bytes
-from pftrack.filter_files import digest_of, extend, new_defaults, trust, widen, with_digests
-from pftrack.loss_probability.declaration import LOSS_PROBABILITY
-from pftrack.model.calibration import TITLES
-from pftrack.model.diagnostics import Diagnostics
-from pftrack.model.drawing import Drawing
-from pftrack.model.export import find_export
-from pftrack.model.parameters import ParameterError, declarations, flat, with_role
-from pftrack.model.recipe import Recipe
-from pftrack.model.suitability import BESIDE, describe_course
-from pftrack.model.timeline import Timeline, check_timeline, parameter_values
+from pftrack.analysis.explanation import explain
+from pftrack.core.files import free_bytes
+from pftrack.core.model.calibration import TITLES
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.drawing import Drawing
+from pftrack.core.model.export import find_export
+from pftrack.core.model.parameters import ParameterError, declarations, flat, with_role
+from pftrack.core.model.recipe import Recipe
+from pftrack.core.model.suitability import BESIDE, describe_course
+from pftrack.core.model.timeline import Timeline, check_timeline, parameter_values
+from pftrack.experiments.experiment import Experiment, Setup
+from pftrack.experiments.own import digest_of, extend, new_defaults, trust, widen, with_digests
+from pftrack.experiments.shared.loss_probability.declaration import LOSS_PROBABILITY
+from pftrack.output.exports.formats import exporting, exports_of
 from pftrack.runs import checkpoint, record
 from pftrack.runs.loss_probability import LossAccount
 from pftrack.runs.run import Change, Run

@@ -3,9 +3,9 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from pftrack.filter_files import with_digests
-from pftrack.model.parameters import Declaration, Value, flat
-from pftrack.model.timeline import Change
+from pftrack.core.model.parameters import Declaration, Value, flat
+from pftrack.core.model.timeline import Change
+from pftrack.experiments.own import with_digests
 from pftrack.runs.run import Run
 from pftrack_server.schemas.snapshot import ChangePublic, ThresholdPublic, ThresholdStep
 

@@ -12,16 +12,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_args
 
-from pftrack.filter_files import FilterFileError
-from pftrack.model.drawing import Drawing
-from pftrack.model.export import ExportError
-from pftrack.model.parameters import ParameterError
+from pftrack.core.model.drawing import Drawing
+from pftrack.core.model.export import ExportError
+from pftrack.core.model.parameters import ParameterError
+from pftrack.doctor.warming.watch import watch
+from pftrack.experiments.own import FilterFileError
 from pftrack.process import BlockingEnd
-from pftrack.rendering import png, render
 from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
 from pftrack.sources.errors import SourceError
-from pftrack.warming.watch import watch
+from pftrack.vision.rendering import png, render
 from pftrack_server.flat.codec import DrawingEncoder
 from pftrack_server.pictures import PictureEncoder
 from pftrack_server.schemas.snapshot import Goal, Problem, RunSnapshot, differences

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from pftrack.experiments import find
-from pftrack.model.drawing import (
+from pftrack.core.model.drawing import (
     Arrows,
     Axes,
     Drawing,
@@ -28,7 +27,8 @@ from pftrack.model.drawing import (
     Text,
     WorldDrawing,
 )
-from pftrack.model.world import Viewpoint, World
+from pftrack.core.model.world import Viewpoint, World
+from pftrack.experiments import find
 from pftrack.runs.run import Run
 from pftrack_server.flat.codec import DrawingEncoder, DrawingError, decode
 

@@ -6,7 +6,7 @@ from collections.abc import AsyncIterator
 import numpy as np
 import pytest
 
-from pftrack.model.drawing import Drawing, Picture
+from pftrack.core.model.drawing import Drawing, Picture
 from pftrack_server.flat.codec import DrawingEncoder, EncodedDrawing, decode
 from pftrack_server.flat.feed import WINDOW, DrawingFeed, Watcher
 from tests.apart import run

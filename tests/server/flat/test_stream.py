@@ -10,7 +10,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
-from pftrack.model.drawing import Drawing, Picture, Points
+from pftrack.core.model.drawing import Drawing, Picture, Points
 from pftrack_server.flat.codec import decode
 from tests.server.host import Server, begin, steer
 from tests.waiting import wait_for

@@ -6,7 +6,7 @@ from typing import Any
 import httpx
 import pytest
 
-from pftrack.model.recipe import Recipe
+from pftrack.core.model.recipe import Recipe
 from pftrack_server.sessions.create import new_spec
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack import entry_points
-from pftrack.displays.readings import format_reading
+from pftrack.core import entry_points
+from pftrack.core.model.export import ExportError
+from pftrack.core.model.frame import Frame
+from pftrack.core.model.recipe import Recipe
+from pftrack.core.model.timeline import Change
 from pftrack.experiments import find
-from pftrack.model.export import ExportError
-from pftrack.model.frame import Frame
-from pftrack.model.recipe import Recipe
-from pftrack.model.timeline import Change
+from pftrack.output.displays.readings import format_reading
 from pftrack.runs.record import make
 from pftrack.runs.run import Run
 from tests.conftest import FRUGAL
@@ -141,7 +141,7 @@ def test_nothing_is_wider_than_a_phone(opened: tuple[Any, list[str]]) -> None:
 
 def test_a_page_that_is_given_up_leaves_nothing_behind(run: Run, tmp_path: Path) -> None:
     """Stopped between two frames, there is neither a file nor a server, and the run stands where it stood."""
-    from pftrack.exports.formats import export_at, exporting
+    from pftrack.output.exports.formats import export_at, exporting
 
     path, before = tmp_path / "run.html", run.position
     steps = exporting(run, path, export_at(run.experiment, path))

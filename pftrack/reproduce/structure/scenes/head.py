@@ -12,17 +12,17 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.geometry.face_model import FEATURES
-from pftrack.likelihoods import template
-from pftrack.model.parameters import revise
-from pftrack.model.source import History
-from pftrack.numerics.elementary import exponential
-from pftrack.numerics.random import Purpose, Stream
+from pftrack.core.model.parameters import revise
+from pftrack.core.model.source import History
+from pftrack.core.numerics.elementary import exponential
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource
+from pftrack.experiments.head.scene.truth import HeadTarget
+from pftrack.experiments.head.trackers.templates import EYE_DISTANCE_PX, template_sizes
 from pftrack.reproduce.structure.scenes.simulated import SimulatedTracks
-from pftrack.sources.head import HeadSceneParameters, HeadSource
-from pftrack.sources.head.truth import HeadTarget
-from pftrack.structure.tracks import Tracks
-from pftrack.trackers.head.templates import EYE_DISTANCE_PX, template_sizes
+from pftrack.vision.geometry.face_model import FEATURES
+from pftrack.vision.likelihoods import template
+from pftrack.vision.structure.tracks import Tracks
 
 __all__ = ["FRAMES", "head_tracks"]
 

@@ -10,13 +10,13 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.geometry.camera import pinhole
-from pftrack.geometry.rotation import rotation
-from pftrack.numerics.matrices import product
-from pftrack.numerics.random import Purpose, Stream
+from pftrack.core.geometry.camera import pinhole
+from pftrack.core.geometry.rotation import rotation
+from pftrack.core.numerics.matrices import product
+from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.reproduce.structure.scenes.simulated import SimulatedTracks
 from pftrack.sources.prism import FACES, NAMES, VERTICES_MM, visible_faces
-from pftrack.structure.tracks import Tracks
+from pftrack.vision.structure.tracks import Tracks
 
 __all__ = ["CENTRES", "FRAMES", "POINTS_MM", "prism_tracks"]
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.structure.tracks import Tracks
+from pftrack.vision.structure.tracks import Tracks
 
 __all__ = ["SimulatedTracks"]
 

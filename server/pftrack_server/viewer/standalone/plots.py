@@ -8,10 +8,10 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from pftrack.figures.picture import encode
-from pftrack.figures.sheet import drawable, figure_of
-from pftrack.figures.style import INK
-from pftrack.model.export import ExportError
+from pftrack.core.model.export import ExportError
+from pftrack.output.figures.picture import encode
+from pftrack.output.figures.sheet import drawable, figure_of
+from pftrack.output.figures.style import INK
 from pftrack.runs.run import Run
 
 __all__ = ["PagePlot", "plots_of"]

@@ -13,11 +13,11 @@ from typing import Any, TypeAlias
 import numpy as np
 import viser
 
-from pftrack.model.drawing import Drawing, Points
-from pftrack.model.faults import without_faults
-from pftrack.model.layer import Key, sort_keys
-from pftrack.model.legend import drawn_keys
-from pftrack.model.palette import COLOURS, hexadecimal
+from pftrack.core.model.drawing import Drawing, Points
+from pftrack.core.model.faults import without_faults
+from pftrack.core.model.layer import Key, sort_keys
+from pftrack.core.model.legend import drawn_keys
+from pftrack.core.model.palette import COLOURS, hexadecimal
 from pftrack.runs.run import Run
 from pftrack_server.pictures import PictureEncoder
 from pftrack_server.viewer import viser_adapter, worlds

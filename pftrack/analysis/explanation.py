@@ -1,0 +1,84 @@
+"""The explanation of a run: why the target was lost, as far as its own numbers tell, and what would have saved it.
+
+`Run.explain` and `pftrack explain` lead here. What is known of a loss comes together in one place, so that the page,
+the command line, a notebook and an export say the same.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, cast
+
+from pftrack.analysis.counterfactuals import LossError, Report, what_if
+from pftrack.analysis.counterfactuals.trials import ROUNDS
+from pftrack.analysis.diagnosis import Diagnosis, diagnose
+from pftrack.core.entry_points import PRESENTERS, load
+from pftrack.runs.ensemble import ReplayError
+from pftrack.runs.run import Run
+
+__all__ = ["Explanation", "explain"]
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What can be said of a loss.
+
+    Attributes:
+        diagnosis: What went wrong, with the numbers that this is said from.
+        what_if: What would have saved the run; None where that was not asked, or nothing was lost.
+        untried: Why nothing could be tried, a sentence, where it was asked; else empty.
+    """
+
+    diagnosis: Diagnosis
+    what_if: Report | None = None
+    untried: str = ""
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """The explanation in sentences: what went wrong, what each sign is said from, and what would have saved it."""
+        untried = (self.untried,) if self.untried else ()
+        saved = untried if self.what_if is None else self.what_if.lines
+        return (self.diagnosis.sentence, *(sign.words for sign in self.diagnosis.signs), *saved)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return all of it as JSON values."""
+        return {
+            "diagnosis": self.diagnosis.as_dict(),
+            "what_if": None if self.what_if is None else self.what_if.as_dict(),
+            "untried": self.untried,
+        }
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows."""
+        return cast("str", load(PRESENTERS, "explanation_html")(self))
+
+    def __str__(self) -> str:
+        return "\n".join(self.lines)
+
+
+def explain(
+    run: Run, frame: int | None = None, *, seeds: int = 0, on_step: Callable[[int, int], None] = lambda *_: None
+) -> Explanation:
+    """Return the explanation of a run, as far as it has been computed.
+
+    Args:
+        run: The run.
+        frame: The frame to ask about; the first lasting loss if not given.
+        seeds: With how many each change is tried that might have saved the run; 0 tries none.
+        on_step: Is called with the runs that were tried, and with all that there are.
+
+    Raises:
+        ValueError: The frame has not been computed, or the number of seeds is negative.
+    """
+    if seeds < 0:
+        raise ValueError(f"seeds must be at least 0, got {seeds}")
+    diagnosis = diagnose(run, frame)
+    if not seeds or not diagnosis.lost:
+        return Explanation(diagnosis)
+    rounds = (*(count for count in ROUNDS if count < seeds), seeds)
+    found: Report | None = None
+    try:
+        for found in what_if(run, diagnosis.frame, rounds=rounds):
+            on_step(sum(each.runs for each in found.findings), (found.planned + 1) * seeds)
+    except (LossError, ReplayError) as reason:
+        return Explanation(diagnosis, untried=f"What would have saved it cannot be tried: {reason}.")
+    return Explanation(diagnosis, found)

@@ -1,0 +1,145 @@
+"""The gallery of failures: those of all experiments in one order, each with a number, and their runs.
+
+It takes the experiments as an argument, a mapping by name, so that it knows none.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from pftrack.analysis.diagnosis import COLUMNS, Course, Diagnosis, Sign, course_of_run, diagnose_course
+from pftrack.analysis.diagnosis.moment import middle
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.failure import ORDER, Failure
+from pftrack.core.model.recipe import Recipe
+from pftrack.experiments.experiment import Experiment
+from pftrack.runs.run import Run
+
+__all__ = ["Entry", "FailureRun", "Measured", "entry", "gallery", "measure", "run_failure"]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A failure in the gallery.
+
+    Attributes:
+        number: Its place, from 1 on; it stands for the id in commands and addresses.
+        experiment: The one that shows it.
+        failure: The failure.
+    """
+
+    number: int
+    experiment: Experiment
+    failure: Failure
+
+    def recipe(self, *, cured: bool = False, seed: int | None = None) -> Recipe:
+        """Return what makes its run, or the cured one."""
+        return self.failure.recipe(self.experiment.id, cured=cured, seed=seed)
+
+
+@dataclass(frozen=True)
+class FailureRun:
+    """A run of a failure, cured or not.
+
+    Attributes:
+        recipe: What made it.
+        rows: The diagnostics of all its frames.
+        course: What they say over time.
+        diagnosis: Why the target was lost, as a run that nobody has declared is told.
+        sign: Of the failure's cause, if the diagnosis comes to it first and the target stays lost; else None.
+    """
+
+    recipe: Recipe
+    rows: tuple[Diagnostics, ...]
+    course: Course
+    diagnosis: Diagnosis
+    sign: Sign | None
+
+    @property
+    def shown(self) -> bool:
+        """Whether it fails in this way."""
+        return self.sign is not None
+
+    @property
+    def finding(self) -> str:
+        """What was found in its numbers, a sentence."""
+        if self.sign is not None:
+            return self.sign.words
+        lost = [row.frame for row in self.rows if row.is_lost]
+        if not lost:
+            return "The target is not lost in any frame."
+        end = "lost in the last one" if self.rows[-1].is_lost else "followed again in the last one"
+        return f"The target is lost in {len(lost)} of {len(self.rows)} frames, first in frame {lost[0]}, and {end}."
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What shows a failure, in its run and in the cured one, in the frames from its loss to the end.
+
+    Attributes:
+        title: What it is, a few words.
+        unit: Empty for pure numbers, of which the median is meant; % for the share of the frames in which it is so.
+        failing: In the run that fails; NaN where it has no such number.
+        cured: In the cured one, in the same frames.
+    """
+
+    title: str
+    unit: str
+    failing: float
+    cured: float
+
+
+def gallery(experiments: Mapping[str, Experiment]) -> tuple[Entry, ...]:
+    """Return all failures: those that a course names in its order, then the others by experiment.
+
+    Of two with one id that of the experiment that comes first is kept.
+    """
+    found: dict[str, tuple[Experiment, Failure]] = {}
+    for experiment in experiments.values():
+        for failure in experiment.failures:
+            found.setdefault(failure.id, (experiment, failure))
+    ranked = sorted(found, key=lambda name: ORDER.index(name) if name in ORDER else len(ORDER))
+    return tuple(Entry(number, *found[name]) for number, name in enumerate(ranked, 1))
+
+
+def entry(experiments: Mapping[str, Experiment], name: str) -> Entry:
+    """Return a failure by its id or its number.
+
+    Raises:
+        LookupError: There is none; the sentence lists those that there are.
+    """
+    entries = gallery(experiments)
+    for each in entries:
+        if name in {each.failure.id, str(each.number)}:
+            return each
+    known = ", ".join(f"{each.number} {each.failure.id}" for each in entries)
+    raise LookupError(f"there is no failure {name!r} here; there are {known}")
+
+
+def run_failure(shown: Entry, *, cured: bool = False, seed: int | None = None) -> FailureRun:
+    """Return the finished run of a failure, on its own seed unless another is given."""
+    recipe = shown.recipe(cured=cured, seed=seed)
+    run = Run.from_recipe(recipe, shown.experiment, shown.experiment.simulate())
+    run.finish()
+    rows, course = tuple(run.diagnostics), course_of_run(run)
+    found = diagnose_course(course)
+    fails = rows[-1].is_lost and found.lost and found.cause == shown.failure.cause
+    return FailureRun(run.recipe, rows, course, found, found.signs[0] if fails else None)
+
+
+def measure(failing: FailureRun, cured: FailureRun) -> tuple[Measured, ...]:
+    """Return what shows the failure, in both runs; nothing if the one does not fail in its way."""
+    if failing.sign is None or failing.diagnosis.frame is None:
+        return ()
+    frame = failing.diagnosis.frame
+    found = [_measure(name, failing.course, cured.course, frame) for name in failing.sign.evidence]
+    return tuple(each for each in found if np.isfinite([each.failing, each.cured]).any())
+
+
+def _measure(name: str, failing: Course, cured: Course, frame: int) -> Measured:
+    column = COLUMNS[name]
+    one, other = (getattr(course, name)[frame:] for course in (failing, cured))
+    if column.is_flag:
+        return Measured(column.title, "%", *(100.0 * float(np.mean(values)) for values in (one, other)))
+    return Measured(column.title, failing.unit_of(name), middle(one), middle(other))

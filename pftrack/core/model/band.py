@@ -1,0 +1,179 @@
+"""Bands: what a tracker says of its own error, and whether the truth lies in it.
+
+A band of 95 % should hold the truth in 95 % of the reports, one of 50 % in half of them, and a region that is promised
+to hold it in all. Each kind below knows from the numbers of a frame which of its bands held the truth:
+
+- `EstimateBand`: the estimate with its standard deviations, which every tracker has;
+- `DeviationBand`: series with standard deviations of their own, beside series of the truth;
+- `IntervalBand`: series of the shape "interval", beside series of the truth;
+- `FlagBand`: series that say it themselves, for bands that are no Gaussians, and for regions.
+
+An experiment lists its bands; those of one that lists none are of its estimate.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pftrack.core.model.diagnostics import Diagnostics
+
+__all__ = ["ALL", "HALF", "MOST", "Band", "DeviationBand", "EstimateBand", "FlagBand", "Held", "IntervalBand"]
+
+HALF, MOST, ALL = 0.5, 0.95, 1.0
+"""Shares of the reports in which bands say that they hold the truth."""
+
+WITHIN: Mapping[float, float] = {HALF: 0.6745, MOST: 1.96}
+"""Standard deviations to either side of a Gaussian's middle, by share."""
+
+Held: TypeAlias = Mapping[float, NDArray[np.bool_]]
+"""Whether each number of a frame was held by its band, by the band's share; without a truth there are no numbers."""
+
+
+class Band(Protocol):
+    """A way in which trackers say how sure they are of something."""
+
+    @property
+    def of(self) -> str:
+        """What it is about, a word or two."""
+
+    @property
+    def trackers(self) -> tuple[str, ...]:
+        """Names of the trackers that have it; empty if all have."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the series that it is made of."""
+
+    def held(self, row: Diagnostics) -> Held:
+        """Return whether the truth was held in a frame."""
+
+
+@dataclass(frozen=True, slots=True)
+class EstimateBand:
+    """The estimate with its standard deviations.
+
+    Attributes:
+        of: What it is about.
+        trackers: That have it.
+    """
+
+    of: str = "estimate"
+    trackers: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the series that it is made of: none."""
+        return ()
+
+    def held(self, row: Diagnostics) -> Held:
+        """Return whether the truth was held in a frame."""
+        return {} if row.truth is None else _within(row.estimate, row.sigma, row.truth)
+
+
+@dataclass(frozen=True, slots=True)
+class DeviationBand:
+    """Series of numbers, each with one of its standard deviations and one of its truths.
+
+    Attributes:
+        of: What it is about.
+        values: Names of the series.
+        deviations: Names of those of their standard deviations.
+        truths: Names of those of what is true.
+        turn: What a whole turn is, if they are angles; 0 if they are not.
+        trackers: That have it.
+    """
+
+    of: str
+    values: tuple[str, ...]
+    deviations: tuple[str, ...]
+    truths: tuple[str, ...]
+    turn: float = 0.0
+    trackers: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the series that it is made of."""
+        return self.values + self.deviations + self.truths
+
+    def held(self, row: Diagnostics) -> Held:
+        """Return whether the truth was held in a frame."""
+        columns = [[row.number(name) for name in names] for names in (self.values, self.deviations, self.truths)]
+        return _within(*columns, turn=self.turn)
+
+
+@dataclass(frozen=True, slots=True)
+class IntervalBand:
+    """Series of intervals that hold the truth with one probability.
+
+    Attributes:
+        of: What it is about.
+        intervals: Names of the series.
+        truths: Names of those of what is true.
+        share: How often each says that it holds it.
+        trackers: That have it.
+    """
+
+    of: str
+    intervals: tuple[str, ...]
+    truths: tuple[str, ...]
+    share: float = MOST
+    trackers: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the series that it is made of."""
+        return self.intervals + self.truths
+
+    def held(self, row: Diagnostics) -> Held:
+        """Return whether the truth was held in a frame."""
+        ends = np.array([row.vector(name) or (np.nan, np.nan) for name in self.intervals])
+        truths = np.array([row.number(name) for name in self.truths])
+        known = np.isfinite(truths) & np.isfinite(ends).all(axis=1)
+        return {self.share: ((ends[:, 0] <= truths) & (truths <= ends[:, 1]))[known]}
+
+
+@dataclass(frozen=True, slots=True)
+class FlagBand:
+    """Series of flags that are 1 where the truth was held.
+
+    Attributes:
+        of: What it is about.
+        flags: Names of the series, by the share of the band.
+        trackers: That have it.
+    """
+
+    of: str
+    flags: Mapping[float, str] = field(default_factory=dict)
+    trackers: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the series that it is made of."""
+        return tuple(self.flags.values())
+
+    def held(self, row: Diagnostics) -> Held:
+        """Return whether the truth was held in a frame."""
+        found = {}
+        for share, name in self.flags.items():
+            values = np.array(row.vector(name) or (row.number(name),))
+            found[share] = values[np.isfinite(values)] > 0.0
+        return found
+
+
+def _within(values: ArrayLike, deviations: ArrayLike, truths: ArrayLike, *, turn: float = 0.0) -> Held:
+    """Return what Gaussians hold; an estimate that is not finite holds nothing, and what has no deviation is left out.
+
+    Lengths may differ where a frame has no truth of some: then there is nothing to compare.
+    """
+    found, spread, true = (np.asarray(one, dtype=np.float64) for one in (values, deviations, truths))
+    if not found.shape == spread.shape == true.shape:
+        return {}
+    off = np.abs(found - true)
+    if turn > 0.0:
+        off = np.abs(np.remainder(found - true + 0.5 * turn, turn) - 0.5 * turn)
+    known = np.isfinite(spread) & np.isfinite(true)
+    off = np.where(np.isfinite(found), off, np.inf)
+    return {share: (off <= width * spread)[known] for share, width in WITHIN.items()}

@@ -1,0 +1,345 @@
+"""Measures: one number each for a whole run beside its truth, as benchmarks of the field define them.
+
+An experiment declares the measures that make sense for its target, as it declares its series; summaries, sweeps, pages
+and exports take them from there and know none by name. All count the labelled frames alone, those whose truth is known,
+the first one included. A measure that a run has no truth for is absent, never 0.
+
+A measure looks at every frame by itself and then puts the frames together in one of four ways:
+
+| how | of the frames | the measure |
+|---|---|---|
+| share | 1 or 0 | share of the labelled frames that have a 1 |
+| median | a number | median over the labelled frames |
+| mean | a number from 0 to 1 | mean over the labelled frames |
+| until | 1 where the target was missed | frames before the first 1; all frames of the run where there is none |
+
+Sources, by the names that `Measure.source` uses:
+
+- Wu, Lim, Yang, "Online object tracking: a benchmark", 2013 (OTB): precision is the share of frames whose estimate is
+  within a threshold of the centre of the true box, with 20 px for the figure that trackers are ranked by.
+- Čehovin, Leonardis, Kristan, "Visual object tracking performance measures revisited", 2016: centre error and centre
+  error divided by the size of the target; tracking length, the number of frames from the start to the first failure.
+- Kristan et al., "A novel performance evaluation methodology for single-target trackers", 2016 (VOT): a tracker has
+  failed when its region does not overlap the true one any more.
+- Zhang, Bargal, Lin, Brandt, Shen, Sclaroff, "Top-down neural attention by excitation backprop", 2018 (the pointing
+  game): the share of points that lie within the true region, for methods that answer with a point.
+- Fanelli, Dantone, Gall, Fossati, Van Gool, "Random forests for real time 3D face analysis", 2013: the share of
+  pictures whose head pose is within 10 degrees.
+
+OTB and VOT overlap regions. Of a tracker that estimates a point alone a region of the true size is taken to lie around
+it: what is measured is where the target was believed to be, not how well its size was followed. One that believes in a
+size as well reports it as a series of the role "extent", and is measured by the overlap of its own box.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pftrack.core.once import warn_once
+
+__all__ = [
+    "HIT_RATE",
+    "MEAN_IOU",
+    "PICTURE_MEASURES",
+    "POSE_MEASURES",
+    "EvaluatedRun",
+    "How",
+    "Measure",
+    "evaluate",
+    "is_success",
+]
+
+How: TypeAlias = Literal["share", "median", "mean", "until"]
+
+OTB = "Wu, Lim, Yang, Online object tracking: a benchmark, 2013"
+REVISITED = "Čehovin, Leonardis, Kristan, Visual object tracking performance measures revisited, 2016"
+VOT = "Kristan et al., A novel performance evaluation methodology for single-target trackers, 2016"
+POINTING = "Zhang et al., Top-down neural attention by excitation backprop, 2018"
+FACES = "Fanelli et al., Random forests for real time 3D face analysis, 2013"
+
+PRECISE_PX, PRECISE_DEG = 20.0, 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class EvaluatedRun:
+    """A run of L frames beside its truth, in the experiment's unit; NaN where the truth is not known.
+
+    Attributes:
+        estimates: (L, d).
+        truths: (L, d).
+        errors: (L,) distance of the estimate from the truth; infinite where the estimate is not finite.
+        lost: (L,) whether that counts as lost, False where the truth is unknown; None if there is no such notion.
+        extents: (L, 2) width and height of the box around the target, px; NaN for one without such a box.
+        believed: (L, 2) width and height that the tracker believes the target has, px; NaN for one that does not say.
+        searching: (L,) 1 where the tracker looks for its target by its own account, else 0, NaN for one that does not
+            say; None where that is not kept.
+        deviations: (L,) root mean square of the posterior standard deviations; None where they are not kept.
+        loss_probabilities: (L,) how probable it is that the target is lost, NaN where that is not known; None where it
+            was not asked for.
+    """
+
+    estimates: NDArray[np.float64]
+    truths: NDArray[np.float64]
+    errors: NDArray[np.float64]
+    lost: NDArray[np.bool_] | None
+    extents: NDArray[np.float64]
+    believed: NDArray[np.float64]
+    searching: NDArray[np.float64] | None = None
+    deviations: NDArray[np.float64] | None = None
+    loss_probabilities: NDArray[np.float64] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """The declaration of a measure.
+
+    Attributes:
+        name: Key in summaries, columns of sweeps and exports.
+        title: What it is, a few words.
+        description: Its definition, one sentence.
+        how: How the frames are put together.
+        frames: Course -> (L,) value of each frame, NaN where it is not known.
+        unit: Of the number; empty for a share, 0..1, or a pure number.
+        better: Whether a "higher" or a "lower" number is better.
+        source: Author, title and year of whoever defined it; empty for this project.
+    """
+
+    name: str
+    title: str
+    description: str
+    how: How
+    frames: Callable[[EvaluatedRun], NDArray[np.float64]]
+    unit: str = ""
+    better: Literal["higher", "lower"] = "higher"
+    source: str = ""
+
+    def as_dict(self) -> dict[str, str]:
+        """Return the declaration as JSON values."""
+        names = ("name", "title", "description", "how", "unit", "better", "source")
+        return {name: getattr(self, name) for name in names}
+
+    def values(self, course: EvaluatedRun) -> NDArray[np.float64]:
+        """Return the values of the frames, (L,), all NaN where the declaration's `frames` fails; the log says so once.
+
+        Experiments of other packages declare measures, too, and none of them must end a run.
+        """
+        unknown, what = np.full(len(course.errors), np.nan), f"the measure {self.name}"
+        try:
+            values = np.asarray(self.frames(course), dtype=np.float64)
+        except Exception as error:  # noqa: BLE001 - it may be another package's
+            warn_once(what, f"{what} failed and is left out", error)
+            return unknown
+        if values.shape != unknown.shape:
+            warn_once(what, f"{what} is left out: expected {len(unknown)} numbers, one a frame, got {values.shape}")
+            return unknown
+        return values
+
+    def of(self, course: EvaluatedRun) -> float | int | None:
+        """Return the measure of a run; None where nothing is known, or it is not finite."""
+        values = self.values(course)
+        known = values[~np.isnan(values)]
+        if not len(known):
+            return None
+        match self.how:
+            case "share":
+                return 1.0 - np.count_nonzero(known == 0.0) / len(known)
+            case "median":
+                middle = float(np.median(known))
+                return middle if np.isfinite(middle) else None
+            case "mean":
+                return float(known.mean())
+            case "until":
+                missed = np.flatnonzero(values == 1.0)
+                return int(missed[0]) if len(missed) else len(values)
+
+
+def evaluate(measures: Sequence[Measure], course: EvaluatedRun) -> Mapping[str, float | int]:
+    """Return the measures of a run by name, without those that it has no truth for or that come to no finite number."""
+    values = {measure.name: measure.of(course) for measure in measures}
+    return {name: value for name, value in values.items() if value is not None and math.isfinite(value)}
+
+
+def is_success(measure: Measure, course: EvaluatedRun, allowed_share: float) -> bool | None:
+    """Return whether a share is high enough.
+
+    Args:
+        measure: A "share".
+        course: The run.
+        allowed_share: Share of the labelled frames, 0..1, that may have a 0.
+
+    Returns:
+        The verdict; None where nothing is known.
+    """
+    values = measure.values(course)
+    known = values[~np.isnan(values)]
+    # Counted rather than subtracted from 1, which would round.
+    return bool(np.count_nonzero(known == 0.0) <= allowed_share * len(known)) if len(known) else None
+
+
+# ---------------------------------------------------------------- frame by frame
+
+
+def _flags(flags: ArrayLike, known: ArrayLike) -> NDArray[np.float64]:
+    return np.where(known, np.asarray(flags, dtype=np.float64), np.nan)
+
+
+def _held(course: EvaluatedRun) -> NDArray[np.float64]:
+    if course.lost is None:
+        return np.full(len(course.errors), np.nan)
+    return _flags(~course.lost, ~np.isnan(course.errors))
+
+
+def _missed(course: EvaluatedRun) -> NDArray[np.float64]:
+    return 1.0 - _held(course)
+
+
+def _has_box(course: EvaluatedRun) -> NDArray[np.bool_]:
+    """Return in which frames a position and the box around it are known."""
+    return np.asarray(np.isfinite(np.column_stack([course.extents, course.truths])).all(axis=1))
+
+
+def _offsets(course: EvaluatedRun) -> NDArray[np.float64]:
+    """Return how far the estimate is from the centre of the true box, (L, 2), in widths and heights of the box."""
+    return np.abs(course.estimates[:, :2] - course.truths[:, :2]) / course.extents
+
+
+def _inside(course: EvaluatedRun) -> NDArray[np.float64]:
+    known = _has_box(course)
+    return _flags((_offsets(course) <= 0.5).all(axis=1), known)
+
+
+def _failed(course: EvaluatedRun) -> NDArray[np.float64]:
+    known = _has_box(course)
+    # An estimate that is not finite is in no box.
+    return _flags(~(_offsets(course) < 1.0).all(axis=1), known)
+
+
+def _overlap(course: EvaluatedRun) -> NDArray[np.float64]:
+    """Return the intersection over the union of the believed box and the true one, (L,)."""
+    off = np.abs(course.estimates[:, :2] - course.truths[:, :2])
+    common = np.minimum(course.extents, course.believed)
+    common = np.minimum(common, (course.extents + course.believed) / 2.0 - off)
+    # An estimate that is not finite overlaps nothing.
+    shared = np.where(np.isfinite(off), np.maximum(common, 0.0), 0.0).prod(axis=1)
+    union = course.extents.prod(axis=1) + course.believed.prod(axis=1) - shared
+    return np.where(_has_box(course) & np.isfinite(course.believed).all(axis=1), shared / union, np.nan)
+
+
+def _normalise(course: EvaluatedRun) -> NDArray[np.float64]:
+    return course.errors / np.hypot(course.extents[:, 0], course.extents[:, 1])
+
+
+def _errors(course: EvaluatedRun) -> NDArray[np.float64]:
+    return course.errors
+
+
+def _within(limit: float, course: EvaluatedRun) -> NDArray[np.float64]:
+    return _flags(course.errors <= limit, ~np.isnan(course.errors))
+
+
+# ---------------------------------------------------------------- the families
+
+HIT_RATE = Measure(
+    "hit_rate",
+    "On target",
+    "Share of the labelled frames that do not count as lost by the experiment's own limit.",
+    "share",
+    _held,
+)
+"""Of every experiment with a notion of lost, declared or not."""
+
+PICTURE_MEASURES = (
+    Measure(
+        "inside_share",
+        "Inside the true box",
+        "Share of the labelled frames whose estimate lies inside the true box, its edge included.",
+        "share",
+        _inside,
+        source=POINTING,
+    ),
+    Measure(
+        "precision_20px",
+        "Within 20 px of the truth",
+        "Share of the labelled frames whose estimate is at most 20 px from the centre of the true box.",
+        "share",
+        partial(_within, PRECISE_PX),
+        source=OTB,
+    ),
+    Measure(
+        "normalised_error",
+        "Median error over the target's size",
+        "Median over the labelled frames of the error divided by the diagonal of the true box.",
+        "median",
+        _normalise,
+        better="lower",
+        source=REVISITED,
+    ),
+    Measure(
+        "median_error_px",
+        "Median error",
+        "Median over the labelled frames of the distance from the centre of the true box.",
+        "median",
+        _errors,
+        unit="px",
+        better="lower",
+        source=REVISITED,
+    ),
+    Measure(
+        "frames_to_failure",
+        "Frames before the first failure",
+        "Frames before the first labelled one in which a box of the true size around the estimate does not overlap "
+        "the true box; all frames of the run if that never happens.",
+        "until",
+        _failed,
+        unit="frames",
+        source=VOT,
+    ),
+)
+"""Of a target with a position and a box around it in the picture."""
+
+MEAN_IOU = Measure(
+    "mean_iou",
+    "Mean overlap with the true box",
+    "Mean over the labelled frames of the intersection over the union of the box that the tracker believes in and "
+    "the true one; a tracker without a size has none.",
+    "mean",
+    _overlap,
+    source=REVISITED,
+)
+"""Of the same, where a tracker believes in a size."""
+
+POSE_MEASURES = (
+    Measure(
+        "precision_10deg",
+        "Within 10° of the truth",
+        "Share of the labelled frames whose error is at most 10 degrees.",
+        "share",
+        partial(_within, PRECISE_DEG),
+        source=FACES,
+    ),
+    Measure(
+        "median_error_deg",
+        "Median error",
+        "Median over the labelled frames of the error.",
+        "median",
+        _errors,
+        unit="°",
+        better="lower",
+        source=REVISITED,
+    ),
+    Measure(
+        "frames_to_failure",
+        "Frames before the first failure",
+        "Frames before the first labelled one that counts as lost; all frames of the run if none does.",
+        "until",
+        _missed,
+        unit="frames",
+        source=REVISITED,
+    ),
+)
+"""Of a target whose pose is estimated, in degrees: what has no box cannot be inside one."""

@@ -1,0 +1,173 @@
+"""Recipes: the whole of what makes a run, one frozen value with one JSON form.
+
+A saved run, a request for a session, a stored session, a worker's configuration, a run of a sweep and a share link all
+hold a recipe rather than its parts. It is also a file that people write:
+
+    {"experiment": "ball", "seed": 3, "timeline": [{"frame": 0, "values": {"sample_count": 400}}]}
+
+Everything but the experiment may be left out. Of a recording it says in `footage` which file it is and what is marked
+in it; the file itself is found by whoever makes the run.
+"""
+
+import re
+from collections.abc import Mapping
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Annotated, Any, Self
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, field_validator
+
+from pftrack.core.model.parameters import LONGEST_FILE, NOT_BOOLEAN, ParameterError, Value
+from pftrack.core.model.timeline import LONGEST_RUN, Change
+from pftrack.core.numerics.random import LARGEST_SEED
+
+if TYPE_CHECKING:
+    from pftrack.core.model.marks import Mark
+    from pftrack.core.model.sequence import FrameSequence
+    from pftrack.core.model.truth import Truth
+
+__all__ = ["FILTER_HASH", "Footage", "Recipe", "Seed"]
+
+FILTER_HASH = re.compile(r"sha256:[0-9a-f]{64}")
+"""How a recipe names the text of a filter by its hash, where that text is known already."""
+
+
+def _check_filter(text: str) -> str:
+    if text.startswith("sha256:") and not FILTER_HASH.fullmatch(text):
+        raise ValueError("a filter is the text of its file, or sha256: and 64 hexadecimal digits in lower case")
+    return text
+
+
+FilterName = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,39}$")]
+FilterText = Annotated[str, Field(max_length=LONGEST_FILE), AfterValidator(_check_filter)]
+Seed = Annotated[int, Field(ge=0, le=LARGEST_SEED), NOT_BOOLEAN]
+
+
+class Footage(BaseModel):
+    """A recording, and what is said of the target in it.
+
+    Attributes:
+        sha256: Of the file's content, in hexadecimal digits; None if any content will do.
+        name: What people call the file.
+        path: Where the file is, seen from the file that holds the recipe; None where it is found by its content.
+        start: Number of the first picture that is used, or from which on the target is looked for.
+        mark: The target in that picture, as its kind writes it; None to have it found.
+        truth: Numbers by number of the picture, as the experiment's kind of truth has them, where it is known.
+        labelled: Whether the recording brings a truth of its own.
+        square: Whether pixels that are not square were made square, so that mark and truth are in those; None for
+            whatever is done with a recording that is new.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")] | None = None
+    name: Annotated[str, Field(max_length=200)] = ""
+    path: Annotated[str, Field(max_length=4096)] | None = None
+    start: Annotated[int, Field(ge=0, le=10 * LONGEST_RUN), NOT_BOOLEAN] = 0
+    mark: dict[Annotated[str, Field(max_length=64)], Any] | None = None
+    truth: dict[int, tuple[Annotated[float, Field(allow_inf_nan=False), NOT_BOOLEAN], ...]] | None = None
+    labelled: bool = False
+    square: bool | None = None
+
+    @property
+    def is_labelled(self) -> bool:
+        """Whether a truth is known."""
+        return self.labelled or bool(self.truth)
+
+    @property
+    def title(self) -> str:
+        """Name of the file without its suffix."""
+        return PurePath(self.name).stem
+
+    @classmethod
+    def of(cls, sequence: "FrameSequence", mark: "Mark | None", start: int, truth: "Truth | None" = None) -> Self:
+        """Return the footage of a sequence from the picture `start` on, with the mark in it if there is one."""
+        rows = dict(truth.rows) if truth else None
+        return cls(
+            sha256=sequence.sha256,
+            name=sequence.name,
+            start=start,
+            mark=mark.model_dump(mode="json") if mark else None,
+            truth=rows,
+            square=sequence.square,
+        )
+
+
+class Recipe(BaseModel):
+    """What makes a run, to the bit.
+
+    Attributes:
+        experiment: Its name.
+        tracker: Name of the tracker at frame 0; None for the experiment's own choice.
+        seed: Of all randomness.
+        frames: Length; None for the recording's or the experiment's own.
+        timeline: Changes by ascending frame; those of frame 0 are the initial values.
+        footage: The recording; None for the experiment's simulated scene.
+        filters: Texts of files with filters of a person's own, or their hashes (`FILTER_HASH`), by the name of their
+            tracker: all versions that the run may take, the first first.
+        defaults: Values of the parameters that the timeline does not set, where the run has to come to the same numbers
+            with a version that has other defaults. What that version does not have any more counts for nothing.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    experiment: Annotated[str, Field(max_length=64)]
+    tracker: Annotated[str, Field(max_length=64)] | None = None
+    seed: Annotated[int, Field(ge=0), NOT_BOOLEAN] = 0
+    frames: Annotated[int, Field(ge=1, le=LONGEST_RUN), NOT_BOOLEAN] | None = None
+    timeline: Annotated[tuple[Change, ...], Field(max_length=10_000)] = ()
+    footage: Footage | None = None
+    filters: Annotated[
+        dict[FilterName, Annotated[tuple[FilterText, ...], Field(min_length=1, max_length=1000)]], Field(max_length=16)
+    ] = {}
+    defaults: dict[Annotated[str, Field(max_length=64)], Value] = {}
+
+    @field_validator("seed")
+    @classmethod
+    def _check_seed(cls, seed: int) -> int:
+        if seed > LARGEST_SEED:
+            raise ParameterError("seed", seed, f"a whole number between 0 and {LARGEST_SEED}")
+        return seed
+
+    @classmethod
+    def read(cls, raw: object) -> Self:
+        """Read a recipe from JSON values.
+
+        Raises:
+            ParameterError: They are none; it names the field.
+        """
+        try:
+            return cls.model_validate(raw)
+        except ValidationError as error:
+            first = error.errors()[0]
+            cause = first.get("ctx", {}).get("error")
+            if isinstance(cause, ParameterError):
+                raise cause from None
+            place = ".".join(str(part) for part in first["loc"]) or "recipe"
+            if first["type"] == "extra_forbidden":
+                raise ParameterError(place, first["input"], "left out: a recipe has no such field") from None
+            message = first["msg"].removeprefix("Value error, ")
+            message = message[:1].lower() + message[1:]
+            raise ParameterError(place, first["input"], f"as a recipe has it ({message})") from None
+
+    def changes(self, known: Mapping[str, Value]) -> tuple[Change, ...]:
+        """Return the timeline, its beginning filled with those of the recipe's defaults that are other ones today.
+
+        Args:
+            known: Today's values by name.
+        """
+        first = self.timeline[0] if self.timeline and self.timeline[0].frame == 0 else Change(0, {})
+        moved = {name: value for name, value in self.defaults.items() if name in known and known[name] != value}
+        if not moved:
+            return self.timeline
+        later = self.timeline[1:] if first in self.timeline else self.timeline
+        return (Change(0, {**moved, **first.values}), *later)
+
+    def with_footage(self, **changes: Any) -> Self:  # noqa: ANN401 - fields of the footage
+        """Return the recipe with other fields of its footage; the same recipe if it has none."""
+        if self.footage is None:
+            return self
+        return self.model_copy(update={"footage": self.footage.model_copy(update=changes)})
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the JSON form, without what has its default value."""
+        return self.model_dump(mode="json", exclude_defaults=True)

@@ -1,0 +1,319 @@
+"""Series: what is measured of every frame, declared as data.
+
+Whoever measures something declares it: a tracker what it reports of its own belief, an experiment what it compares with
+the truth. Plots, readings, columns of sweeps and of saved files come from the declarations, and general code knows
+shapes and roles, never a name. What a method does not have, it neither declares nor reports: a frame of a Kalman filter
+has no effective sample size, not one of 0.
+
+The shapes, and what a value of each is in Python, in JSON and in the columns of a file of L frames:
+
+| shape | Python | JSON | columns |
+|---|---|---|---|
+| number | float | number | (L,) |
+| vector | tuple of floats | list | (L, d) |
+| interval | `Interval` | [low, high] | (L, 2) |
+| hypotheses | `Hypotheses` | {"values": K lists of d, "weights": list} | (L, K, d), and (L, K) as `NAME_weights` |
+
+Hypotheses that know from which of the frame before they come have a list of K "parents" in JSON as well, and (L, K) as
+`NAME_parents` in columns.
+
+A number that is not known is NaN in Python and in columns, and null in JSON. The number K of hypotheses, and the length
+d of a vector, may vary from frame to frame; columns are then as wide as the widest, the rest of them NaN.
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "Hypotheses",
+    "Interval",
+    "Reduction",
+    "Series",
+    "SeriesRole",
+    "SeriesShape",
+    "SeriesValue",
+    "check_value",
+    "columns",
+    "from_json",
+    "join",
+    "reduce",
+    "to_json",
+]
+
+SeriesShape: TypeAlias = Literal["number", "vector", "interval", "hypotheses"]
+
+SeriesRole: TypeAlias = Literal[
+    "",
+    "particles",
+    "ess",
+    "resampled",
+    "distinct",
+    "share",
+    "flag",
+    "event",
+    "extent",
+    "likeness",
+    "model_likeness",
+    "misfit",
+    "visible",
+    "mirrored",
+    "mirror_gap",
+    "measured",
+    "loss_probability",
+    "excess",
+    "nis",
+    "nis_freedom",
+    "nis_limit",
+]
+"""What general code may do with a series without knowing its name.
+
+- "particles": a number, how many particles there are.
+- "ess": a number, the effective sample size of these particles.
+- "resampled": a number, 1 where parents were drawn and 0 where weights were only multiplied.
+- "distinct": a number, how many of the particles differ in what no noise renews.
+- "share": a vector, how many particles came from each sampler; the components are stacked.
+- "flag": a number, or a vector of such, that is 1 where something holds and 0 where not.
+- "event": a number, how often something happened in the frame; such frames are marked in the memory of a run.
+- "extent": a vector, width and height in px of the box around the estimate that the target is believed to fill.
+- "likeness": a number from 0 to 1, how like the tracker's model of the target that is which is at the estimate; or a
+  vector of such, one for each part of the target.
+- "model_likeness": a number from 0 to 1, or a vector of such, how like the first look of the target that model is.
+- "misfit": a number, the share in % of what is seen by which that differs from what is believed.
+- "visible": a vector, 1 for each part of the target that is to be seen in the picture, else 0, by the truth.
+- "mirrored": a number, 1 where the estimate is nearer to a mirror image of the truth than to the truth, else 0.
+- "mirror_gap": a number, how many of its stated deviations the estimate is from the nearest other pose that the camera
+  shows alike; the tracker knows it without the truth.
+- "measured": a vector, the numbers that were measured of the target in the frame; NaN of one that was not seen.
+- "loss_probability": a number from 0 to 1, how probable it is that the target is lost; it is told from the rows of a
+  run (`pftrack.experiments.shared.loss_probability`), and no tracker reports it.
+- "excess": a number, the largest error of what is believed over its stated deviation; declared where the estimate is
+  not all that is believed.
+- "nis": a number, the normalised innovation squared: how far off the measurement of the frame was from what had been
+  expected of it, in the deviations expected. If the model holds, it is a chi-square variable.
+- "nis_freedom": a number, the degrees of freedom of that variable: how many numbers were measured in the frame.
+- "nis_limit": a number, what that variable stays below with a probability of 95 %.
+"""
+
+
+class Interval(NamedTuple):
+    """Where something lies, both ends included, in the unit of its series."""
+
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True)
+class Hypotheses:
+    """K possibilities of d numbers each, and how probable each is.
+
+    Attributes:
+        values: K tuples of d numbers, in the unit of the series.
+        weights: K probabilities that sum to 1.
+        parents: K places among the hypotheses of the frame before, -1 of one that begins; empty where not known.
+    """
+
+    values: tuple[tuple[float, ...], ...]
+    weights: tuple[float, ...]
+    parents: tuple[int, ...] = ()
+
+
+SeriesValue: TypeAlias = float | tuple[float, ...] | Interval | Hypotheses
+
+
+@dataclass(frozen=True, slots=True)
+class Reduction:
+    """One number that is kept of a series over a whole run, such as a column of a sweep.
+
+    Frame 0, in which a tracker only begins, does not count.
+
+    Attributes:
+        name: Of the column.
+        title: What it is, a few words.
+        how: "mean" over the frames; "share", the mean over the frames of what part of a vector's sum one component is;
+            "count" of the frames in which a flag is set.
+        component: Of a "share", the component's name.
+    """
+
+    name: str
+    title: str
+    how: Literal["mean", "share", "count"]
+    component: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """The declaration of something measured in every frame.
+
+    Attributes:
+        name: Key among the measurements of a frame.
+        title: What it is, a few words.
+        unit: Of its numbers; empty for pure numbers.
+        shape: Of its values.
+        role: What general code may do with it.
+        components: Names of a vector's numbers, or of the d numbers of a hypothesis; empty where their number varies.
+        colours: Names in the palette of the components of a "share", in their order; of an "event", one name.
+        reductions: What is kept of it over a whole run.
+    """
+
+    name: str
+    title: str
+    unit: str = ""
+    shape: SeriesShape = "number"
+    role: SeriesRole = ""
+    components: tuple[str, ...] = ()
+    colours: tuple[str, ...] = ()
+    reductions: tuple[Reduction, ...] = ()
+
+
+def join(*declared: Iterable[Series]) -> tuple[Series, ...]:
+    """Return all series that several declare, each once, in the order in which they come first.
+
+    Raises:
+        ValueError: Two different series have one name, or two reductions have.
+    """
+    known: dict[str, Series] = {}
+    kept: set[str] = set()
+    for series in (one for some in declared for one in some):
+        if known.setdefault(series.name, series) != series:
+            raise ValueError(f"two different series are called {series.name!r}")
+    for series in known.values():
+        for reduction in series.reductions:
+            if reduction.name in kept:
+                raise ValueError(f"two reductions are called {reduction.name!r}")
+            kept.add(reduction.name)
+    return tuple(known.values())
+
+
+def check_value(series: Series, value: SeriesValue) -> None:
+    """Refuse a value that is not of the declared shape.
+
+    Raises:
+        ValueError: It is of another shape, or has another number of components than the declaration.
+    """
+    match series.shape:
+        case "number":
+            fits = isinstance(value, int | float)
+        case "vector":
+            fits = _is_vector(value, series.components)
+        case "interval":
+            fits = isinstance(value, Interval) and not value.low > value.high
+        case "hypotheses":
+            fits = (
+                isinstance(value, Hypotheses)
+                and len(value.values) == len(value.weights)
+                and all(_is_vector(one, series.components) for one in value.values)
+                and math.isclose(sum(value.weights), 1.0, abs_tol=1e-6)
+                and len(value.parents) in {0, len(value.values)}
+                and all(parent >= -1 for parent in value.parents)
+            )
+    if not fits:
+        of = f" of {', '.join(series.components)}" if series.components else ""
+        raise ValueError(f"{series.name} is declared as {series.shape}{of}, got {value!r}")
+
+
+def to_json(value: SeriesValue) -> Any:  # noqa: ANN401 - JSON
+    """Return a value as JSON has it; numbers that are not finite become None."""
+    if isinstance(value, Hypotheses):
+        known = {"values": [to_json(one) for one in value.values], "weights": to_json(value.weights)}
+        return {**known, "parents": list(value.parents)} if value.parents else known
+    if isinstance(value, tuple):
+        return [to_json(number) for number in value]
+    return value if math.isfinite(value) else None
+
+
+def from_json(series: Series, raw: Any) -> SeriesValue:  # noqa: ANN401 - JSON
+    """Return the value that `to_json` made, with NaN for None.
+
+    Raises:
+        ValueError: It is no value of the declared shape.
+    """
+    try:
+        value = _read(series.shape, raw)
+    except (KeyError, TypeError, ValueError):
+        raise ValueError(f"{series.name} is declared as {series.shape}, got {raw!r}") from None
+    check_value(series, value)
+    return value
+
+
+def columns(series: Series, values: Sequence[SeriesValue | None]) -> dict[str, NDArray[np.float64]]:
+    """Return the values of a series over L frames as arrays by name, None where a frame has no such measurement."""
+    if series.shape != "hypotheses":
+        return {series.name: _pad([math.nan if value is None else value for value in values])}
+    known = [value for value in values if isinstance(value, Hypotheses)]
+    count = max((len(value.weights) for value in known), default=0)
+    width = max((len(one) for value in known for one in value.values), default=len(series.components))
+    places = np.full((len(values), count, width), np.nan)
+    weights, parents = np.full((2, len(values), count), np.nan)
+    for frame, value in enumerate(values):
+        if isinstance(value, Hypotheses):
+            weights[frame, : len(value.weights)] = value.weights
+            parents[frame, : len(value.parents)] = value.parents
+            for place, one in enumerate(value.values):
+                places[frame, place, : len(one)] = one
+    found = {series.name: places, f"{series.name}_weights": weights}
+    return {**found, f"{series.name}_parents": parents} if any(value.parents for value in known) else found
+
+
+def reduce(series: Series, column: NDArray[np.float64]) -> dict[str, float | int | None]:
+    """Return what is kept of a series over a whole run, by the reductions' names.
+
+    Args:
+        series: A number or a vector.
+        column: (L,) or (L, d) values of the frames after the first, NaN where there are none.
+
+    Returns:
+        A number each; None where no frame has a value.
+    """
+    known = column[~np.isnan(column).reshape(len(column), -1).any(axis=1)] if len(column) else column
+    return {reduction.name: _reduce(series, reduction, known) for reduction in series.reductions}
+
+
+def _reduce(series: Series, reduction: Reduction, known: NDArray[np.float64]) -> float | int | None:
+    if not len(known):
+        return None
+    match reduction.how:
+        case "mean":
+            return float(known.mean())
+        case "share":
+            return float((known[:, series.components.index(reduction.component)] / known.sum(axis=1)).mean())
+        case "count":
+            return int(np.count_nonzero(known))
+
+
+def _is_vector(value: object, components: tuple[str, ...]) -> bool:
+    return (
+        isinstance(value, tuple)
+        and not isinstance(value, Interval)
+        and len(value) == (len(components) or len(value))
+        and all(isinstance(number, int | float) for number in value)
+    )
+
+
+def _read(shape: SeriesShape, raw: Any) -> SeriesValue:  # noqa: ANN401 - JSON
+    if shape == "hypotheses":
+        values, weights = tuple(_numbers(one) for one in raw["values"]), _numbers(raw["weights"])
+        return Hypotheses(values, weights, tuple(int(parent) for parent in raw.get("parents", ())))
+    if shape == "interval":
+        return Interval(*_numbers(raw))
+    return _numbers(raw) if shape == "vector" else _numbers([raw])[0]
+
+
+def _numbers(raw: Iterable[Any]) -> tuple[float, ...]:
+    return tuple(math.nan if number is None else float(number) for number in raw)
+
+
+def _pad(values: Sequence[Any]) -> NDArray[np.float64]:
+    """Return numbers as (L,), or vectors as (L, the longest), the rest NaN."""
+    width = max((len(value) for value in values if isinstance(value, tuple)), default=None)
+    if width is None:
+        return np.array(values, dtype=np.float64)
+    padded = np.full((len(values), width), np.nan)
+    for frame, value in enumerate(values):
+        if isinstance(value, tuple):
+            padded[frame, : len(value)] = value
+    return padded

@@ -1,0 +1,132 @@
+"""How hot loops are compiled: serially, without the interpreter's lock, and once per machine.
+
+Serial because the loops are microseconds long, where starting threads costs more than the work; cached on disk so that
+only the first start pays for compilation.
+
+Every operation is done as it is written: none is reordered or fused, since what is compiled decides about a run's
+numbers. A sum is therefore not vectorised by itself; `sums.inner_product` and `sums.total` are vectorised sums whose
+order is part of their definition. What processor is compiled for is settled by `pftrack.core.numerics.machine`.
+
+A compiled function contains those that it calls, also from other files, but Numba's cache looks only at its own file.
+So what is kept is marked with the content of all files that a function was made of, and what has another mark is
+compiled again: that function and its callers, and no others.
+
+A mark does not depend on where the files lie, and the processor is the same everywhere, so what one machine has
+compiled fits all others with the same Python, Numba and llvmlite. A release brings it along in the folder
+`machine.PRECOMPILED`, which is looked at first and never written to; what does not fit is compiled here and kept.
+"""
+
+import hashlib
+import pickle
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cache, partial
+from pathlib import Path
+from types import FunctionType
+from typing import Any, ParamSpec, TypeVar, cast
+
+import llvmlite
+import numba
+import numpy as np
+from numba.core.caching import IndexDataCacheFile
+from numpy.typing import NDArray
+
+from pftrack.core.numerics.machine import PACKAGE, PRECOMPILED
+
+__all__ = ["FUNCTIONS", "compiled", "count_precompiled", "mark_of", "precompiled_folder", "read_only"]
+
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
+Scalar = TypeVar("Scalar", bound=np.generic)
+
+FUNCTIONS: list[Any] = []
+"""What `compiled` has made, in modules that have been imported."""
+
+
+class _CacheFile(IndexDataCacheFile):
+    """What is kept of one function, behind what came with the package."""
+
+    def __init__(self, folder: str, name: str, mark: bytes, precompiled: Path | None) -> None:
+        super().__init__(folder, name, mark)  # type: ignore[no-untyped-call]
+        # The version is compared first: an index of other code may name types that exist no more, and cannot be read.
+        self._version = f"{numba.__version__} {llvmlite.__version__} {mark.hex()}"
+        self.precompiled = None if precompiled is None else _CacheFile(str(precompiled), name, mark, None)
+
+    def load(self, key: object) -> object:
+        """Return what is kept under a key, a signature among other things; None if nothing is."""
+        found = None
+        if self.precompiled is not None:
+            with suppress(OSError, EOFError, pickle.UnpicklingError):  # it is damaged
+                found = self.precompiled.load(key)
+        return super().load(key) if found is None else found  # type: ignore[no-untyped-call]
+
+    @property
+    def is_precompiled(self) -> bool:
+        """Whether code that fits this source, Python, Numba and llvmlite came with the package."""
+        return self.precompiled is not None and bool(self.precompiled._load_index())  # type: ignore[no-untyped-call] # noqa: SLF001
+
+
+def compiled(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+    """Compile a function of arrays and numbers."""
+    # No wrapper for C: no function is handed over as a value, and the wrappers take a twentieth of compiling.
+    compiler = partial(numba.njit, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+    try:
+        dispatcher = compiler(cache=True)(function)
+    except RuntimeError:  # no folder can be written, so each process compiles it
+        dispatcher = compiler()(function)
+    # There is no public way to say what a function depends on; a cache of another make is as strict as Numba's own.
+    with suppress(AttributeError):
+        cache = dispatcher._cache  # type: ignore[attr-defined] # noqa: SLF001
+        cache._cache_file = _CacheFile(  # noqa: SLF001
+            cache.cache_path,
+            cache._impl.filename_base,  # noqa: SLF001
+            mark_of(function),
+            precompiled_folder(Path(function.__code__.co_filename)) if PRECOMPILED.exists() else None,
+        )
+    FUNCTIONS.append(dispatcher)
+    return cast("Callable[Arguments, Result]", dispatcher)
+
+
+def count_precompiled() -> int:
+    """Return of how many functions compiled code came with the package, of those in modules that have been imported."""
+    kept = [getattr(function._cache, "_cache_file", None) for function in FUNCTIONS]  # noqa: SLF001
+    return sum(isinstance(file, _CacheFile) and file.is_precompiled for file in kept)
+
+
+def precompiled_folder(source: Path) -> Path | None:
+    """Return where a release brings what is compiled of a source file; None of files that are not the package's."""
+    return PRECOMPILED / source.relative_to(PACKAGE).parent if source.is_relative_to(PACKAGE) else None
+
+
+def mark_of(function: Callable[..., object]) -> bytes:
+    """Return a hash of the files of a function and of all compiled functions that it can call."""
+    files = _files_of(function, set()) if isinstance(function, FunctionType) else set()
+    return hashlib.sha256(b"".join(sorted(_content(path) for path in files))).digest()
+
+
+def _files_of(function: FunctionType, known: set[str]) -> set[str]:
+    """Return the files of a function and of what it can call, beside those that are known."""
+    path = function.__code__.co_filename
+    if path not in known:
+        known.add(path)
+        for value in function.__globals__.values():
+            # What numba.njit and numba.extending.intrinsic make of a function.
+            called = getattr(value, "py_func", None) or getattr(value, "_defn", None)
+            if isinstance(called, FunctionType):
+                _files_of(called, known)
+    return known
+
+
+@cache
+def _content(path: str) -> bytes:
+    try:
+        return hashlib.sha256(Path(path).read_bytes()).digest()
+    except OSError:  # typed into a notebook
+        return b""
+
+
+def read_only(array: NDArray[Scalar]) -> NDArray[Scalar]:
+    """Return a view that may not be written: what takes pictures is compiled for such, and only for such."""
+    view = array.view()
+    view.flags.writeable = False
+    return view

@@ -1,0 +1,175 @@
+"""Randomness that does not depend on how one got there.
+
+Every random number of a run is a pure function of the run's seed, the frame, the purpose it serves and its place in the
+draw. The generator is counter-based (Philox 4x32-10; Salmon, Moraes, Dror and Shaw 2011): instead of a hidden state
+that advances, it enciphers a counter under a key, so a run can seek, rewind and replay and still meet the same numbers,
+and two filters on the same seed watch a scene with the same noise (common random numbers).
+
+`uniforms` and `standard_normals` are the numbers themselves, for compiled loops; a `Stream` hands them out draw by draw
+and stands wherever the filters take a generator, as NumPy's own does. Having no state to wait for, they are computed
+many at a time: seven times as fast as NumPy's.
+"""
+
+import math
+from enum import IntEnum
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.elementary import logarithms
+
+__all__ = ["LARGEST_KEY", "LARGEST_SEED", "Generator", "Purpose", "Stream", "standard_normals", "uniforms"]
+
+LARGEST_SEED = 2**53 - 1
+"""Of those that may be chosen: JSON in a browser, which has but one kind of numbers, carries no larger ones exactly."""
+
+LARGEST_KEY = 2**63 - 1
+"""Of those that the generator takes: runs that earlier versions have saved may have one beyond the bound above."""
+
+MAXIMUM_FRAME = 2**32 - 1
+
+
+class Purpose(IntEnum):
+    """What random numbers are for; each purpose has a stream of its own."""
+
+    START = 0
+    TRACK = 1
+    SCENE = 2
+
+
+class Generator(Protocol):
+    """What filters ask of a source of random numbers; a `Stream` is one, and so is NumPy's generator."""
+
+    def random(self, size: Any = None) -> Any:  # noqa: ANN401 - as NumPy types it
+        """Return numbers uniform in [0, 1), of the given shape, or one number."""
+
+    def standard_normal(self, size: Any = None) -> Any:  # noqa: ANN401 - as NumPy types it
+        """Return independent N(0, 1) numbers of the given shape, or one number."""
+
+
+class Stream:
+    """The random numbers of one seed, frame and purpose, draw by draw."""
+
+    def __init__(self, seed: int, frame: int, purpose: Purpose) -> None:
+        """Begin at the first draw.
+
+        Args:
+            seed: The run's seed, 0..LARGEST_KEY.
+            frame: Frame index, not negative.
+            purpose: What the numbers are for.
+
+        Raises:
+            ValueError: The seed or the frame is out of range.
+        """
+        if not 0 <= seed <= LARGEST_KEY:
+            raise ValueError(f"the seed must be a whole number between 0 and {LARGEST_KEY}, got {seed}")
+        if not 0 <= frame <= MAXIMUM_FRAME:
+            raise ValueError(f"the frame must be a whole number between 0 and {MAXIMUM_FRAME}, got {frame}")
+        self.seed = seed
+        self.frame = frame
+        self.purpose = purpose
+        self._key = int(purpose)  # once: looking up the value of an enumeration takes half a microsecond
+        self._draws = 0
+
+    def random(self, size: Any = None) -> Any:  # noqa: ANN401 - a number or an array, as NumPy's does
+        """Return numbers uniform in [0, 1), of the given shape, or one number."""
+        return self._shape(uniforms, size)
+
+    def standard_normal(self, size: Any = None) -> Any:  # noqa: ANN401 - a number or an array, as NumPy's does
+        """Return independent N(0, 1) numbers of the given shape, or one number."""
+        return self._shape(standard_normals, size)
+
+    def _shape(self, draw: Any, size: Any) -> Any:  # noqa: ANN401 - see above
+        count = 1 if size is None else math.prod(size) if isinstance(size, tuple) else int(size)
+        numbers = draw(self.seed, self.frame, self._key, self._draws, count)
+        self._draws += 1
+        return float(numbers[0]) if size is None else numbers.reshape(size)
+
+
+@compiled
+def uniforms(seed: int, frame: int, purpose: int, draw: int, count: int) -> NDArray[np.float64]:
+    """Return (count,) numbers uniform in [0, 1) with 53 bits, given seed, frame, purpose and number of the draw."""
+    blocks = (count + 1) // 2
+    words = _philox(seed, frame, purpose, draw, blocks)
+    numbers = np.empty((2, blocks))
+    for pair in range(2):
+        for block in range(blocks):
+            # By way of 32 bits with a sign: AVX2 turns no others into floating point.
+            high = float(np.int32(words[2 * pair, block] >> np.uint64(5)))
+            low = float(np.int32(words[2 * pair + 1, block] >> np.uint64(6)))
+            numbers[pair, block] = (high * 67108864.0 + low) / 9007199254740992.0
+    return numbers.ravel()[:count]
+
+
+@compiled
+def standard_normals(seed: int, frame: int, purpose: int, draw: int, count: int) -> NDArray[np.float64]:
+    """Return (count,) independent N(0, 1) numbers, given seed, frame, purpose and number of the draw.
+
+    Box and Muller's transform of two 32-bit words into two numbers: a radius and an angle. The greatest possible
+    magnitude is 6.8.
+    """
+    blocks = (count + 3) // 4
+    words = _philox(seed, frame, purpose, draw, blocks)
+    numbers = np.empty((4, blocks))
+    shares = np.empty(blocks)
+    for pair in range(2):
+        for block in range(blocks):
+            # By way of 32 bits with a sign: AVX2 turns no others into floating point.
+            share = np.int32(words[pair, block] ^ np.uint64(0x80000000))
+            shares[block] = (float(share) + (2147483648.0 + 0.5)) * 2.0**-32
+        logs = logarithms(shares)
+        for block in range(blocks):
+            word = np.int64(words[2 + pair, block])
+            # Thirty bits for an angle within 45 degrees of an axis, two for which axis that is.
+            angle = (float(np.int32(word >> 2)) - 536870911.5) * (np.pi / 2.0**31)
+            sine, cosine = _sine(angle), _cosine(angle)
+            radius = np.sqrt(-2.0 * logs[block])
+            signed = radius if word & 2 else -radius
+            numbers[2 * pair, block] = signed * (sine if word & 1 else cosine)
+            numbers[2 * pair + 1, block] = signed * (cosine if word & 1 else sine)
+    return numbers.ravel()[:count]
+
+
+@compiled
+def _sine(angle: float) -> float:
+    """Return sin x for |x| <= pi/4, by fdlibm's polynomial."""
+    square = angle * angle
+    series = square * (-2.50507602534068634195e-08 + square * 1.58969099521155010221e-10)
+    series = square * (-1.98412698298579493134e-04 + square * (2.75573137070700676789e-06 + series))
+    series = square * (-1.66666666666666324348e-01 + square * (8.33333333332248946124e-03 + series))
+    return angle + angle * series
+
+
+@compiled
+def _cosine(angle: float) -> float:
+    """Return cos x for |x| <= pi/4, by fdlibm's polynomial."""
+    square = angle * angle
+    series = square * (2.08757232129817482790e-09 + square * -1.13596475577881948265e-11)
+    series = square * (2.48015872894767294178e-05 + square * (-2.75573143513906633035e-07 + series))
+    series = square * square * (4.16666666666666019037e-02 + square * (-1.38888888888741095749e-03 + series))
+    return 1.0 - (0.5 * square - series)
+
+
+@compiled
+def _philox(seed: int, frame: int, purpose: int, draw: int, blocks: int) -> NDArray[np.uint64]:
+    """Return (4, blocks) words of 32 bits: the counters (block, draw, frame, purpose) enciphered under the seed."""
+    low, shift = np.uint64(0xFFFFFFFF), np.uint64(32)
+    first_factor, second_factor = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
+    first_step, second_step = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
+    words = np.empty((4, blocks), np.uint64)
+    for block in range(blocks):
+        a, b, c, d = np.uint64(block), np.uint64(draw), np.uint64(frame), np.uint64(purpose)
+        first_key, second_key = np.uint64(seed) & low, np.uint64(seed) >> shift
+        for _ in range(10):
+            # Both factors have 32 bits: known to the compiler, the product is one instruction.
+            first, second = (a & low) * first_factor, (c & low) * second_factor
+            a = (second >> shift) ^ b ^ first_key
+            b = second & low
+            c = (first >> shift) ^ d ^ second_key
+            d = first & low
+            first_key = (first_key + first_step) & low
+            second_key = (second_key + second_step) & low
+        words[0, block], words[1, block], words[2, block], words[3, block] = a, b, c, d
+    return words

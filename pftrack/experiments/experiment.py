@@ -1,0 +1,377 @@
+"""What an experiment is: a named wiring of source, trackers, parameters, drawing and measure.
+
+Whoever declares one finds here what it is declared with: presets, setups of sources, and the steps that it draws.
+"""
+
+from collections.abc import Callable, Container, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.model.calibration import STANDARD_CALIBRATION, Calibration, Direction, reasons
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.export import Export
+from pftrack.core.model.failure import Failure
+from pftrack.core.model.finder import Finder
+from pftrack.core.model.frame import Frame, Target
+from pftrack.core.model.glossary import Section, Term
+from pftrack.core.model.layer import Layer
+from pftrack.core.model.marks import Mark, read_mark
+from pftrack.core.model.measures import HIT_RATE, Measure
+from pftrack.core.model.own_account import MEAN_LOSS_PROBABILITY, own_account
+from pftrack.core.model.parameters import Declaration, ParameterError, Parameters, Value, declarations
+from pftrack.core.model.plot import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading
+from pftrack.core.model.preset import ExampleSweep, Preset
+from pftrack.core.model.recipe import Footage, Recipe
+from pftrack.core.model.references import Citation
+from pftrack.core.model.sequence import Kind
+from pftrack.core.model.series import Series, SeriesValue, join
+from pftrack.core.model.setup import OnVideo, Setup, Suits
+from pftrack.core.model.step import Draw, Step
+from pftrack.core.model.timeline import NO_PARAMETERS, check_tracker
+from pftrack.core.model.tracker import Tracker, with_readers
+from pftrack.core.model.world import World
+from pftrack.experiments.shared.filter_interface import FilterInterface
+from pftrack.experiments.shared.loss_probability.declaration import NOTHING_DECLARED, LossDeclaration
+from pftrack.filters.learning.guidance import Guidance
+from pftrack.sources.results.table import Box
+from pftrack.sources.truth import BOXES, TruthKind
+
+__all__ = [
+    "INTERFACE",
+    "PICTURES",
+    "Draw",
+    "ExampleSweep",
+    "Experiment",
+    "OnVideo",
+    "Preset",
+    "Setup",
+    "Step",
+    "Suits",
+]
+
+PICTURES: tuple[Kind, ...] = ("video", "gif", "images")
+"""The kinds of recording that are made of pictures."""
+
+INTERFACE = 2
+"""Version of what an experiment and the library expect of each other: raised with every change that may break one."""
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A named, documented wiring.
+
+    Attributes:
+        id: Name in commands, addresses and files.
+        title: Name on the screen.
+        question: The question it answers, one sentence.
+        references: What it comes from, the main one first.
+        description: What is to be seen, a few sentences.
+        unit: Of estimate and error: "px", "deg", or "" for a pure number.
+        trackers: By name, in the order in which they are shown.
+        default_tracker: Name of the one to begin with.
+        frames: Length of a simulated run.
+        presets: Starting points that show something.
+        layers: What can be drawn, in the order in which it is listed.
+        warm_frames: So many frames of a run call all functions that any further frame calls.
+        worlds: What is shown beside the picture in a space of its own; every drawing has all of them, in this order.
+        simulate: Wire the simulated scene.
+        draw: Draw a frame.
+        error: (estimates (..., d), true positions (..., d)) -> distances (...).
+        lost: (errors (...), sizes of the target (...), parameters) -> whether that is lost (...), where that
+            makes sense.
+        missed: (state, target) -> whether what is believed misses a target of which more is known than a place and a
+            size, such as its silhouette, or by a belief that is no point; None leaves it to `lost`.
+        on_video: Wire a recording, where the experiment takes one.
+        footage: The kinds of recording that it takes, of pictures by default.
+        recorded: (kind of a recording) -> the parameters of runs on it, before they are fitted to a target; they are
+            needed where a sweep on a recording is planned.
+        marks: The kinds of mark that it takes on a recording; the first is the one that an editor offers. Where there
+            are none, all of a recording is followed.
+        unmarked: The kinds of recording that may come without a mark all the same, since all of one may be the target.
+        advice: What a person who marks the target should know, a sentence.
+        finder: How it finds its target on a recording by itself, where it does, so that no mark is needed.
+        suits: How it sees whether a target in a recording can be followed, where it can tell.
+        truth: The kind of truth that comes with a recording; None where there is none to be given.
+        scale: What estimates and positions are multiplied by to be in `unit`; 180/pi for angles in rad.
+        series: What it measures of every frame beside what its trackers report, such as distances from the truth.
+        measure: (frame, state) -> the values of these series, by name; those that a frame does not have are left out.
+        measures: What a whole run beside its truth comes to, one number each.
+        report: (diagnostics of all frames) -> what else to say of a whole run, JSON values.
+        target: What is tracked, one word.
+        plots: What is drawn of a run over its frames, in the order in which it is shown.
+        readings: What is written of the frame that is shown, in that order.
+        example_sweep: A sweep to begin with; where there is none, its first two numbers are varied.
+        exports: Files that it offers of what is believed in a frame.
+        guidance: How its recorded states are learned from, where its particles can be guided by what was learned.
+        family: What kind of thing it estimates, a few words. Those of one family stand together on the start page.
+        boxes: (state) -> the boxes that are believed of all targets of a frame, where there are several; else the one
+            around the estimate is, of the role "extent".
+        calibration: What its trackers say of their own error, and settings in which that is not to be believed.
+        loss_probability: How probable it is that a tracker has lost its target, of those of which that can be told.
+        failures: Named ways in which its trackers go wrong, each with what shows it and what cures it.
+        terms: Words of its own that its plots, readings and measures use, for the glossary.
+        clip_title: Name on the screen where a recording is tracked, by what it follows; the title if empty.
+        clip_about: Names of the parameters to turn first on a recording; if there are none, those of presets.
+        filter_interface: What it tells a filter that comes from a file; None where it takes none.
+        filters: Texts of the files whose filters stand among its trackers, all versions, by the names of these.
+        interface: Version of the interface that it was written for. An experiment of another package must state it, or
+            it is not used; 0, for the project's own, is always the present one.
+    """
+
+    id: str
+    title: str
+    question: str
+    references: tuple[Citation, ...]
+    description: str
+    unit: str
+    trackers: Mapping[str, Tracker]
+    default_tracker: str
+    frames: int
+    presets: tuple[Preset, ...]
+    layers: tuple[Layer, ...]
+    simulate: Callable[[], Setup]
+    draw: Draw
+    error: Callable[[NDArray[np.float64], NDArray[np.float64]], Any]
+    lost: Callable[[Any, Any, Any], Any] | None = None
+    missed: Callable[[Any, Target], bool | None] | None = None
+    on_video: OnVideo | None = None
+    footage: tuple[Kind, ...] = PICTURES
+    recorded: Callable[[Kind], Parameters] | None = None
+    marks: tuple[type[Mark], ...] = ()
+    unmarked: tuple[Kind, ...] = ()
+    advice: str = ""
+    finder: Finder | None = None
+    suits: Suits | None = None
+    truth: TruthKind | None = BOXES
+    scale: float = 1.0
+    series: tuple[Series, ...] = ()
+    measure: Callable[[Frame, Any], Mapping[str, SeriesValue]] | None = None
+    measures: tuple[Measure, ...] = ()
+    report: Callable[[Sequence[Diagnostics]], Mapping[str, Any]] | None = None
+    target: str = "target"
+    plots: tuple[Plot, ...] = STANDARD_PLOTS
+    readings: tuple[Reading, ...] = STANDARD_READINGS
+    example_sweep: ExampleSweep | None = None
+    worlds: tuple[World, ...] = ()
+    exports: tuple[Export, ...] = ()
+    boxes: Callable[[Any], Sequence[Box]] | None = None
+    guidance: Guidance | None = None
+    failures: tuple[Failure, ...] = ()
+    calibration: Calibration = STANDARD_CALIBRATION
+    loss_probability: LossDeclaration = NOTHING_DECLARED
+    warm_frames: int = 2
+    family: str = "Others"
+    terms: tuple[Term, ...] = ()
+    clip_title: str = ""
+    clip_about: tuple[str, ...] = ()
+    filter_interface: FilterInterface | None = None
+    filters: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    interface: int = 0
+
+    def __post_init__(self) -> None:
+        """Refuse plots, readings and tours of what nobody declares, and columns, worlds or failures of one name.
+
+        Raises:
+            ValueError: A plot or reading names an unknown series or a tour an unknown plot, or two different series
+                have one name, or two measures, reductions, worlds or failures have.
+        """
+        worlds = [world.name for world in self.worlds]
+        if len(set(worlds)) < len(worlds):
+            raise ValueError(f"{self.id} has two worlds of one name: {', '.join(worlds)}")
+        files = [name for export in self.exports for name in {export.name, export.suffix}]
+        if len(set(files)) < len(files):
+            raise ValueError(f"{self.id} has two exports of one name or suffix: {', '.join(files)}")
+        named = [failure.id for failure in self.failures]
+        if len(set(named)) < len(named):
+            raise ValueError(f"{self.id} has two failures of one id: {', '.join(named)}")
+        known = {series.name for series in self.all_series()}
+        self._check_calibration(known)
+        shown = [name for plot in self.plots for name in plot.names]
+        shown += [name for reading in self.readings for name in reading.names]
+        for name in shown:
+            if name not in known:
+                raise ValueError(f"{self.id} shows a series {name!r} that nobody declares")
+        for preset in self.presets:
+            if preset.tour is not None and preset.tour.plot not in {plot.id for plot in self.plots}:
+                raise ValueError(f"{self.id} has no plot {preset.tour.plot!r}, to which the tour of a preset points")
+        kept = [one.name for one in self.run_measures]
+        kept += [reduction.name for series in self.all_series() for reduction in series.reductions]
+        for name in kept:
+            if kept.count(name) > 1:
+                raise ValueError(f"{self.id} declares {name!r} twice among its measures and reductions")
+
+    @property
+    def glossary(self) -> Section:
+        """Its own words: those that it declares, and its trackers."""
+        return Section(self.title, (*self.terms, *(tracker.term for tracker in self.trackers.values())))
+
+    def _check_calibration(self, series: Container[str]) -> None:
+        said = self.calibration
+        presets, bands = {preset.name for preset in self.presets}, {band.of for band in said.bands}
+        named = [name for band in said.bands for name in band.trackers]
+        wanted = (
+            ("tracker", self.trackers, [*named, *(name for fault in said.faults for name in fault.trackers)]),
+            ("series", series, [name for band in said.bands for name in band.names]),
+            ("preset", presets, said.presets),
+            ("band", bands, [name for fault in said.faults for name in fault.bands]),
+        )
+        for kind, known, names in wanted:
+            for name in names:
+                if name not in known:
+                    raise ValueError(f"{self.id} has no {kind} {name!r}, of which its calibration speaks")
+
+    def declarations(self, model: type[Parameters]) -> tuple[Declaration, ...]:
+        """Return the declaration of every parameter of a setup's model, each with all trackers that read it."""
+        return with_readers(declarations(model), self.trackers)
+
+    def all_series(self, *trackers: str) -> tuple[Series, ...]:
+        """Return all series that a run with these trackers, or with any if none is named, may have."""
+        chosen = trackers or tuple(self.trackers)
+        return join(*(self.trackers[name].series for name in chosen), self.series)
+
+    @property
+    def run_measures(self) -> tuple[Measure, ...]:
+        """All measures of a run: the hit rate, where there is a notion of lost, and those declared."""
+        return (*((HIT_RATE,) if self.judges_loss else ()), *self.measures)
+
+    def with_units(self, units: Mapping[str, str]) -> "Experiment":
+        """Return this experiment with other units, by the name of a plot, and by "estimate" of the estimate."""
+        plots = tuple(replace(plot, unit=units.get(plot.id, plot.unit)) for plot in self.plots)
+        return replace(self, unit=units.get("estimate", self.unit), plots=plots)
+
+    def measures_on(self, footage: Footage | None, *, loss_probability: bool = False) -> tuple[Measure, ...]:
+        """Return the measures of a run on a recording, or on the scene: without truth, by its own account alone.
+
+        Args:
+            footage: The recording, if it is on one.
+            loss_probability: Whether how probable it is that the target is lost was asked for.
+        """
+        known = self.run_measures if footage is None or footage.is_labelled else own_account(self.unit)
+        return (*known, MEAN_LOSS_PROBABILITY) if loss_probability else known
+
+    def parameters_on(self, kind: Kind | None) -> Parameters:
+        """Return the parameters of runs on a kind of recording, before they are fitted to it; of the scene if None.
+
+        Raises:
+            ParameterError: It takes no such recording, or does not declare them.
+        """
+        if kind is None:
+            return self.simulate().parameters
+        self.check_footage(kind)
+        if self.recorded is None:
+            raise ParameterError("footage", kind, f"left out: {self.id} does not declare the parameters of recordings")
+        return self.recorded(kind)
+
+    def miscalibration(self, *in_force: tuple[str, Any]) -> dict[Direction, str]:
+        """Return why bands are not to be believed, by the way in which they are not.
+
+        Args:
+            in_force: Trackers by name with their parameters; it holds of any of them.
+        """
+        return reasons(self.calibration.faults, in_force)
+
+    @property
+    def judges_loss(self) -> bool:
+        """Whether there is a notion of lost."""
+        return self.lost is not None or self.missed is not None
+
+    def preset_of(
+        self, tracker: str, seed: int, values: Mapping[str, Value], defaults: Mapping[str, Value]
+    ) -> Preset | None:
+        """Return the preset that a simulated run begins as, if there is one.
+
+        Args:
+            tracker: Name of its tracker at frame 0.
+            seed: Its seed.
+            values: All its parameters at frame 0.
+            defaults: The defaults of these parameters.
+        """
+        return next(
+            (
+                preset
+                for preset in self.presets
+                if (preset.tracker, preset.seed) == (tracker, seed) and {**defaults, **preset.parameters} == values
+            ),
+            None,
+        )
+
+    def title_on(self, footage: Footage | None) -> str:
+        """Return its name on the screen: of a simulated scene, or of a recording."""
+        return self.clip_title or self.title if footage else self.title
+
+    def subjects(self, preset: Preset | None, footage: Footage | None = None) -> tuple[str, ...]:
+        """Return the parameters that a preset or a recording is about; without either, those that any preset sets."""
+        if preset is not None:
+            return preset.subjects
+        if footage is not None and self.clip_about:
+            return self.clip_about
+        return tuple(dict.fromkeys(name for each in self.presets for name in each.parameters if name not in each.scene))
+
+    def measure_named(self, name: str) -> Measure:
+        """Return a measure.
+
+        Raises:
+            ValueError: Nobody declares one of that name.
+        """
+        for measure in (HIT_RATE, *self.measures):
+            if measure.name == name:
+                return measure
+        known = ", ".join(measure.name for measure in (HIT_RATE, *self.measures))
+        raise ValueError(f"{self.id} has no measure {name!r}, only {known}")
+
+    @property
+    def accepts_video(self) -> bool:
+        """Whether it can run on a recording."""
+        return self.on_video is not None
+
+    def needs_mark(self, kind: str) -> bool:
+        """Return whether a person has to mark the target in a recording of this kind."""
+        return bool(self.marks) and self.finder is None and kind not in self.unmarked
+
+    def check_footage(self, kind: str) -> None:
+        """Refuse a recording of a kind that it does not take.
+
+        Raises:
+            ParameterError: It takes no recordings, or others.
+        """
+        if self.on_video is None:
+            raise ParameterError("footage", kind, f"left out: {self.id} takes no recording")
+        if kind not in self.footage:
+            taken = "pictures" if set(self.footage) & set(PICTURES) else " or ".join(self.footage)
+            given = "pictures" if kind in PICTURES else kind
+            raise ParameterError("footage", given, f"{taken}: {self.id} takes no other recording")
+
+    def check_names(self, recipe: Recipe) -> None:
+        """Refuse a recipe that names a tracker or a parameter that this experiment does not have.
+
+        What a filter of the recipe declares is not known before it is executed: beside one, any identifier may be its.
+
+        Raises:
+            ParameterError: There is no tracker or no parameter of such a name, on any kind of recording.
+        """
+        trackers = (*self.trackers, *recipe.filters)
+        if recipe.tracker is not None:
+            check_tracker(trackers, recipe.tracker)
+        kinds = self.footage if recipe.footage is not None and self.recorded is not None else ()
+        known = {name for kind in (None, *kinds) for name in type(self.parameters_on(kind)).model_fields}
+        for name, value in ((name, value) for change in recipe.timeline for name, value in change.values.items()):
+            if name == "tracker":
+                check_tracker(trackers, value)
+            elif name not in known | NO_PARAMETERS and not (recipe.filters and name.isidentifier()):
+                raise ParameterError(name, value, f"left out: {self.id} has no such parameter")
+
+    @property
+    def shown_layers(self) -> dict[str, bool]:
+        """Whether each layer is shown at first, by name."""
+        return {layer.name: layer.shown for layer in self.layers}
+
+    def mark(self, raw: object) -> Mark:
+        """Read a mark of one of the kinds that it takes from JSON values.
+
+        Raises:
+            ParameterError: They are no mark of such a kind.
+        """
+        return read_mark(self.marks, raw)

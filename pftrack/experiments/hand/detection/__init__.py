@@ -1,0 +1,1 @@
+"""Silhouettes, fingers and first poses of a hand in a picture."""

@@ -1,0 +1,127 @@
+"""Whether one region contains another, which then need not be kept.
+
+An ellipsoid lies in another if the greatest value of the other's quadratic over it is at most 1. That is a quadratic
+over a ball: with its eigenvalues l_i and slopes g_i it is the least mu + sum g_i^2 / (mu - l_i) + value at the centre,
+over all mu above the greatest l_i (the secular equation is where its derivative is zero). Every mu gives an upper
+bound, so whichever the search ends with, a yes is a proof.
+
+Source: Shimada 1997, section 5.6, for the rule; the test of inclusion is our own.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.matrices import factorise, substitute
+from pftrack.core.numerics.singular import orthogonalise
+from pftrack.experiments.linkage.sets.regions import CENTRE, HIGH, LOW, SHAPE
+
+__all__ = ["box_in_ellipsoid", "ellipsoid_in_ellipsoid", "lies_in"]
+
+MOST_STEPS = 60
+"""Halvings of the interval of mu."""
+
+LIMIT = 1.0 + 1e-9
+"""By so little the one may stick out, for the sake of rounding."""
+
+
+@compiled
+def lies_in(one: NDArray[np.float64], other: NDArray[np.float64], ellipsoids: bool) -> bool:
+    """Return whether a region lies in another: its box in the other's, and it in the other's ellipsoid.
+
+    Args:
+        one: A region, see `pftrack.experiments.linkage.sets.regions`.
+        other: The other.
+        ellipsoids: Whether they have ellipsoids, or boxes alone.
+    """
+    for j in range(one.shape[1]):
+        if one[LOW, j] < other[LOW, j] or one[HIGH, j] > other[HIGH, j]:
+            return False
+    if not ellipsoids:
+        return True
+    centre, shape = other[CENTRE], other[SHAPE:]
+    return ellipsoid_in_ellipsoid(one[CENTRE], one[SHAPE:], centre, shape) or box_in_ellipsoid(
+        one[LOW], one[HIGH], centre, shape
+    )
+
+
+@compiled
+def box_in_ellipsoid(
+    low: NDArray[np.float64], high: NDArray[np.float64], centre: NDArray[np.float64], shape: NDArray[np.float64]
+) -> bool:
+    """Return whether all corners of a box (n,) to (n,) lie in an ellipsoid, and with them all of the box."""
+    size = low.shape[0]
+    root, positive = factorise(shape)
+    if not positive:
+        return False
+    corners = np.empty((size, 1 << size))
+    for number in range(1 << size):
+        for j in range(size):
+            corners[j, number] = (high[j] if number >> j & 1 else low[j]) - centre[j]
+    off = substitute(root, corners)
+    for number in range(1 << size):
+        value = 0.0
+        for j in range(size):
+            value += off[j, number] * off[j, number]
+        if not value <= 1.0:
+            return False
+    return True
+
+
+@compiled
+def ellipsoid_in_ellipsoid(
+    centre: NDArray[np.float64],
+    shape: NDArray[np.float64],
+    other_centre: NDArray[np.float64],
+    other_shape: NDArray[np.float64],
+) -> bool:
+    """Return whether an ellipsoid, centre (n,) and shape (n, n), lies in another."""
+    size = centre.shape[0]
+    own, regular = factorise(shape)
+    root, positive = factorise(other_shape)
+    if not (regular and positive):
+        return False
+    # In coordinates in which the other is the unit ball about 0, the one is d + A u, |u| <= 1.
+    apart, across = np.empty((size, 1)), np.empty((size, size))
+    for j in range(size):
+        apart[j, 0] = centre[j] - other_centre[j]
+    apart, image = substitute(root, apart), substitute(root, own)
+    for j in range(size):
+        for k in range(size):
+            across[k, j] = image[j, k]
+    turned, _ = orthogonalise(across)
+    squares, slopes = np.zeros(size), np.zeros(size)
+    distance = 0.0
+    for k in range(size):
+        for j in range(size):
+            squares[k] += turned[k, j] * turned[k, j]
+            slopes[k] += turned[k, j] * apart[j, 0]
+        distance += apart[k, 0] * apart[k, 0]
+    return _at_most_one(squares, slopes, distance)
+
+
+@compiled
+def _at_most_one(squares: NDArray[np.float64], slopes: NDArray[np.float64], distance: float) -> bool:
+    """Return whether sum l_k v_k^2 + 2 g_k v_k + distance is at most 1 for all |v| <= 1."""
+    most, steepest = 0.0, 0.0
+    for k in range(squares.shape[0]):
+        most = max(most, squares[k])
+        steepest += slopes[k] * slopes[k]
+    if not most + distance <= LIMIT:
+        return False
+    least, greatest = most, most + np.sqrt(steepest)
+    for _ in range(MOST_STEPS):
+        middle = 0.5 * (least + greatest)
+        bound, slope = middle + distance, 1.0
+        for k in range(squares.shape[0]):
+            if slopes[k] != 0.0:
+                share = slopes[k] / (middle - squares[k])
+                bound += share * slopes[k]
+                slope -= share * share
+        if bound <= LIMIT:
+            return True
+        if slope > 0.0:
+            greatest = middle
+        else:
+            least = middle
+    return False

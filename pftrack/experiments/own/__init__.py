@@ -1,0 +1,46 @@
+"""Filters in files: a person's own filter, a Python file of some functions, as a tracker of an experiment.
+
+- `code`: what a file offers, and calling it, with mistakes told by its lines;
+- `sliders`: the parameters of a file, from a dataclass with defaults;
+- `trust`: which texts may be executed;
+- `tracker`: the tracker that a file makes, with what stands in for what it leaves out;
+- `extension`: an experiment with such trackers, and the experiment of a recipe;
+- `outline`: the same for whoever plans and executes nothing.
+
+A recipe holds the texts of the files (`Recipe.filters`), so a run with such a filter is the same everywhere. Each text
+that was in force is a version, and which one computes a frame is a parameter like any other: it can change in the
+middle of a run, and makes a branch in its past.
+"""
+
+from pftrack.experiments.own.errors import FilterFileError
+from pftrack.experiments.own.extension import (
+    experiment_of,
+    extend,
+    name_of,
+    new_defaults,
+    parameters_of,
+    version_parameter,
+    widen,
+)
+from pftrack.experiments.own.outline import outline
+from pftrack.experiments.own.sliders import slider
+from pftrack.experiments.own.trust import digest_of, is_trusted, trust, trust_filters, with_digests, with_texts
+
+__all__ = [
+    "FilterFileError",
+    "digest_of",
+    "experiment_of",
+    "extend",
+    "is_trusted",
+    "name_of",
+    "new_defaults",
+    "outline",
+    "parameters_of",
+    "slider",
+    "trust",
+    "trust_filters",
+    "version_parameter",
+    "widen",
+    "with_digests",
+    "with_texts",
+]

@@ -1,0 +1,245 @@
+"""What a file offers, and calling it: each function gets the arguments that it names, and mistakes have a line.
+
+    start(position, frame, parameters, rng) -> states          where particles begin
+    propagate(states, frame, parameters, rng) -> states        drawn from p(x_t | x_{t-1})
+    propose(states, frame, parameters, rng)                    drawn from another proposal q, with the correction
+        -> states, log_correction                                  log p(x_t | x_{t-1}) - log q(x_t | x_{t-1}, z_t)
+    log_likelihood(states, frame, parameters) -> (N,)          log p(z_t | x_t), up to a constant
+    normalise(log_weights) -> (N,), log of their sum           logarithms of weights that sum to one
+    should_resample(log_weights, parameters) -> bool           whether parents are drawn in this frame
+    resample(log_weights, count, parameters, rng) -> (N,)      places of the parents
+    step(states, log_weights, count, frame, parameters, rng)   a whole step in place of all but the first
+        -> states, log_weights[, ancestors]
+
+Of a solid, propose, log_likelihood and step may name project as well: project(states) is where each state sees the
+solid's points, (F, N, 2) px. States are (N, d), of the experiment's components; log_weights (N,) logarithms of weights
+that sum to one.
+"""
+
+import inspect
+import linecache
+import signal
+import sys
+import threading
+import typing
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, fields
+from functools import lru_cache
+from types import FrameType, FunctionType, ModuleType, TracebackType
+from typing import Any
+
+import numpy as np
+
+from pftrack.core.model.parameters import LONGEST_FILE
+from pftrack.core.model.recipe import FILTER_HASH
+from pftrack.experiments.own.errors import FilterFileError
+from pftrack.experiments.own.sliders import CLASS, Field, fields_of
+from pftrack.experiments.own.trust import digest_of, text_of
+
+__all__ = ["FUNCTIONS", "FilterCode", "FilterFile"]
+
+FUNCTIONS: Mapping[str, tuple[str, ...]] = {
+    "start": ("position", "frame", "parameters", "rng"),
+    "propagate": ("states", "frame", "parameters", "rng"),
+    "propose": ("states", "frame", "parameters", "rng", "project"),
+    "log_likelihood": ("states", "frame", "parameters", "project"),
+    "normalise": ("log_weights",),
+    "should_resample": ("log_weights", "parameters"),
+    "resample": ("log_weights", "count", "parameters", "rng"),
+    "step": ("states", "log_weights", "count", "frame", "parameters", "rng", "project"),
+}
+"""The functions that a file may define, with the arguments that each may name."""
+
+LONGEST_STEP_S = 10.0
+"""How long a file may take for a frame: less than a server waits for a process that says nothing."""
+
+
+UNTRUSTED = (
+    "this run brings a filter of its own, which nobody has said to trust; read it, and if you know where it comes "
+    "from, open the run with --trust, or with trust=True in Python"
+)
+UNKNOWN = "this run was made with a version of the file that is not here"
+
+
+class _TimeoutError(Exception):
+    """A frame took too long."""
+
+
+@dataclass(frozen=True, slots=True)
+class FilterFile:
+    """A file with a filter, as a recipe holds it.
+
+    Attributes:
+        name: Of the tracker: the file's name without its suffix.
+        text: Its content, or the hash of one that is trusted.
+    """
+
+    name: str
+    text: str
+
+    def load(self) -> "FilterCode":
+        """Return what it offers; it is executed once in a process.
+
+        Raises:
+            FilterFileError: It cannot be executed, offers nothing, or nobody has said here that it is trusted.
+        """
+        text = text_of(self.text)
+        if text is None:
+            raise FilterFileError(f"{self.name}.py", None, UNKNOWN if FILTER_HASH.fullmatch(self.text) else UNTRUSTED)
+        return _load(self.name, text)
+
+
+class FilterCode:
+    """What a file offers.
+
+    Attributes:
+        file: Its name.
+        title: The first line of what it says of itself; its name without.
+        functions: Those of `FUNCTIONS` that it defines, by name.
+        fields: Its parameters.
+    """
+
+    def __init__(self, name: str, text: str) -> None:
+        """Execute a text; see `FilterFile.load`."""
+        self.file = f"{name}.py"
+        if len(text) > LONGEST_FILE:
+            raise FilterFileError(
+                self.file, None, f"a filter has at most {LONGEST_FILE:,} characters, got {len(text):,}"
+            )
+        # So that a traceback shows the lines of this very version.
+        self._source = f"<{name}.py {digest_of(text)[7:19]}>"
+        linecache.cache[self._source] = (len(text), None, text.splitlines(keepends=True), self._source)
+        module = ModuleType(f"pftrack_filter_{name}_{digest_of(text)[7:19]}")
+        sys.modules[module.__name__] = module
+        with self._telling():
+            exec(compile(text, self._source, "exec"), module.__dict__)  # noqa: S102 - that is what the file is for
+        said = (module.__doc__ or name).strip().partition("\n")[0].rstrip(".")
+        self.title = said[:80]
+        self.functions = {each: module.__dict__[each] for each in FUNCTIONS if callable(module.__dict__.get(each))}
+        if not self.functions:
+            raise FilterFileError(self.file, None, f"defines none of {', '.join(FUNCTIONS)}")
+        self._arguments = {each: self._named(each, function) for each, function in self.functions.items()}
+        self._class = module.__dict__.get(CLASS)
+        self.fields: tuple[Field, ...] = ()
+        if self._class is not None:
+            with self._telling():
+                _resolve(self._class)
+            self.fields = fields_of(self._class, self.file, text)
+
+    def parameters(self, values: Mapping[str, Any]) -> Any:  # noqa: ANN401 - of the file's own class
+        """Return an object of the file's class with the values in force; it has all of the experiment's, too."""
+        own = self._class if self._class is not None else object
+        named = {each.name: values[each.name] for each in self.fields}
+        with self._telling():
+            return _with_all(own, values)(**named)
+
+    def line_of(self, function: str) -> int | None:
+        """Return where a function begins."""
+        found = self.functions.get(function)
+        found = getattr(found, "py_func", found)
+        return found.__code__.co_firstlineno if isinstance(found, FunctionType) else None
+
+    def refuse(self, function: str, problem: str) -> FilterFileError:
+        """Return the error of a function that has returned something wrong."""
+        return FilterFileError(self.file, self.line_of(function), f"{function} {problem}")
+
+    def call(self, function: str, **given: Any) -> Any:  # noqa: ANN401 - whatever it returns
+        """Call a function with those of the arguments that it names.
+
+        Raises:
+            FilterFileError: It raised something; it is told by the line of the file in which that happened.
+        """
+        named = {name: given[name] for name in self._arguments[function] if given.get(name) is not None}
+        with self._telling():
+            return self.functions[function](**named)
+
+    @contextmanager
+    def limited(self) -> Iterator[None]:
+        """Give what runs in this context no more time than a frame may take."""
+        if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "setitimer"):
+            yield  # the clock can only interrupt the main thread
+            return
+
+        def stop(number: int, where: FrameType | None) -> None:
+            del number, where
+            raise _TimeoutError
+
+        before = signal.signal(signal.SIGALRM, stop)
+        left, _ = signal.setitimer(signal.ITIMER_REAL, LONGEST_STEP_S)
+        try:
+            yield
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, left)
+            signal.signal(signal.SIGALRM, before)
+
+    def _named(self, name: str, function: Any) -> tuple[str, ...]:  # noqa: ANN401 - what may be called
+        """Return the arguments that a function wants.
+
+        Raises:
+            FilterFileError: It wants one that there is not.
+        """
+        allowed = FUNCTIONS[name]
+        try:
+            wanted = inspect.signature(getattr(function, "py_func", function)).parameters.values()
+        except (TypeError, ValueError):
+            return allowed
+        needed = [one for one in wanted if one.kind not in {one.VAR_POSITIONAL, one.VAR_KEYWORD}]
+        for one in needed:
+            if one.name not in allowed and one.default is one.empty:
+                raise self.refuse(name, f"asks for {one.name}, but it can have {', '.join(allowed)}")
+        return tuple(one.name for one in needed if one.name in allowed)
+
+    @contextmanager
+    def _telling(self) -> Iterator[None]:
+        """Say of what is raised in which line of the file it was."""
+        try:
+            with np.errstate(all="ignore"):  # what comes of it is looked at
+                yield
+        except FilterFileError:
+            raise
+        except SyntaxError as error:
+            said = error.msg if "syntax" in error.msg else f"invalid syntax: {error.msg}"
+            raise FilterFileError(self.file, error.lineno, said) from None
+        except _TimeoutError as error:
+            line = self._line_in(error.__traceback__)
+            raise FilterFileError(self.file, line, f"took longer than {LONGEST_STEP_S:g} s for a frame") from None
+        except BaseException as error:
+            if isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+                raise  # Ctrl-C, which never comes where it is ignored
+            said = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+            raise FilterFileError(self.file, self._line_in(error.__traceback__), said) from error
+
+    def _line_in(self, traceback: TracebackType | None) -> int | None:
+        line = None
+        while traceback is not None:
+            if traceback.tb_frame.f_code.co_filename == self._source:
+                line = traceback.tb_lineno
+            traceback = traceback.tb_next
+        return line
+
+
+@lru_cache(maxsize=256)
+def _load(name: str, text: str) -> FilterCode:
+    return FilterCode(name, text)
+
+
+def _resolve(found: object) -> None:
+    """Replace annotations that are texts, as `from __future__ import annotations` makes them, by what they mean."""
+    if isinstance(found, type) and hasattr(found, "__dataclass_fields__"):
+        hints = typing.get_type_hints(found)
+        for each in fields(found):
+            each.type = hints.get(each.name, each.type)
+
+
+def _with_all(own: type, values: Mapping[str, Any]) -> type:
+    """Return a class that finds what it lacks among the experiment's values."""
+
+    def find(self: object, name: str) -> Any:  # noqa: ANN401 - a value of any kind
+        del self
+        try:
+            return values[name]
+        except KeyError:
+            raise AttributeError(f"there is no parameter {name}") from None
+
+    return type(CLASS, (own,), {"__getattr__": find})

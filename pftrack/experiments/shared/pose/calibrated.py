@@ -1,0 +1,264 @@
+"""A band of the pose that holds the truth about as often as it says, beside Bando's, which does not.
+
+Bando's filters take each point's mean to be off by the spread of its particles, independently of all other
+points and frames. Measured on simulated prisms and heads (`docs/explanation/calibration.md`), too much confidence
+comes from
+
+- the affine camera: an error of several px that depends on the pose, nearly all of it on the near prism;
+- the shape of the face, and what templates have slipped to: errors that last as long as the pose does, most of it on
+  heads;
+- fifty particles of which two or three carry the weight, whose spread is too small: all of it on the prism before a
+  pinhole.
+
+The first two outlast the memory of the filters, which is two or three frames. A state for each of them (a
+Schmidt-Kalman filter, or a Gauss-Markov error of each point) then comes to this: averaging over frames gains nothing,
+and the pose is as uncertain as a fit of the solid to the points of one frame, with their whole error. So the band is
+that of the fit:
+
+- the variance of a point is v / (1 - kappa), unbiased, with kappa the sum of its particles' squared weights;
+- beyond it all points have one variance in excess, from how badly they fit the solid (`filters.random_effects`), its
+  mean over the last frames, since it changes as slowly as the pose;
+- a point that may be hidden is as sure as those of its particles that see it, as often as it is seen
+  (`likelihoods.hidden`);
+- a solid and a camera that are known exactly say by how much the affine camera is wrong: that is taken off the
+  estimate;
+- of a solid that is not, the first picture tells how its points lie in that picture's plane, and they are compared as
+  seen there. What it does not tell is how deep the solid is. A wrong depth looks like a smaller or larger turn and
+  shows in no misfit, so it is told beforehand (`Solid.depth_doubt`), as is which share of the misfit moves the pose.
+
+An error that looks like another pose, and is not of these, is seen by nobody: a face is off as a whole now and then.
+So the errors of a head have heavier tails than a Gaussian, and its band is that of Student's t with four degrees of
+freedom (`Solid.widths`). Its 95 % lie within 1.96 standard deviations, like a Gaussian's, but its 50 % within 0.52.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.geometry.rotation import derivatives, rotation, turn
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.elementary import exponentials
+from pftrack.core.numerics.gaussian import Gaussian
+from pftrack.core.numerics.matrices import contiguous_copy, multiply, product
+from pftrack.experiments.shared.pose.beliefs import Belief
+from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
+from pftrack.experiments.shared.pose.solid import GAUSSIAN, Solid
+from pftrack.filters import perspective
+from pftrack.filters.random_effects import excess_variance, fit_covariance, fit_gain
+
+__all__ = ["LEAST_SHOWN", "Calibration", "depth_slopes", "nearness", "pin", "pose_and_band", "seen_moments"]
+
+PERSISTENCE = 0.8
+"""Weight of the past in the variance in excess: the memory is five frames."""
+
+LEAST_SHOWN = 1e-3
+"""A point that is hidden more surely counts as if it were as sure as this."""
+
+NEAREST = 0.1
+"""How near a point is taken to come to the camera, as a share of the solid's distance."""
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """What the band remembers.
+
+    Attributes:
+        excess_px2: Variance of the points' positions beyond their particles', mean over the last frames.
+    """
+
+    excess_px2: float
+
+
+def pose_and_band(
+    before: Calibration | None, solid: Solid, belief: Belief, parameters: PoseTrackerParameters
+) -> tuple[Gaussian, Calibration | None]:
+    """Return the belief in the angles as the parameters ask for it, and what its band remembers.
+
+    Args:
+        before: What it remembered of the last frame, if it was asked for then.
+        solid: What is tracked.
+        belief: In this frame.
+        parameters: In force.
+    """
+    if parameters.pose_band == "document":
+        return belief.pose, None
+    theta, reference = contiguous_copy(belief.pose.mean), contiguous_copy(solid.reference[:, :3])
+    points_mm = contiguous_copy(solid.points_mm if solid.pinned_mm is None else solid.pinned_mm)
+    principal_px, place = contiguous_copy(solid.principal_px), belief.place_mm
+    bend = np.zeros((len(points_mm), 2))
+    if place is None:
+        offset_px = contiguous_copy(belief.camera(solid)[:, 3])
+        expected, jacobian = _affine(points_mm, theta, offset_px, reference)
+        if solid.pinned_mm is None:
+            nearer = nearness(points_mm, theta, reference, solid.focal_px / solid.scale)
+            bend = (nearer[:, None] - 1.0) * (expected - principal_px)
+    else:
+        state = np.concatenate([theta, place])
+        expected, slopes = perspective.features(state, points_mm, float(solid.focal_px))
+        expected, jacobian = expected + principal_px, slopes.reshape(-1, 6)
+    means, own, scarce = seen_moments(belief)
+    shown = np.repeat(np.maximum(1.0 - belief.hidden, LEAST_SHOWN), 2)
+    told = contiguous_copy(np.maximum(own, parameters.sd_floor_px**2)).ravel() / shown
+    variances = told * np.repeat(scarce, 2)
+    excess = excess_variance(contiguous_copy(means - expected - bend).ravel(), jacobian, variances, shown)
+    gain, _ = fit_gain(jacobian, 1.0 / told)
+    if not np.isfinite(gain).all() or (before is None and not np.isfinite(excess)):
+        return belief.pose, before
+    if before is not None:
+        news = excess - before.excess_px2 if np.isfinite(excess) else 0.0  # too few points may be seen to tell it
+        excess = before.excess_px2 + (1.0 - PERSISTENCE) * news
+    deeper = product(gain, depth_slopes(points_mm, theta, reference).ravel())[:3]
+    doubt = solid.depth_doubt**2 * deeper[:, None] * deeper
+    band = solid.misfit_share * fit_covariance(gain, variances + excess)[:3, :3] + doubt
+    mistake = product(gain, bend.ravel())[:3]
+    # This is how far off half of the frames are; heavier tails leave that as it is and add to the variance.
+    band *= (GAUSSIAN.half / solid.widths.half) ** 2
+    return Gaussian(theta - mistake, band), Calibration(float(excess))
+
+
+@compiled
+def pin(
+    points_mm: NDArray[np.float64],
+    seen_px: NDArray[np.float64],
+    expected_px: NDArray[np.float64],
+    slopes: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return points (F, 3) moved, by as little as possible, to where they were seen in the first picture.
+
+    Args:
+        points_mm: Of the model.
+        seen_px: (F, 2) in the picture.
+        expected_px: (F, 2) where the camera sees the model's.
+        slopes: (F, 2, 3) derivatives of these by the points, px/mm.
+    """
+    moved = points_mm.copy()
+    for n in range(points_mm.shape[0]):
+        first = second = mixed = 0.0
+        for i in range(3):
+            first += slopes[n, 0, i] * slopes[n, 0, i]
+            second += slopes[n, 1, i] * slopes[n, 1, i]
+            mixed += slopes[n, 0, i] * slopes[n, 1, i]
+        x, y = seen_px[n, 0] - expected_px[n, 0], seen_px[n, 1] - expected_px[n, 1]
+        area = first * second - mixed * mixed
+        if area > 0.0:
+            along, across = (second * x - mixed * y) / area, (first * y - mixed * x) / area
+            for i in range(3):
+                moved[n, i] += slopes[n, 0, i] * along + slopes[n, 1, i] * across
+    return moved
+
+
+@compiled
+def nearness(
+    points_mm: NDArray[np.float64], theta: NDArray[np.float64], slopes: NDArray[np.float64], distance_mm: float
+) -> NDArray[np.float64]:
+    """Return how much further from its principal point than an affine camera a pinhole sees points, (F,) factors.
+
+    Args:
+        points_mm: (F, 3) in the solid's frame.
+        theta: (3,) its angles, rad.
+        slopes: (2, 3) of the affine camera at theta = 0, px/mm, whose line of sight is across its rows.
+        distance_mm: Of the solid's origin.
+    """
+    along = multiply(_line_of_sight(slopes).reshape(1, 3), rotation(theta))
+    factors = np.empty(points_mm.shape[0])
+    for n in range(points_mm.shape[0]):
+        depth = 0.0
+        for i in range(3):
+            depth += along[0, i] * points_mm[n, i]
+        factors[n] = 1.0 / max(1.0 + depth / distance_mm, NEAREST)
+    return factors
+
+
+@compiled
+def depth_slopes(
+    points_mm: NDArray[np.float64], theta: NDArray[np.float64], slopes: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return how points (F, 3) move in the picture, (F, 2) px, if the solid is twice as deep; nothing at theta = 0.
+
+    The depth is from the points' mean, along the line of sight of the first camera's A_0, `slopes`, (2, 3).
+    """
+    line = _line_of_sight(slopes)
+    moved = multiply(slopes, multiply(rotation(theta), line.reshape(3, 1)))
+    count = points_mm.shape[0]
+    depths, mean = np.zeros(count), 0.0
+    for n in range(count):
+        for i in range(3):
+            depths[n] += line[i] * points_mm[n, i]
+        mean += depths[n] / count
+    found = np.empty((count, 2))
+    for n in range(count):
+        for axis in range(2):
+            found[n, axis] = (depths[n] - mean) * moved[axis, 0]
+    return found
+
+
+@compiled
+def _line_of_sight(slopes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the direction (3,), away from the camera, along which an affine camera (2, 3) sees nothing move."""
+    line = np.empty(3)
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        line[i] = slopes[0, j] * slopes[1, k] - slopes[0, k] * slopes[1, j]
+    length = np.sqrt(line[0] ** 2 + line[1] ** 2 + line[2] ** 2)
+    return line / length if length > 0.0 else line
+
+
+@compiled
+def _affine(
+    points_mm: NDArray[np.float64],
+    theta: NDArray[np.float64],
+    offset_px: NDArray[np.float64],
+    slopes: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return where A_0 R(theta) X + c is, (F, 2), and the derivatives (2 F, 5) by theta and c."""
+    count = points_mm.shape[0]
+    expected = turn(points_mm, multiply(slopes, rotation(theta)))
+    turns = derivatives(theta)
+    jacobian = np.zeros((2 * count, 5))
+    for k in range(3):
+        moved = turn(points_mm, multiply(slopes, turns[k]))
+        for n in range(count):
+            for axis in range(2):
+                jacobian[2 * n + axis, k] = moved[n, axis]
+    for n in range(count):
+        for axis in range(2):
+            expected[n, axis] += offset_px[axis]
+            jacobian[2 * n + axis, 3 + axis] = 1.0
+    return expected, jacobian
+
+
+def seen_moments(belief: Belief) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return what points are believed to be if they are seen: means (F, 2) px, variances (F, 2) px^2, scarcity (F,).
+
+    The scarcity is 1 / (1 - kappa), at most N: see the module.
+    """
+    positions = contiguous_copy(belief.positions)
+    log_weights = np.broadcast_to(np.atleast_2d(belief.log_weights), positions.shape[:2])
+    return _seen_moments(positions, contiguous_copy(log_weights), contiguous_copy(belief.hidden))
+
+
+@compiled
+def _seen_moments(
+    positions: NDArray[np.float64], log_weights: NDArray[np.float64], hidden: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    features, count = log_weights.shape
+    means, variances, scarce = np.zeros((features, 2)), np.zeros((features, 2)), np.empty(features)
+    for n in range(features):
+        weights = exponentials(log_weights[n])
+        total = 0.0
+        for i in range(count):
+            # What hidden points have is the same for all particles.
+            weights[i] = max(weights[i] - hidden[n] / count, 0.0)
+            total += weights[i]
+        squares = 0.0
+        for i in range(count):
+            weights[i] = weights[i] / total if total > 0.0 else 1.0 / count
+            squares += weights[i] * weights[i]
+            for axis in range(2):
+                means[n, axis] += weights[i] * positions[n, i, axis]
+        for i in range(count):
+            for axis in range(2):
+                variances[n, axis] += weights[i] * (positions[n, i, axis] - means[n, axis]) ** 2
+        scarce[n] = 1.0 / max(1.0 - squares, 1.0 / count)
+    return means, variances, scarce

@@ -1,0 +1,276 @@
+"""Tracking features in two layers, with a sampling distribution that adapts: PF-ASD.
+
+One frame (Bando 2007, ch. 4, fig. 4.4): predict the upper layer; draw each feature's particles from both predictions;
+weigh them by their likelihood; adapt the mixing ratios by what survived; give the features' means back to the upper
+layer, which estimates the pose. The ratios of the next frame are judged by the upper *prediction* of this one, before
+it has seen the result.
+
+With the ratios fixed at 1 all particles come from above (`alpha-1`), at 0 all from below (`alpha-0`); nothing else
+differs. The upper layer and the likelihood are arguments, so that points of a prism and templates of a face are tracked
+by the same step.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Generic, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.numerics.elementary import exponential
+from pftrack.core.numerics.gaussian import Gaussian
+from pftrack.core.numerics.random import Generator
+from pftrack.filters import adaptive, consensus
+from pftrack.filters.adaptive import Draw, Features
+from pftrack.filters.layers import Projection, UpperLayer
+from pftrack.filters.learning import mixture_em
+from pftrack.filters.learning.mixture_em import Mixture
+from pftrack.vision.likelihoods.hidden import mix_hidden
+
+__all__ = ["FeatureLikelihood", "Layered", "Proposed", "Settings", "begin", "conclude", "propose", "step"]
+
+S = TypeVar("S")
+
+DOUBT = 0.25
+"""By so much the log variance of a feature grows as its best log likelihood falls below that of a perfect match."""
+
+FURTHER_LOOKS = 2
+"""At most, at a frame of which the prediction is unsure."""
+
+UNSURE = 2.0
+"""A prediction of which the variance is this many times that of the slack, the slack included."""
+
+SURPRISE = 0.36
+"""How far features are from where they are expected while the solid moves as expected, as a share of the slack."""
+
+LEAST_LOG_LIKELIHOOD = -40.0
+"""What is less likely is doubted no more than this."""
+
+FeatureLikelihood: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+"""From positions (F, N, 2) px to log likelihoods (F, N), up to a constant for each feature."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How to track.
+
+    Attributes:
+        sample_count: N, particles per feature.
+        noise_sd_px: b_f, process noise of the features' own dynamics, px per frame.
+        sd_floor_px: Smallest standard deviation with which a feature's mean is given to the upper layer.
+        learning: How the ratios are adapted, or None to keep them as they are.
+        slack_px: How far a feature may be from where the solid has it; 0 for not at all.
+        hidden_weight: Odds that a feature is hidden which fits as well as others; 0 if features are never hidden.
+    """
+
+    sample_count: int = 50
+    noise_sd_px: float = 5.0
+    sd_floor_px: float = 0.5
+    learning: mixture_em.Settings | None = mixture_em.Settings()  # noqa: RUF009 - it is frozen
+    slack_px: float = 0.0
+    hidden_weight: float = 0.0
+
+    @property
+    def tolerance_px(self) -> float:
+        """How far a feature may be from where it is expected: the slack, or what its own dynamics leave open."""
+        return self.slack_px or self.noise_sd_px
+
+
+@dataclass(frozen=True, slots=True)
+class Layered(Generic[S]):
+    """The state after a frame, immutable.
+
+    Attributes:
+        features: The lower layer, particles of F features.
+        upper: The upper layer's belief.
+        mixture: The ratios by which the next frame's particles will be drawn, and what they were learned from.
+        pose: Belief in the angles (theta_x, theta_y, theta_z), rad.
+        hidden: (F,) how likely each feature is hidden.
+        log_likelihoods: (F, N) of the features' particles, as of visible features; None at the beginning.
+        projection: The upper layer's prediction of this frame; None at the beginning.
+    """
+
+    features: Features
+    upper: S
+    mixture: Mixture
+    pose: Gaussian
+    hidden: NDArray[np.float64]
+    log_likelihoods: NDArray[np.float64] | None = None
+    projection: Projection | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Proposed(Generic[S]):
+    """A frame whose particles have been drawn and wait for their likelihood.
+
+    Attributes:
+        drawn: The particles.
+        upper: The upper layer's predicted belief.
+        projection: Where it expects the features.
+        expected: (F, 2) px, where a first look at the frame has found the solid's points; None before it.
+    """
+
+    drawn: Draw
+    upper: S
+    projection: Projection
+    expected: NDArray[np.float64] | None = None
+
+
+def begin(
+    layer: UpperLayer[S],
+    belief: S,
+    positions: NDArray[np.float64],
+    settings: Settings,
+    rng: Generator,
+    *,
+    ratio: float = 0.5,
+    spread_px: float = 1.0,
+    speed_px: float = 0.0,
+) -> Layered[S]:
+    """Begin at known positions.
+
+    Args:
+        layer: The upper layer.
+        belief: Its initial belief.
+        positions: (F, 2) px of the features.
+        settings: How to track.
+        rng: The frame's generator.
+        ratio: alpha of all features; with `settings.learning` None it stays.
+        spread_px: Standard deviation of the particles around the positions.
+        speed_px: Standard deviation of their speed, px per frame.
+    """
+    features = adaptive.begin(positions, spread_px, settings.sample_count, rng, speed_px)
+    count = len(positions)
+    return Layered(features, belief, mixture_em.begin(count, ratio), layer.pose(belief), np.zeros(count))
+
+
+def step(
+    state: Layered[S],
+    layer: UpperLayer[S],
+    log_likelihood: FeatureLikelihood,
+    settings: Settings,
+    rng: Generator,
+) -> Layered[S]:
+    """Advance by one observation, given the likelihood of positions in it."""
+    proposed = propose(state, layer, settings, rng)
+    after = conclude(state, proposed, layer, log_likelihood(proposed.drawn.positions), settings, rng)
+    if settings.slack_px > 0.0:
+        for _ in range(FURTHER_LOOKS):
+            if proposed.projection.variances.mean() < UNSURE * settings.slack_px**2:
+                break
+            again = _closer(proposed, after, layer, settings, rng)
+            after = conclude(state, again, layer, log_likelihood(again.drawn.positions), settings, rng)
+    return after
+
+
+def propose(state: Layered[S], layer: UpperLayer[S], settings: Settings, rng: Generator) -> Proposed[S]:
+    """Predict the upper layer and draw the features' particles: the half of a step before the observation."""
+    upper = layer.predict(state.upper)
+    projection = layer.project(upper)
+    if settings.slack_px > 0.0:
+        projection = _slacken(projection, settings)
+    drawn = adaptive.draw(
+        state.features, projection, state.mixture.ratios, settings.noise_sd_px, settings.sample_count, rng
+    )
+    return Proposed(drawn, upper, projection)
+
+
+def _closer(
+    proposed: Proposed[S], after: Layered[S], layer: UpperLayer[S], settings: Settings, rng: Generator
+) -> Proposed[S]:
+    """Draw all particles once more, where a first look at the same frame has found the solid to be.
+
+    Where the prediction is unsure, as in the first frame of a head that is already moving, fifty particles in so wide a
+    place find some of the features and mistake others. The prediction that is updated stays what it was.
+    """
+    found = _slacken(layer.project(after.upper), settings)
+    ratios = np.ones(len(found.means))
+    drawn = adaptive.draw(after.features, found, ratios, settings.noise_sd_px, settings.sample_count, rng)
+    return replace(proposed, drawn=drawn, expected=found.positions)
+
+
+def _slacken(projection: Projection, settings: Settings) -> Projection:
+    """Return a prediction wider by the slack; a feature that is off its place now was so in the last frame."""
+    return replace(projection, covariances=projection.covariances + settings.slack_px**2)
+
+
+def conclude(
+    state: Layered[S],
+    proposed: Proposed[S],
+    layer: UpperLayer[S],
+    log_likelihoods: NDArray[np.float64],
+    settings: Settings,
+    rng: Generator,
+) -> Layered[S]:
+    """Weigh, adapt the ratios, and update the upper layer and the pose: the half after the observation.
+
+    Args:
+        state: Of the last frame.
+        proposed: What `propose` made of it.
+        layer: The upper layer.
+        log_likelihoods: (F, N) of the particles drawn, up to a constant for each feature.
+        settings: How to track.
+        rng: The frame's generator, after `propose` has drawn from it.
+    """
+    hidden, visible = np.zeros(len(log_likelihoods)), log_likelihoods
+    if settings.hidden_weight > 0.0:
+        surprise_px = SURPRISE * settings.tolerance_px
+        log_likelihoods, hidden = mix_hidden(
+            visible, proposed.drawn.positions, _expected(proposed), settings.hidden_weight, surprise_px
+        )
+    features = adaptive.weigh(proposed.drawn, log_likelihoods, rng)
+    mixture = state.mixture
+    if settings.learning is not None:
+        projection = proposed.projection
+        mixture = mixture_em.adapt(
+            mixture,
+            adaptive.surviving(features),
+            (projection.positions, projection.variances),
+            adaptive.propagate(state.features),
+            settings.noise_sd_px,
+            settings.learning,
+        )
+        # Particles that are all alike tell the predictions not apart: what is hidden is where the solid has it.
+        followed = np.minimum(hidden, 1.0 - settings.learning.clip)
+        mixture = replace(mixture, ratios=np.maximum(mixture.ratios, followed))
+    if settings.slack_px > 0.0:
+        upper = _update_by_agreement(proposed, layer, features, log_likelihoods, settings, rng)
+    else:
+        variances = np.maximum(features.variances, settings.sd_floor_px**2)
+        upper = layer.update(proposed.upper, features.means, variances, rng)
+    return Layered(features, upper, mixture, layer.pose(upper), hidden, visible, proposed.projection)
+
+
+def _expected(proposed: Proposed[S]) -> NDArray[np.float64]:
+    """Return where the solid has its points, (F, 2) px, before this look at the frame."""
+    return proposed.projection.positions if proposed.expected is None else proposed.expected
+
+
+def _update_by_agreement(
+    proposed: Proposed[S],
+    layer: UpperLayer[S],
+    features: Features,
+    log_likelihoods: NDArray[np.float64],
+    settings: Settings,
+    rng: Generator,
+) -> S:
+    """Update the upper layer by the features that agree with it; one whose particles are all alike likely says nothing.
+
+    At first only the middle of the features is taken from the picture, for the prediction is off by the same for all.
+    """
+    best = log_likelihoods.max(axis=1)
+    telling = best > log_likelihoods.min(axis=1)
+    expected = _expected(proposed)
+    if proposed.expected is None and telling.any():
+        expected = expected + consensus.middle((features.means - expected)[telling])
+    doubts = np.where(telling, exponential(-DOUBT * np.maximum(best, LEAST_LOG_LIKELIHOOD)), np.inf)
+    positions, weights = np.ascontiguousarray(features.positions), exponential(features.log_weights)
+    upper = proposed.upper
+    for attempt in range(consensus.ROUNDS):
+        if attempt > 0:
+            expected = layer.project(upper).positions
+        means, variances = consensus.agreeing(
+            positions, weights, expected, doubts, settings.slack_px, settings.sd_floor_px
+        )
+        upper = layer.update(proposed.upper, means, variances, rng)
+    return upper

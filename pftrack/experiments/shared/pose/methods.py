@@ -1,0 +1,320 @@
+"""The methods by which a solid's points are tracked, whatever they look like.
+
+`pf-asd` draws each feature's particles from two predictions and adapts their shares; `alpha-1` and `alpha-0` keep to
+one of them; `rb-pf` samples all features at once. A family of trackers (`prism`, `head`) brings the solid and the
+likelihood and leaves the rest to `begin` and `advance`. The methods understand each other's beliefs, so that one may
+take over from another in mid-run.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.geometry.camera import pinhole_jacobian
+from pftrack.core.geometry.rotation import rotation
+from pftrack.core.numerics.gaussian import Gaussian
+from pftrack.core.numerics.matrices import least_squares, product
+from pftrack.core.numerics.random import Generator
+from pftrack.experiments.shared.pose import hypotheses, layered
+from pftrack.experiments.shared.pose.beliefs import AffineLayers, Belief, JointParticles, Layers, PerspectiveLayers
+from pftrack.experiments.shared.pose.hypotheses import Rival
+from pftrack.experiments.shared.pose.layered import FeatureLikelihood, Layered
+from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
+from pftrack.experiments.shared.pose.solid import Solid
+from pftrack.experiments.shared.pose.state import PoseState
+from pftrack.filters import adaptive, rao_blackwell
+from pftrack.filters.affine import ENTRY_NOISE, AffineBelief, AffineLayer
+from pftrack.filters.layers import UpperLayer
+from pftrack.filters.learning import mixture_em
+from pftrack.filters.perspective import POSE_NOISE, PerspectiveLayer
+
+__all__ = [
+    "METHODS",
+    "Method",
+    "StateLikelihood",
+    "advance",
+    "begin",
+    "has_switched",
+    "hold",
+    "slopes",
+    "slopes_at",
+    "transfer",
+    "translation",
+]
+
+Method: TypeAlias = Literal["pf-asd", "alpha-1", "alpha-0", "rb-pf"]
+
+StateLikelihood: TypeAlias = Callable[[PoseState], FeatureLikelihood]
+"""From a state before an observation to the observation's likelihood: what is seen depends on the pose predicted."""
+
+RATIOS: dict[Method, float] = {"pf-asd": 0.5, "alpha-1": 1.0, "alpha-0": 0.0}
+
+METHODS: dict[Method, tuple[str, str]] = {
+    "pf-asd": (
+        "Adaptive sampling (PF-ASD)",
+        "Draws each feature's particles from the solid's pose and from its own past, and learns how many of each.",
+    ),
+    "alpha-1": ("Solid only (alpha 1)", "Draws all particles of a feature where the solid's pose says it should be."),
+    "alpha-0": ("Features only (alpha 0)", "Draws all particles of a feature from its own past."),
+    "rb-pf": (
+        "Rao-Blackwellised (RB-PF)",
+        "Draws all features at once, with an exact Kalman filter of the camera in each particle; slow.",
+    ),
+}
+"""Title and description by method."""
+
+
+def begin(
+    solid: Solid,
+    positions: NDArray[np.float64],
+    parameters: PoseTrackerParameters,
+    method: Method,
+    rng: Generator,
+    *,
+    theta: Gaussian | None = None,
+    spread_px: float | None = None,
+) -> Belief:
+    """Begin with features at known positions, at rest.
+
+    Args:
+        solid: What is tracked.
+        positions: (F, 2) px of its features.
+        parameters: In force.
+        method: How it will be tracked.
+        rng: The frame's generator.
+        theta: Belief in the angles (3,), rad; as certain as one frame's process noise around 0 if not given.
+        spread_px: Standard deviation of the particles; that of the parameters if not given.
+    """
+    sd = float(np.deg2rad(parameters.pose_noise_deg))
+    pose = theta or Gaussian(np.zeros(3), sd**2 * np.eye(3))
+    if method == "rb-pf":
+        return _joint(solid, parameters, positions, np.zeros((len(positions), 2, 2)), pose)
+    return _begin_layers(solid, positions, parameters, method, rng, pose, spread_px)
+
+
+def advance(
+    state: PoseState,
+    likelihood: StateLikelihood,
+    parameters: PoseTrackerParameters,
+    method: Method,
+    rng: Generator,
+) -> Belief:
+    """Take one observation, given its likelihood under a state: of this one, or with the belief of a rival filter."""
+    belief = state.belief
+    if method == "rb-pf":
+        if not isinstance(belief, JointParticles):
+            belief = _joint(state.solid, parameters, belief.means, belief.covariances, belief.pose)
+        camera, count = _affine(state.solid, parameters), parameters.joint_sample_count
+        return JointParticles(rao_blackwell.step(belief.particles, camera, likelihood(state), rng, count=count))
+    if not isinstance(belief, Layers):
+        belief = _begin_layers(state.solid, belief.means, parameters, method, rng, belief.pose)
+    elif belief.kind != parameters.upper_layer:
+        upper = _upper(state.solid, parameters, belief.means, belief.pose)
+        belief = _layers(replace(belief.layers, upper=upper), parameters)
+    layer, settings = _layer(state.solid, parameters), _settings(parameters, method)
+    own, apart = likelihood(state), _steer(belief.layers, parameters, method)
+    if settings.hidden_weight == 0.0:
+        return _layers(layered.step(apart, layer, own, settings, rng), parameters)
+    rival, others = belief.rival, own
+    if rival is not None:
+        rival = replace(rival, layers=_steer(rival.layers, parameters, method))
+        others = likelihood(replace(state, belief=_layers(rival.layers, parameters)))
+    apart, rival = hypotheses.step(apart, rival, layer, (own, others), settings, rng)
+    return _layers(apart, parameters, rival)
+
+
+def transfer(state: PoseState, solid: Solid, parameters: PoseTrackerParameters) -> PoseState:
+    """Return a state that believes the same of pose and features, but of another solid or through another camera.
+
+    The upper layer starts again from them, at rest; it is left alone if nothing that it reads has changed.
+    """
+    belief, before = state.belief, state.solid
+    same = np.array_equal(before.points_mm, solid.points_mm) and np.array_equal(before.reference, solid.reference)
+    if not isinstance(belief, Layers):
+        kept = belief if same else _joint(solid, parameters, belief.means, belief.covariances, belief.pose)
+    elif same and belief.kind == parameters.upper_layer == "affine":
+        kept = belief
+    else:
+        upper = _upper(solid, parameters, belief.means, belief.pose)
+        kept = _layers(replace(belief.layers, upper=upper), parameters)
+    return replace(state, solid=solid, belief=kept)
+
+
+def hold(belief: Belief) -> Belief:
+    """Return a belief for a frame in which nothing is drawn: each point's own particles are what they were."""
+    if not isinstance(belief, Layers):
+        return belief
+    layers = belief.layers
+    return replace(belief, layers=replace(layers, features=adaptive.hold(layers.features)))
+
+
+def slopes(state: PoseState, parameters: PoseTrackerParameters) -> NDArray[np.float64]:
+    """Return by how many px a mm of the solid's frame will move a point beside each of its points, (F, 2, 3)."""
+    belief, solid = state.belief, state.solid
+    if isinstance(belief, PerspectiveLayers):
+        layer = _layer(solid, parameters)
+        return slopes_at(solid, layer.predict(belief.layers.upper).mean[:6])
+    return np.tile(belief.camera(solid)[:, :3], (len(solid.points_mm), 1, 1))
+
+
+def slopes_at(solid: Solid, q: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the same for a pinhole before which the solid has angles and place q (6,), rad and mm."""
+    turn = rotation(q[:3])
+    seen = product(solid.points_mm, turn.T) + q[3:]
+    return product(pinhole_jacobian(seen, float(solid.focal_px)).reshape(-1, 3), turn).reshape(-1, 2, 3)
+
+
+def has_switched(before: Belief, after: Belief) -> bool:
+    """Return whether a feature went over from trusting one prediction more to trusting the other."""
+    one, other = before.follows_solid, after.follows_solid
+    if one is None or other is None:
+        return one is not other
+    return bool((one != other).any())
+
+
+def translation(
+    turned_mm: NDArray[np.float64], pixels: NDArray[np.float64], focal_px: float, principal_px: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return where a solid is whose pose is known, (3,) mm in the camera's frame, by least squares.
+
+    A point seen at (u, v) from the principal point obeys f (X + t_x) = u (Z + t_z), and alike for v: linear in t.
+
+    Args:
+        turned_mm: (F, 3) R X.
+        pixels: (F, 2) where the points are seen.
+        focal_px: Focal length.
+        principal_px: (2,).
+    """
+    seen = pixels - principal_px
+    count = len(seen)
+    slopes, wanted = np.zeros((2 * count, 3)), np.empty(2 * count)
+    for axis in range(2):
+        rows = slice(axis * count, (axis + 1) * count)
+        slopes[rows, axis] = focal_px
+        slopes[rows, 2] = -seen[:, axis]
+        wanted[rows] = seen[:, axis] * turned_mm[:, 2] - focal_px * turned_mm[:, axis]
+    return least_squares(slopes, wanted)[0]
+
+
+def _begin_layers(
+    solid: Solid,
+    positions: NDArray[np.float64],
+    parameters: PoseTrackerParameters,
+    method: Method,
+    rng: Generator,
+    pose: Gaussian,
+    spread_px: float | None = None,
+) -> Layers[Any]:
+    """Return layers in a solid of this pose whose features are here."""
+    begun = layered.begin(
+        _layer(solid, parameters),
+        _upper(solid, parameters, positions, pose),
+        positions,
+        _settings(parameters, method),
+        rng,
+        ratio=RATIOS[method],
+        spread_px=parameters.initial_sd_px if spread_px is None else spread_px,
+        speed_px=parameters.speed_at_start,
+    )
+    return _layers(begun, parameters)
+
+
+def _layers(apart: Layered[Any], parameters: PoseTrackerParameters, rival: Rival[Any] | None = None) -> Layers[Any]:
+    """Return layers as the belief of their kind."""
+    return AffineLayers(apart, rival) if parameters.upper_layer == "affine" else PerspectiveLayers(apart, rival)
+
+
+def _settings(parameters: PoseTrackerParameters, method: Method) -> layered.Settings:
+    learning = None
+    if method == "pf-asd":
+        learning = mixture_em.Settings(parameters.forgetting, parameters.alpha_clip, parameters.lower_density)
+    return layered.Settings(
+        parameters.sample_count,
+        parameters.feature_noise_px,
+        parameters.sd_floor_px,
+        learning,
+        parameters.slack,
+        parameters.hidden_odds,
+    )
+
+
+def _steer(apart: Layered[Any], parameters: PoseTrackerParameters, method: Method) -> Layered[Any]:
+    """Return layers with ratios as the method and the present clip have them; another method may have been at work."""
+    ratios = np.full(len(apart.mixture.ratios), RATIOS[method])
+    if method == "pf-asd":
+        ratios = np.clip(apart.mixture.ratios, parameters.alpha_clip, 1.0 - parameters.alpha_clip)
+    return replace(apart, mixture=replace(apart.mixture, ratios=ratios))
+
+
+def _layer(solid: Solid, parameters: PoseTrackerParameters) -> UpperLayer[Any]:
+    if parameters.upper_layer == "affine":
+        return _affine(solid, parameters)
+    start = np.concatenate([np.zeros(3), solid.translation_mm])
+    noise = parameters.pose_change * np.array(POSE_NOISE)
+    return PerspectiveLayer(solid.points_mm, solid.focal_px, start, solid.principal_px, noise, solid.reach_rad)
+
+
+def _affine(solid: Solid, parameters: PoseTrackerParameters) -> AffineLayer:
+    return AffineLayer(
+        solid.points_mm,
+        solid.reference,
+        parameters.camera_noise * np.array(ENTRY_NOISE),
+        float(np.deg2rad(parameters.pose_noise_deg)),
+        parameters.pose_estimator,
+        parameters.pose_sample_count,
+        parameters.walk,
+    )
+
+
+def _upper(
+    solid: Solid, parameters: PoseTrackerParameters, positions: NDArray[np.float64], pose: Gaussian
+) -> AffineBelief | Gaussian:
+    """Return the belief of the upper layer in a solid of this pose whose features are here."""
+    initial = _layer(solid, parameters).begin()
+    speed_px = parameters.speed_at_start
+    reach_mm = float(np.sqrt(np.square(solid.points_mm - solid.points_mm.mean(axis=0)).sum(axis=1).mean()))
+    if isinstance(initial, AffineBelief):
+        spread = initial.covariance
+        if speed_px > 0.0:
+            spread = spread.copy()
+            spread[:, 4:, 4:] += np.diag(np.square([speed_px / reach_mm] * 3 + [speed_px]))
+        return AffineBelief(np.tile(_camera(solid, positions, pose.mean), 2), spread, pose)
+    turned = product(solid.points_mm, rotation(pose.mean).T)
+    place = translation(turned, positions, solid.focal_px, solid.principal_px)
+    covariance = initial.covariance.copy()
+    covariance[:3, :3] = np.maximum(covariance[:3, :3], pose.covariance)
+    if speed_px > 0.0:
+        # The place may move by what moves the points that fast; so may a turn about their middle.
+        speed_mm = speed_px * max(float(place[2]), 1.0) / solid.focal_px
+        covariance[6:, 6:] += np.diag(np.square([speed_mm / reach_mm] * 3 + [speed_mm] * 3))
+    return Gaussian(np.tile(np.concatenate([pose.mean, place]), 2), covariance)
+
+
+def _joint(
+    solid: Solid,
+    parameters: PoseTrackerParameters,
+    positions: NDArray[np.float64],
+    covariances: NDArray[np.float64],
+    pose: Gaussian,
+) -> JointParticles:
+    """Return joint particles of a solid of this pose whose features are here, all of them at one place."""
+    count = parameters.joint_sample_count
+    camera = np.tile(_camera(solid, positions, pose.mean), 2)
+    particles = replace(
+        rao_blackwell.begin(_affine(solid, parameters), count),
+        cameras=np.repeat(camera[:, :, None], count, axis=2),
+        coordinates=np.repeat(positions.T[:, :, None], count, axis=2),
+        feature_means=positions,
+        feature_covariances=covariances,
+        pose=pose,
+    )
+    return JointParticles(particles)
+
+
+def _camera(solid: Solid, positions: NDArray[np.float64], theta: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the affine camera (2, 4) that sees a solid of this pose with the middle of its features in theirs."""
+    slopes = product(solid.reference[:, :3], rotation(theta))
+    return np.column_stack([slopes, positions.mean(axis=0) - product(slopes, solid.points_mm.mean(axis=0))])

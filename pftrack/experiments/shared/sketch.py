@@ -1,0 +1,94 @@
+"""Pieces of drawings that experiments share."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.drawing import COLOURS, Colour, Ellipse, Points
+from pftrack.core.model.layer import Key, Layer
+from pftrack.filters.particles import ParticleSet
+
+__all__ = ["BY_SAMPLER", "SECOND_RUN", "at_height", "circle", "error_words", "particle_clouds", "uncertainty"]
+
+MOST_DRAWN = 5000
+"""A browser moves this many points at thirty frames a second; of more, an even selection is drawn."""
+
+LIFT_PX = 40.0
+"""Height above the picture of the particle with the greatest weight."""
+
+BY_SAMPLER = (Key("prediction", "particles from the prediction"), Key("observation", "particles from the observation"))
+"""What the colours of `particle_clouds` mean."""
+
+SECOND_RUN = Layer("second run", legend=(Key("second", "second run, where it differs"),))
+"""Where the run with which this one is compared is drawn."""
+
+LIGHT, DARK = np.array([198.0, 219.0, 239.0]), np.array([8.0, 48.0, 107.0])
+
+
+def at_height(positions: NDArray[np.float64], heights: NDArray[np.float64] | float = 0.0) -> NDArray[np.float32]:
+    """Return positions (n, 2) in px as (n, 3) at the given heights above the picture, px."""
+    raised = np.empty((len(positions), 3), dtype=np.float32)
+    raised[:, :2] = positions
+    raised[:, 2] = heights
+    return raised
+
+
+def error_words(row: Diagnostics, unit: str, missed: str = "lost") -> str:
+    """Return the error of a frame for its caption, and the verdict of the truth on it; nothing where it is unknown.
+
+    Args:
+        row: The frame.
+        unit: As it is written behind the number, with the space before it where there is one.
+        missed: What a target that counts as lost is called.
+    """
+    if row.error is None:
+        return ""
+    return f"error {row.error:.1f}{unit}" + (f", {missed} (by truth)" if row.lost else "")
+
+
+def particle_clouds(
+    positions: NDArray[np.float64], particles: ParticleSet, observation_count: int, size: float
+) -> dict[str, Points]:
+    """Draw particles twice: coloured by the sampler they came from, and by weight; lifted by weight both times.
+
+    Args:
+        positions: (N, 2) where to draw them, px.
+        particles: For their weights.
+        observation_count: How many of them, the last ones, came from the observation sampler.
+        size: Of a point, px.
+    """
+    count = len(particles)
+    chosen = np.arange(count) if count <= MOST_DRAWN else np.linspace(0, count - 1, MOST_DRAWN).astype(np.int64)
+    relative = np.exp(particles.log_weights[chosen] - particles.log_weights.max())
+    raised = at_height(positions[chosen], 1.0 + LIFT_PX * relative)
+    by_sampler = np.empty((len(chosen), 3), dtype=np.uint8)
+    by_sampler[:] = COLOURS["prediction"]
+    by_sampler[chosen >= count - observation_count] = COLOURS["observation"]
+    by_weight = (LIGHT + relative[:, None] * (DARK - LIGHT)).astype(np.uint8)
+    return {
+        "particles": Points(raised, by_sampler, size, "particles by sampler"),
+        "weights": Points(raised, by_weight, size, "particles by weight"),
+    }
+
+
+def circle(
+    centre: NDArray[np.float64], radius: float, colour: Colour, layer: str, *, height: float = 1.0, dashed: bool = False
+) -> Ellipse:
+    """Draw a circle around a position (2,), px."""
+    return Ellipse(
+        at_height(centre[None], height)[0],
+        np.eye(2, dtype=np.float32) * np.float32(radius),
+        colour,
+        2.0,
+        layer,
+        dashed,
+    )
+
+
+def uncertainty(
+    mean: NDArray[np.float64], covariance: NDArray[np.float64], colour: Colour, layer: str, width: float = 2.0
+) -> Ellipse:
+    """Draw the ellipse at two standard deviations of a Gaussian over a position (2,), px."""
+    values, vectors = np.linalg.eigh(covariance)
+    half_axes = 2.0 * np.sqrt(np.clip(values, 0.0, None))[:, None] * vectors.T
+    return Ellipse(at_height(mean[None], 1.0)[0], half_axes.astype(np.float32), colour, width, layer)

@@ -1,0 +1,223 @@
+"""Dynamics: how a state moves from one frame to the next, and how uncertain that is.
+
+The models here are linear with Gaussian noise, x' = A x + d + B u with u white and of unit variance, so one
+type serves them all; the functions below build the usual members. A second-order model of a position carries the two
+newest positions in its state, (x_t, x_{t-1}).
+
+A family member needs two things, which keeps nonlinear models possible: `predict`, the mean of the next state, and
+`diffuse`, which adds the noise to means that may have been chosen among.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numba import TypingError
+from numpy.typing import NDArray
+
+from pftrack.core.numerics.checks import check, check_count
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.matrices import product
+from pftrack.core.numerics.random import Generator
+
+__all__ = [
+    "Dynamics",
+    "LinearDynamics",
+    "autoregression",
+    "constant_velocity",
+    "diffuse",
+    "predict",
+    "random_walk",
+]
+
+
+class Dynamics(Protocol):
+    """A transition density p(x' | x) that can be sampled in two stages."""
+
+    def predict(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the means (N, d) of the next states, given states (N, d)."""
+
+    def diffuse(self, rng: Generator, means: NDArray[np.float64], ancestors: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Draw next states (n, d) around the means (N, d) of the ancestors (n,) chosen."""
+
+
+@dataclass(frozen=True)
+class LinearDynamics:
+    """x' = A x + d + B u, u ~ N(0, I).
+
+    Attributes:
+        transition: A, (d, d).
+        offset: d, (d,).
+        noise: B, (d, k); the process noise has the covariance B B^T.
+    """
+
+    transition: NDArray[np.float64]
+    offset: NDArray[np.float64]
+    noise: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        """Refuse arrays that do not fit together.
+
+        Raises:
+            TypeError: One is not an array of real numbers.
+            ValueError: One has another shape, or is not finite.
+        """
+        check(transition=(self.transition, "d d"), offset=(self.offset, "d"), noise=(self.noise, "d k"))
+
+    def predict(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the means (N, d) of the next states, given states (N, d), an array or lists.
+
+        Raises:
+            TypeError: The states are not real numbers.
+            ValueError: They have another dimension than the model.
+        """
+        try:
+            return predict(np.asfortranarray(states), self.transition, self.offset)
+        except (ValueError, TypingError):  # a step has no time to ask beforehand
+            check(transition=(self.transition, "d d"), states=(states, "N d"))
+            raise
+
+    def diffuse(self, rng: Generator, means: NDArray[np.float64], ancestors: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Draw next states (n, d) around the means (N, d) of the ancestors (n,) chosen.
+
+        Raises:
+            TypeError: The means or the ancestors are not an array of real numbers.
+            ValueError: The means have another dimension than the model, or an ancestor is not among them.
+        """
+        normals = rng.standard_normal((self.noise.shape[1], len(ancestors)))
+        try:
+            return diffuse(means, ancestors, self.noise, normals)
+        except (ValueError, TypingError):
+            check(noise=(self.noise, "d k"), means=(means, "N d"), ancestors=(ancestors, "n", "whole"))
+            raise
+
+    @property
+    def noise_covariance(self) -> NDArray[np.float64]:
+        """B B^T, (d, d)."""
+        return product(self.noise, self.noise.T)
+
+
+def random_walk(dimension: int, noise_sd: float) -> LinearDynamics:
+    """Return x' = x + b u with the same b in every coordinate.
+
+    Args:
+        dimension: d.
+        noise_sd: b, in the state's unit per frame.
+
+    Raises:
+        TypeError: The dimension is not a whole number.
+        ValueError: The dimension is below 1, or the deviation is not finite.
+    """
+    check_count("the dimension", dimension)
+    return LinearDynamics(np.eye(dimension), np.zeros(dimension), noise_sd * np.eye(dimension))
+
+
+def constant_velocity(dimension: int, interval_s: float, acceleration_sd: float) -> LinearDynamics:
+    """Return the white-acceleration model on states (positions, velocities), each of `dimension` coordinates.
+
+    Args:
+        dimension: Number of spatial coordinates; the state has twice as many.
+        interval_s: Time between frames, s.
+        acceleration_sd: Standard deviation of the acceleration held over a frame, unit / s^2.
+
+    Raises:
+        TypeError: The dimension is not a whole number.
+        ValueError: The dimension is below 1, or another number is not finite.
+    """
+    check_count("the dimension", dimension)
+    one, zero = np.eye(dimension), np.zeros((dimension, dimension))
+    transition = np.block([[one, interval_s * one], [zero, one]])
+    noise = acceleration_sd * np.vstack([0.5 * interval_s**2 * one, interval_s * one])
+    return LinearDynamics(transition, np.zeros(2 * dimension), noise)
+
+
+def autoregression(
+    newer: NDArray[np.float64], older: NDArray[np.float64], offset: NDArray[np.float64], noise: NDArray[np.float64]
+) -> LinearDynamics:
+    """Return x_{t+2} = A1 x_{t+1} + A0 x_t + d + B u on states (x_{t+1}, x_t) (Bando 2007, eq. 3.10).
+
+    Args:
+        newer: A1, (d, d).
+        older: A0, (d, d).
+        offset: d, (d,).
+        noise: B, (d, k).
+
+    Raises:
+        TypeError: One is not an array of real numbers.
+        ValueError: One has another shape, or is not finite.
+    """
+    dimension = check(newer=(newer, "d d"), older=(older, "d d"), offset=(offset, "d"), noise=(noise, "d k"))["d"]
+    one, zero = np.eye(dimension), np.zeros((dimension, dimension))
+    return LinearDynamics(
+        np.block([[newer, older], [one, zero]]),
+        np.concatenate([offset, np.zeros(dimension)]),
+        np.vstack([noise, np.zeros_like(noise)]),
+    )
+
+
+@compiled
+def predict(
+    states: NDArray[np.float64], transition: NDArray[np.float64], offset: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return A x + d of states (N, d); each coordinate of the result lies together in memory.
+
+    Raises:
+        ValueError: The states have another dimension than A and d.
+    """
+    count, dimension = states.shape
+    if (
+        count == 0
+        or transition.shape[0] != dimension
+        or transition.shape[1] != dimension
+        or offset.shape[0] != dimension
+    ):
+        raise ValueError("expected A (d, d) and an offset (d,) for states (N, d), got other sizes or no states")
+    means = np.empty((dimension, count))
+    for i in range(dimension):
+        means[i] = offset[i]
+        for j in range(dimension):
+            factor = transition[i, j]
+            # Most entries of the usual models are zero.
+            if factor != 0.0:
+                for n in range(count):
+                    means[i, n] += factor * states[n, j]
+    return means.T
+
+
+@compiled
+def diffuse(
+    means: NDArray[np.float64],
+    ancestors: NDArray[np.int64],
+    noise: NDArray[np.float64],
+    normals: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return the means (N, d) of the ancestors (n,) plus B u.
+
+    Args:
+        means: (N, d).
+        ancestors: (n,) which of them.
+        noise: B, (d, k).
+        normals: u, (k, n).
+
+    Raises:
+        ValueError: The sizes do not agree, or an ancestor is not among the means.
+    """
+    count = ancestors.shape[0]
+    dimension = means.shape[1]
+    if noise.shape[0] != dimension or noise.shape[1] != normals.shape[0] or normals.shape[1] != count:
+        raise ValueError("expected B (d, k) and normals (k, n) for means (N, d) and ancestors (n,), got other sizes")
+    strangers = 0
+    for n in range(count):
+        strangers += (ancestors[n] < 0) | (ancestors[n] >= means.shape[0])
+    if strangers:
+        raise ValueError("expected ancestors between 0 and N - 1 for means (N, d), got others")
+    states = np.empty((dimension, count))
+    for i in range(dimension):
+        for n in range(count):
+            states[i, n] = means[ancestors[n], i]
+        for j in range(normals.shape[0]):
+            factor = noise[i, j]
+            if factor != 0.0:
+                for n in range(count):
+                    states[i, n] += factor * normals[j, n]
+    return states.T

@@ -1,0 +1,334 @@
+"""Learned diffusion: how a body's motion and shape change from frame to frame, as one Gaussian.
+
+A filter whose particles are perturbed in every component by itself tries many changes that no body makes: a fish that
+bends to one side while it speeds up to the other. Here the perturbation is drawn from N(0, C), C being the covariance
+of the changes in recorded tracks, each in the body's own frame (`charts`). Any matrix L of L L^T = C draws it; C's
+eigenvectors say what is in it: the modes of motion, the greatest first (eqs 15 and 18 of Mitsugami, Kakusho and Minoh
+2009). Units are mixed, px beside rad, and are left so: nothing is standardised, and no component is dropped.
+
+What was learned is kept in a small file of JSON, which is also the value of a parameter: a run carries it whole.
+"""
+
+import json
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Annotated, Any, Literal, Self, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from pftrack.core.numerics.matrices import cholesky, product
+from pftrack.core.numerics.singular import eigenvalues
+from pftrack.filters.learning.charts import Chart, Reading, changes, steps
+
+__all__ = ["Diffusion", "Learned", "LearnedError", "Spread", "learn"]
+
+VERSION: Literal[1] = 1
+
+CHANGES_EACH = 5
+"""So many changes for each component are the least to learn from."""
+
+SMALLEST, LARGEST = 1e-9, 1e6
+"""Standard deviations, in the component's unit a frame, between which something changes in earnest."""
+
+ROUNDING = 1e-9
+"""How far a correlation may be from symmetric, or its eigenvalue below 0, and still be what rounding left."""
+
+Number: TypeAlias = Annotated[float, Field(allow_inf_nan=False, ge=-1e30, le=1e30)]
+
+
+class LearnedError(ValueError):
+    """A learned motion that cannot be used, or tracks from which none can be learned; the sentence says why."""
+
+
+@dataclass(frozen=True, eq=False)
+class Diffusion:
+    """A Gaussian of changes, ready to be drawn from.
+
+    Attributes:
+        mean: (k,).
+        covariance: C, (k, k).
+    """
+
+    mean: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+
+    @cached_property
+    def root(self) -> NDArray[np.float64]:
+        """(k, k) lower triangular L of L L^T = C."""
+        return cholesky(self.covariance)
+
+    @cached_property
+    def sd(self) -> NDArray[np.float64]:
+        """(k,) standard deviations of the changes, one by one."""
+        return np.sqrt(np.diagonal(self.covariance))
+
+    @cached_property
+    def correlation(self) -> NDArray[np.float64]:
+        """(k, k) correlations of the changes."""
+        return self.covariance / np.multiply.outer(self.sd, self.sd)
+
+    @cached_property
+    def _eigen(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        values, vectors = eigenvalues(self.covariance)
+        greatest = vectors[np.abs(vectors).argmax(axis=0), np.arange(len(values))]
+        return np.maximum(values, 0.0), vectors * np.where(greatest < 0.0, -1.0, 1.0)
+
+    @property
+    def eigenvalues(self) -> NDArray[np.float64]:
+        """(k,) variances along the modes, the greatest first."""
+        return self._eigen[0]
+
+    @property
+    def modes(self) -> NDArray[np.float64]:
+        """(k, k) eigenvectors of C as columns; the greatest entry of each is positive."""
+        return self._eigen[1]
+
+
+class Spread(BaseModel):
+    """Mean and covariance of the changes in one reading.
+
+    Attributes:
+        reading: In which frame a place changes; "world" learns what "document" does.
+        mean: (k,).
+        covariance: (k, k).
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    reading: Reading
+    mean: tuple[Number, ...]
+    covariance: tuple[tuple[Number, ...], ...]
+
+
+class Learned(BaseModel):
+    """What was learned of tracks, as a file holds it.
+
+    Attributes:
+        format: Tells it from other files.
+        version: Of the format.
+        experiment: Name of the one whose runs it was learned from.
+        chart: What the numbers of a recorded state are.
+        tracks: How many tracks it was learned from.
+        frames: How many frames they have together.
+        step_mean: (d,) mean of the first differences of the recorded states, in the picture's frame.
+        step_sd: (d,) standard deviations of these.
+        spreads: The changes, by reading.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    format: Literal["pftrack-learned"] = "pftrack-learned"
+    version: Literal[1] = 1
+    experiment: Annotated[str, Field(min_length=1, max_length=64)]
+    chart: Chart
+    tracks: Annotated[int, Field(ge=1)]
+    frames: Annotated[int, Field(ge=1)]
+    step_mean: tuple[Number, ...]
+    step_sd: tuple[Annotated[Number, Field(ge=0)], ...]
+    spreads: tuple[Spread, ...]
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        size = len(self.chart.names)
+        for name, given in ("step_mean", self.step_mean), ("step_sd", self.step_sd):
+            if len(given) != size:
+                raise ValueError(f"expected {size} numbers as {name}, got {len(given)}")
+        if [spread.reading for spread in self.spreads] != _learned_readings(self.chart):
+            raise ValueError(f"expected spreads of the readings {', '.join(_learned_readings(self.chart))}")
+        for spread in self.spreads:
+            _check_spread(spread, self.chart)
+        for name, given in ("step_mean", self.step_mean), ("step_sd", self.step_sd):
+            if max(map(abs, given)) > LARGEST:
+                raise ValueError(f"expected at most {LARGEST:g} as {name}, got {max(map(abs, given)):.3g}")
+        return self
+
+    @classmethod
+    def read(cls, text: str, *, experiment: str, chart: Chart) -> Self:
+        """Read a learned file.
+
+        Args:
+            text: Its content.
+            experiment: The experiment that is to use it.
+            chart: The chart of that experiment.
+
+        Raises:
+            LearnedError: It is no such file, was cut short, is of another version, experiment or chart, or its numbers
+                are no covariance.
+        """
+        raw = _parse(text)
+        if raw.get("version") != VERSION:
+            raise LearnedError(f"it has format {str(raw.get('version'))[:20]}, and this version of pftrack reads 1")
+        if raw.get("experiment") != experiment:
+            raise LearnedError(f"it was learned in {str(raw.get('experiment'))[:64]!r}, and this is {experiment!r}")
+        try:
+            learned = cls.model_validate(raw)
+        except ValidationError as error:
+            raise LearnedError(_sentence(error)) from None
+        if learned.chart != chart:
+            raise LearnedError(f"it was learned of {_describe(learned.chart)}, and {experiment} has {_describe(chart)}")
+        return learned
+
+    @property
+    def text(self) -> str:
+        """The file."""
+        return json.dumps(self.model_dump(mode="json"), indent=1) + "\n"
+
+    @property
+    def origin(self) -> str:
+        """What it was learned from, a few words."""
+        return f"{_tracks(self.tracks)}, {self.frames} frames"
+
+    def diffusion(
+        self, reading: Reading, *, scale: float = 1.0, correlated: bool = True, drifting: bool = False
+    ) -> Diffusion:
+        """Return the Gaussian that changes are drawn from.
+
+        Args:
+            reading: In which frame a place changes, one of the chart's.
+            scale: Factor of all standard deviations.
+            correlated: Whether changes belong together as they were learned to; else each is drawn by itself, with the
+                same standard deviation.
+            drifting: Whether it keeps its mean, which is left out otherwise.
+
+        Raises:
+            ValueError: The reading makes no sense for the chart.
+        """
+        return _diffusion(self, reading, scale, correlated, drifting)
+
+
+def learn(tracks: Iterable[ArrayLike], chart: Chart, experiment: str) -> Learned:
+    """Learn from tracks how motion and shape change.
+
+    Args:
+        tracks: (T, d) recorded states each; rows that are not finite are gaps.
+        chart: What the numbers of a state are.
+        experiment: Name of the experiment that they come from.
+
+    Raises:
+        LearnedError: There are too few frames, or a component never changes or changes absurdly.
+    """
+    given = [np.array(track, np.float64) for track in tracks]
+    readings = _learned_readings(chart)
+    first = [changes(track, chart, readings[0]) for track in given]
+    used = [track for track, found in zip(given, first, strict=True) if len(found)]
+    count, least = sum(map(len, first)), CHANGES_EACH * len(chart.names)
+    if count < least:
+        before = "two frames" if chart.place else "a frame"
+        raise LearnedError(
+            f"expected at least {least} frames with {before} known before them, got {count} in {_tracks(len(used))}; "
+            "learn from longer runs, or from more of them"
+        )
+    moved = np.vstack([steps(track, chart) for track in used])
+    spreads = []
+    for reading in readings:
+        mean, covariance = _moments(np.vstack([changes(track, chart, reading) for track in used]))
+        spreads.append({"reading": reading, "mean": mean.tolist(), "covariance": covariance.tolist()})
+    mean, covariance = _moments(moved)
+    try:
+        return Learned.model_validate(
+            {
+                "experiment": experiment,
+                "chart": chart,
+                "tracks": len(used),
+                "frames": sum(int(np.isfinite(track).all(axis=1).sum()) for track in used),
+                "step_mean": mean.tolist(),
+                "step_sd": np.sqrt(np.diagonal(covariance)).tolist(),
+                "spreads": spreads,
+            }
+        )
+    except ValidationError as error:
+        raise LearnedError(_sentence(error)) from None
+
+
+def _learned_readings(chart: Chart) -> list[Reading]:
+    return [reading for reading in chart.readings if reading != "world"]
+
+
+@lru_cache(maxsize=64)
+def _diffusion(learned: Learned, reading: Reading, scale: float, correlated: bool, drifting: bool) -> Diffusion:
+    learned.chart.check_reading(reading)
+    wanted = "document" if reading == "world" else reading
+    spread = next(spread for spread in learned.spreads if spread.reading == wanted)
+    covariance = np.array(spread.covariance) * scale * scale
+    if not correlated:
+        covariance = np.diag(np.diagonal(covariance))
+    return Diffusion(np.array(spread.mean) if drifting else np.zeros(len(covariance)), covariance)
+
+
+def _moments(rows: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return mean (k,) and covariance (k, k) of rows (n, k), n > 1."""
+    count = len(rows)
+    mean = product(np.ones(count), rows) / count
+    centred = rows - mean
+    return mean, product(centred.T, centred) / (count - 1)
+
+
+def _check_spread(spread: Spread, chart: Chart) -> None:
+    """Refuse numbers that are no covariance, or of components that do not change in earnest."""
+    size = len(chart.names)
+    if len(spread.mean) != size or [len(row) for row in spread.covariance] != [size] * size:
+        raise ValueError(f"expected {size} means and {size} x {size} covariances of the reading {spread.reading}")
+    for i, (name, unit) in enumerate(zip(chart.change_names, chart.change_units, strict=True)):
+        variance = spread.covariance[i][i]
+        if variance < 0.0:
+            raise ValueError(f"expected a covariance, got a variance of {variance:g} of {name}")
+        if variance < SMALLEST**2:
+            raise ValueError(
+                f"{chart.names[i]!r} never changes in it, so no particle would ever change it either; learn from "
+                "runs in which it does"
+            )
+        if variance > LARGEST**2 or abs(spread.mean[i]) > LARGEST:
+            raise ValueError(
+                f"expected at most {LARGEST:g} {unit} as {name}, got {spread.mean[i]:.3g} with a standard deviation of "
+                f"{math.sqrt(variance):.3g}"
+            )
+    covariance = np.array(spread.covariance)
+    sd = np.sqrt(np.diagonal(covariance))
+    correlation = covariance / np.multiply.outer(sd, sd)
+    if np.abs(correlation - correlation.T).max() > ROUNDING:
+        raise ValueError(f"expected a symmetric covariance of the reading {spread.reading}")
+    least = eigenvalues(correlation)[0][-1]
+    if least < -size * ROUNDING:
+        raise ValueError(
+            f"expected a covariance of the reading {spread.reading}, got one by which some change would have a "
+            f"variance below 0 (the least eigenvalue of its correlations is {least:.3g})"
+        )
+
+
+def _parse(text: str) -> dict[str, Any]:
+    """Return the JSON object of a learned file."""
+    try:
+        raw = json.loads(text)
+    except json.JSONDecodeError as error:
+        cut = text.lstrip().startswith("{") and error.pos >= len(text.rstrip()) - 1
+        raise LearnedError("it was cut short" if cut else f"it is no JSON ({error})") from None
+    except (RecursionError, ValueError):
+        raise LearnedError("it is no JSON of a learned motion") from None
+    if not isinstance(raw, dict) or raw.get("format") != "pftrack-learned":
+        raise LearnedError("it is no learned motion, as `pftrack learn` writes it")
+    return raw
+
+
+def _sentence(error: ValidationError) -> str:
+    """Return what is wrong, first of all, in one sentence."""
+    first = error.errors()[0]
+    cause = first.get("ctx", {}).get("error")
+    if isinstance(cause, ValueError):
+        return str(cause)
+    place = ".".join(map(str, first["loc"]))
+    return f"{place}: {first['msg'][:1].lower()}{first['msg'][1:]}"
+
+
+def _tracks(count: int) -> str:
+    return f"{count} {'track' if count == 1 else 'tracks'}"
+
+
+def _describe(chart: Chart) -> str:
+    named: Sequence[str] = [
+        f"{name} ({unit})" if unit else name for name, unit in zip(chart.names, chart.units, strict=True)
+    ]
+    return ", ".join(named)

@@ -1,0 +1,217 @@
+"""Online expectation maximisation of second-order dynamics, with forgetting.
+
+While a tracker runs, its posterior means are taken as measurements y_t of the true path, as exact as its sigma says,
+and the model x_{t+2} = A1 x_{t+1} + A0 x_t + d + B u is estimated from them (Bando 2007, ch. 3 section 2.3 and
+Appendix B, eqs. A.17 to A.20):
+
+- *E step*: a fixed-lag Kalman smoother with the model as it stands gives the joint posterior of three consecutive
+  positions a few frames ago;
+- *statistics*: their second moments, averaged with a weight that forgets the past by a factor a frame (Sato and Ishii
+  2000);
+- *M step*: the regression of the newest of the three on the two older ones and a constant, with a small ridge towards
+  the initial model, which directions without any motion need.
+
+A tracker with a poor first model learns from a wrong track. The guard refuses a model that is not finite or whose
+spectral radius says that it would run away; without it learning breaks Condensation (docs/methods/switching.md).
+
+Regression works in coordinates of order one, xi = (x - centre) / 100 px.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.numerics.gaussian import Gaussian
+from pftrack.core.numerics.matrices import product, solve_system
+from pftrack.filters import kalman
+from pftrack.filters.dynamics import LinearDynamics, autoregression
+from pftrack.filters.fixed_lag import augment, augment_dynamics, block
+
+__all__ = ["LAG", "Learner", "Settings", "begin", "dynamics", "learn", "period_frames"]
+
+LAG = 5
+"""Frames from the newest measurement to the oldest of the smoothed triple."""
+
+SCALE_PX = 100.0
+RUNAWAY = 5.0
+"""Statistics stand still while the estimate is further than this from the centre, in units of 100 px."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How to learn.
+
+    Attributes:
+        forgetting: lambda, 0..1; the memory is about 1 / (1 - lambda) frames.
+        warm_up: Triples to collect before the first M step.
+        ridge: kappa, the pull towards the initial model.
+        largest_spectral_radius: Of a model that may be accepted.
+    """
+
+    forgetting: float
+    warm_up: int
+    ridge: float
+    largest_spectral_radius: float
+
+
+@dataclass(frozen=True, slots=True)
+class Learner:
+    """What has been learned, immutable; positions in units of 100 px from the centre of the picture.
+
+    Attributes:
+        theta: (2, 5) the model [A1 A0 d] in force.
+        positions: Fixed-lag posterior of the last six positions, (12,), newest first.
+        regressors: (5, 5) discounted mean of phi phi^T, phi = (x_{t-1}, x_{t-2}, 1).
+        products: (2, 5) discounted mean of x_t phi^T.
+        weight: eta of the last triple; 0 before the first.
+        triples: How many have been counted.
+        frames: How many measurements have been taken.
+        centre_px: (2,) origin of the coordinates.
+    """
+
+    theta: NDArray[np.float64]
+    positions: Gaussian
+    regressors: NDArray[np.float64]
+    products: NDArray[np.float64]
+    weight: float
+    triples: int
+    frames: int
+    centre_px: NDArray[np.float64]
+
+
+def begin(model: LinearDynamics, position_px: NDArray[np.float64], sigma_px: float, size: tuple[int, int]) -> Learner:
+    """Begin with a model and one known position.
+
+    Args:
+        model: Initial second-order dynamics of (x_t, x_{t-1}) in px, as from `autoregression`.
+        position_px: (2,) where the target is, and is taken to have been.
+        sigma_px: How certain that is.
+        size: Width and height of the picture, px.
+    """
+    centre = np.array(size) / 2.0
+    known = Gaussian((position_px - centre) / SCALE_PX, np.eye(2) * (sigma_px / SCALE_PX) ** 2)
+    return Learner(
+        theta=_normalise(model, centre),
+        positions=augment(known, LAG),
+        regressors=np.zeros((5, 5)),
+        products=np.zeros((2, 5)),
+        weight=0.0,
+        triples=0,
+        frames=0,
+        centre_px=centre,
+    )
+
+
+def learn(
+    learner: Learner,
+    initial: LinearDynamics,
+    estimate_px: NDArray[np.float64],
+    sigma_px: NDArray[np.float64],
+    settings: Settings,
+) -> Learner:
+    """Take one frame's estimate in.
+
+    Args:
+        learner: As of the last frame.
+        initial: The model that the ridge pulls towards; its noise B is the model's, which is not learned.
+        estimate_px: (2,) posterior mean of the tracker; a learner given a value that is not finite stands still.
+        sigma_px: (2,) posterior standard deviations.
+        settings: How to learn.
+    """
+    if not (np.isfinite(estimate_px).all() and np.isfinite(sigma_px).all()):
+        return learner
+    measurement = (estimate_px - learner.centre_px) / SCALE_PX
+    positions = _smooth(learner, initial.noise[:2], measurement, (sigma_px / SCALE_PX) ** 2 + 1e-8)
+    watched = replace(learner, positions=positions, frames=learner.frames + 1)
+    if watched.frames < LAG or float(np.hypot(*measurement)) > RUNAWAY or not np.isfinite(positions.mean).all():
+        return watched
+    weight = 1.0 if learner.triples == 0 else 1.0 / (1.0 + settings.forgetting / learner.weight)
+    seen_regressors, seen_products = _second_moments(positions)
+    regressors = learner.regressors + weight * (seen_regressors - learner.regressors)
+    products = learner.products + weight * (seen_products - learner.products)
+    counted = replace(watched, regressors=regressors, products=products, weight=weight, triples=learner.triples + 1)
+    if counted.triples < settings.warm_up:
+        return counted
+    theta = _solve(regressors, products, _normalise(initial, learner.centre_px), settings.ridge)
+    if np.isfinite(theta).all() and stays_within(theta, settings.largest_spectral_radius):
+        return replace(counted, theta=theta)
+    return counted
+
+
+def dynamics(learner: Learner, noise: NDArray[np.float64]) -> LinearDynamics:
+    """Return the learned model on (x_t, x_{t-1}) in px, with the given process noise B, (2, k)."""
+    newer, older = learner.theta[:, :2], learner.theta[:, 2:4]
+    offset = SCALE_PX * learner.theta[:, 4] + product(np.eye(2) - newer - older, learner.centre_px)
+    return autoregression(newer, older, offset, noise)
+
+
+def period_frames(model: LinearDynamics, axis: int = 0) -> float:
+    """Return the period of oscillation along an axis, frames; NaN where the roots are real."""
+    newer, older = model.transition[axis, axis], model.transition[axis, 2 + axis]
+    if older >= 0 or abs(newer) >= 2.0 * np.sqrt(-older):
+        return float("nan")
+    return 2.0 * math.pi / math.acos(newer / (2.0 * math.sqrt(-older)))
+
+
+def stays_within(theta: NDArray[np.float64], radius: float) -> bool:
+    """Tell whether all roots of a model [A1 A0 d] (2, 5) lie within a circle around 0.
+
+    They are those of det(z^2 - A1 z - A0), a polynomial of the fourth degree, and lie within the unit circle exactly if
+    the last coefficient is smaller than the first, and so on after each step of Schur and Cohn's reduction. Dividing
+    the roots by the radius beforehand serves for any circle.
+    """
+    (a, b), (c, d) = theta[:, :2].tolist()
+    (e, f), (g, h) = theta[:, 2:4].tolist()
+    trace, cross = a + d, a * h + d * e - b * g - c * f
+    coefficients = [1.0, -trace, a * d - b * c - e - h, cross, e * h - f * g]
+    coefficients = [value / radius**power for power, value in enumerate(coefficients)]
+    while len(coefficients) > 1:
+        first, last = coefficients[0], coefficients[-1]
+        if not abs(last) < abs(first):
+            return False
+        pairs = zip(coefficients, reversed(coefficients), strict=True)
+        coefficients = [first * one - last * other for one, other in pairs][:-1]
+    return True
+
+
+def _smooth(
+    learner: Learner,
+    noise_px: NDArray[np.float64],
+    measurement: NDArray[np.float64],
+    variances: NDArray[np.float64],
+) -> Gaussian:
+    """Return the posterior of the last six positions, the oldest of them smoothed by five later measurements."""
+    theta = learner.theta
+    model = autoregression(theta[:, :2], theta[:, 2:4], theta[:, 4], noise_px / SCALE_PX)
+    prior = kalman.predict(learner.positions, augment_dynamics(model, 2, LAG))
+    observation = np.eye(2, len(prior.mean))
+    posterior, _ = kalman.update(prior, measurement, observation, np.diag(variances))
+    return posterior
+
+
+def _second_moments(positions: Gaussian) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return E[phi phi^T] (5, 5) and E[x2 phi^T] (2, 5) of the oldest triple."""
+    triple = block(positions, LAG - 2, 2, 3)
+    extended = np.append(triple.mean, 1.0)
+    second = np.outer(extended, extended)
+    second[:6, :6] += triple.covariance
+    return second[2:, 2:], second[:2, 2:]
+
+
+def _normalise(model: LinearDynamics, centre_px: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return [A1 A0 d] (2, 5) of a model in px, in the learner's coordinates."""
+    newer, older = model.transition[:2, :2], model.transition[:2, 2:]
+    drift = (model.offset[:2] - product(np.eye(2) - newer - older, centre_px)) / SCALE_PX
+    return np.hstack([newer, older, drift[:, None]])
+
+
+def _solve(
+    regressors: NDArray[np.float64], products: NDArray[np.float64], anchor: NDArray[np.float64], ridge: float
+) -> NDArray[np.float64]:
+    """Return the model that fits the statistics, pulled towards the anchor (eqs. A.17-A.19 with a ridge)."""
+    try:
+        return solve_system(regressors + ridge * np.eye(5), (products + ridge * anchor).T).T
+    except np.linalg.LinAlgError:
+        return np.full_like(anchor, np.nan)

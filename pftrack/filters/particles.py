@@ -1,0 +1,198 @@
+"""Particle sets: a distribution as a cloud of weighted hypotheses.
+
+A particle set approximates a distribution by N states and weights that sum to one. Weights are kept as logarithms,
+since the likelihood of even a short signal underflows (raw weights of ten particles fail at dimension 5 on the cosine
+of Bando 2007, ch. 2 section 3.2), and an impossible value (NaN) becomes a weight of zero in one place, `normalise`.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.numerics.checks import check
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.elementary import exponentials
+from pftrack.core.numerics.sums import inner_product, total
+
+__all__ = ["ParticleSet", "moments", "normalise"]
+
+_FLOAT, _INDEX = np.dtype(np.float64).num, np.dtype(np.int64).num
+
+
+@dataclass(frozen=True)
+class ParticleSet:
+    """N weighted states, immutable.
+
+    Attributes:
+        states: (N, d) states in the units of the model.
+        log_weights: (N,) logarithms of weights that sum to one.
+        ancestors: (N,) index of each particle's parent in the previous set.
+    """
+
+    states: NDArray[np.float64]
+    log_weights: NDArray[np.float64]
+    ancestors: NDArray[np.int64]
+
+    def __post_init__(self) -> None:
+        """Refuse arrays that do not fit together; NaN is not looked for, since that takes longer than a step may.
+
+        Raises:
+            TypeError: One is not an array of real numbers.
+            ValueError: There are no particles, or not as many states as weights and ancestors.
+        """
+        states, log_weights, ancestors = self.states, self.log_weights, self.ancestors
+        try:
+            fits = 0 < len(states) == len(log_weights) == len(ancestors)
+            fits = fits and states.ndim == 2 and log_weights.ndim == ancestors.ndim == 1
+            fits = fits and states.dtype.num == log_weights.dtype.num == _FLOAT and ancestors.dtype.num == _INDEX
+        except (AttributeError, TypeError):
+            fits = False
+        if not fits:
+            check(
+                missing=True,
+                states=(states, "N d"),
+                log_weights=(log_weights, "N"),
+                ancestors=(ancestors, "N", "whole"),
+            )
+
+    @classmethod
+    def uniform(cls, states: NDArray[np.float64]) -> "ParticleSet":
+        """Return the states (N, d) with equal weights, each its own ancestor.
+
+        Raises:
+            TypeError: The states are not an array of real numbers.
+            ValueError: They are not (N, d) and finite, or there are none.
+        """
+        count = check(states=(states, "N d"))["N"]
+        return cls(states, np.full(count, -math.log(count)), np.arange(count))
+
+    def __len__(self) -> int:
+        """Return the number of particles N."""
+        return len(self.log_weights)
+
+    @property
+    def nbytes(self) -> int:
+        """About how much memory it takes, bytes."""
+        return self.states.nbytes + 2 * self.log_weights.nbytes + self.ancestors.nbytes
+
+    @cached_property
+    def weights(self) -> NDArray[np.float64]:
+        """(N,) normalised weights."""
+        return exponentials(self.log_weights)
+
+    @cached_property
+    def moments(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Weighted mean (d,) and covariance (d, d).
+
+        The covariance is sum_n w_n (x_n - mean)(x_n - mean)^T, without the divisor N - 1 that Bando 2007 prints (eq.
+        3.5, an erratum: the weights are normalised already).
+        """
+        return moments(np.asfortranarray(self.states), self.weights)
+
+    @property
+    def mean(self) -> NDArray[np.float64]:
+        """(d,) weighted mean (Bando 2007, eq. 3.3)."""
+        return self.moments[0]
+
+    @property
+    def covariance(self) -> NDArray[np.float64]:
+        """(d, d) weighted covariance."""
+        return self.moments[1]
+
+    @cached_property
+    def effective_sample_size(self) -> float:
+        """1 / sum_n w_n^2, between 1 and N."""
+        return float(1.0 / np.square(self.weights).sum())
+
+    @property
+    def mode(self) -> NDArray[np.float64]:
+        """(d,) the state of greatest weight; the first among equals."""
+        best: NDArray[np.float64] = self.states[int(np.argmax(self.log_weights))]
+        return best
+
+    @cached_property
+    def unique_ancestors(self) -> int:
+        """How many different parents the particles have."""
+        return int(_count_unique(self.ancestors))
+
+
+@compiled
+def normalise(log_weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    """Scale weights so that they sum to one.
+
+    NaN counts as a weight of zero, and so does +inf, which no likelihood can mean. If every weight is zero, nothing is
+    known: the result is uniform and the log of the sum is -inf.
+
+    Args:
+        log_weights: (N,) logarithms of unnormalised weights.
+
+    Returns:
+        (N,) logarithms of normalised weights, and the logarithm of the sum of the weights given.
+
+    Raises:
+        ValueError: There are no weights.
+    """
+    count = log_weights.shape[0]
+    if count == 0:
+        raise ValueError("expected at least one log weight, got none")
+    top = -np.inf
+    for n in range(count):
+        if top < log_weights[n] < np.inf:
+            top = log_weights[n]
+    if top == -np.inf:
+        return np.full(count, -np.log(count)), -np.inf
+    scaled = np.empty(count)
+    for n in range(count):
+        scaled[n] = log_weights[n] - top if log_weights[n] < np.inf else -np.inf
+    log_sum = np.log(total(exponentials(scaled)))
+    for n in range(count):
+        scaled[n] -= log_sum
+    return scaled, top + log_sum
+
+
+@compiled
+def moments(
+    states: NDArray[np.float64], weights: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the weighted mean (d,) and covariance (d, d) of states (N, d), given weights (N,) that sum to one.
+
+    Raises:
+        ValueError: There are not as many weights as states.
+    """
+    count, dimension = states.shape
+    if weights.shape[0] != count:
+        raise ValueError("expected a weight for each of the states (N, d), got another number of weights")
+    mean = np.empty(dimension)
+    covariance = np.empty((dimension, dimension))
+    deviations = np.empty((dimension, count))
+    weighted = np.empty(count)
+    for i in range(dimension):
+        for n in range(count):
+            deviations[i, n] = states[n, i]
+        mean[i] = inner_product(weights, deviations[i])
+        for n in range(count):
+            deviations[i, n] -= mean[i]
+    for i in range(dimension):
+        for n in range(count):
+            weighted[n] = weights[n] * deviations[i, n]
+        for j in range(i, dimension):
+            covariance[i, j] = inner_product(weighted, deviations[j])
+            covariance[j, i] = covariance[i, j]
+    return mean, covariance
+
+
+@compiled
+def _count_unique(ancestors: NDArray[np.int64]) -> int:
+    most = 0
+    for ancestor in ancestors:
+        most = max(most, ancestor)
+    seen = np.zeros(most + 1, dtype=np.bool_)
+    unique = 0
+    for ancestor in ancestors:
+        if not seen[ancestor]:
+            seen[ancestor] = True
+            unique += 1
+    return unique

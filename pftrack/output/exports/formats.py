@@ -1,0 +1,370 @@
+"""What a run can be exported as: one list, by the suffix of a file's name, for Python, commands, server and pages.
+
+A format is a `RunExport`: a function that writes a run, as far as it has been computed, to a file, and tells how far it
+is. To add one is to write that function and to add a line to `FORMATS`; wherever exports are offered it is there then.
+To these come the files that an experiment offers of the frame at which a run stands.
+
+Whoever writes through `exporting` or `export` gets a file that appears whole or not at all, and beside a file that
+cannot hold its manifest, one that is called like it with `.manifest.json` behind.
+"""
+
+import errno
+import json
+import os
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, Protocol, TypeAlias
+
+from pftrack.core.files import part_of, settle, write_whole
+from pftrack.core.model.export import Export, Exported, ExportError
+from pftrack.experiments.experiment import Experiment
+from pftrack.output.exports.box_files import believed_file, true_file
+from pftrack.output.exports.run_notebook import run_notebook
+from pftrack.output.exports.table_files import csv_of, json_lines_of, npz_of, parquet_of
+from pftrack.output.exports.viewers import write_page
+from pftrack.runs.manifest import bibtex_of, citation_of, extent_of, manifest_of
+from pftrack.runs.run import Run
+from pftrack.runs.scoring import extent_series
+from pftrack.sources.results.table import FORMS, Form
+from pftrack.sources.truth import BOXES
+
+__all__ = [
+    "FORMATS",
+    "MANIFEST",
+    "NOTEBOOK",
+    "Group",
+    "RunExport",
+    "Steps",
+    "check_plot",
+    "export",
+    "export_at",
+    "exporting",
+    "exports_of",
+    "files_of",
+]
+
+SUFFIXES: Mapping[Form, str] = {
+    "mot": "mot.txt",
+    "otb": "otb.txt",
+    "vot": "vot.txt",
+    "cvat": "cvat.xml",
+    "coco": "coco.json",
+    "csv": "boxes.csv",
+}
+SHORT: Mapping[Form, str] = {"mot": "MOT", "otb": "OTB", "vot": "VOT", "cvat": "CVAT", "coco": "COCO", "csv": "CSV"}
+MEDIA_TYPES = {"txt": "text/plain", "xml": "application/xml", "json": "application/json", "csv": "text/csv"}
+
+FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
+"""Errors of a disk, or of a limit, that takes no more."""
+
+Steps: TypeAlias = Iterator[tuple[int, int]]
+"""How far an export is: (frames or parts that are written, of all)."""
+
+Group: TypeAlias = Literal["numbers", "boxes", "truth", "film", "plots", "documents", "model"]
+"""What kind of thing a file is, by which lists are grouped: numbers of all frames, boxes
+that are believed and that are true, moving pictures and scenes, pictures
+of plots, what makes the run again and says where it comes from, and the frame with what the experiment offers of it."""
+
+
+class Write(Protocol):
+    """Write a run to a file."""
+
+    def __call__(self, run: Run, path: Path, plot: str | None, /) -> Steps:
+        """Write it step by step.
+
+        Args:
+            run: As far as it has been computed; it may be moved to other frames.
+            path: Where to; nobody looks there yet.
+            plot: Id of the one plot that is wanted of a format of the group "plots"; None for all of them.
+
+        Raises:
+            ExportError: It cannot be written so; the sentence says why.
+            OSError: The file cannot be written.
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class RunExport:
+    """A kind of file that can be made of a run.
+
+    Attributes:
+        name: Name in commands and addresses.
+        title: What it is, a few words.
+        suffix: Of the file's name, without the dot.
+        media_type: Of the file.
+        group: What kind of thing it is.
+        write: What writes it.
+        slow: Whether it has to go through all frames again, so that a session does not wait for it.
+        beside: Whether its manifest is a file of its own.
+        short: What it is called beside others of its group; the title if empty.
+    """
+
+    name: str
+    title: str
+    suffix: str
+    media_type: str
+    group: Group
+    write: Write
+    slow: bool = False
+    beside: bool = False
+    short: str = ""
+
+
+def exports_of(experiment: Experiment) -> tuple[RunExport, ...]:
+    """Return all that a run of an experiment can be exported as."""
+    believes = experiment.boxes is not None or extent_series(experiment.all_series()) is not None
+    boxes = BELIEVED if believes else ()
+    known = experiment.on_video is not None and experiment.truth is BOXES
+    true = TRUE if believes or known else ()
+    return (*FORMATS, *boxes, *true, *map(_of_frame, experiment.exports))
+
+
+def export_at(experiment: Experiment, path: Path, plot: str | None = None) -> RunExport:
+    """Return the export that the name of a file asks for: the one with the longest suffix that it ends in.
+
+    Args:
+        experiment: Of the run.
+        path: Where it shall be written.
+        plot: Id of the one plot that is wanted in a picture.
+
+    Raises:
+        ExportError: There is no such kind of file, no such folder or no such plot.
+    """
+    offered = exports_of(experiment)
+    name = path.name.lower()
+    fitting = [one for one in offered if name == one.suffix or name.endswith(f".{one.suffix}")]
+    if not fitting:
+        known = ", ".join(f".{one.suffix}" for one in offered)
+        raise ExportError(f"a run of {experiment.id} can be exported as {known}; got {path.name!r}")
+    folder = path.absolute().parent
+    if not folder.is_dir():
+        raise ExportError(f"{path} cannot be written: there is no folder {folder}")
+    if path.is_dir():
+        raise ExportError(f"{path} is a folder, not a file to write")
+    # Of two with the same suffix the experiment's own comes last, and is meant.
+    found = max(reversed(fitting), key=lambda one: len(one.suffix))
+    meant = next((one for one in (*BELIEVED, *TRUE) if name.endswith(f".{one.suffix}")), found)
+    if len(meant.suffix) > len(found.suffix):
+        raise ExportError(f"{path.name} would hold boxes ({meant.title}), and runs of {experiment.id} know of none")
+    check_plot(experiment, found, plot)
+    return found
+
+
+def export(run: Run, path: Path, *, plot: str | None = None) -> Exported:
+    """Write a run, as far as it has been computed, to a file of the kind that its name asks for.
+
+    Args:
+        run: Afterwards it stands at the frame at which it stood.
+        path: Where to; an existing file is replaced.
+        plot: Id of the one plot that is wanted in a picture; all if not given.
+
+    Raises:
+        ExportError: There is no such kind of file or no such plot, or it cannot be made of this run.
+        OSError: The file cannot be written; what was there before is still there.
+    """
+    kind = export_at(run.experiment, path, plot)
+    for _ in exporting(run, path, kind, plot):
+        pass
+    return Exported(files_of(kind, path), extent_of(run), run.computed + 1 == run.frames)
+
+
+def exporting(run: Run, path: Path, kind: RunExport, plot: str | None = None) -> Steps:
+    """Write a file like `export`, and tell how far it is; closed before its end, it leaves nothing behind."""
+    check_plot(run.experiment, kind, plot)
+    position, part = run.position, part_of(path)
+    try:
+        yield from kind.write(run, part, plot)
+        if kind.beside:
+            write_whole(_beside(path), _manifest(run))
+        settle(part, path)
+    except OSError as error:
+        if error.errno is None:
+            raise
+        reason = os.strerror(error.errno)  # some libraries tell it in words of their own, with the part's name
+        if error.errno not in FULL:
+            raise OSError(error.errno, reason, str(path)) from None
+        raise ExportError(f"{path.name} cannot be written: {reason}; make room, or export fewer frames") from None
+    finally:
+        part.unlink(missing_ok=True)
+        if run.position != position:
+            run.seek(position)
+
+
+def files_of(kind: RunExport, path: Path) -> tuple[Path, ...]:
+    """Return the files that an export writes: the one that is asked for, and its manifest where that lies beside it."""
+    return (path, _beside(path)) if kind.beside else (path,)
+
+
+def check_plot(experiment: Experiment, kind: RunExport, plot: str | None) -> None:
+    """Make sure that a plot that is wanted can be exported so.
+
+    Raises:
+        ExportError: The kind is no picture of plots, or there is no such plot.
+    """
+    known = [one.id for one in experiment.plots]
+    if plot is not None and kind.group != "plots":
+        raise ExportError(f"a plot can be written as a picture, .png or .svg; got .{kind.suffix}")
+    if plot is not None and plot not in known:
+        raise ExportError(f"{experiment.id} has no plot {plot!r}, only {', '.join(known)}")
+
+
+def _beside(path: Path) -> Path:
+    return path.with_name(f"{path.name}.{MANIFEST.suffix}")
+
+
+def _at_once(make: Callable[[Run], bytes]) -> Write:
+    """Return what writes a file whose content is made in one go."""
+
+    def write(run: Run, path: Path, _plot: str | None) -> Steps:
+        path.write_bytes(make(run))
+        yield 1, 1
+
+    return write
+
+
+def _boxes(form: Form, group: Literal["boxes", "truth"]) -> RunExport:
+    """Return the export of boxes in a form."""
+    make, what = (believed_file, "Believed") if group == "boxes" else (true_file, "True")
+    name = FORMS[form]
+    suffix = SUFFIXES[form] if group == "boxes" else f"truth.{SUFFIXES[form]}"
+    media_type = MEDIA_TYPES[suffix.rpartition(".")[2]]
+    write = _at_once(lambda run: make(run, form))
+    return RunExport(f"{group}-{form}", f"{what} boxes, {name}", suffix, media_type, group, write, short=SHORT[form])
+
+
+def _table(pieces: Callable[[Run, Path], Steps]) -> Write:
+    return lambda run, path, _plot: pieces(run, path)
+
+
+def _films(form: Literal["mp4", "gif"]) -> Write:
+    def write(run: Run, path: Path, _plot: str | None) -> Steps:
+        from pftrack.output.exports import films  # noqa: PLC0415 - it loads codecs, for which only who wants a film has to wait
+
+        return (films.mp4_of if form == "mp4" else films.gif_of)(run, path)
+
+    return write
+
+
+def _plots(form: Literal["png", "svg"]) -> Write:
+    def write(run: Run, path: Path, plot: str | None) -> Steps:
+        from pftrack.output.figures.sheet import picture_of  # noqa: PLC0415 - it loads matplotlib
+
+        path.write_bytes(picture_of(run, form, plot))
+        yield 1, 1
+
+    return write
+
+
+def _still(form: Literal["png", "svg"]) -> Write:
+    def make(run: Run) -> bytes:
+        from pftrack.output.exports import stills  # noqa: PLC0415 - it loads what paints, for which only this has to wait
+
+        return (stills.png_of_frame if form == "png" else stills.svg_of_frame)(run)
+
+    return _at_once(make)
+
+
+def _of_frame(offered: Export) -> RunExport:
+    def make(run: Run) -> bytes:
+        return offered.make(run.current.state, run.diagnostics[: run.position + 1])
+
+    return RunExport(offered.name, offered.title, offered.suffix, offered.media_type, "model", _at_once(make))
+
+
+def _manifest(run: Run) -> bytes:
+    return f"{json.dumps(manifest_of(run), indent=1, ensure_ascii=False)}\n".encode()
+
+
+def _recipe(run: Run) -> bytes:
+    recipe = run.recipe.with_footage(path=None).as_dict()
+    return f"{json.dumps(recipe, indent=2, ensure_ascii=False)}\n".encode()
+
+
+NOTEBOOK = RunExport(
+    "notebook",
+    "Notebook of the run (Jupyter)",
+    "ipynb",
+    "application/x-ipynb+json",
+    "documents",
+    _at_once(run_notebook),
+    short="Notebook",
+)
+MANIFEST = RunExport(
+    "manifest",
+    "Manifest: version, hashes and units",
+    "manifest.json",
+    "application/json",
+    "documents",
+    _at_once(_manifest),
+    short="Manifest",
+)
+
+FORMATS: tuple[RunExport, ...] = (
+    RunExport("csv", "Table, CSV", "csv", "text/csv", "numbers", _table(csv_of), beside=True, short="CSV"),
+    RunExport(
+        "parquet",
+        "Table, Parquet",
+        "parquet",
+        "application/vnd.apache.parquet",
+        "numbers",
+        _table(parquet_of),
+        short="Parquet",
+    ),
+    RunExport("npz", "Arrays for NumPy, NPZ", "npz", "application/zip", "numbers", _table(npz_of), short="NPZ"),
+    RunExport(
+        "jsonl",
+        "Table, JSON Lines",
+        "jsonl",
+        "application/jsonl",
+        "numbers",
+        _table(json_lines_of),
+        beside=True,
+        short="JSON Lines",
+    ),
+    RunExport("mp4", "Film, MP4", "mp4", "video/mp4", "film", _films("mp4"), slow=True, short="MP4"),
+    RunExport("gif", "Short film for a slide, GIF", "gif", "image/gif", "film", _films("gif"), slow=True, short="GIF"),
+    RunExport("png", "Picture of plots, PNG", "png", "image/png", "plots", _plots("png"), short="PNG"),
+    RunExport("svg", "Picture of plots, SVG", "svg", "image/svg+xml", "plots", _plots("svg"), short="SVG"),
+    RunExport(
+        "frame-png", "Frame with all that is drawn, PNG", "frame.png", "image/png", "model", _still("png"), short="PNG"
+    ),
+    RunExport(
+        "frame-svg",
+        "Frame with all that is drawn, SVG",
+        "frame.svg",
+        "image/svg+xml",
+        "model",
+        _still("svg"),
+        short="SVG",
+    ),
+    RunExport(
+        "html", "Page with scene and plots, HTML", "html", "text/html", "film", write_page, slow=True, short="HTML page"
+    ),
+    NOTEBOOK,
+    RunExport("recipe", "Recipe, JSON", "json", "application/json", "documents", _at_once(_recipe), short="Recipe"),
+    MANIFEST,
+    RunExport(
+        "citation",
+        "Citation, text",
+        "txt",
+        "text/plain",
+        "documents",
+        _at_once(lambda run: citation_of(run).encode()),
+        short="Citation",
+    ),
+    RunExport(
+        "bibtex",
+        "Citation, BibTeX",
+        "bib",
+        "text/x-bibtex",
+        "documents",
+        _at_once(lambda run: bibtex_of(run).encode()),
+        short="BibTeX",
+    ),
+)
+"""What every run can be exported as, in the order in which it is listed."""
+
+BELIEVED = tuple(_boxes(form, "boxes") for form in FORMS)
+TRUE = tuple(_boxes(form, "truth") for form in FORMS)
+"""What a run of a target with a box can be exported as besides."""

@@ -1,0 +1,125 @@
+"""The style of all figures in print: sizes, letters, colours, and what surrounds a panel.
+
+Runs, sweeps, reproductions and lessons draw in it, with matplotlib but without pyplot, so that nothing is kept behind.
+Lengths are inches, sizes of letters points. matplotlib is loaded by whoever draws: a process that computes needs none.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+from pftrack.core.model.palette import COLOURS, CURVES, DIVERGING, NEUTRALS, hexadecimal
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap
+    from matplotlib.figure import Figure
+
+__all__ = [
+    "CURVE_COLOURS",
+    "HEADING_PT",
+    "INK",
+    "LETTERS_PT",
+    "ONE_COLUMN_IN",
+    "TEXT_PT",
+    "TITLE_PT",
+    "TWO_COLUMNS_IN",
+    "bare",
+    "diverging",
+    "draw_scale",
+    "explain_below",
+    "new_figure",
+    "viridis",
+    "write_heading",
+    "write_title",
+]
+
+ONE_COLUMN_IN, TWO_COLUMNS_IN = 3.5, 7.2
+"""Width of a figure that stands in one column of a journal's page, and in both."""
+LETTERS_PT, TEXT_PT, TITLE_PT, HEADING_PT = 8, 9, 10, 11
+"""Of numbers and keys, of what is written beside them, of a panel's title, and of what stands above several panels."""
+
+GRID_PT = 0.6
+
+INK = {name: hexadecimal(colour) for name, colour in {**COLOURS, **NEUTRALS}.items()}
+"""Colours by what they mean, and greys by use, as on the pages."""
+CURVE_COLOURS = tuple(hexadecimal(colour) for colour in CURVES)
+"""Of things side by side that have no meaning of their own, such as methods, in their order."""
+
+
+def new_figure(
+    height: float, *, width: float = TWO_COLUMNS_IN, rows: int = 1, columns: int = 1, share: str = ""
+) -> "tuple[Figure, list[Axes]]":
+    """Return a figure with its panels, row after row.
+
+    Args:
+        height: Of the figure.
+        width: Of the figure.
+        rows: How many panels stand above each other.
+        columns: How many stand side by side.
+        share: Which axes all panels have in common: "x", "y" or "xy".
+    """
+    from matplotlib.figure import Figure  # noqa: PLC0415 - see the module
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    panels: Any = figure.subplots(rows, columns, sharex="x" in share, sharey="y" in share, squeeze=False)
+    for panel in panels.flat:
+        bare(panel)
+    return figure, list(panels.flat)
+
+
+def bare(axes: "Axes", *, grid: str = "both") -> None:
+    """Leave of a panel's frame the two sides with numbers, over a faint grid.
+
+    Args:
+        axes: Of the panel.
+        grid: Lines of which axis: "x", "y" or "both".
+    """
+    axes.grid(visible=True, axis=grid, color=INK["grid"], linewidth=GRID_PT)  # type: ignore[arg-type]
+    axes.set_axisbelow(True)
+    axes.tick_params(labelsize=LETTERS_PT)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.label.set_fontsize(TEXT_PT)
+    for name, spine in axes.spines.items():
+        spine.set_visible(name not in {"top", "right"})
+        spine.set_color(INK["frame"])
+
+
+def write_title(panel: "Axes", text: str) -> None:
+    """Write above a panel what it shows."""
+    panel.set_title(text, fontsize=TITLE_PT)
+
+
+def write_heading(figure: "Figure", text: str) -> None:
+    """Write above all panels of a figure what they show."""
+    figure.suptitle(text, fontsize=HEADING_PT)
+
+
+def draw_scale(
+    figure: "Figure", panels: "Sequence[Axes]", colours: "Colormap", ends: tuple[float, float], text: str
+) -> None:
+    """Draw beside panels which amounts their colours stand for, from the lowest to the highest."""
+    from matplotlib.cm import ScalarMappable  # noqa: PLC0415 - see the module
+    from matplotlib.colors import Normalize  # noqa: PLC0415
+
+    figure.colorbar(ScalarMappable(Normalize(*ends), colours), ax=list(panels), label=text)
+
+
+def explain_below(figure: "Figure", panel: "Axes", columns: int) -> None:
+    """Write below a figure what the lines of a panel are, which stand for those of all."""
+    handles, names = panel.get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower center", ncols=columns, frameon=False, fontsize=LETTERS_PT)
+
+
+def viridis(*, is_reversed: bool = False) -> "Colormap":
+    """Return the map of amounts, on which more is brighter, or darker if it is reversed."""
+    import matplotlib as mpl  # noqa: PLC0415 - see the module
+
+    return mpl.colormaps["viridis_r" if is_reversed else "viridis"]
+
+
+def diverging() -> "Colormap":
+    """Return the map of differences, from the second ahead to the first ahead, with a neutral middle."""
+    from matplotlib.colors import LinearSegmentedColormap  # noqa: PLC0415 - see the module
+
+    return LinearSegmentedColormap.from_list("first-second", [hexadecimal(stop.light) for stop in DIVERGING])

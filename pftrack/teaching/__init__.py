@@ -1,0 +1,1 @@
+"""Lessons, the course, lecturers' own files, exercises and their grading."""

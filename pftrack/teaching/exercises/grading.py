@@ -1,0 +1,188 @@
+"""Grading: a folder of submissions, each checked in a confined process of its own, and told as it comes.
+
+A submission is a program of somebody else. Its process has limits on time, memory and files, and no network where the
+system allows that. It is still the same user, and is asked about by code that runs beside it: these limits are for
+programs that run wild, not for a person who wants to cheat.
+"""
+
+from collections.abc import Generator, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from dataclasses import asdict
+from itertools import islice
+from pathlib import Path
+from time import monotonic
+from typing import Any, Final
+
+from pftrack.experiments.own import FilterFileError, name_of
+from pftrack.process import (
+    MEBIBYTE,
+    BackgroundLoop,
+    Budget,
+    Ending,
+    Fault,
+    ForkServer,
+    Outcome,
+    Refusal,
+    Reply,
+    run_task,
+)
+from pftrack.teaching.exercises.checking import Finding, Report, findings_of
+from pftrack.teaching.exercises.exercise import Exercise
+from pftrack.teaching.exercises.library import exercise_named_in
+from pftrack.teaching.exercises.reports import results
+from pftrack.teaching.exercises.verdict import Verdict
+
+__all__ = ["BUDGET", "grade", "submissions_in"]
+
+PRELOAD: Final = "pftrack.teaching.exercises.preload"
+LONGEST_WORDS: Final = 2000
+BUDGET: Final = Budget(
+    memory_bytes=1024 * MEBIBYTE,
+    cpu_seconds=120.0,
+    silence_s=90.0,
+    file_bytes=16 * MEBIBYTE,
+    answer_bytes=4 * MEBIBYTE,
+)
+"""For one submission; a right one of those that are shipped takes some seconds."""
+
+
+def submissions_in(folder: Path) -> dict[str, Path]:
+    """Return the files in a folder by who handed them in: its own files, and the only one of each folder in it."""
+    found = {path.stem: path for path in sorted(folder.glob("*.py"))}
+    for inner in sorted(path for path in folder.iterdir() if path.is_dir()):
+        files = sorted(inner.glob("*.py"))
+        found |= {inner.name: files[0]} if len(files) == 1 else {f"{inner.name}/{path.stem}": path for path in files}
+    return found
+
+
+def grade(
+    files: Mapping[str, Path],
+    exercises: Mapping[str, Exercise],
+    *,
+    exercise: str | None = None,
+    seed: int = 0,
+    budget: Budget = BUDGET,
+    jobs: int = 1,
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield each submission's name and results, as `reports.results` has them, as they come.
+
+    Args:
+        files: By who handed them in.
+        exercises: All that may be answered.
+        exercise: The one that all answer; what each says of itself if not given.
+        seed: As of `checking.check`.
+        budget: What each may take.
+        jobs: How many are checked at the same time.
+    """
+    fork_server = ForkServer(PRELOAD)
+    left, checked = iter(files.items()), dict[Future[dict[str, Any]], str]()
+    try:
+        with BackgroundLoop("grading") as loop:
+            while True:
+                for name, path in islice(left, jobs - len(checked)):
+                    checked[loop.submit(_grade(fork_server, path, exercises, exercise, seed, budget))] = name
+                if not checked:
+                    return
+                for each in wait(checked, return_when=FIRST_COMPLETED).done:
+                    yield checked.pop(each), each.result()
+    finally:
+        fork_server.close()
+
+
+async def _grade(
+    fork_server: ForkServer,
+    path: Path,
+    exercises: Mapping[str, Exercise],
+    exercise: str | None,
+    seed: int,
+    budget: Budget,
+) -> dict[str, Any]:
+    try:
+        wanted, tracker, text = _read(path, exercises, exercise)
+    except (OSError, ValueError) as error:
+        return _nothing(str(error), None)
+    outcome = await run_task(
+        fork_server, check_confined, wanted, tracker, text, seed, budget=budget, refusals=(FilterFileError,)
+    )
+    if not isinstance(outcome, Reply):
+        return _nothing(_problem(outcome, budget), wanted)
+    try:
+        report, network = _report_of(outcome.value, wanted, path.name)
+    except (KeyError, TypeError, ValueError):
+        return _nothing("Its process has answered something else than what came of the checks.", wanted)
+    found = results(report)
+    found["extra_data"]["network"] = network
+    return found
+
+
+def _read(path: Path, exercises: Mapping[str, Exercise], exercise: str | None) -> tuple[Exercise, str, str]:
+    """Return which exercise a file answers, its name as a tracker, and its text.
+
+    Raises:
+        OSError: It cannot be read.
+        ValueError: It is not a regular file or not text, has no such name, or which exercise it answers is not known.
+    """
+    if not path.is_file():  # a pipe would wait for a writer
+        raise ValueError("It is not a regular file.")
+    text, tracker = path.read_text(encoding="utf-8"), name_of(path)
+    named = exercise or exercise_named_in(text)
+    if named is None or named not in exercises:
+        said = f"it names the exercise {named}, which there is not" if named else "it has no line EXERCISE = ..."
+        raise ValueError(f"Which exercise it answers is not known: {said}.")
+    return exercises[named], tracker, text
+
+
+def check_confined(
+    exercise: Exercise, name: str, text: str, seed: int
+) -> Generator[tuple[int, int], None, dict[str, Any]]:
+    """Return what came of each check; for a confined process, which tells after each how far it is."""
+    begun = monotonic()
+    told: list[dict[str, Any]] = []
+    for each in findings_of(exercise, name, text, seed):
+        told.append(asdict(each.verdict))
+        yield len(told), len(exercise.checks)
+    return {"verdicts": told, "seconds": monotonic() - begun, "network": has_network()}
+
+
+def _report_of(answer: Any, exercise: Exercise, file: str) -> tuple[Report, bool]:  # noqa: ANN401 - of a process that may be anybody's
+    """Return the report of a submission's process, which is believed in nothing but in which properties hold."""
+    verdicts = [
+        Verdict(
+            each["holds"] is True,
+            str(each["words"])[:LONGEST_WORDS],
+            {str(name): float(value) for name, value in each["numbers"].items()},
+            None if each["seed"] is None else int(each["seed"]),
+        )
+        for each in answer["verdicts"]
+    ]
+    findings = tuple(Finding(check, verdict) for check, verdict in zip(exercise.checks, verdicts, strict=True))
+    return Report(exercise, file, findings, float(answer["seconds"])), bool(answer["network"])
+
+
+def has_network() -> bool:
+    """Return whether this process sees a network beside its own machine; where that cannot be told, it is assumed."""
+    try:
+        lines = Path("/proc/self/net/dev").read_text(encoding="ascii").splitlines()[2:]
+    except OSError:
+        return True
+    return any(line.partition(":")[0].strip() != "lo" for line in lines)
+
+
+def _nothing(problem: str, exercise: Exercise | None) -> dict[str, Any]:
+    extra = {"exercise": exercise.id} if exercise else {}
+    most = exercise.points if exercise else 0.0
+    return {"score": 0.0, "max_score": most, "output": problem, "extra_data": extra, "tests": []}
+
+
+def _problem(outcome: Outcome, budget: Budget) -> str:
+    match outcome:
+        case Refusal(message=message):
+            return message
+        case Fault(name=name):
+            return f"It could not be checked: {name}"
+        case Ending.OUT_OF_TIME:
+            return f"It said nothing for {budget.silence_s:g} s and was stopped."
+        case Ending.OUT_OF_CPU_TIME:
+            return f"It took more than the {budget.cpu_seconds:g} s of processor time that it may use."
+        case _:
+            return "Its process was ended or has ended itself; perhaps it took more memory than it may."

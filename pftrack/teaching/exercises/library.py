@@ -1,0 +1,147 @@
+"""The library: exercises of the project and of folders, and all that is wrong with files there."""
+
+import ast
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from pftrack.core.model.parameters import revise
+from pftrack.experiments import find as find_experiment
+from pftrack.experiments.own.code import FUNCTIONS
+from pftrack.teaching.exercises.exercise import Check, Exercise
+from pftrack.teaching.exercises.head import CheckHead, ExerciseHead
+from pftrack.teaching.exercises.properties import PROPERTIES
+from pftrack.teaching.lessons.lecturers.document import Document, DocumentError, decode, document_of, read_source
+from pftrack.teaching.lessons.lecturers.findings import Findings
+from pftrack.teaching.lessons.lecturers.head import ask, near
+from pftrack.teaching.lessons.lecturers.library import Problem
+
+__all__ = ["Exercises", "exercise_named_in", "exercise_of", "read_exercises"]
+
+SHIPPED: Final = Path(__file__).parent / "shipped"
+MOST_FILES: Final = 200
+PAGE: Final = "docs/how-to/exercises.md"
+BLOCK: Final = re.compile(r"^```python\n(.*?)^```\s*\Z", re.DOTALL | re.MULTILINE)
+NAMED: Final = re.compile(r"^EXERCISE\s*=\s*(['\"][^'\"\n]*['\"])", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Exercises:
+    """What was found.
+
+    Attributes:
+        exercises: By id.
+        problems: What is wrong with other files.
+    """
+
+    exercises: Mapping[str, Exercise]
+    problems: tuple[Problem, ...]
+
+
+def read_exercises(*folders: Path) -> Exercises:
+    """Read the exercises of the project, and those of folders."""
+    known: dict[str, Exercise] = {}
+    problems: list[Problem] = []
+    for folder, before in ((SHIPPED, "pftrack: "), *((folder, "") for folder in folders)):
+        for path in sorted(folder.glob("*.md"))[:MOST_FILES]:
+            origin = f"{before}{path.name}"
+            try:
+                exercise = exercise_of(decode(read_source(path)), origin)
+                if exercise.id in known:
+                    raise DocumentError(0, f"`id`: {exercise.id} is taken by {known[exercise.id].origin}")  # noqa: TRY301
+                known[exercise.id] = exercise
+            except _ProblemsError as error:
+                problems += [Problem(origin, each.line, each.message) for each in error.problems]
+            except DocumentError as error:
+                problems.append(Problem(origin, error.line, error.message))
+            except OSError as error:
+                problems.append(Problem(origin, 0, f"the file cannot be read: {error.strerror}"))
+    return Exercises(known, tuple(problems))
+
+
+def exercise_named_in(text: str) -> str | None:
+    """Return the id of the exercise that a file says it answers; it is not executed for that."""
+    found = NAMED.search(text)
+    return str(ast.literal_eval(found[1])) if found else None
+
+
+class _ProblemsError(Exception):
+    """All that is wrong with a file."""
+
+    def __init__(self, problems: Iterable[DocumentError]) -> None:
+        super().__init__()
+        self.problems = tuple(problems)
+
+
+def exercise_of(text: str, origin: str) -> Exercise:
+    """Return the exercise of a file's text.
+
+    Raises:
+        DocumentError: It has no head.
+        _ProblemsError: It is none.
+    """
+    document = document_of(text)
+    head = ask(document, ExerciseHead, "an exercise", PAGE)
+    if isinstance(head, list):
+        raise _ProblemsError(head)
+    found = Findings(document)
+    _check_scene(head, found)
+    for number, name in enumerate(head.functions):
+        if name not in FUNCTIONS:
+            found.add(("functions", number), f"a filter's file has no function {name}; {near(name, FUNCTIONS)}")
+    for number, check in enumerate(head.checks):
+        _check_options(check, number, found)
+    block = BLOCK.search(document.text + "\n")
+    _check_skeleton(block[1] if block else "", head, document, found)
+    if found.problems or block is None:
+        raise _ProblemsError(found.problems)
+    return Exercise(
+        id=head.id,
+        title=head.title,
+        experiment=head.experiment,
+        functions=head.functions,
+        values=head.values,
+        frames=head.frames,
+        checks=tuple(Check(each.property, each.points, each.options) for each in head.checks),
+        text=document.text[: block.start()].strip(),
+        skeleton=block[1],
+        hints=head.hints,
+        origin=origin,
+    )
+
+
+def _check_scene(head: ExerciseHead, found: Findings) -> None:
+    experiment = found.attempt(("experiment",), lambda: find_experiment(head.experiment))
+    if experiment is None:
+        return
+    if experiment.filter_interface is None:
+        found.add(("experiment",), f"{experiment.id} takes no filters from files")
+    found.attempt(("values",), lambda: revise(experiment.simulate().parameters, head.values))
+
+
+def _check_options(check: CheckHead, number: int, found: Findings) -> None:
+    place = ("checks", number)
+    known = PROPERTIES.get(check.property)
+    if known is None:
+        found.add((*place, "property"), f"there is no property {check.property}; {near(check.property, PROPERTIES)}")
+        return
+    for name, value in check.options.items():
+        if name not in known.options:
+            found.add((*place, "options", name), f"{known.name} has no option {name}; {near(name, known.options)}")
+        elif isinstance(known.options[name], str) != isinstance(value, str):
+            kind = "a text" if isinstance(known.options[name], str) else "a number"
+            found.add((*place, "options", name), f"`{name}` must be {kind}, got {value!r}")
+    for name, default in known.options.items():
+        if default == "" and name not in check.options:
+            found.add(place, f"{known.name} needs the option {name}")
+
+
+def _check_skeleton(skeleton: str, head: ExerciseHead, document: Document, found: Findings) -> None:
+    if not skeleton:
+        message = "the text ends with the file to begin with, between ```python and ```"
+        found.problems.append(DocumentError(document.text_line, message))
+    elif exercise_named_in(skeleton) != head.id:
+        message = f'the file to begin with has a line EXERCISE = "{head.id}", by which a file tells what it answers'
+        found.problems.append(DocumentError(document.text_line, message))

@@ -1,0 +1,10 @@
+"""Properties: what a file should do, each a function that looks and returns a verdict.
+
+Those of single functions call these with arrays made for it; those of a filter compare runs with an exact answer, with
+another tracker, or with the truth. `registry` has all of them by name, with their options.
+"""
+
+from pftrack.teaching.exercises.properties.property import Option, Property
+from pftrack.teaching.exercises.properties.registry import PROPERTIES
+
+__all__ = ["PROPERTIES", "Option", "Property"]

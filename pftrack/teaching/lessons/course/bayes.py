@@ -1,0 +1,307 @@
+"""Lesson 3: from a measurement back to the state, by Bayes' rule.
+
+The posterior is computed on a grid, as any posterior could be, and compared with the closed form that it has where
+prior and noise are normal.
+"""
+
+import math
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import ndtr
+
+from pftrack.core.model.parameters import Parameters, Value, parameter
+from pftrack.core.model.recipe import Recipe
+from pftrack.teaching.lessons.course.axes import ceiling
+from pftrack.teaching.lessons.course.closed_form import after_distance, after_position
+from pftrack.teaching.lessons.course.densities import normal
+from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Panel, Rule, Trace
+from pftrack.teaching.lessons.lesson import (
+    Answer,
+    Check,
+    Demonstration,
+    Lesson,
+    Mistake,
+    Number,
+    Outcome,
+    Question,
+    Scenario,
+    Shown,
+    Use,
+)
+
+__all__ = ["LESSON", "BayesParameters"]
+
+LOW, HIGH = -5.0, 15.0
+CAMERA = 5.0
+"""Place of the camera in m, from which distances are measured."""
+STEP = 0.02
+GRID: NDArray[np.float64] = np.linspace(-60.0, 70.0, 6_501)
+"""In m; far beyond what is drawn, so that sums over it are integrals. The camera stands on one of its points."""
+DRAWN = slice(2750, 3751, 2)
+"""What is drawn of the grid, LOW to HIGH."""
+
+
+class BayesParameters(Parameters):
+    """What was believed, how it is measured, and what was measured."""
+
+    # fmt: off
+    mode: Literal["position", "distance"] = parameter(
+        "position", "What is measured",
+        "The position itself, z = x + noise, or the distance to a camera at 5 m, z = |x - 5 m| + noise.")
+    prior_mean: float = parameter(
+        2, "Prior mean", "Where the position was believed to be.", unit="m", ge=-4, le=14, step=0.1)
+    prior_sd: float = parameter(
+        2, "Prior width", "Standard deviation of the prior: how unsure that belief was.",
+        unit="m", ge=0.2, le=20, step=0.1)
+    noise_sd: float = parameter(
+        1, "Noise", "Standard deviation of the measurement's error.", unit="m", ge=0.2, le=5, step=0.1)
+    measured: float = parameter(
+        5, "Measured z", "The position or distance that was measured.", unit="m", ge=0, le=10, step=0.1)
+    # fmt: on
+
+
+def expected_measurement(x: ArrayLike, mode: str) -> NDArray[np.float64]:
+    """Return what would be measured without noise at each state x: the easy direction."""
+    at = np.asarray(x, dtype=np.float64)
+    return at if mode == "position" else np.abs(at - CAMERA)
+
+
+def posterior(p: BayesParameters) -> NDArray[np.float64]:
+    """Return p(x | z) over the grid: prior times likelihood, divided by the area of that.
+
+    The product is made of logarithms, since both may be far too small for a number where the other is large.
+    """
+    logs = -0.5 * np.square((GRID - p.prior_mean) / p.prior_sd)
+    logs -= 0.5 * np.square((p.measured - expected_measurement(GRID, p.mode)) / p.noise_sd)
+    product = np.exp(logs - logs.max())
+    return np.asarray(product / (STEP * product.sum()))
+
+
+def moments(density: NDArray[np.float64]) -> tuple[float, float]:
+    """Return mean and variance of a density over the grid, in m and m^2."""
+    weights = STEP * density
+    mean = float(weights @ GRID)
+    return mean, float(weights @ np.square(GRID - mean))
+
+
+def exact_moments(p: BayesParameters) -> tuple[float, float]:
+    """Return mean and variance of the posterior in closed form."""
+    if p.mode == "position":
+        return after_position(p.prior_mean, p.prior_sd, p.noise_sd, p.measured)
+    return after_distance(p.prior_mean, p.prior_sd, p.noise_sd, p.measured, CAMERA)
+
+
+def likelihood_area(p: BayesParameters) -> float:
+    """Return the exact area of the likelihood over x."""
+    return 1.0 if p.mode == "position" else 2.0 * float(ndtr(p.measured / p.noise_sd))
+
+
+def peaks(density: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the places in m at which a density over the grid has a peak."""
+    inner = density[1:-1]
+    return np.asarray(GRID[1:-1][(inner > density[:-2]) & (inner >= density[2:]) & (inner > 1e-12)])
+
+
+def show(parameters: BayesParameters, seed: int) -> Shown:
+    """Multiply prior and likelihood, and compare the posterior's moments with the closed form."""
+    del seed
+    p = parameters
+    density = posterior(p)
+    likelihood = normal(expected_measurement(GRID, p.mode), p.measured, p.noise_sd)
+    mean, variance = moments(density)
+    exact_mean, exact_variance = exact_moments(p)
+    tolerance = 1e-6 if p.mode == "position" else 1e-3
+    numbers = (
+        Number("Posterior mean", mean, exact_mean, tolerance, unit="m", reveals=True),
+        Number("Posterior variance", variance, exact_variance, tolerance, unit="m²", reveals=True),
+        Number("Area of the likelihood", STEP * float(likelihood.sum()), likelihood_area(p), 1e-3, digits=3),
+    )
+    prior = normal(GRID, p.prior_mean, p.prior_sd)
+    top = ceiling(1.02 * float(max(prior.max(), density[DRAWN].max())))
+    panels = (_prior(p, prior, top), _likelihood(p, likelihood), _posterior(prior, density, mean, top))
+    return Shown(Figure(panels=panels), numbers)
+
+
+def _panel(
+    name: str, title: str, row: int, top: float, traces: tuple[Trace, ...], words: str, *handles: Handle
+) -> Panel:
+    return Panel(
+        id=name,
+        title=title,
+        x=Axis(title="position x", low=LOW, high=HIGH, unit="m"),
+        y=Axis(title="density" if name != "likelihood" else "p(z | x)", low=0.0, high=top, unit="per m"),
+        traces=traces,
+        handles=handles,
+        words=words,
+        row=row,
+        share=(1.4 if name == "posterior" else 1.0, 1.0),
+    )
+
+
+def _prior(p: BayesParameters, prior: NDArray[np.float64], top: float) -> Panel:
+    curve = Curve(title="prior p(x)", ink="prediction", x=GRID[DRAWN], y=prior[DRAWN])
+    words = f"A bump at {p.prior_mean:g} m with a standard deviation of {p.prior_sd:g} m."
+    handle = Handle(parameter="prior_mean", at=p.prior_mean)
+    return _panel("prior", "Prior: what was believed", 0, top, (curve,), words, handle)
+
+
+def _likelihood(p: BayesParameters, likelihood: NDArray[np.float64]) -> Panel:
+    curve = Curve(title="likelihood p(z | x)", ink="observation", x=GRID[DRAWN], y=likelihood[DRAWN])
+    title = f"Likelihood: how well each x explains z = {p.measured:g} m"
+    top = ceiling(1.02 * float(likelihood.max()))
+    if p.mode == "position":
+        words = f"One bump at {p.measured:g} m, which is what was measured."
+        handle = Handle(parameter="measured", at=p.measured)
+        return _panel("likelihood", title, 1, top, (curve,), words, handle)
+    camera = Rule(title="camera", ink="hidden", at=CAMERA, dashed=True)
+    left, right = CAMERA - p.measured, CAMERA + p.measured
+    words = f"Two bumps, at {left:g} m and {right:g} m, each {p.measured:g} m from the camera at {CAMERA:g} m."
+    return _panel("likelihood", title, 1, top, (camera, curve), words)
+
+
+def _posterior(prior: NDArray[np.float64], density: NDArray[np.float64], mean: float, top: float) -> Panel:
+    x = GRID[DRAWN]
+    traces = (
+        Curve(title="prior, to compare", ink="prediction", x=x, y=prior[DRAWN], dashed=True),
+        Curve(title="posterior p(x | z)", ink="estimate", x=x, y=density[DRAWN], area=(LOW, HIGH), reveals=True),
+        Rule(title="its mean", ink="estimate", at=mean, dashed=True, reveals=True),
+    )
+    words = "Prior times likelihood, rescaled to the area one."
+    return _panel("posterior", "Posterior: what is believed now", 2, top, traces, words)
+
+
+def _answer(parameters: BayesParameters, seed: int) -> Answer:
+    del seed
+    found = peaks(posterior(parameters))
+    words = f"The posterior has {len(found)} peak{'s' if len(found) > 1 else ''}, at {_join(found)}."
+    return Answer("two" if len(found) == 2 else "one", words=words)
+
+
+def _join(places: NDArray[np.float64]) -> str:
+    return " and ".join(f"{place:.2f} m" for place in places)
+
+
+AT_A_DISTANCE: dict[str, Value] = {
+    "mode": "distance",
+    "prior_mean": 6.0,
+    "prior_sd": 4.0,
+    "noise_sd": 0.5,
+    "measured": 3.0,
+}
+"""Where the question is asked."""
+
+
+def _distance() -> BayesParameters:
+    return BayesParameters.model_validate(AT_A_DISTANCE)
+
+
+def _grid() -> Outcome:
+    p = BayesParameters()
+    mean, variance = exact_moments(p)
+    off = np.abs(posterior(p) - normal(GRID, mean, math.sqrt(variance))).max()
+    return Outcome(float(off), 0.0, 1e-9)
+
+
+def _area() -> Outcome:
+    p = _distance()
+    return Outcome(STEP * float(normal(expected_measurement(GRID, p.mode), p.measured, p.noise_sd).sum()), 2.0, 1e-3)
+
+
+LESSON = Lesson(
+    id="bayes",
+    number=3,
+    title="From picture back to state: Bayes' rule",
+    idea=(
+        "To predict a measurement $z$ from a state $x$ is easy; to go back is not, and may have several answers. "
+        "*Bayes' rule* turns the easy direction into the hard one:\n\n"
+        "$$p(x \\mid z) = \\frac{p(z \\mid x)\\, p(x)}{p(z)}$$\n\n"
+        "Multiply what you believed, the *prior* $p(x)$, by how well each state explains the measurement, the "
+        "*likelihood* $p(z \\mid x)$; rescale to area one, and you have the *posterior*. The likelihood is a function "
+        "of the state but no density in it: its area over $x$ need not be one."
+    ),
+    body=Demonstration(BayesParameters(), show),
+    notice="The posterior is high only where both prior and likelihood are, and it leans to the narrower of the two.",
+    tries=(
+        "Make the prior 20 m wide: the posterior becomes the likelihood.",
+        "Make the prior 0.2 m wide: the measurement hardly counts.",
+        "Measure a distance of 3 m, and shift the prior across 5 m: the two answers change their weights.",
+    ),
+    question=Question(
+        text=(
+            "A camera at 5 m measures a distance of 3 m, give or take 0.5 m. Before, you believed the position to be "
+            "about 6 m, give or take 4 m. What do you believe now?"
+        ),
+        kind="choice",
+        answer=_answer,
+        choices={
+            "one": "One peak, near 8 m",
+            "two": "Two peaks, near 2 m and near 8 m",
+            "middle": "One peak between, near 5 m",
+            "prior": "One peak, at 6 m as before",
+        },
+        at=AT_A_DISTANCE,
+        words=(
+            "Both 2 m and 8 m explain the distance, and the wide prior allows both. It draws each peak a little "
+            "towards 6 m, and makes the right one higher."
+        ),
+        mistakes=(
+            Mistake(
+                "one",
+                "The prior does prefer 8 m, but only a little: it is 4 m wide, and at 2 m it still has two thirds of "
+                "its height at 8 m. What is multiplied by that does not vanish.",
+            ),
+            Mistake(
+                "middle",
+                "That is the middle of two answers, and no answer: at 5 m the camera would measure 0 m, not 3 m.",
+            ),
+            Mistake(
+                "prior",
+                "At 6 m the camera would measure 1 m, four times its error away from 3 m. The prior is highest there, "
+                "but a product needs both.",
+            ),
+        ),
+    ),
+    checks=(
+        Check(
+            "mean",
+            "Prior N(2, 4), noise 1, z = 5: the posterior's mean is 4.4.",
+            lambda: Outcome(moments(posterior(BayesParameters()))[0], 4.4, 1e-6),
+        ),
+        Check(
+            "variance",
+            "Its variance is 0.8.",
+            lambda: Outcome(moments(posterior(BayesParameters()))[1], 0.8, 1e-6),
+        ),
+        Check("grid", "The grid agrees with the closed form everywhere; the greatest difference.", _grid),
+        Check(
+            "two-peaks",
+            "Distance 3 with noise 0.5 under the prior N(6, 16): the posterior has exactly two peaks.",
+            lambda: Outcome(len(peaks(posterior(_distance()))), 2, 0),
+        ),
+        Check(
+            "left-peak",
+            "The left one is near 2, drawn to the prior.",
+            lambda: Outcome(float(peaks(posterior(_distance()))[0]), 2.06, 0.1),
+        ),
+        Check(
+            "right-peak",
+            "The right one is near 8, drawn to the prior.",
+            lambda: Outcome(float(peaks(posterior(_distance()))[-1]), 7.97, 0.1),
+        ),
+        Check("likelihood-area", "The area of that likelihood over x is 2, not 1.", _area),
+    ),
+    uses=(
+        Use(
+            "Show the likeness over the picture: a likelihood of where the window is. It has a peak at the target, "
+            "another at its look-alike, and the prediction decides between them.",
+            Scenario(
+                Recipe(experiment="histogram", tracker="condensation"),
+                unlocked=("look_alike_red", "sharpness", "seed"),
+                frame=45,
+                plots=("error", "likeness"),
+            ),
+        ),
+    ),
+)

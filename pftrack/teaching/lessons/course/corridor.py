@@ -1,0 +1,199 @@
+"""A robot in a corridor with doors: a particle filter and the exact density beside it, of which two lessons tell.
+
+The robot walks 3 m in a step, give or take some noise, and senses only whether there is a door beside it. It knows the
+doors' places and not its own. Its position is one number, so that the exact density fits on a grid of narrow cells, and
+a cloud of particles can be held against it.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache, partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.numerics.random import Generator, Purpose, Stream
+from pftrack.filters import bootstrap
+from pftrack.filters.particles import ParticleSet
+from pftrack.filters.resampling import Resampler, systematic
+
+__all__ = [
+    "BINS_M",
+    "BIN_M",
+    "CELLS_M",
+    "CELL_M",
+    "DOORS_M",
+    "LENGTH_M",
+    "STEPS",
+    "Corridor",
+    "Exact",
+    "Pace",
+    "Walk",
+    "assign_bins",
+    "cached_walk",
+    "total_variation",
+]
+
+LENGTH_M = 100.0
+DOORS_M = (12.0, 30.0, 41.0, 73.0, 88.0)
+DOOR_SPREAD_M = 1.5
+"""How far from a door's middle the sensor notices it, as a standard deviation."""
+PACE_M = 3.0
+START_M = 9.0
+STEPS = 12
+TYPICAL = 20
+"""Seed of a walk past three doors, after which the robot may still be at one of two places."""
+
+CELL_M = 0.1
+CELLS_M: NDArray[np.float64] = np.asarray(CELL_M * (np.arange(round(LENGTH_M / CELL_M)) + 0.5))
+"""Middles of the grid's cells."""
+BIN_M = 2.0
+BINS_M: NDArray[np.float64] = np.asarray(BIN_M * np.arange(round(LENGTH_M / BIN_M) + 1))
+"""Edges of the bins in which a cloud and a density are compared."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """Dynamics of one number, which grows by N(mean, sd^2) in a step.
+
+    Attributes:
+        mean: Of what is added.
+        sd: Its standard deviation.
+    """
+
+    mean: float
+    sd: float
+
+    def predict(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the means (N, 1) of the next states, given states (N, 1)."""
+        return states + self.mean
+
+    def diffuse(self, rng: Generator, means: NDArray[np.float64], ancestors: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Draw next states (n, 1) around the means (N, 1) of the ancestors (n,) chosen."""
+        drawn: NDArray[np.float64] = means[ancestors] + self.sd * rng.standard_normal((len(ancestors), 1))
+        return drawn
+
+
+@dataclass(frozen=True, slots=True)
+class Walk:
+    """What happened to the robot.
+
+    Attributes:
+        positions_m: (STEPS + 1,) where it truly is, at the start and after each step.
+        doors: (STEPS,) whether it sensed a door after each step.
+    """
+
+    positions_m: NDArray[np.float64]
+    doors: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class Exact:
+    """What can be known at best: densities on the cells, 1/m.
+
+    Attributes:
+        predicted: (STEPS, cells) after each step, before its measurement.
+        given: (STEPS + 1, cells) at the start, when it may be anywhere, and after each measurement.
+    """
+
+    predicted: NDArray[np.float64]
+    given: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Corridor:
+    """The model that robot, filter and grid share.
+
+    Attributes:
+        noise_m: Standard deviation of a step's length.
+        quality: How well the sensor tells a door from a wall, 0 for not at all to 1.
+    """
+
+    noise_m: float = 0.6
+    quality: float = 0.9
+
+    def likelihood(self, positions_m: NDArray[np.float64], door: bool) -> NDArray[np.float64]:
+        """Return the probability, at each position (n,), of sensing a door or none; 0 outside the corridor."""
+        apart = np.abs(positions_m - np.array(DOORS_M)[:, None]).min(axis=0) / DOOR_SPREAD_M
+        seen = (1.0 - self.quality) / 2.0 + self.quality * np.exp(-0.5 * apart * apart)
+        within = (positions_m >= 0.0) & (positions_m <= LENGTH_M)
+        return np.where(within, seen if door else 1.0 - seen, 0.0)
+
+    def walk(self, seed: int) -> Walk:
+        """Let the robot walk from its start, and sense."""
+        numbers = Stream(seed, 0, Purpose.SCENE)
+        positions = START_M + np.cumsum(PACE_M + self.noise_m * numbers.standard_normal(STEPS))
+        doors = numbers.random(STEPS) < self.likelihood(positions, door=True)
+        return Walk(np.concatenate([[START_M], positions]), doors)
+
+    def exact(self, doors: NDArray[np.bool_]) -> Exact:
+        """Return the densities given what was sensed after each step, (STEPS,)."""
+        reach = math.ceil((PACE_M + 5.0 * self.noise_m) / CELL_M)
+        moves = CELL_M * np.arange(-reach, reach + 1)
+        kernel = np.exp(-0.5 * np.square((moves - PACE_M) / self.noise_m))
+        predicted, given = np.empty((STEPS, len(CELLS_M))), np.empty((STEPS + 1, len(CELLS_M)))
+        given[0] = 1.0 / LENGTH_M
+        for step, door in enumerate(doors):
+            # What leaves the corridor is impossible, and the rest is rescaled.
+            moved = np.convolve(given[step], kernel)[reach:-reach]
+            weighed = moved * self.likelihood(CELLS_M, bool(door))
+            predicted[step] = moved / (moved.sum() * CELL_M)
+            given[step + 1] = weighed / (weighed.sum() * CELL_M)
+        return Exact(predicted, given)
+
+    def clouds(
+        self,
+        doors: NDArray[np.bool_],
+        count: int,
+        seed: int,
+        *,
+        resample: Resampler = systematic,
+        threshold: float = 1.0,
+    ) -> list[ParticleSet]:
+        """Return the particles at the start and after each step, weighted by what was sensed then.
+
+        Args:
+            doors: (n,) whether a door was sensed after each step.
+            count: How many particles.
+            seed: Of the filter's random numbers.
+            resample: How parents are drawn.
+            threshold: They are drawn only if the effective sample size is below this share of the particles.
+        """
+        places = LENGTH_M * Stream(seed, 0, Purpose.START).random((count, 1))
+        clouds = [ParticleSet.uniform(places)]
+        for step, door in enumerate(doors, start=1):
+            posterior = bootstrap.step(
+                clouds[-1],
+                Pace(PACE_M, self.noise_m),
+                partial(self._log_likelihood, bool(door)),
+                Stream(seed, step, Purpose.TRACK),
+                resample=resample,
+                threshold=threshold,
+            )
+            clouds.append(posterior.particles)
+        return clouds
+
+    def _log_likelihood(self, door: bool, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        with np.errstate(divide="ignore"):
+            return np.log(self.likelihood(states[:, 0], door))
+
+
+@lru_cache(maxsize=32)
+def cached_walk(corridor: Corridor, seed: int = TYPICAL) -> tuple[Walk, Exact]:
+    """Return a walk, and what can be known of it at best."""
+    walk = corridor.walk(seed)
+    exact = corridor.exact(walk.doors)
+    for array in (walk.positions_m, walk.doors, exact.predicted, exact.given):
+        array.flags.writeable = False
+    return walk, exact
+
+
+def assign_bins(positions_m: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how much of the weights (n,), which sum to 1, is in each bin; it is a share of what is in the corridor."""
+    return np.histogram(positions_m, BINS_M, weights=weights)[0]
+
+
+def total_variation(cloud: ParticleSet, density: NDArray[np.float64]) -> float:
+    """Return half the sum, over the bins, of how far a cloud's share is from that of a density (cells,), 1/m."""
+    ours, exact = assign_bins(cloud.states[:, 0], cloud.weights), assign_bins(CELLS_M, density * CELL_M)
+    return float(0.5 * np.abs(ours - exact).sum())

@@ -1,0 +1,249 @@
+"""Lesson 4: which one position to name when a whole density is known."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.model.parameters import Parameters, parameter
+from pftrack.core.model.recipe import Recipe
+from pftrack.core.model.timeline import Change
+from pftrack.teaching.lessons.course.densities import Mixture
+from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Ink, Panel, Rule, Scatter
+from pftrack.teaching.lessons.lesson import (
+    Answer,
+    Check,
+    Demonstration,
+    Lesson,
+    Mistake,
+    Number,
+    Outcome,
+    Question,
+    Scenario,
+    Shown,
+    Use,
+)
+
+__all__ = ["LESSON", "EstimateParameters", "expected_losses"]
+
+LOW, HIGH = -3.0, 9.0
+"""Where guesses are made, m."""
+
+GRID: NDArray[np.float64] = np.linspace(-6.0, 14.0, 1001)
+"""Positions that are summed over, m: all of the density, whatever the sliders say."""
+
+HIT = 0.15
+"""A guess that is no further off than this is almost exactly right, m."""
+
+INKS: tuple[Ink, ...] = "estimate", "prediction", "second"
+"""Of the three losses, and of what is best for each."""
+
+
+class EstimateParameters(Parameters):
+    """A guess, and the second bump of the density."""
+
+    # fmt: off
+    guess: float = parameter(
+        3, "Guess", "The one position that is named.", unit="m", ge=LOW, le=HIGH, step=0.05)
+    weight: float = parameter(
+        0.3, "Weight of the second bump", "Probability that the target is at the second bump.", ge=0, le=1, step=0.05)
+    second: float = parameter(
+        4, "Place of the second bump", "Middle of the second bump.", unit="m", ge=0, le=6, step=0.1)
+    # fmt: on
+
+
+def posterior(weight: float = 0.3, second: float = 4.0) -> Mixture:
+    """Return what is known of the position: a narrow bump at 0 m and a wide one."""
+    return Mixture((1.0 - weight, weight), (0.0, second), (0.6, 1.0))
+
+
+def expected_losses(density: Mixture, guesses: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return what guesses (n,) cost on average, summed over the grid.
+
+    Returns:
+        (3, n): the squared error, m^2; the absolute error, m; the share of misses by more than `HIT`.
+    """
+    step = GRID[1] - GRID[0]
+    shares = density.density(GRID) * step
+    off = GRID - guesses[:, None]
+    below = np.cumsum(shares) - 0.5 * shares
+    low, high = np.interp([guesses - HIT, guesses + HIT], GRID, below)
+    return np.stack([(off * off) @ shares, np.abs(off) @ shares, 1.0 - (high - low)])
+
+
+def exact_losses(density: Mixture, guess: float) -> tuple[float, float, float]:
+    """Return the same for one guess by formulas."""
+    squared = density.variance + (guess - density.mean) ** 2
+    absolute = 0.0
+    for share, mean, sd in zip(density.shares, density.means, density.sds, strict=True):
+        off = (guess - mean) / sd
+        peak = math.exp(-0.5 * off * off) * math.sqrt(2.0 / math.pi)
+        absolute += share * sd * (peak + off * math.erf(off / math.sqrt(2.0)))
+    low, high = density.cumulative([guess - HIT, guess + HIT])
+    return squared, absolute, float(1.0 - (high - low))
+
+
+def median(density: Mixture) -> float:
+    """Return the position with half of the probability on either side, m, by halving an interval."""
+    low, high = float(GRID[0]), float(GRID[-1])
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if float(density.cumulative(middle)) < 0.5 else (low, middle)
+    return 0.5 * (low + high)
+
+
+def show(parameters: EstimateParameters, seed: int) -> Shown:
+    """Show the density with the guess, and below what each guess costs."""
+    del seed
+    density, guess = posterior(parameters.weight, parameters.second), parameters.guess
+    guesses = np.linspace(LOW, HIGH, 121)
+    losses = expected_losses(density, guesses)
+    squared, absolute, missed = expected_losses(density, np.array([guess]))[:, 0].tolist()
+    exact_squared, exact_absolute, exact_missed = exact_losses(density, guess)
+    numbers = (
+        Number("Expected squared error of the guess", squared, exact_squared, 1e-4, "m²"),
+        Number("Expected absolute error of the guess", absolute, exact_absolute, 1e-4, "m", digits=3),
+        Number("Chance to be off by more than 0.15 m", missed, exact_missed, 1e-4, digits=3),
+        Number("Squared error above the least possible", squared - density.variance, (guess - density.mean) ** 2, 1e-4,
+               "m²", digits=3, reveals=True),
+    )  # fmt: skip
+    best = density.mean, median(density), float(guesses[losses[2].argmin()])
+    panels = _density_panel(density, guess, best), _loss_panel(guess, guesses, losses, best)
+    return Shown(Figure(panels=panels), numbers)
+
+
+def _density_panel(density: Mixture, guess: float, best: tuple[float, ...]) -> Panel:
+    places = np.linspace(LOW, HIGH, 241)
+    curve = density.density(places)
+    return Panel(
+        id="density",
+        title="What is known of the position",
+        x=Axis(title="position x", low=LOW, high=HIGH, unit="m"),
+        y=Axis(title="density", low=0.0, high=0.1 * math.ceil(11.0 * float(curve.max())), unit="per m"),
+        traces=(
+            Curve(title="density p(x)", ink="truth", x=places, y=curve),
+            *(
+                Rule(title=title, ink=ink, at=at, dashed=True, reveals=True)
+                for title, ink, at in zip(("mean", "median", "most hits"), INKS, best, strict=True)
+            ),
+        ),
+        handles=(Handle(parameter="guess", at=guess),),
+        words=(
+            f"A narrow bump at 0 m holds {density.shares[0]:.2f} of the probability, a wide one at "
+            f"{density.means[1]:g} m holds {density.shares[1]:.2f}. The guess is {guess:g} m."
+        ),
+    )
+
+
+def _loss_panel(
+    guess: float, guesses: NDArray[np.float64], losses: NDArray[np.float64], best: tuple[float, ...]
+) -> Panel:
+    above = losses - losses.min(axis=1, keepdims=True)
+    # Three metres off is the top of the panel, else the curves would be flat where their lowest points are.
+    off = int(np.abs(guesses - best[0] - 3.0).argmin())
+    heights = above / np.array([[above[0, off]], [above[1, off]], [above[2].max()]])
+    titles = ("squared error", "absolute error", "miss by more than 0.15 m")
+    curves = tuple(
+        Curve(title=title, ink=ink, x=guesses, y=height, reveals=True)
+        for title, ink, height in zip(titles, INKS, heights, strict=True)
+    )
+    minima = tuple(
+        Scatter(ink=ink, x=[at], y=[0.0], size_px=9.0, reveals=True) for ink, at in zip(INKS, best, strict=True)
+    )
+    return Panel(
+        id="losses",
+        title="What each guess costs on average, above the least",
+        x=Axis(title="guess", low=LOW, high=HIGH, unit="m"),
+        y=Axis(title="expected loss", low=-0.05, high=1.05, hidden=True),
+        traces=(*curves, *minima),
+        handles=(Handle(parameter="guess", at=guess),),
+        words="Three curves over the guess, each with one lowest point: squared error, absolute error, and misses.",
+        row=1,
+    )
+
+
+def _answer(parameters: EstimateParameters, seed: int) -> Answer:
+    del seed
+    density = posterior(parameters.weight, parameters.second)
+    (first, second), (_, place) = density.shares, density.means
+    return Answer(density.mean, words=f"The mean is {first:.2g} × 0 m + {second:.2g} × {place:g} m.")
+
+
+def _best(loss: int) -> float:
+    """Return the guess in steps of 0.01 m that costs least on average, by one of the three losses."""
+    guesses = np.linspace(-1.0, 3.0, 401)
+    return float(guesses[expected_losses(posterior(), guesses)[loss].argmin()])
+
+
+def _square_at(guess: float) -> float:
+    return float(expected_losses(posterior(), np.array([guess]))[0, 0])
+
+
+def _check(name: str, title: str, ours: Callable[[], float], exact: float, tolerance: float) -> Check:
+    return Check(name, title, lambda: Outcome(ours(), exact, tolerance))
+
+
+LESSON = Lesson(
+    id="estimate",
+    number=4,
+    title="One number from a density",
+    idea=(
+        "What is known is a whole curve, but a tracker must name one position. Which one is best depends on what an "
+        "error costs. By *squared* error a guess costs on average\n\n"
+        r"$$\text{variance} + (\text{guess} - \text{mean})^2$$"
+        "\n\nThe mean is best, and costs the variance; any other guess costs its squared distance to the mean more. "
+        "For *absolute* error the median wins, with half of the probability on either side; for being *almost exactly "
+        "right* the mode, the top of the curve. With two bumps the mean may lie where nothing is."
+    ),
+    body=Demonstration(EstimateParameters(), show),
+    notice="Each loss has its own best guess: the mean, the median or the highest point of the curve.",
+    tries=(
+        "Drag the guess to the bottom of each curve, and see where it then stands in the density above.",
+        "Push the second bump away: the mean follows it, the median hardly moves.",
+        "Raise the second weight past 0.65: the best place for a hit jumps to the other bump.",
+    ),
+    question=Question(
+        text="Place the guess that has the smallest expected squared error.",
+        kind="point",
+        panel="density",
+        answer=_answer,
+        tolerance=0.2,
+        unit="m",
+        bounds=(LOW, HIGH),
+        words=(
+            "Squared error punishes large errors most, so the best guess moves towards the far bump until the errors "
+            "to both sides balance. That point is the mean, although the target is hardly ever there."
+        ),
+        mistakes=(
+            Mistake((-0.3, 0.1), "That is the mode, the most likely place. Yet in three cases of ten it is 4 m off, "
+                    "and 4² = 16 weighs heavily."),
+            Mistake((0.3, 0.5), "That is near the median, which is best for absolute error, not for squared."),
+            Mistake((1.8, 2.2), "That is halfway between the bumps. The left one holds more than twice as much "
+                    "probability, and pulls the mean towards it."),
+            Mistake((3.5, 4.5), "The second bump holds only three tenths of the probability; seven times of ten this "
+                    "guess is 4 m off."),
+        ),
+    ),
+    checks=(
+        _check("best-squared", "The smallest squared error is at the mean.", lambda: _best(0), 1.2, 0.006),
+        _check("least-squared", "The smallest squared error is the variance.", lambda: _square_at(1.2), 3.912, 1e-4),
+        _check("excess", "A guess 1.8 m from the mean costs 1.8² m² more than the mean.",
+               lambda: _square_at(3.0) - _square_at(1.2), 3.24, 1e-9),
+        _check("best-absolute", "The smallest absolute error is at the median.",
+               lambda: _best(1), median(posterior()), 0.006),
+        _check("best-hit", "Most hits within 0.15 m are at the mode.", lambda: _best(2), 0.0, 0.02),
+    ),
+    uses=(
+        Use(
+            "At frame 15 a measurement is far off. Of 100 particles the fullest place, the mode, happens to be there, "
+            "10 px off; take the mean as the estimate, and it is 3 px; take more particles, and the mode is better.",
+            Scenario(
+                Recipe(experiment="trajectories", tracker="lng",
+                       timeline=(Change(0, {"trajectories_scene": "tracks", "sample_count": 100}),)),
+                unlocked=("point_estimate", "sample_count"),
+                frame=15,
+            ),
+        ),
+    ),
+)  # fmt: skip

@@ -1,0 +1,329 @@
+"""Lesson 8: draws of one density stand for another one, each with a weight.
+
+Wanted is p = N(1, 0.5^2), sampled is q = N(c, s^2). Both are Gaussian, so that the moments of the weight p/q under q,
+the integrals of p^k / q^(k - 1), are known in closed form, and with them how many draws count and how far off an
+average may be.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.model.parameters import Parameters, parameter
+from pftrack.core.model.recipe import Recipe
+from pftrack.core.model.timeline import Change
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.filters.particles import ParticleSet, normalise
+from pftrack.teaching.lessons.course.axes import ceiling
+from pftrack.teaching.lessons.course.densities import normal
+from pftrack.teaching.lessons.figure import Axis, Bars, Curve, Figure, Handle, Histogram, Panel, Rule, Stems
+from pftrack.teaching.lessons.lesson import (
+    Answer,
+    Check,
+    Demonstration,
+    Lesson,
+    Mistake,
+    Number,
+    Outcome,
+    Question,
+    Scenario,
+    Shown,
+    Use,
+)
+
+__all__ = ["LESSON", "ImportanceParameters"]
+
+MEAN, SD = 1.0, 0.5
+"""Of the density that is wanted."""
+LOW, HIGH = -4.0, 5.0
+AXIS: NDArray[np.float64] = np.linspace(LOW, HIGH, 361)
+EDGES: NDArray[np.float64] = np.linspace(LOW, HIGH, 46)
+MOST_DRAWS, MOST_STEMS = 5000, 400
+"""How many draws there may be, and how many are shown: a screen has room for no more."""
+FEW = 10
+"""Effective draws below which nothing is said of how far off their number may be."""
+ROUNDING = 1e-9
+"""How far off a number may be that is no matter of chance."""
+REPEATS, MANY = 200, 2000
+"""Of the checks: how often they draw, and how many each time."""
+CHOICES = 0.3, 0.5, 1.0, 2.0
+"""Spreads that the question offers."""
+
+
+class ImportanceParameters(Parameters):
+    """The density that is sampled, and how often."""
+
+    # fmt: off
+    spread: float = parameter(
+        1, "Spread s", "Standard deviation of the density q that is sampled; that of p is 0.5.",
+        ge=0.2, le=4, step=0.05)
+    centre: float = parameter(
+        0, "Centre c", "Mean of the density q that is sampled; that of p is 1.", ge=-3, le=4, step=0.05)
+    draws: int = parameter(200, "Draws N", "How many draws there are.", ge=10, le=MOST_DRAWS, step=10)
+    # fmt: on
+
+
+@dataclass(frozen=True, slots=True)
+class Proposal:
+    """N(centre, spread^2), which is sampled in the place of p."""
+
+    centre: float
+    spread: float
+
+    def draw(self, rng: Stream, count: int) -> ParticleSet:
+        """Return (count, 1) draws with weights in proportion to p/q."""
+        # The first of as many as there may be: the same ones, whatever the count.
+        drawn = self.centre + self.spread * rng.standard_normal((MOST_DRAWS, 1))[:count]
+        return ParticleSet(drawn, normalise(self.log_ratio(drawn[:, 0]))[0], np.arange(count))
+
+    def log_ratio(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return log p/q at each x, up to a constant."""
+        return np.asarray(0.5 * np.square((x - self.centre) / self.spread) - 0.5 * np.square((x - MEAN) / SD))
+
+    def moment(self, order: int) -> float:
+        """Return E_q[(p/q)^order], which is infinite where q is too narrow."""
+        ours, its = SD**-2, self.spread**-2
+        left = order * ours - (order - 1) * its
+        if left <= 0.0:
+            return math.inf
+        apart = order * (order - 1) * ours * its * (MEAN - self.centre) ** 2 / (2.0 * left)
+        if apart > 700.0:
+            return math.inf
+        return math.sqrt(ours**order / its ** (order - 1) / left) * math.exp(apart)
+
+    @property
+    def share(self) -> float:
+        """What share of many draws is effective, 1 / integral of p^2/q; 0 where that is infinite."""
+        return 1.0 / self.moment(2)
+
+    def share_sd(self, count: int) -> float | None:
+        """Return the standard deviation of the share of `count` draws; None where it is infinite or too large.
+
+        The share is the squared mean weight over the mean squared weight; both are linearised.
+        """
+        square, third, fourth = (self.moment(order) for order in (2, 3, 4))
+        if not math.isfinite(fourth) or count * self.share < FEW:
+            return None
+        variance = 4.0 * (square - 1.0) - 4.0 * (third - square) / square + (fourth - square**2) / square**2
+        sd = math.sqrt(max(variance, 0.0) / count) / square
+        return sd if 3.0 * sd < self.share else None
+
+    def mean_sd(self, count: int) -> float | None:
+        """Return the standard deviation of the weighted mean of many draws; None where it is infinite."""
+        left = 2.0 * SD**-2 - self.spread**-2
+        if left <= 0.0 or count * self.share < FEW:
+            return None
+        middle = (2.0 * MEAN * SD**-2 - self.centre * self.spread**-2) / left
+        return math.sqrt(self.moment(2) * (1.0 / left + (middle - MEAN) ** 2) / count)
+
+
+def show(parameters: ImportanceParameters, seed: int) -> Shown:
+    """Draw from q, weigh by p/q, and compare with p."""
+    proposal = Proposal(parameters.centre, parameters.spread)
+    count = parameters.draws
+    cloud = proposal.draw(Stream(seed, 0, Purpose.TRACK), count)
+    size = cloud.effective_sample_size
+    mean = float(cloud.weights @ cloud.states[:, 0])
+    share_sd, mean_sd = proposal.share_sd(count), proposal.mean_sd(count)
+    numbers = (
+        Number(
+            "Effective share of the draws",
+            size / count,
+            proposal.share,
+            None if share_sd is None else 3.0 * share_sd + ROUNDING,
+            digits=3,
+            reveals=True,
+        ),
+        Number("Weighted mean", mean, MEAN, None if mean_sd is None else 3.0 * mean_sd, digits=3),
+    )
+    panels = (_densities(cloud, proposal, mean), _weights(cloud, proposal), _sizes(cloud, proposal))
+    return Shown(Figure(panels=panels), numbers)
+
+
+def _densities(cloud: ParticleSet, proposal: Proposal, mean: float) -> Panel:
+    heights = np.histogram(cloud.states[:, 0], EDGES, weights=cloud.weights)[0] / np.diff(EDGES)
+    wanted = normal(AXIS, MEAN, SD)
+    sampled = normal(AXIS, proposal.centre, proposal.spread)
+    return Panel(
+        id="densities",
+        title="What is wanted, what is sampled, and the draws with their weights",
+        x=Axis(title="x", low=LOW, high=HIGH),
+        y=Axis(title="density", low=0.0, high=ceiling(max(heights.max(), wanted.max(), min(sampled.max(), 1.2)))),
+        traces=(
+            Curve(title="p, which is wanted", ink="truth", x=AXIS, y=wanted),
+            Curve(title="q, which is sampled", ink="prediction", x=AXIS, y=sampled, dashed=True),
+            Histogram(title="weighted draws", ink="estimate", edges=EDGES, heights=heights),
+            Rule(title="weighted mean", ink="estimate", at=mean, dashed=True),
+        ),
+        handles=(Handle(parameter="centre", at=proposal.centre),),
+        words=f"The weighted draws have the mean {mean:.3g}; that of p is {MEAN:g}.",
+        row=0,
+        share=(1.2, 1.0),
+    )
+
+
+def _weights(cloud: ParticleSet, proposal: Proposal) -> Panel:
+    # Where there are too many, the heaviest and the first of them.
+    heaviest = np.argsort(-cloud.weights, kind="stable")[: MOST_STEMS // 2]
+    shown = (
+        np.union1d(heaviest, np.arange(min(len(cloud), MOST_STEMS // 2))) if len(cloud) > MOST_STEMS else slice(None)
+    )
+    here, weights = cloud.states[shown, 0], (len(cloud) * cloud.weights)[shown]
+    top = ceiling(max(float(weights.max()), 1.0))
+    # Scaled as the weights are, which add up to the number of draws.
+    logs = (
+        proposal.log_ratio(AXIS)
+        - proposal.log_ratio(cloud.states[heaviest[:1], 0])
+        + math.log(len(cloud) * cloud.weights[heaviest[0]])
+    )
+    ratio = np.exp(np.minimum(logs, math.log(2.0 * top)))
+    greatest = float(cloud.weights.max())
+    return Panel(
+        id="weights",
+        title="Each draw and its weight, 1 if all were alike",
+        x=Axis(title="x", low=LOW, high=HIGH),
+        y=Axis(title="weight", low=0.0, high=top),
+        traces=(
+            Curve(title="p/q", ink="truth", x=AXIS, y=np.where(ratio <= top, ratio, np.nan)),
+            Stems(title="draws", ink="estimate", x=here, y=weights),
+        ),
+        words=f"The heaviest of {len(cloud)} draws has {100 * greatest:.3g} % of all weight.",
+        row=1,
+        share=(1.0, 3.0),
+    )
+
+
+def _sizes(cloud: ParticleSet, proposal: Proposal) -> Panel:
+    count, size = len(cloud), cloud.effective_sample_size
+    return Panel(
+        id="size",
+        title="How many count",
+        x=Axis(title="", low=-0.7, high=0.7, names=("effective",)),
+        y=Axis(title="draws", low=0.0, high=float(count)),
+        traces=(
+            Bars(title="effective draws", ink="estimate", heights=np.array([size]), reveals=True),
+            Rule(title="of many draws", ink="truth", at=count * proposal.share, along="y", reveals=True),
+        ),
+        words=f"Of {count} draws {size:.3g} are effective.",
+        row=1,
+    )
+
+
+def _answer(parameters: ImportanceParameters, seed: int) -> Answer:
+    shares = {f"{spread:g}": Proposal(parameters.centre, spread).share for spread in CHOICES}
+    said = ", ".join(f"{100 * share:.2g} % at s = {spread}" for spread, share in shares.items())
+    sizes = (
+        Proposal(parameters.centre, spread).draw(Stream(seed, 0, Purpose.TRACK), parameters.draws).effective_sample_size
+        for spread in CHOICES
+    )
+    ours = ", ".join(f"{size:.0f}" for size in sizes)
+    words = f"Effective are {said}; of the {parameters.draws} draws of this seed {ours}."
+    return Answer(max(shares, key=lambda spread: shares[spread]), words=words)
+
+
+def _repeat(spread: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return effective shares and weighted means (REPEATS,) of draws from N(0, spread^2)."""
+    proposal = Proposal(0.0, spread)
+    clouds = [proposal.draw(Stream(1, repeat, Purpose.TRACK), MANY) for repeat in range(REPEATS)]
+    shares = np.array([cloud.effective_sample_size for cloud in clouds]) / MANY
+    return shares, np.array([cloud.weights @ cloud.states[:, 0] for cloud in clouds])
+
+
+def _share(spread: float, exact: float) -> Outcome:
+    return Outcome(float(_repeat(spread)[0].mean()), exact, 0.02 * exact)
+
+
+def _mean() -> Outcome:
+    return Outcome(float(_repeat(1.0)[1].mean()), MEAN, 0.004)
+
+
+def _narrow_share() -> Outcome:
+    return Outcome(float(np.median(_repeat(0.3)[0])), 0.0, 0.02)
+
+
+def _narrow_error() -> Outcome:
+    wide, narrow = (np.sqrt(np.square(_repeat(spread)[1] - MEAN).mean()) for spread in (1.0, 0.3))
+    return Outcome(float(wide / narrow), 0.0, 0.1)
+
+
+LESSON = Lesson(
+    id="importance",
+    number=8,
+    title="Sampling from the wrong density",
+    idea=(
+        "You want averages over a density $p$ but can only draw from another one, $q$. Weight each draw by how much "
+        "too rarely it comes,\n\n"
+        "$$w(x) = \\frac{p(x)}{q(x)},$$\n\n"
+        "and weighted averages are those of $p$. Unequal weights waste draws: with weights that add up to 1, the "
+        "number that counts is\n\n"
+        "$$N_\\mathrm{eff} = \\frac{1}{\\sum_n w_n^2}.$$\n\n"
+        "A $q$ wider than $p$ is safe. A $q$ that hardly reaches where $p$ lives fails silently: the draws that "
+        "matter never come, and nothing shows that they are missing."
+    ),
+    body=Demonstration(ImportanceParameters(), show, random=True),
+    notice="The stems end on the curve p/q: where q is small beside p, a draw is rare and heavy.",
+    tries=(
+        "Set s to 0.3 and draw a few times: everything hangs on one or two draws.",
+        "Drag the centre of q to 1, then s to 0.5: all weights become equal, and every draw counts.",
+        "Set s to 0.3 with 5,000 draws: the weighted mean is still too low, and each new draw agrees on that.",
+    ),
+    question=Question(
+        text="p has the standard deviation 0.5 and the mean 1. Which q with the mean 0 wastes the fewest draws?",
+        kind="choice",
+        choices={f"{spread:g}": f"s = {spread:g}" for spread in CHOICES},
+        answer=_answer,
+        words=(
+            "The centres are 1 apart, two standard deviations of p. A good q is about as wide as that: it must reach "
+            "all of p, and what is wider only wastes draws where p is nothing."
+        ),
+        mistakes=(
+            Mistake("0.3", "That q ends where p begins. The few draws near 1 carry all the weight."),
+            Mistake("0.5", "As wide as p would be best if q stood on p. Here p begins where this q ends."),
+            Mistake("2", "That is safe, and better than too narrow, but most draws fall where p is nothing."),
+        ),
+    ),
+    checks=(
+        Check(
+            "share-at-1",
+            "With s = 1 the effective share of 2,000 draws is 1 / ∫ p²/q, within 2 %, on average over 200 repeats.",
+            lambda: _share(1.0, 0.3735),
+        ),
+        Check("share-at-2", "With s = 2 it is, too, within 2 %.", lambda: _share(2.0, 0.3059)),
+        Check("mean", "With s = 1 the weighted mean is that of p, on average over 200 repeats.", _mean),
+        Check("narrow-share", "With s = 0.3 the median effective share is below 0.02.", _narrow_share),
+        Check(
+            "narrow-error",
+            "The error of the mean with s = 1 is less than a tenth of that with s = 0.3.",
+            _narrow_error,
+        ),
+    ),
+    uses=(
+        Use(
+            "From frame 13 on, in a sharp turn, the ordinary filter draws most particles where the fish is not. Change "
+            "to the guided filter, whose draws were learned from fish that swim.",
+            Scenario(
+                Recipe(
+                    experiment="fish",
+                    tracker="ordinary",
+                    seed=1,
+                    timeline=(Change(0, {"sample_count": 200, "tank_number": 204}),),
+                ),
+                unlocked=("tracker", "seed", "sample_count"),
+                frame=9,
+                plots=("error", "ess"),
+            ),
+        ),
+        Use(
+            "Many particles are drawn where the picture is red, rather than by the prediction. Corrected and balanced "
+            "weights are p/q; sharpened ones are not, and hold the ball better all the same.",
+            Scenario(
+                Recipe(experiment="ball", tracker="s-spf"),
+                unlocked=("seed", "apf_weights", "sample_count"),
+                frame=5,
+                plots=("error", "ess", "proposals"),
+            ),
+        ),
+    ),
+)

@@ -1,0 +1,279 @@
+"""Lesson 6: where all is linear and Gaussian, two numbers an axis are the whole density."""
+
+import math
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.model.parameters import Parameters, parameter
+from pftrack.core.model.recipe import Recipe
+from pftrack.core.model.timeline import Change
+from pftrack.core.numerics.matrices import cholesky, solve_system
+from pftrack.teaching.lessons.course.axes import ceiling
+from pftrack.teaching.lessons.course.velocity import (
+    OBSERVATION,
+    TRANSITION,
+    Filtered,
+    Tracks,
+    apply_filter,
+    errors,
+    motion,
+    simulate,
+)
+from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Panel, Rule, Scatter, Trace
+from pftrack.teaching.lessons.lesson import (
+    Answer,
+    Check,
+    Demonstration,
+    Lesson,
+    Mistake,
+    Number,
+    Outcome,
+    Question,
+    Scenario,
+    Shown,
+    Use,
+)
+
+__all__ = ["LESSON", "KalmanParameters"]
+
+FRAMES, TRACKS = 60, 400
+GAP = 20
+"""The first frame whose measurement may be dropped."""
+
+WITHIN = 1.0 - math.exp(-2.0)
+"""Probability that lies within two standard deviations of a Gaussian in the plane."""
+
+FOUR_SDS = 4.0
+"""How far a sampled number may be off: once in sixteen thousand draws it is further off."""
+
+CIRCLE: NDArray[np.float64] = np.stack([f(np.linspace(0.0, 2.0 * np.pi, 121)) for f in (np.cos, np.sin)])
+
+
+class KalmanParameters(Parameters):
+    """How noisy motion and measurements are, which of these are missing, and where one looks."""
+
+    # fmt: off
+    process: float = parameter(
+        0.05, "Process noise", "Variance by which the velocity changes in a second.",
+        unit="m²/s³", ge=0.005, le=0.5, step=0.005)
+    noise: float = parameter(
+        4, "Measurement noise R", "Variance of the error of a measured position.", unit="m²", ge=0.5, le=25, step=0.5)
+    dropped: int = parameter(
+        0, "Dropped frames", f"How many measurements are missing from frame {GAP} on.", ge=0, le=30, step=1)
+    frame: int = parameter(
+        39, "Frame", "The frame whose errors are shown.", ge=0, le=FRAMES - 1, step=1)
+    # fmt: on
+
+
+def show(parameters: KalmanParameters, seed: int) -> Shown:
+    """Show one track with its filter, and in one frame the errors of many against the filter's ellipse."""
+    tracks, known = _apply_filter(parameters, seed)
+    frame = parameters.frame
+    off, covariance = errors(tracks, known.gains[: frame + 1]), known.covariances[frame]
+    squared, variance = float(np.mean(off[0] ** 2)), float(covariance[0, 0])
+    within = float(np.mean((off * solve_system(covariance, off)).sum(axis=0) <= 4.0))
+    numbers = (
+        Number(f"Mean squared error of position over {TRACKS} tracks", squared, variance,
+               FOUR_SDS * variance * math.sqrt(2.0 / TRACKS), "m²", digits=3, reveals=True),
+        Number("Share of the tracks within the ellipse", within, WITHIN,
+               FOUR_SDS * math.sqrt(WITHIN * (1.0 - WITHIN) / TRACKS), digits=3),
+        Number("Gain: share of the surprise that is believed", float(known.gains[frame, 0]), digits=3),
+    )  # fmt: skip
+    panels = _track_panel(parameters, tracks, known), _plane_panel(parameters, off, known)
+    return Shown(Figure(panels=panels), numbers)
+
+
+def _apply_filter(parameters: KalmanParameters, seed: int) -> tuple[Tracks, Filtered]:
+    """Return all tracks, of which the first is the one that is shown, and what the filter says of that."""
+    tracks = simulate(parameters.process, parameters.noise, seed, FRAMES, TRACKS)
+    measured = tracks.measured[:, 0].copy()
+    measured[GAP : GAP + parameters.dropped] = np.nan
+    return tracks, apply_filter(parameters.process, parameters.noise, measured)
+
+
+def _track_panel(parameters: KalmanParameters, tracks: Tracks, known: Filtered) -> Panel:
+    times, truth, measured = np.arange(FRAMES), tracks.states[:, 0, 0], tracks.measured[:, 0]
+    seen, reach = np.isfinite(known.innovations), 2.0 * np.sqrt(known.covariances[:, 0, 0])
+    drawn = np.concatenate([truth, measured, known.means[:, 0]])
+    low, high, margin = float(drawn.min()), float(drawn.max()), 0.15 * float(np.ptp(drawn))
+    gap: list[Trace] = []
+    if parameters.dropped:
+        ends = GAP - 0.5, min(GAP + parameters.dropped, FRAMES) - 0.5
+        titles = "no measurements in between", ""
+        gap = [Rule(title=title, ink="hidden", at=end, dashed=True) for title, end in zip(titles, ends, strict=True)]
+    return Panel(
+        id="track",
+        title="One track",
+        x=Axis(title="time", low=0.0, high=FRAMES - 1.0, unit="s"),
+        y=Axis(title="position", low=low - margin, high=high + margin, unit="m"),
+        traces=(
+            *gap,
+            Curve(title="truth", ink="truth", x=times, y=truth),
+            Scatter(title="measured", ink="observation", x=times[seen], y=measured[seen]),
+            Curve(
+                title="two standard deviations", ink="prediction", x=times, y=known.means[:, 0] + reach, reveals=True
+            ),
+            Curve(ink="prediction", x=times, y=known.means[:, 0] - reach, reveals=True),
+            Curve(title="estimate", ink="estimate", x=times, y=known.means[:, 0]),
+        ),
+        handles=(Handle(parameter="frame", at=float(parameters.frame)),),
+        words=(
+            f"A position over {FRAMES} seconds, from {truth[0]:.0f} m to {truth[-1]:.0f} m. It is measured in "
+            f"{int(seen.sum())} of them, and the estimate follows. The ellipse belongs to {parameters.frame} s."
+        ),
+        share=(1.0, 1.2),
+    )
+
+
+def _plane_panel(parameters: KalmanParameters, off: NDArray[np.float64], known: Filtered) -> Panel:
+    frame = parameters.frame
+    before = min(frame, GAP - 1)
+    steady, now = (cholesky(known.covariances[at]) @ CIRCLE * 2.0 for at in (before, frame))
+    reach = [ceiling(1.3 * max(float(ellipse[axis].max()) for ellipse in (steady, now))) for axis in (0, 1)]
+    traces: list[Trace] = [
+        Curve(title="the filter's ellipse", ink="truth", x=now[0], y=now[1], reveals=True),
+        Scatter(title=f"errors of {TRACKS} tracks", ink="estimate", x=off[0], y=off[1], size_px=3.0, reveals=True),
+        Scatter(title="of the one beside", ink="second", x=off[0, :1], y=off[1, :1], size_px=9.0, reveals=True),
+    ]
+    if before < frame:
+        traces.append(
+            Curve(title=f"its ellipse at {before} s", ink="prediction", x=steady[0], y=steady[1], dashed=True)
+        )
+    return Panel(
+        id="plane",
+        title=f"How far off it may be at {frame} s",
+        x=Axis(title="error of position", low=-reach[0], high=reach[0], unit="m"),
+        y=Axis(title="error of velocity", low=-reach[1], high=reach[1], unit="m/s"),
+        traces=tuple(traces),
+        words=(
+            f"The plane of errors of position and velocity. At {before} s two standard deviations reach "
+            f"{steady[0].max():.1f} m and {steady[1].max():.2f} m/s."
+        ),
+    )
+
+
+def _answer(parameters: KalmanParameters, seed: int) -> Answer:
+    _, known = _apply_filter(parameters, seed)
+    before, after = (known.covariances[at] for at in (GAP - 1, parameters.frame))
+    first, last = (math.sqrt(covariance[0, 0]) for covariance in (before, after))
+    words = (
+        f"The standard deviation of the position grows from {first:.1f} m to {last:.1f} m, and its correlation with "
+        f"the velocity from {_correlation(before):.2f} to {_correlation(after):.2f}."
+    )
+    return Answer("tilts", words=words)
+
+
+def _correlation(covariance: NDArray[np.float64]) -> float:
+    return float(covariance[0, 1] / math.sqrt(covariance[0, 0] * covariance[1, 1]))
+
+
+def riccati(process: float, noise: float) -> NDArray[np.float64]:
+    """Return the covariance (2, 2) to which predictions settle, by Riccati's equation.
+
+    It is spanned by the eigenvectors of the equation's symplectic matrix that die out (Vaughan 1970).
+    """
+    dynamics, information = motion(process), OBSERVATION.T @ OBSERVATION / noise
+    back = np.linalg.inv(TRANSITION)
+    added = dynamics.noise_covariance
+    symplectic = np.block([[TRANSITION.T + information @ back @ added, -information @ back], [-back @ added, back]])
+    values, vectors = np.linalg.eig(symplectic)
+    dying = vectors[:, np.abs(values) < 1.0]
+    covariance: NDArray[np.float64] = np.real(dying[2:] @ np.linalg.inv(dying[:2]))
+    return covariance
+
+
+def _steady_state(axis: int) -> Outcome:
+    ours = apply_filter(0.05, 4.0, np.zeros(300)).predicted[-1, axis, axis]
+    return Outcome(float(ours), float(riccati(0.05, 4.0)[axis, axis]), 1e-8)
+
+
+def _surprises() -> Outcome:
+    frames = 4000
+    known = apply_filter(0.05, 4.0, simulate(0.05, 4.0, 1, frames, 1).measured[:, 0])
+    squares = known.innovations**2 / (known.predicted[:, 0, 0] + 4.0)
+    return Outcome(float(squares.mean()), 1.0, 4.0 * math.sqrt(2.0 / frames))
+
+
+def _without_data() -> Outcome:
+    one, other = (apply_filter(0.05, 4.0, simulate(0.05, 4.0, seed, FRAMES, 1).measured[:, 0]) for seed in (1, 2))
+    return Outcome(float(np.abs(one.covariances - other.covariances).max()), 0.0, 0.0)
+
+
+LESSON = Lesson(
+    id="kalman",
+    number=6,
+    title="The exact special case: Kalman",
+    idea=(
+        "If motion and measurement are linear and all noise is Gaussian, the density stays Gaussian, and a mean and a "
+        "variance for each axis are all of it. The estimate $m$ goes along with a part of the surprise, what was "
+        "measured less what was expected:\n\n"
+        r"$$m \to m + K\,(z - m) \qquad K = \frac{P}{P + R}$$"
+        "\n\nThe gain $K$ weighs the variance $P$ of the prediction against $R$, that of the measurement. With a "
+        "velocity in the state, the filter learns a speed that it never measures. The variances do not depend on the "
+        "data."
+    ),
+    body=Demonstration(KalmanParameters(), show, random=True),
+    notice="The ellipse is computed before anything is measured, and yet it holds the right share of the errors.",
+    tries=(
+        "Drop 20 frames and drag the frame from 19 s to 39 s: the ellipse grows and tilts. At 40 s it is back.",
+        "Press “New draw” a few times: track and errors change, the ellipse and the gain never do.",
+        "Raise R: the gain falls, and the estimate gets smoother and later.",
+    ),
+    question=Question(
+        text=(
+            f"From {GAP} s on, 20 measurements are dropped. What becomes of the ellipse of errors, position to the "
+            "right, velocity upwards?"
+        ),
+        kind="choice",
+        choices={
+            "stays": "it stays as it is",
+            "round": "it grows alike to all sides",
+            "wide": "it gets wider, but not higher",
+            "tilts": "it grows and tilts",
+        },
+        answer=_answer,
+        at={"dropped": 20, "frame": GAP + 19},
+        words=(
+            "An error of velocity becomes an error of position that is larger each second, so that the two go "
+            "together. That is why the next measurement of a position corrects the velocity, too, and how a speed is "
+            "learnt that is never measured."
+        ),
+        mistakes=(
+            Mistake("stays", "Without measurements the target still moves, and each prediction adds uncertainty."),
+            Mistake("round", "Both get uncertain, but not of each other: a velocity that is 1 m/s too high puts the "
+                    "position 20 m too far ahead after 20 s."),
+            Mistake("wide", "The velocity changes in these seconds too, unseen, by the process noise."),
+        ),
+    ),
+    checks=(
+        Check("settled-position", "The predicted variance of the position settles at 2.41836 m², as Riccati's equation "
+              "says.", partial(_steady_state, 0)),
+        Check("settled-velocity", "The predicted variance of the velocity settles at 0.238449 m²/s², as Riccati's "
+              "equation says.", partial(_steady_state, 1)),
+        Check("surprises", "Over 4000 steps the squared surprise is on average what its variance says.", _surprises),
+        Check("without-data", "Two tracks that are measured differently have the same variances.", _without_data),
+    ),
+    uses=(
+        Use(
+            "The linear Gaussian filter follows tracks of points by such a model. With a measurement noise of 100 px² "
+            "the outlier at frame 45 drags it less, but from frame 50 on, when the tracks move aside, it comes late.",
+            Scenario(
+                Recipe(experiment="trajectories", tracker="lg",
+                       timeline=(Change(0, {"trajectories_scene": "tracks"}),)),
+                unlocked=("noise_variance_px2", "drive_variance_px2", "lag_frames"),
+                frame=45,
+            ),
+        ),
+        Use(
+            "On a sine the particle filter draws the exact answer of the Kalman filter beside its own: lower the "
+            "number of particles, and see them part.",
+            Scenario(
+                Recipe(experiment="sine", tracker="condensation", timeline=(Change(0, {"sample_count": 1000}),)),
+                unlocked=("sample_count", "process_noise_sd", "assumed_noise_sd"),
+                frame=40,
+            ),
+        ),
+    ),
+)  # fmt: skip

@@ -1,0 +1,245 @@
+"""Lesson 7: a crowd of samples stands for a density, and how wrong it is."""
+
+import math
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.model.parameters import Parameters, parameter
+from pftrack.core.model.recipe import Recipe
+from pftrack.core.model.timeline import Change
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.teaching.lessons.course.densities import normal
+from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Panel, Rule, Scatter
+from pftrack.teaching.lessons.lesson import (
+    Answer,
+    Check,
+    Demonstration,
+    Lesson,
+    Mistake,
+    Number,
+    Outcome,
+    Question,
+    Scenario,
+    Shown,
+    Use,
+)
+
+__all__ = ["LESSON", "MonteCarloParameters", "sample"]
+
+MEAN, SD = 2.0, 1.5
+LOW, HIGH = MEAN - 4.0 * SD, MEAN + 4.0 * SD
+
+SIZES = 10, 30, 100, 300, 1000, 3000, 10_000
+"""Numbers of samples at which the error is measured; what is drawn for one of them is part of the next."""
+
+REPEATS = 50
+"""How often a cloud is drawn for the error on the screen."""
+
+CELL = 0.5
+"""Width of a grid's cell, m."""
+
+
+class MonteCarloParameters(Parameters):
+    """How many samples there are, and of how many dimensions."""
+
+    # fmt: off
+    count: int = parameter(
+        1000, "Samples N", "How many samples the cloud has.", ge=10, le=SIZES[-1], step=10)
+    dimension: int = parameter(
+        1, "Dimension", "How many independent coordinates a sample has, all alike.", ge=1, le=10, step=1)
+    # fmt: on
+
+
+def sample(seed: int, count: int, dimension: int, repeats: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Draw clouds of which a smaller one is the beginning of a larger one.
+
+    Args:
+        seed: Of all draws.
+        count: Samples of a cloud, at most 10,000.
+        dimension: Coordinates of a sample.
+        repeats: Number of clouds.
+
+    Returns:
+        The first coordinate of the first cloud's samples, (count,); and the means of all clouds from their first `n`
+        samples, (sizes, repeats, dimension), for every n of `SIZES` below the count and the count itself.
+    """
+    totals, shown, sums = [], [], np.zeros((repeats, dimension))
+    for part, (first, last) in enumerate(zip((0, *SIZES), SIZES, strict=False)):
+        if first >= count:
+            break
+        parts = [
+            MEAN + SD * Stream(seed, axis * len(SIZES) + part, Purpose.SCENE).standard_normal((repeats, last - first))
+            for axis in range(dimension)
+        ]
+        kept = np.stack(parts, axis=1)[:, :, : count - first]
+        shown.append(kept[0, 0])
+        sums = sums + kept.sum(axis=2)
+        totals.append(sums / (first + kept.shape[2]))
+    return np.concatenate(shown), np.stack(totals)
+
+
+def sizes_up_to(count: int) -> NDArray[np.float64]:
+    """Return the sizes below a count, and the count."""
+    return np.array([*(size for size in SIZES if size < count), count], dtype=np.float64)
+
+
+def rms(means: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the root mean square error of each coordinate, (sizes,), of means (sizes, repeats, dimension)."""
+    errors: NDArray[np.float64] = np.sqrt(np.mean((means - MEAN) ** 2, axis=(1, 2)))
+    return errors
+
+
+def show(parameters: MonteCarloParameters, seed: int) -> Shown:
+    """Show the samples, their mean as they come in, and the error of clouds of all sizes."""
+    count, dimension = parameters.count, parameters.dimension
+    samples, means = sample(seed, count, dimension, REPEATS)
+    errors, exact = rms(means), SD / math.sqrt(count)
+    drawn = REPEATS * dimension
+    numbers = (
+        Number(f"Error of the mean, over {drawn} clouds" if dimension == 1 else f"Error of the mean, an axis, over "
+               f"{REPEATS} clouds", float(errors[-1]), exact, 4.0 * exact / math.sqrt(2.0 * drawn), "m", digits=3,
+               reveals=True),
+        Number("Mean of this cloud", float(means[-1, 0, 0]), MEAN, 4.0 * exact, "m"),
+        Number(f"Cells of {CELL:g} m of a grid as wide as the axis", ((HIGH - LOW) / CELL) ** dimension, digits=3),
+    )  # fmt: skip
+    heights = Stream(seed, len(SIZES) * 10, Purpose.SCENE).random(SIZES[-1])[:count]
+    panels = (
+        _cloud_panel(samples, heights),
+        _mean_panel(samples),
+        _error_panel(sizes_up_to(count), errors, dimension),
+    )
+    return Shown(Figure(panels=panels), numbers)
+
+
+def _cloud_panel(samples: NDArray[np.float64], heights: NDArray[np.float64]) -> Panel:
+    places, few = np.linspace(LOW, HIGH, 161), slice(2000)
+    x = samples[few]
+    return Panel(
+        id="cloud",
+        title="Samples under their density",
+        x=Axis(title="first coordinate", low=LOW, high=HIGH, unit="m"),
+        y=Axis(title="density", low=0.0, high=0.3, unit="per m"),
+        traces=(
+            Curve(title="density p(x)", ink="truth", x=places, y=normal(places, MEAN, SD)),
+            Scatter(title="samples, at any height below it", ink="estimate", x=x, y=heights[few] * normal(x, MEAN, SD),
+                    size_px=3.0),
+            Rule(title="mean of the samples", ink="estimate", at=float(samples.mean()), dashed=True),
+        ),
+        words=f"{len(samples)} samples fill the area below a bump about {MEAN:g} m, {SD:g} m wide to either side.",
+        share=(1.0, 1.0),
+    )  # fmt: skip
+
+
+def _mean_panel(samples: NDArray[np.float64]) -> Panel:
+    all_of_them = np.arange(1, len(samples) + 1)
+    some = np.unique(np.geomspace(1, len(samples), 200).astype(np.int64))
+    running = (np.cumsum(samples) / all_of_them)[some - 1]
+    reach = 2.0 * SD / np.sqrt(some)
+    return Panel(
+        id="mean",
+        title="Mean as samples come in",
+        x=Axis(title="samples so far", low=1.0, high=float(SIZES[-1]), log=True),
+        y=Axis(title="mean", low=MEAN - 2.0, high=MEAN + 2.0, unit="m"),
+        traces=(
+            Rule(title="exact mean", ink="truth", at=MEAN, along="y"),
+            Curve(title="exact ± 2 SD/√n", ink="truth", x=some, y=MEAN + reach, dashed=True),
+            Curve(ink="truth", x=some, y=MEAN - reach, dashed=True),
+            Curve(title="mean so far", ink="estimate", x=some, y=running),
+        ),
+        words=f"The mean wavers less and less about {MEAN:g} m; after {len(samples)} it is {running[-1]:.3f} m.",
+    )
+
+
+def _error_panel(sizes: NDArray[np.float64], errors: NDArray[np.float64], dimension: int) -> Panel:
+    ends = np.array([SIZES[0], SIZES[-1]], dtype=np.float64)
+    gaps = (HIGH - LOW) / ends ** (1.0 / dimension)
+    return Panel(
+        id="error",
+        title="Error of the mean, both axes in powers of ten",
+        x=Axis(title="samples N", low=float(SIZES[0]), high=float(SIZES[-1]), log=True),
+        y=Axis(title="error, an axis", low=0.005, high=12.0, unit="m", log=True),
+        traces=(
+            Curve(title="exact, SD/√N", ink="truth", x=ends, y=SD / np.sqrt(ends), reveals=True),
+            Scatter(title=f"rms over {REPEATS} clouds", ink="estimate", x=sizes, y=errors, size_px=8.0, reveals=True),
+            Curve(title=f"gap in a grid of N points, {dimension}-D", ink="prediction", x=ends,
+                  y=gaps, dashed=True),
+        ),
+        words=(
+            f"Error against the number of samples. For comparison, {SIZES[-1]} points of a grid in {dimension} "
+            f"dimension{'s' if dimension > 1 else ''} have gaps of {gaps[-1]:.2g} m."
+        ),
+        row=1,
+    )  # fmt: skip
+
+
+def _answer(parameters: MonteCarloParameters, seed: int) -> Answer:
+    measured = float(rms(sample(seed, SIZES[-1], parameters.dimension, REPEATS)[1])[-1])
+    words = f"Over {REPEATS} clouds of 10,000 samples the error is {measured:.4f} m."
+    return Answer(100.0 * parameters.count, words=words)
+
+
+def _slope() -> Outcome:
+    errors = rms(sample(1, SIZES[-1], 1, 400)[1])
+    return Outcome(float(np.polyfit(np.log(SIZES), np.log(errors), 1)[0]), -0.5, 0.03)
+
+
+def _error(dimension: int, tolerance: float) -> Outcome:
+    errors = rms(sample(1, 1000, dimension, 400)[1])
+    return Outcome(float(errors[-1]), SD / math.sqrt(1000.0), tolerance)
+
+
+LESSON = Lesson(
+    id="monte-carlo",
+    number=7,
+    title="A cloud instead of a formula",
+    idea=(
+        "Draw many samples and let their crowd stand for the density: where it is dense, it is crowded. An average "
+        "over the density becomes an average over the crowd:\n\n"
+        r"$$\int f(x)\,p(x)\,dx \approx \frac{1}{N} \sum_{i=1}^{N} f(x_i)$$"
+        "\n\nSome samples err to one side, some to the other, and most of it cancels. The error shrinks as one over "
+        r"the square root of $N$: four times the samples, half the error. It does so in any number of dimensions, "
+        "while a grid needs more points with each of them."
+    ),
+    body=Demonstration(MonteCarloParameters(), show, random=True),
+    notice="The error falls by half for four times the samples, in one dimension as in ten.",
+    tries=(
+        "Find the N with which the mean of 2 m is right to 1 %, 0.02 m, on average.",
+        "Raise the dimension to 6: the error of an axis stays, the gaps of a grid grow to metres.",
+        "Press “New draw” with N = 10 and with N = 10,000, and compare how the mean jumps.",
+    ),
+    question=Question(
+        text="With 100 samples the mean is off by 0.15 m on average. With how many is it off by a tenth of that?",
+        kind="number",
+        answer=_answer,
+        tolerance=100.0,
+        bounds=(1.0, 1e9),
+        at={"count": 100},
+        words=(
+            "The error goes with one over the root of N. For a tenth of it the root must be ten times as large, and N "
+            "itself 10² = 100 times."
+        ),
+        mistakes=(
+            Mistake((900.0, 1100.0), "Ten times the samples divide the error by the root of ten only, by about 3."),
+            Mistake((100.0, 500.0), "Half the error takes four times the samples, 400; a tenth takes far more."),
+            Mistake((90_000.0, 1_100_000.0), "That is too many: the error goes with the root of N, not a slower one."),
+        ),
+    ),
+    checks=(
+        Check("slope", "Over N from 10 to 10,000, in both logarithms, the error falls with the slope -1/2.", _slope),
+        Check("error", "With 1000 samples the error of the mean is 1.5/√1000 m.", partial(_error, 1, 0.006)),
+        Check("six-dimensions", "In six dimensions the error of an axis is the same.", partial(_error, 6, 0.004)),
+    ),
+    uses=(
+        Use(
+            "A cloud of particles follows a signal, with the exact answer drawn beside: change the number of particles "
+            "and compare.",
+            Scenario(
+                Recipe(experiment="sine", tracker="condensation", timeline=(Change(0, {"sample_count": 1000}),)),
+                unlocked=("sample_count",),
+                frame=40,
+            ),
+        ),
+    ),
+)  # fmt: skip

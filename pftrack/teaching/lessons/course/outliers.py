@@ -1,0 +1,328 @@
+"""Lesson 11: what a filter makes of a wild measurement depends on which noise it believes in.
+
+The prior is N(0, 1). Under Gaussian noise of scale s the posterior's mean is z / (1 + s^2). Under Cauchy noise it is
+z - s Im w / Re w of Faddeeva's function w at (z + i s) / sqrt(2), since the density of z is Voigt's profile and the
+mean is minus the derivative of its logarithm.
+"""
+
+import math
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import wofz
+
+from pftrack.core.model.parameters import Parameters, parameter
+from pftrack.core.model.recipe import Recipe
+from pftrack.core.model.timeline import Change
+from pftrack.experiments.trajectories.scene.reference import REFERENCE_PX
+from pftrack.experiments.trajectories.scene.scene import FRAMES, true_path
+from pftrack.filters.trajectories.whole import Method, Settings, follow, track_error
+from pftrack.teaching.lessons.course.axes import ceiling
+from pftrack.teaching.lessons.course.densities import normal
+from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Panel, Rule, Scatter
+from pftrack.teaching.lessons.lesson import (
+    Answer,
+    Check,
+    Demonstration,
+    Lesson,
+    Mistake,
+    Number,
+    Outcome,
+    Question,
+    Scenario,
+    Shown,
+    Use,
+)
+
+__all__ = ["LESSON", "OutliersParameters"]
+
+LEAST_Z, MOST_Z = -5.0, 20.0
+GRID: NDArray[np.float64] = np.linspace(-10.0, 30.0, 4001)
+"""Over which posteriors are integrated."""
+CELL = 0.01
+SEEN: NDArray[np.intp] = np.flatnonzero((GRID >= LEAST_Z) & (GRID <= MOST_Z + 1.0))[::5]
+"""The part of it that is drawn."""
+SURPRISES: NDArray[np.float64] = np.linspace(LEAST_Z, MOST_Z, 251)
+DRIVE = 1.0
+"""Variance of the change of velocity on the track, px^2."""
+PARTICLES = 500
+RUNS, CHECKED_PARTICLES = 15, 2000
+MEASURED_PX: NDArray[np.float64] = REFERENCE_PX[:, None].copy()
+TRUTH_PX: NDArray[np.float64] = true_path(FRAMES)
+OUTLIERS = 15, 45, 75, 90
+"""Frames in which the track's measurement is far off."""
+EXACTLY, NEARLY = 1e-6, 1e-3
+"""How far integrals may be off: in a check, and on a screen."""
+
+
+class OutliersParameters(Parameters):
+    """A measurement, and the noise that it is believed to have."""
+
+    # fmt: off
+    z: float = parameter(
+        5, "Measurement z", "What was measured; the prior expects it near 0.", ge=LEAST_Z, le=MOST_Z, step=0.1)
+    scale: float = parameter(
+        1, "Scale of the noise",
+        "Standard deviation of the Gaussian noise, and scale of the Cauchy noise; on the track in px.",
+        ge=0.2, le=5, step=0.1)
+    # fmt: on
+
+
+def show(parameters: OutliersParameters, seed: int) -> Shown:
+    """Condition on one measurement, and follow a track, under either noise."""
+    z, scale = parameters.z, parameters.scale
+    gaussian, cauchy = (posterior(z, scale, heavy=heavy) for heavy in (False, True))
+    means = gaussian_mean(z, scale), float(cauchy_mean(z, scale))
+    paths = _filtered_positions("lg", scale, 0), _filtered_positions("lng", scale, seed)
+    numbers = (
+        Number("Mean under Cauchy noise", _mean(cauchy), means[1], NEARLY, reveals=True),
+        Number("Mean under Gaussian noise", _mean(gaussian), means[0], NEARLY),
+    )
+    panels = (_posteriors(parameters, gaussian, cauchy, means), _influence(parameters, means), _track(paths))
+    return Shown(Figure(panels=panels), numbers)
+
+
+def posterior(z: float, scale: float, *, heavy: bool) -> NDArray[np.float64]:
+    """Return the posterior on the grid, given z = x + v, x ~ N(0, 1), and v Cauchy or Gaussian of a scale."""
+    off = (GRID - z) / scale
+    logs = -0.5 * GRID * GRID - (np.log1p(off * off) if heavy else 0.5 * off * off)
+    density = np.exp(logs - logs.max())
+    return np.asarray(density / (density.sum() * CELL))
+
+
+def gaussian_mean(z: float, scale: float) -> float:
+    """Return the posterior's mean under Gaussian noise."""
+    return z / (1.0 + scale * scale)
+
+
+def cauchy_mean(z: ArrayLike, scale: float) -> NDArray[np.float64]:
+    """Return the posterior's mean under Cauchy noise, at each z."""
+    here = np.asarray(z, dtype=np.float64)
+    profile = wofz((here + 1j * scale) / np.sqrt(2.0))
+    return np.asarray(here - scale * profile.imag / profile.real)
+
+
+def _mean(density: NDArray[np.float64]) -> float:
+    return float(density @ GRID * CELL)
+
+
+@lru_cache(maxsize=64)
+def _filtered_positions(method: Method, scale: float, seed: int) -> NDArray[np.float64]:
+    """Return the filtered positions (FRAMES, 2) on the reference track, px."""
+    settings = Settings(noise=scale * scale, drive=DRIVE, lag=1, count=PARTICLES, seed=seed)
+    return follow(method, MEASURED_PX, settings).filtered[:, 0]
+
+
+def _posteriors(
+    parameters: OutliersParameters,
+    gaussian: NDArray[np.float64],
+    cauchy: NDArray[np.float64],
+    means: tuple[float, float],
+) -> Panel:
+    here = GRID[SEEN]
+    top = ceiling(max(float(gaussian.max()), float(cauchy.max())))
+    return Panel(
+        id="posteriors",
+        title="What is believed of x before and after measuring z",
+        x=Axis(title="x", low=LEAST_Z, high=MOST_Z + 1.0),
+        y=Axis(title="density", low=0.0, high=top),
+        traces=(
+            Curve(title="prior", ink="prediction", x=here, y=normal(here, 0.0, 1.0), dashed=True),
+            Curve(title="Gaussian noise", ink="second", x=here, y=gaussian[SEEN]),
+            Rule(ink="second", at=means[0], dashed=True),
+            Curve(title="Cauchy noise", ink="estimate", x=here, y=cauchy[SEEN], reveals=True),
+            Rule(ink="estimate", at=means[1], dashed=True, reveals=True),
+        ),
+        handles=(Handle(parameter="z", at=parameters.z),),
+        words=(
+            f"With z = {parameters.z:g} the mean is {means[0]:.3g} under Gaussian and {means[1]:.3g} under Cauchy "
+            f"noise, whose posterior has {_peaks(cauchy)}."
+        ),
+        row=0,
+    )
+
+
+def _peaks(density: NDArray[np.float64]) -> str:
+    inside = density[1:-1]
+    count = int(np.count_nonzero((inside > density[:-2]) & (inside > density[2:])))
+    return "one peak" if count == 1 else f"{count} peaks"
+
+
+def _influence(parameters: OutliersParameters, means: tuple[float, float]) -> Panel:
+    scale = parameters.scale
+    straight = SURPRISES / (1.0 + scale * scale)
+    bent = cauchy_mean(SURPRISES, scale)
+    low, high = min(straight.min(), bent.min()), max(straight.max(), bent.max())
+    return Panel(
+        id="influence",
+        title="Mean against z",
+        x=Axis(title="z", low=LEAST_Z, high=MOST_Z + 1.0),
+        y=Axis(title="mean", low=1.1 * float(low), high=1.1 * float(high)),
+        traces=(
+            Curve(title="Gaussian noise", ink="second", x=SURPRISES, y=straight),
+            Scatter(ink="second", x=np.array([parameters.z]), y=np.array([means[0]]), size_px=9.0),
+            Curve(title="Cauchy noise", ink="estimate", x=SURPRISES, y=bent, reveals=True),
+            Scatter(ink="estimate", x=np.array([parameters.z]), y=np.array([means[1]]), size_px=9.0, reveals=True),
+        ),
+        handles=(Handle(parameter="z", at=parameters.z),),
+        words=(
+            f"Under Gaussian noise the mean grows with z; under Cauchy noise it is {bent.max():.3g} at most, "
+            f"at z = {SURPRISES[np.argmax(bent)]:.2g}, and goes back towards 0."
+        ),
+        row=0,
+    )
+
+
+def _track(paths: tuple[NDArray[np.float64], NDArray[np.float64]]) -> Panel:
+    frames = np.arange(float(FRAMES))
+    worst = max(OUTLIERS, key=lambda frame: abs(REFERENCE_PX[frame, 0] - TRUTH_PX[frame, 0]))
+    # E has the root of the sum of squares over T, not over the root of T.
+    rms = [math.sqrt(FRAMES) * float(track_error(path, TRUTH_PX)) for path in paths]
+    off = [abs(float(path[worst, 0] - TRUTH_PX[worst, 0])) for path in paths]
+    return Panel(
+        id="track",
+        title="A point followed through pictures, which is found in the wrong place now and then",
+        x=Axis(title="frame", low=0.0, high=FRAMES - 1.0),
+        y=Axis(title="across", unit="px", low=55.0, high=135.0),
+        traces=(
+            Curve(title="truth", ink="truth", x=frames, y=TRUTH_PX[:, 0]),
+            Scatter(title="measured", ink="observation", x=frames, y=REFERENCE_PX[:, 0], size_px=4.0),
+            Curve(title=f"Gaussian noise, rms error {rms[0]:.3g} px", ink="second", x=frames, y=paths[0][:, 0]),
+            Curve(title=f"Cauchy noise, {rms[1]:.3g} px", ink="estimate", x=frames, y=paths[1][:, 0], reveals=True),
+        ),
+        words=(
+            f"In frame {worst} the measurement is {abs(REFERENCE_PX[worst, 0] - TRUTH_PX[worst, 0]):.3g} px off. The "
+            f"filter with Gaussian noise is {off[0]:.3g} px off there, the one with Cauchy noise {off[1]:.3g} px."
+        ),
+        row=1,
+    )
+
+
+def _answer(parameters: OutliersParameters, seed: int) -> Answer:
+    del seed
+    ours = _mean(posterior(parameters.z, parameters.scale, heavy=True))
+    exact = float(cauchy_mean(parameters.z, parameters.scale))
+    straight = gaussian_mean(parameters.z, parameters.scale)
+    words = f"Integrated on a grid it is {ours:.4f}. Gaussian noise has it at {straight:.4g}."
+    return Answer(exact, ours, words)
+
+
+def _at_20(*, heavy: bool, exact: float, tolerance: float) -> Outcome:
+    return Outcome(_mean(posterior(20.0, 1.0, heavy=heavy)), exact, tolerance)
+
+
+def _bend() -> NDArray[np.float64]:
+    """Return the mean under Cauchy noise against z, integrated on the grid."""
+    return np.array([_mean(posterior(z, 1.0, heavy=True)) for z in SURPRISES])
+
+
+def _greatest() -> Outcome:
+    return Outcome(float(_bend().max()), 0.748, 0.001)
+
+
+def _where_greatest() -> Outcome:
+    return Outcome(float(SURPRISES[np.argmax(_bend())]), 2.5, 0.06)
+
+
+def _formula() -> Outcome:
+    return Outcome(float(np.abs(_bend() - cauchy_mean(SURPRISES, 1.0)).max()), 0.0, EXACTLY)
+
+
+def _gaussian_track() -> Outcome:
+    found = follow("lg", MEASURED_PX, Settings(noise=10.0, drive=DRIVE))
+    return Outcome(float(track_error(found.filtered[:, 0], TRUTH_PX)), 0.338, 0.0005)
+
+
+def _cauchy_track() -> Outcome:
+    tracks = np.repeat(MEASURED_PX, RUNS, axis=1)
+    found = follow("lng", tracks, Settings(noise=1.0, drive=DRIVE, count=CHECKED_PARTICLES, lag=1))
+    return Outcome(float(np.median(track_error(found.filtered, TRUTH_PX[:, None]))), 0.134, 0.02)
+
+
+def _jumping(tracker: str, words: str) -> Use:
+    change = Change(0, {"trajectories_scene": "tracks", "noise_variance_px2": 3})
+    return Use(
+        words,
+        Scenario(
+            Recipe(experiment="trajectories", tracker=tracker, timeline=(change,)),
+            unlocked=("tracker", "seed", "noise_variance_px2", "outlier_scale_px2"),
+            frame=44,
+            plots=("error",),
+        ),
+    )
+
+
+LESSON = Lesson(
+    id="outliers",
+    number=11,
+    title="Outliers: which noise do you believe in?",
+    idea=(
+        "A tracker must decide how far a measurement may be off by chance. *Gaussian* noise says that large errors "
+        "never happen, so that one wild measurement drags the estimate along. *Cauchy* noise,\n\n"
+        "$$p(v) = \\frac{s}{\\pi\\,(s^2 + v^2)},$$\n\n"
+        "has heavy tails: large errors are rare, but they happen. The price is a little precision when all is well, "
+        "and a belief that may have two peaks: either the measurement is wrong, or what was expected is."
+    ),
+    body=Demonstration(OutliersParameters(), show, random=True),
+    notice="While z is near 0 both means go with it; they part where the measurement gets hard to believe.",
+    tries=(
+        "Drag z slowly from 0 to 20, and watch what either noise makes of it.",
+        "Set the scale to 0.3 and z to 3: the Cauchy posterior has two peaks, one for each explanation.",
+        "Look at frame 45 of the track, with the scale at 1 and at 5: what does trusting less cost elsewhere?",
+    ),
+    question=Question(
+        text="x is expected at 0, give or take 1, and z = 20 is measured. Place the mean under Cauchy noise.",
+        kind="point",
+        answer=_answer,
+        panel="influence",
+        along="y",
+        at={"z": 20.0, "scale": 1.0},
+        tolerance=0.5,
+        bounds=(-50.0, 50.0),
+        words=(
+            "Under heavy tails an error of 20 is far more likely than an x that is 20 standard deviations away: the "
+            "measurement is taken for an outlier. What is left of its pull is about 2/z."
+        ),
+        mistakes=(
+            Mistake((9.0, 11.0), "That is Gaussian noise, which always meets the measurement half way."),
+            Mistake((16.0, 50.0), "That would be to believe the measurement alone, and forget what was expected."),
+            Mistake(
+                (0.5, 9.0),
+                "It does not settle between the two: the further off a measurement is, the less it is believed.",
+            ),
+            Mistake((-50.0, -0.5), "The measurement may be ignored, but it never pushes away to the other side."),
+        ),
+    ),
+    checks=(
+        Check(
+            "gaussian-at-20",
+            "Under Gaussian noise z = 20 has the mean 10.",
+            lambda: _at_20(heavy=False, exact=10.0, tolerance=1e-6),
+        ),
+        Check(
+            "cauchy-at-20",
+            "Under Cauchy noise z = 20 has about the mean 2/z.",
+            lambda: _at_20(heavy=True, exact=0.1, tolerance=0.003),
+        ),
+        Check("largest-mean", "Under Cauchy noise the mean is never larger than 0.748.", _greatest),
+        Check("where-largest", "It is largest where z is about 2.5.", _where_greatest),
+        Check(
+            "closed-form", "Integrals on the grid agree with Faddeeva's function for all z that are drawn.", _formula
+        ),
+        Check(
+            "gaussian-track",
+            "On the track the error E of the filter with Gaussian noise at its best, σ² = 10 px², is 0.338.",
+            _gaussian_track,
+        ),
+        Check(
+            "cauchy-track",
+            "That of the filter with Cauchy noise, σ² = 1 px², is 0.134, the median of 15 runs.",
+            _cauchy_track,
+        ),
+    ),
+    uses=(
+        _jumping("lg", "Gaussian noise: at frame 45 a measurement is 38 px off, and the estimate goes with it."),
+        _jumping("lng", "Cauchy noise on the same tracks: at frame 45 the estimate goes straight on."),
+    ),
+)

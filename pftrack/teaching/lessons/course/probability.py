@@ -1,0 +1,230 @@
+"""Lesson 1: a position has a density, and the area under it is a probability."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.model.parameters import Parameters, parameter
+from pftrack.core.model.recipe import Recipe
+from pftrack.core.model.timeline import Change
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.teaching.lessons.course.axes import ceiling
+from pftrack.teaching.lessons.course.densities import Mixture, normal
+from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, Histogram, Panel, Rule
+from pftrack.teaching.lessons.lesson import (
+    Answer,
+    Check,
+    Demonstration,
+    Lesson,
+    Mistake,
+    Number,
+    Outcome,
+    Question,
+    Scenario,
+    Shown,
+    Use,
+)
+
+__all__ = ["LESSON", "ProbabilityParameters"]
+
+LOW, HIGH = -5.0, 5.0
+PLACES: NDArray[np.float64] = np.linspace(LOW, HIGH, 401)
+MOST = 20_000
+"""Draws: all are made whatever N is, so that the first ones stay when N grows."""
+
+
+class ProbabilityParameters(Parameters):
+    """Draws, bins, an interval, and a bump that can be squeezed."""
+
+    # fmt: off
+    count: int = parameter(
+        500, "Draws N", "How many positions are drawn.", ge=10, le=MOST, step=10)
+    bin_width: float = parameter(
+        0.25, "Bin width", "How wide the bars of the histogram are.", unit="m", ge=0.05, le=2, step=0.05)
+    low: float = parameter(
+        -1, "From a", "Where the interval begins.", unit="m", ge=LOW, le=HIGH, step=0.1)
+    high: float = parameter(
+        1, "To b", "Where the interval ends.", unit="m", ge=LOW, le=HIGH, step=0.1)
+    squeeze: float = parameter(
+        0.5, "Width of the left bump", "Standard deviation of the left bump: how far it spreads to either side.",
+        unit="m", ge=0.1, le=1, step=0.05)
+    # fmt: on
+
+
+def two_bumps(left_sd: float = 0.5) -> Mixture:
+    """Return the density of the lesson, in metres."""
+    return Mixture((0.6, 0.4), (-1.5, 1.0), (left_sd, 1.0))
+
+
+def draws(density: Mixture, seed: int, count: int) -> NDArray[np.float64]:
+    """Return the first (count,) positions of a seed, in metres."""
+    return density.sample(Stream(seed, 0, Purpose.SCENE), MOST)[:count]
+
+
+def histogram(drawn: NDArray[np.float64], bin_width: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return edges (n + 1,) at multiples of the bin width around all draws, and heights (n,): an estimated density."""
+    first, last = math.floor(drawn.min() / bin_width), math.floor(drawn.max() / bin_width) + 1
+    bins = np.floor(drawn / bin_width).astype(np.int64) - first
+    counts = np.bincount(bins, minlength=last - first)
+    return np.arange(first, last + 1) * bin_width, counts / (len(drawn) * bin_width)
+
+
+def probability(density: Mixture, low: float, high: float) -> float:
+    """Return the exact area over an interval."""
+    below_low, below_high = density.cumulative([low, high])
+    return float(below_high - below_low)
+
+
+def counting_tolerance(exact: float, count: int) -> float:
+    """Return how far a counted share may be off: 3.3 standard deviations, which one draw in a thousand exceeds.
+
+    One more draw in the interval always may be.
+    """
+    return 3.3 * math.sqrt(exact * (1.0 - exact) / count) + 1.0 / count
+
+
+def show(parameters: ProbabilityParameters, seed: int) -> Shown:
+    """Draw positions, and compare their share in the interval with the area under the density."""
+    density, count = two_bumps(parameters.squeeze), parameters.count
+    low, high = sorted((parameters.low, parameters.high))
+    drawn = draws(density, seed, count)
+    edges, heights = histogram(drawn, parameters.bin_width)
+    exact = probability(density, low, high)
+    share = float(np.mean((low < drawn) & (drawn <= high)))
+    area = float(heights @ np.diff(edges))
+    curve = density.density(PLACES)
+    numbers = (
+        Number("Share of the draws between a and b", share, exact, counting_tolerance(exact, count), reveals=True),
+        Number("Area of the histogram", area, 1.0, 1e-9),
+        Number("Highest density", float(curve.max()), unit="per m", digits=3),
+    )
+    top = ceiling(max(0.5, curve.max(), np.sort(heights)[-2:].mean()) * 1.02)
+    panel = Panel(
+        id="density",
+        title="Where might it be?",
+        x=Axis(title="position x", low=LOW, high=HIGH, unit="m"),
+        y=Axis(title="density", low=0.0, high=top, unit="per m"),
+        traces=(
+            *((Rule(title="a density of 1", ink="hidden", at=1.0, along="y", dashed=True),) if top > 1.0 else ()),
+            Curve(title="density p(x), shaded from a to b", ink="truth", x=PLACES, y=curve, area=(low, high)),
+            Histogram(title="histogram of the draws", ink="estimate", edges=edges, heights=heights),
+        ),
+        handles=(Handle(parameter="low", at=parameters.low), Handle(parameter="high", at=parameters.high)),
+        words=(
+            f"A density with a left bump at -1.5 m, {parameters.squeeze:g} m wide to either side, that holds 0.6 of "
+            f"the area, and a right bump at 1 m, 1 m wide, that holds 0.4; it is {curve.max():.2g} per m where it is "
+            f"highest. Before it a histogram of {count} draws. The area from {low:g} m to {high:g} m is shaded."
+        ),
+    )
+    return Shown(Figure(panels=(panel,)), numbers)
+
+
+def _answer(parameters: ProbabilityParameters, seed: int) -> Answer:
+    density = two_bumps(parameters.squeeze)
+    low, high = sorted((parameters.low, parameters.high))
+    drawn = draws(density, seed, parameters.count)
+    inside = int(np.sum((low < drawn) & (drawn <= high)))
+    words = f"Of the {parameters.count} draws, {inside} lie there: {inside / parameters.count:.3f} of them."
+    return Answer(probability(density, low, high), inside / parameters.count, words)
+
+
+def _reference() -> NDArray[np.float64]:
+    return draws(two_bumps(), 1, MOST)
+
+
+def _area() -> Outcome:
+    edges, heights = histogram(_reference(), 0.25)
+    return Outcome(float(heights @ np.diff(edges)), 1.0, 1e-9)
+
+
+def _count() -> Outcome:
+    drawn = _reference()
+    return Outcome(float(np.mean((drawn > -1.0) & (drawn <= 1.0))), probability(two_bumps(), -1.0, 1.0), 0.0106)
+
+
+def _distribution() -> Outcome:
+    below = two_bumps().cumulative(np.sort(_reference()))
+    steps = np.arange(MOST + 1) / MOST
+    furthest = max(np.abs(steps[1:] - below).max(), np.abs(steps[:-1] - below).max())
+    return Outcome(float(furthest), 0.0, 1.63 / math.sqrt(MOST))
+
+
+def _peak() -> Outcome:
+    return Outcome(float(normal(0.0, 0.0, 0.2)), 1.9947, 5e-5)
+
+
+LESSON = Lesson(
+    id="probability",
+    number=1,
+    title="Probability and density",
+    idea=(
+        "A die has six outcomes, each with a probability, and these add up to one. A position is different: it hits no "
+        "exact value. So we speak of *density* $p(x)$, probability per metre. Probability is the area under it:\n\n"
+        "$$\\Pr(a < x \\le b) = \\int_a^b p(x)\\,dx$$\n\n"
+        "All the area is one. A density may exceed one, an area may not. Give the bars of a histogram the height "
+        "$\\text{count} / (N \\times \\text{bin width})$, and their area is one, too: the histogram estimates the "
+        "density."
+    ),
+    body=Demonstration(ProbabilityParameters(), show, random=True),
+    notice="The bars jump about the curve, but the share of draws in the interval stays near the shaded area.",
+    tries=(
+        "Set N to 50 and halve the bin width: each bar rests on fewer draws and jumps more.",
+        "Squeeze the left bump until the curve passes 1 per metre: its area is still 0.6.",
+        "Drag a onto b: the probability of one exact position is nothing.",
+    ),
+    question=Question(
+        text="How probable is a position between 0 m and 3 m, as a number from 0 to 1? Read it off the curve.",
+        kind="number",
+        answer=_answer,
+        tolerance=0.04,
+        bounds=(0.0, 1.0),
+        at={"low": 0.0, "high": 3.0},
+        words=(
+            "Probability is area: the curve is about 0.11 per metre high on average from 0 m to 3 m, and 3 m wide, "
+            "so that the area is 0.11 × 3 = 0.33."
+        ),
+        mistakes=(
+            Mistake((0.09, 0.17), "That is about how high the curve is there; multiply by the width, 3 m."),
+            Mistake(
+                (0.4, 0.47),
+                "All of the right bump has the area 0.4, and some of it lies outside, left of 0 m and right of 3 m.",
+            ),
+            Mistake((0.47, 1.0), "The left bump alone has the area 0.6, and hardly any of it reaches the interval."),
+        ),
+    ),
+    checks=(
+        Check("histogram-area", "The bars of the histogram have the area 1.", _area),
+        Check("counting", "Of 20,000 draws, the share between -1 and 1 is the area under the density.", _count),
+        Check(
+            "distribution",
+            "Nowhere is the share of 20,000 draws below x further from the exact one than 1.63 / √N.",
+            _distribution,
+        ),
+        Check("peak", "The density of N(0, 0.2²) at 0 is 1.9947, more than 1.", _peak),
+    ),
+    uses=(
+        Use(
+            "A belief is honest if 95 % of its area lies over an interval that holds the truth in 95 of 100 frames. Of "
+            "the angles up to frame 100, 50 % and 97 % lay in the central 50 % and 95 %; with Bando's band of "
+            "the pose it is 40 % and 82 %.",
+            Scenario(
+                Recipe(experiment="prism", tracker="pf-asd",
+                       timeline=(Change(0, {"upper_layer": "perspective", "pose_band": "calibrated"}),)),
+                unlocked=("pose_band", "noise_px", "seed"),
+                frame=100,
+                plots=("calibration", "yaw", "error"),
+            ),
+        ),
+        Use(
+            "Colours are counted: the histogram of those in a window is compared with the one remembered. While the "
+            "column hides the target, at frame 90, they agree by 0.44 instead of 0.98.",
+            Scenario(
+                Recipe(experiment="histogram", tracker="condensation"),
+                unlocked=("spatial_kernel", "colour_space", "sharpness"),
+                frame=90,
+                plots=("likeness", "error"),
+            ),
+        ),
+    ),
+)  # fmt: skip

@@ -1,0 +1,307 @@
+"""Lesson 10: why particles are redrawn, how to do it with little noise, and what it costs."""
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.model.parameters import Parameters, parameter
+from pftrack.core.model.recipe import Recipe
+from pftrack.core.model.timeline import Change
+from pftrack.filters.resampling import RESAMPLERS
+from pftrack.teaching.lessons.course.axes import ceiling
+from pftrack.teaching.lessons.course.corridor import STEPS, Corridor, cached_walk
+from pftrack.teaching.lessons.course.offspring import WEIGHTS, Scheme, copies, exact_variance, marks, sample_copies
+from pftrack.teaching.lessons.figure import Axis, Bars, Figure, Handle, Panel, Scatter, Stems, StripChart, Tree
+from pftrack.teaching.lessons.lesson import (
+    Answer,
+    Check,
+    Demonstration,
+    Lesson,
+    Mistake,
+    Number,
+    Outcome,
+    Question,
+    Scenario,
+    Shown,
+    Use,
+)
+
+__all__ = ["LESSON", "ResamplingParameters"]
+
+PARTICLES = tuple(f"{weight:g}" for weight in WEIGHTS)
+REDRAWS = 400
+"""From which the scatter of the copies is shown."""
+REPEATS = 20_000
+"""From which it is checked."""
+CROWD = 500
+"""Particles of the filter whose effective size is shown."""
+RUNS = 20
+MARK_HEIGHT = 1.4
+"""Of a tooth, where the bar of weights is 1 high."""
+FAINT = 0.25
+"""Opacity of particles without descendants."""
+ROUNDING = 1e-9
+
+
+class ResamplingParameters(Parameters):
+    """How particles are redrawn."""
+
+    # fmt: off
+    particles: int = parameter(
+        20, "Particles N", "How many are redrawn: teeth of the comb, or darts; and how many the tree follows.",
+        ge=2, le=60, step=1)
+    scheme: Scheme = parameter(
+        "systematic", "Scheme",
+        "Systematic is one comb with equally spaced teeth, stratified a dart in each of N equal pieces, multinomial "
+        "darts that may fall anywhere.")
+    offset: float = parameter(
+        0.3, "Comb offset", "Where the comb's first tooth stands, as a share of the space between two teeth.",
+        ge=0, le=0.99, step=0.01)
+    # fmt: on
+
+
+def show(parameters: ResamplingParameters, seed: int) -> Shown:
+    """Redraw six particles, and follow a filter that redraws and one that does not."""
+    count, scheme = parameters.particles, parameters.scheme
+    scattered = _scatter(scheme, count, REDRAWS, seed)
+    parents = _parents(scheme, count, seed)
+    lines = _lines(parents)
+    numbers = (
+        Number(
+            "Scatter of the copies, sum of variances",
+            float(scattered.mean()),
+            exact_variance(scheme, count),
+            float(4.0 * scattered.std() / np.sqrt(REDRAWS)) + ROUNDING,
+            digits=3,
+            reveals=True,
+        ),
+        Number("First particles with descendants", float(lines[0].sum()), digits=2),
+    )
+    panels = (
+        _weights(parameters, seed),
+        _copies(parameters, seed),
+        _sizes(scheme, seed),
+        _tree(parents, lines),
+    )
+    return Shown(Figure(panels=panels), numbers)
+
+
+def _weights(parameters: ResamplingParameters, seed: int) -> Panel:
+    count, scheme = parameters.particles, parameters.scheme
+    what = "the comb's teeth" if scheme == "systematic" else "darts"
+    return Panel(
+        id="weights",
+        title="Six particles, as long as the copies that they expect, and what picks them",
+        x=Axis(title="expected copies, laid end to end", low=0.0, high=float(count)),
+        y=Axis(title="", low=0.0, high=1.5, hidden=True),
+        traces=(
+            Bars(title="weights", ink="prediction", heights=count * WEIGHTS, stacked=True),
+            Stems(
+                title=what,
+                ink="estimate",
+                x=marks(scheme, count, parameters.offset, seed),
+                y=np.full(count, MARK_HEIGHT),
+                reveals=True,
+            ),
+        ),
+        handles=(Handle(parameter="offset", at=parameters.offset),) if scheme == "systematic" else (),
+        words=f"Six particles expect {_join(count * WEIGHTS)} copies; {what} pick {count} of them.",
+        row=0,
+        share=(0.7, 1.0),
+    )
+
+
+def _copies(parameters: ResamplingParameters, seed: int) -> Panel:
+    count = parameters.particles
+    expected = count * WEIGHTS
+    ours = copies(parameters.scheme, count, parameters.offset, seed)
+    return Panel(
+        id="copies",
+        title="Copies of each particle",
+        x=Axis(title="weight", low=-0.6, high=len(WEIGHTS) - 0.4, names=PARTICLES),
+        y=Axis(title="copies", low=0.0, high=ceiling(max(float(ours.max()), float(expected.max()) + 1.0))),
+        traces=(
+            Bars(title="copies", ink="estimate", heights=ours.astype(np.float64), reveals=True),
+            Scatter(title="expected", ink="truth", x=np.arange(len(WEIGHTS)), y=expected, size_px=8.0),
+        ),
+        words=f"The particles have {_join(ours)} copies and expect {_join(expected)}.",
+        row=1,
+    )
+
+
+def _sizes(scheme: Scheme, seed: int) -> Panel:
+    kept, redrawn = (100.0 * sizes / CROWD for sizes in effective_sizes(scheme, seed))
+    steps = np.arange(STEPS + 1.0)
+    return Panel(
+        id="sizes",
+        title=f"Effective sample size in lesson 9's corridor, N = {CROWD}",
+        x=Axis(title="step", low=0.0, high=float(STEPS)),
+        y=Axis(title="share", unit="%", low=0.0, high=105.0),
+        traces=(
+            StripChart(title="never redrawn", ink="lost", x=steps, y=kept),
+            StripChart(title="redrawn in each step", ink="estimate", x=steps, y=redrawn),
+        ),
+        words=(
+            f"After {STEPS} steps {redrawn[-1]:.3g} % of the particles are effective if they are redrawn in each step, "
+            f"{kept[-1]:.3g} % if never."
+        ),
+        row=1,
+        share=(1.0, 1.5),
+    )
+
+
+def _tree(parents: NDArray[np.float64], lines: NDArray[np.bool_]) -> Panel:
+    count = parents.shape[1]
+    alive = int(lines[0].sum())
+    return Panel(
+        id="tree",
+        title="Who descends from whom; strong are the ancestors of the last step's particles",
+        x=Axis(title="step", low=-0.3, high=STEPS + 0.3),
+        y=Axis(title="particle", low=-0.8, high=count - 0.2, hidden=True),
+        traces=(Tree(ink="estimate", parents=parents, weights=np.where(lines, 1.0, FAINT)),),
+        words=f"All {count} particles of the last step descend from {alive} of the first.",
+        row=2,
+        share=(1.2, 1.0),
+    )
+
+
+def _parents(scheme: Scheme, count: int, seed: int) -> NDArray[np.float64]:
+    """Return each particle's parent in the step before, (STEPS + 1, count), in the corridor; NaN at the start."""
+    walk, _ = cached_walk(Corridor())
+    clouds = Corridor().clouds(walk.doors, count, seed, resample=RESAMPLERS[scheme])
+    return np.array([np.full(count, np.nan), *(cloud.ancestors for cloud in clouds[1:])])
+
+
+def _lines(parents: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return whether each particle of each step has descendants in the last one."""
+    lines = np.zeros(parents.shape, dtype=np.bool_)
+    lines[-1] = True
+    for step in range(len(parents) - 1, 0, -1):
+        lines[step - 1, parents[step, lines[step]].astype(np.int64)] = True
+    return lines
+
+
+@lru_cache(maxsize=32)
+def effective_sizes(scheme: Scheme, seed: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return effective sample sizes (STEPS + 1,) in the corridor if particles are never redrawn, and if always."""
+    walk, _ = cached_walk(Corridor())
+
+    def sizes(threshold: float) -> NDArray[np.float64]:
+        clouds = Corridor().clouds(walk.doors, CROWD, seed, resample=RESAMPLERS[scheme], threshold=threshold)
+        return np.array([cloud.effective_sample_size for cloud in clouds])
+
+    return sizes(0.0), sizes(1.0)
+
+
+def _join(values: NDArray[Any]) -> str:
+    return ", ".join(f"{value:.3g}" for value in values)
+
+
+def _scatter(scheme: Scheme, count: int, repeats: int, seed: int) -> NDArray[np.float64]:
+    """Return, of each of many redraws, the squared deviations from what is expected, summed over the particles."""
+    off = sample_copies(scheme, count, repeats, seed) - count * WEIGHTS
+    return np.asarray(np.square(off).sum(axis=1))
+
+
+def _answer(parameters: ResamplingParameters, seed: int) -> Answer:
+    count = parameters.particles
+    found = [int(copies("systematic", count, offset, seed)[0]) for offset in np.linspace(0.0, 0.999, 1000)]
+    low, high = min(found), max(found)
+    share = found.count(high) / len(found)
+    words = f"Of 1,000 offsets of the comb {100 * share:.0f} % give it {high} copies and the others {low}."
+    return Answer(f"{low}-or-{high}", words=words)
+
+
+def _mean() -> Outcome:
+    mean = sample_copies("systematic", 20, REPEATS, 1).mean(axis=0)
+    return Outcome(float(np.abs(mean - 20 * WEIGHTS).max()), 0.0, 0.02)
+
+
+def _variance(scheme: Scheme, exact: float, tolerance: float) -> Outcome:
+    return Outcome(float(_scatter(scheme, 20, REPEATS, 1).mean()), exact, tolerance)
+
+
+def _survival() -> Outcome:
+    last = np.array([[sizes[-1] for sizes in effective_sizes("systematic", seed)] for seed in range(RUNS)])
+    kept, redrawn_each_step = last.mean(axis=0)
+    return Outcome(float(kept / redrawn_each_step), 0.0, 0.8)
+
+
+LESSON = Lesson(
+    id="resampling",
+    number=10,
+    title="Why and how to resample",
+    idea=(
+        "From step to step weights multiply up, until one particle carries everything. *Resampling* copies good "
+        "particles and drops hopeless ones; afterwards all weights are equal. It must not change expectations: of "
+        "$N$ new particles, one with weight $w$ expects\n\n"
+        "$$\\mathrm{E}[\\text{copies}] = N w.$$\n\n"
+        "Independent draws, *multinomial*, keep to that on average and add needless noise. One comb with $N$ equally "
+        "spaced teeth, *systematic*, does so with hardly any.\n\n"
+        "The price: copies share their past, so that the cloud soon descends from very few."
+    ),
+    body=Demonstration(ResamplingParameters(), show, random=True),
+    notice="Circles are what each particle expects; by how much its bar is off is noise, added by redrawing.",
+    tries=(
+        "Drag the comb through its offsets, and see which bars change.",
+        "Change to multinomial and draw a few times: the copies scatter, and the tree gets thinner.",
+        "Set N to 60: from how many of the first particles do all of the last descend?",
+    ),
+    question=Question(
+        text="The particle with weight 0.37 expects 7.4 of N = 20 copies. How many does the comb give it?",
+        kind="choice",
+        choices={
+            "7-or-8": "7 or 8, as the offset is",
+            "7-or-7": "always 7, the nearest whole number",
+            "5-or-10": "mostly 5 to 10",
+            "0-or-20": "any number from 0 to 20",
+        },
+        answer=_answer,
+        at={"particles": 20},
+        words=(
+            "Its piece is 7.4 spaces long. Seven teeth always fit on it, and an eighth does for 40 % of all offsets, "
+            "so that the average is 7.4."
+        ),
+        mistakes=(
+            Mistake("7-or-7", "Then it would lose 0.4 copies in each step, and its weight would change unseen."),
+            Mistake("5-or-10", "That is what independent darts do: their number scatters by about 2 around 7.4."),
+            Mistake("0-or-20", "Darts could, though hardly ever. The teeth of a comb are equally spaced."),
+        ),
+    ),
+    checks=(
+        Check(
+            "expected-copies",
+            "Over 20,000 combs with N = 20 every particle has N w copies on average, within 0.02.",
+            _mean,
+        ),
+        Check(
+            "multinomial-variance",
+            "With multinomial draws the variances of the copies add up to the sum of N w (1 - w), 15.21.",
+            lambda: _variance("multinomial", 15.21, 0.15),
+        ),
+        Check(
+            "systematic-variance",
+            "With the comb they add up to the sum of f (1 - f), 1.36, where f is what N w is above a whole number.",
+            lambda: _variance("systematic", 1.36, 0.05),
+        ),
+        Check(
+            "survival",
+            "In the corridor 500 particles that are never redrawn have an effective size after 12 steps that is below "
+            "0.8 of that with redrawing.",
+            _survival,
+        ),
+    ),
+    uses=(
+        Use(
+            "Here particles are never redrawn: by frame 5 one of 800 carries nearly all the weight, and the ball is "
+            "lost. Set the resampling threshold to 1, which is to redraw them in every frame.",
+            Scenario(
+                Recipe(experiment="ball", tracker="condensation", timeline=(Change(0, {"resampling_threshold": 0}),)),
+                unlocked=("seed", "sample_count", "resampling", "resampling_threshold"),
+                plots=("error", "ess"),
+            ),
+        ),
+    ),
+)

@@ -1,0 +1,359 @@
+"""What the figure of a lesson is made of, as data: panels with axes, and in them a few kinds of trace.
+
+A lesson computes numbers and says what they are: a curve, a histogram, stems. A browser, matplotlib or a notebook draws
+them and computes nothing. What carries a meaning has one of the palette's colours, by its name there.
+"""
+
+import math
+from typing import Annotated, Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, WithJsonSchema
+
+__all__ = [
+    "Axis",
+    "Bars",
+    "Curve",
+    "Figure",
+    "Handle",
+    "HeatMap",
+    "Histogram",
+    "Ink",
+    "Label",
+    "Numbers",
+    "Panel",
+    "Picture",
+    "Rule",
+    "Scatter",
+    "Stems",
+    "StripChart",
+    "Trace",
+    "Tree",
+]
+
+DIGITS = 6
+"""Significant digits that travel to a browser: a screen has no use for more."""
+SHADE_DIGITS = 3
+"""Decimal places of the largest amount of a map that travel, in its own power of ten."""
+MOST_PLACES = 20
+"""Places behind the point, so that powers of ten are exact."""
+
+
+def _numbers(values: ArrayLike) -> NDArray[np.float64]:
+    return np.asarray(values, dtype=np.float64)
+
+
+def _to_json(values: NDArray[np.float64]) -> list[Any]:
+    """Return numbers as JSON has them, rounded; what is not finite is a gap."""
+    finite = np.isfinite(values)
+    sizes = np.abs(np.where(finite & (values != 0.0), values, 1.0))
+    places = np.clip(DIGITS - 1 - np.floor(np.log10(sizes)), -MOST_PLACES, MOST_PLACES)
+    finer, coarser = 10.0 ** np.maximum(places, 0.0), 10.0 ** np.maximum(-places, 0.0)
+    rounded = (np.rint(np.where(finite, values, 0.0) * finer / coarser) * coarser / finer).astype(object)
+    rounded[~finite] = None
+    listed: list[Any] = rounded.tolist()
+    return listed
+
+
+def _shade(values: NDArray[np.float64]) -> list[Any]:
+    """Return amounts as JSON has them, to some thousandths of the largest: no colour shows more."""
+    most = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
+    unit = 10.0 ** (math.floor(math.log10(most)) - SHADE_DIGITS) if most > 0.0 else 1.0
+    return _to_json(np.rint(values / unit) * unit)
+
+
+_ITEM: dict[str, Any] = {"type": ["number", "null"]}
+
+Numbers: TypeAlias = Annotated[
+    NDArray[np.float64],
+    BeforeValidator(_numbers),
+    PlainSerializer(_to_json),
+    WithJsonSchema({"type": "array", "items": _ITEM}),
+]
+"""An array (n,); NaN is a gap."""
+
+Table: TypeAlias = Annotated[
+    NDArray[np.float64],
+    BeforeValidator(_numbers),
+    PlainSerializer(_to_json),
+    WithJsonSchema({"type": "array", "items": {"type": "array", "items": _ITEM}}),
+]
+"""An array (rows, columns)."""
+
+Shades: TypeAlias = Annotated[
+    NDArray[np.float64],
+    BeforeValidator(_numbers),
+    PlainSerializer(_shade),
+    WithJsonSchema({"type": "array", "items": {"type": "array", "items": _ITEM}}),
+]
+"""An array (rows, columns) of what is shown as colours."""
+
+Ink: TypeAlias = Literal["estimate", "truth", "prediction", "observation", "lost", "second", "hidden"]
+"""A colour by its meaning, as `pftrack.core.model.palette.COLOURS` has it: what is computed of samples is the
+"estimate", what is exact the "truth", a prior or proposal the "prediction", a likelihood or measurement the
+"observation"."""
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
+
+
+class _Trace(_Part):
+    """What all traces have.
+
+    Attributes:
+        title: What it is, for the key and for who cannot see it; empty where it needs no key.
+        ink: Its colour.
+        reveals: Whether it shows the answer of the lesson's question, and is left out until that was answered.
+    """
+
+    title: str = ""
+    ink: Ink = "estimate"
+    reveals: bool = False
+
+
+class Axis(_Part):
+    """An axis.
+
+    Attributes:
+        title: What is measured.
+        low: Where it begins.
+        high: Where it ends.
+        unit: Of what is measured; empty for a pure number.
+        log: Whether it is logarithmic.
+        names: Names in place of numbers, at 0, 1, 2, ...
+        hidden: Whether its numbers are left out, since only the shape matters.
+    """
+
+    title: str
+    low: float
+    high: float
+    unit: str = ""
+    log: bool = False
+    names: tuple[str, ...] = ()
+    hidden: bool = False
+
+
+class Curve(_Trace):
+    """A line through points.
+
+    Attributes:
+        x: Of the points.
+        y: Of the points.
+        dashed: Whether it is dashed.
+        area: From where to where in x the area below it is shaded; None for none.
+    """
+
+    kind: Literal["curve"] = "curve"
+    x: Numbers
+    y: Numbers
+    dashed: bool = False
+    area: tuple[float, float] | None = None
+
+
+class Histogram(_Trace):
+    """Adjoining bars over intervals.
+
+    Attributes:
+        edges: (n + 1,), ascending.
+        heights: (n,).
+    """
+
+    kind: Literal["histogram"] = "histogram"
+    edges: Numbers
+    heights: Numbers
+
+
+class HeatMap(_Trace):
+    """Amounts over a plane, in viridis from nothing to the largest.
+
+    Attributes:
+        x: (columns,), middles of the cells, in equal steps.
+        y: (rows,), likewise.
+        values: (rows, columns), row 0 at the first y.
+    """
+
+    kind: Literal["heat map"] = "heat map"
+    x: Numbers
+    y: Numbers
+    values: Shades
+
+
+class Stems(_Trace):
+    """Lines from nothing up to points, such as draws with their weights.
+
+    Attributes:
+        x: Where they stand.
+        y: How high they are.
+    """
+
+    kind: Literal["stems"] = "stems"
+    x: Numbers
+    y: Numbers
+
+
+class Bars(_Trace):
+    """Bars beside each other, one a name of the axis; or stacked in one bar, as shares of a whole.
+
+    Attributes:
+        heights: (n,).
+        stacked: Whether they lie end to end along x, each in a shade of its own.
+    """
+
+    kind: Literal["bars"] = "bars"
+    heights: Numbers
+    stacked: bool = False
+
+
+class Scatter(_Trace):
+    """Points.
+
+    Attributes:
+        x: Of the points.
+        y: Of the points.
+        weights: (n,), 0..1 of the largest, as opacity; None where all are alike.
+        size_px: Diameter.
+    """
+
+    kind: Literal["scatter"] = "scatter"
+    x: Numbers
+    y: Numbers
+    weights: Numbers | None = None
+    size_px: float = 5.0
+
+
+class StripChart(_Trace):
+    """A value over steps of time: a line with a dot at each step.
+
+    Attributes:
+        x: Number of the step.
+        y: The value there; NaN where there is none.
+    """
+
+    kind: Literal["strip chart"] = "strip chart"
+    x: Numbers
+    y: Numbers
+
+
+class Tree(_Trace):
+    """Who descends from whom: a column for each generation, a row for each particle.
+
+    Attributes:
+        parents: (generations, n), row of each particle's parent in the generation before; NaN in the first.
+        weights: (generations, n), 0..1 of the largest, as opacity.
+    """
+
+    kind: Literal["tree"] = "tree"
+    parents: Table
+    weights: Table
+
+
+class Picture(_Trace):
+    """A picture behind what is drawn in the panel, from (0, 0) at its upper left corner to (width, height) px.
+
+    Attributes:
+        png: The file, in base64.
+        width: Of the picture in px.
+        height: Of the picture in px.
+    """
+
+    kind: Literal["picture"] = "picture"
+    png: str
+    width: int
+    height: int
+
+
+class Rule(_Trace):
+    """A line across the panel at a value, such as a mean.
+
+    Attributes:
+        at: The value.
+        along: Of which axis.
+        dashed: Whether it is dashed.
+    """
+
+    kind: Literal["rule"] = "rule"
+    at: float
+    along: Literal["x", "y"] = "x"
+    dashed: bool = False
+
+
+class Label(_Trace):
+    """Words at a point, which are the trace's title.
+
+    Attributes:
+        x: Of the point.
+        y: Of the point.
+    """
+
+    kind: Literal["label"] = "label"
+    x: float
+    y: float
+
+
+Trace: TypeAlias = Annotated[
+    Curve | Histogram | HeatMap | Stems | Bars | Scatter | StripChart | Tree | Picture | Rule | Label,
+    Field(discriminator="kind"),
+]
+
+
+class Handle(_Part):
+    """A parameter of the lesson that is turned by dragging a line across the panel, or by the arrow keys on it.
+
+    Attributes:
+        parameter: Its name; its bounds and step are the parameter's.
+        at: Its value.
+        along: The axis on which the value is.
+    """
+
+    parameter: str
+    at: float
+    along: Literal["x", "y"] = "x"
+
+
+class Panel(_Part):
+    """One pair of axes with what is drawn in it.
+
+    Attributes:
+        id: Name among the figure's panels.
+        title: What it shows.
+        x: The axis to the right.
+        y: The axis upwards; downwards where there is a picture.
+        traces: What is drawn, the first behind.
+        handles: What can be dragged.
+        words: What it shows at these parameters, a sentence with the numbers that matter, for who cannot see it.
+        row: In which row of the figure it stands, 0 the topmost; panels of a row stand side by side.
+        share: Of the row's height among the rows, and of its width within the row, relative to the others.
+        equal: Whether a unit is as long on both axes.
+    """
+
+    id: str
+    title: str
+    x: Axis
+    y: Axis
+    traces: tuple[Trace, ...]
+    handles: tuple[Handle, ...] = ()
+    words: str = ""
+    row: int = 0
+    share: tuple[float, float] = (1.0, 1.0)
+    equal: bool = False
+
+
+class Figure(_Part):
+    """Panels in rows.
+
+    Attributes:
+        panels: In the order in which they are read.
+    """
+
+    panels: tuple[Panel, ...]
+
+    def without_answer(self) -> "Figure":
+        """Return it without what reveals the answer of the lesson's question, in traces or in words."""
+        panels = []
+        for panel in self.panels:
+            traces = tuple(trace for trace in panel.traces if not trace.reveals)
+            words = panel.words if len(traces) == len(panel.traces) else "Part of it is hidden until you have answered."
+            panels.append(panel.model_copy(update={"traces": traces, "words": words}))
+        return Figure(panels=tuple(panels))

@@ -1,0 +1,14 @@
+"""Lecturers' lessons: a Markdown file each, with a head that says what is run, asked and right.
+
+A lecturer writes no Python. A file comes from a folder or a package, may come from anybody, and is trusted in nothing:
+
+- `document`: a file as values with their lines; `head`: what may stand in it;
+- `expression`: the answer as a formula over the numbers of a run;
+- `bodies`, `questions` and `builder`: whether it fits an experiment or a figure, and the lesson that it makes;
+  `findings`: what is wrong, with lines;
+- `library`: all files of the project, of packages and of folders, in `read_lessons`.
+"""
+
+from pftrack.teaching.lessons.lecturers.library import Library, Problem, read_lesson, read_lessons
+
+__all__ = ["Library", "Problem", "read_lesson", "read_lessons"]

@@ -1,0 +1,73 @@
+"""The registry: the lessons of the course by id, each imported when it is first asked for."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from importlib import import_module
+
+from pftrack.teaching.lessons.lesson import Lesson
+
+__all__ = ["LESSONS", "Course", "find"]
+
+
+class Course(Mapping[str, Lesson]):
+    """Lessons by id, in order; that of `monte-carlo` is the `LESSON` of the package's module `monte_carlo`."""
+
+    def __init__(self, package: str, ids: Iterable[str]) -> None:
+        """List lessons without importing any.
+
+        Args:
+            package: Where their modules are.
+            ids: Of the lessons, in the order of the course.
+        """
+        self.package = package
+        self._ids = dict.fromkeys(ids)
+
+    def __getitem__(self, lesson_id: str) -> Lesson:
+        if lesson_id not in self._ids:
+            raise KeyError(lesson_id)
+        lesson: Lesson = import_module(f"{self.package}.{lesson_id.replace('-', '_')}").LESSON
+        return lesson
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._ids)
+
+    def __len__(self) -> int:
+        return len(self._ids)
+
+
+LESSONS: Mapping[str, Lesson] = Course(
+    "pftrack.teaching.lessons.course",
+    (
+        "probability",
+        "joint",
+        "bayes",
+        "estimate",
+        "recursion",
+        "kalman",
+        "monte-carlo",
+        "importance",
+        "sir",
+        "resampling",
+        "outliers",
+        "colour",
+    ),
+)
+"""The lessons of the course, by id."""
+
+
+def find(wanted: str, lessons: Mapping[str, Lesson] = LESSONS) -> Lesson:
+    """Return a lesson by its id, or by its number in the course.
+
+    Args:
+        wanted: The id, or the number as text.
+        lessons: Among which it is looked for; those of lecturers may be added.
+
+    Raises:
+        LookupError: There is none; the sentence lists those that there are.
+    """
+    if wanted in lessons:
+        return lessons[wanted]
+    numbered = {lesson.number: lesson for lesson in lessons.values() if lesson.number}
+    if wanted.isdecimal() and int(wanted) in numbered:
+        return numbered[int(wanted)]
+    known = [f"{lesson.number} {name}" if lesson.number else name for name, lesson in lessons.items()]
+    raise LookupError(f"there is no lesson {wanted[:40]!r}; there are {', '.join(known)}")

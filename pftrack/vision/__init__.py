@@ -1,0 +1,1 @@
+"""What several experiments need of pictures: likelihoods, detection, shapes, structure from motion, rendering."""

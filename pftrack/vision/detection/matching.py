@@ -1,0 +1,237 @@
+"""Block matching: where small pieces of an earlier picture are in a later one.
+
+A template is compared with the picture at every place within a reach, and the place of the least cost is the match. Two
+costs are offered: the mean absolute difference of the grey levels, which is cheap and is misled when the picture
+becomes brighter, and one minus the normalised correlation, which is not. Nothing else is known of what is looked for,
+so that where the picture repeats itself a match may be one repetition off: `seconds` tells how nearly another place was
+as good.
+
+Sums are of whole numbers and the few roots and quotients are rounded as IEEE 754 says, so that matches are the same to
+the bit on every processor. Of equally good places the one nearest to where the search began is taken, so that
+what has no structure stays where it is, and of equally near ones the upper, then the left one.
+"""
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.numerics.compiled import compiled, read_only
+
+__all__ = ["LARGEST_TEMPLATE_PX", "Cost", "Matches", "cost_map", "cut", "match"]
+
+Cost: TypeAlias = Literal["difference", "correlation"]
+
+LARGEST_TEMPLATE_PX = 15
+"""So that a sum of differences is a number of 16 bits, of which a processor adds sixteen at once."""
+
+LANES = 16
+APART_PX = 3
+"""From here on another place is a match of its own rather than the slope of the best one."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Matches:
+    """The best place of each template.
+
+    Attributes:
+        places: (K, 2) int64, the pixel (column, row) of the template's middle; where the search began, if there is no
+            place at which all of the template is within the picture.
+        offsets: (K, 2) where between the pixels the least cost is, -0.5..0.5 px; 0 beside what was not searched.
+        costs: (K,) at that place: grey levels, or 0..2 for correlation; infinite if there is no place.
+        seconds: (K,) the least cost at least 3 px away; infinite if there is none.
+    """
+
+    places: NDArray[np.int64]
+    offsets: NDArray[np.float64]
+    costs: NDArray[np.float64]
+    seconds: NDArray[np.float64]
+
+
+def match(
+    grey: NDArray[np.uint8],
+    templates: NDArray[np.uint8],
+    around: NDArray[np.int64],
+    reach_px: int,
+    cost: Cost = "difference",
+) -> Matches:
+    """Find each template near a place.
+
+    Args:
+        grey: Picture (height, width).
+        templates: (K, b, b), b odd and at most 15.
+        around: (K, 2) pixels (column, row) around which to search, of any value.
+        reach_px: How far to search to all four sides.
+        cost: What to compare by.
+
+    Raises:
+        ValueError: Templates are not odd squares of at most 15 px, or there is not one place for each.
+    """
+    count, high, wide = templates.shape
+    if high != wide or high % 2 == 0 or not 1 <= high <= LARGEST_TEMPLATE_PX:
+        raise ValueError(f"templates must be odd squares of 1 to {LARGEST_TEMPLATE_PX} px, got {high} x {wide}")
+    if around.shape != (count, 2):
+        raise ValueError(f"expected a place (x, y) for each of {count} templates, got an array of {around.shape}")
+    found = _match(
+        read_only(np.ascontiguousarray(grey)),
+        read_only(np.ascontiguousarray(templates)),
+        np.ascontiguousarray(around, np.int64),
+        reach_px,
+        cost == "correlation",
+    )
+    return Matches(*found)
+
+
+def cost_map(
+    grey: NDArray[np.uint8], template: NDArray[np.uint8], place: tuple[int, int], reach_px: int, cost: Cost
+) -> NDArray[np.float64]:
+    """Return the cost (2 reach + 1, 2 reach + 1) of each place about one; infinite where the template sticks out."""
+    x, y = place
+    picture, piece = read_only(np.ascontiguousarray(grey)), read_only(np.ascontiguousarray(template))
+    return _costs(picture, piece, x, y, reach_px, cost == "correlation")
+
+
+def cut(grey: NDArray[np.uint8], places: NDArray[np.int64], size_px: int) -> NDArray[np.uint8]:
+    """Return pieces (K, size, size) of a picture about pixels (K, 2); beyond its edge the edge goes on."""
+    steps = np.arange(size_px) - size_px // 2
+    rows = np.clip(places[:, 1, None] + steps, 0, grey.shape[0] - 1)
+    columns = np.clip(places[:, 0, None] + steps, 0, grey.shape[1] - 1)
+    pieces: NDArray[np.uint8] = grey[rows[:, :, None], columns[:, None, :]]
+    return pieces
+
+
+@compiled
+def _match(
+    grey: NDArray[np.uint8],
+    templates: NDArray[np.uint8],
+    around: NDArray[np.int64],
+    reach: int,
+    correlation: bool,
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    count = templates.shape[0]
+    places, offsets = around.copy(), np.zeros((count, 2))
+    least, seconds = np.full(count, np.inf), np.full(count, np.inf)
+    for k in range(count):
+        costs = _costs(grey, templates[k], around[k, 0], around[k, 1], reach, correlation)
+        row, column, least[k], seconds[k] = _two_least(costs)
+        if least[k] == np.inf:
+            continue
+        places[k, 0], places[k, 1] = around[k, 0] + column - reach, around[k, 1] + row - reach
+        if 0 < column < costs.shape[1] - 1:
+            offsets[k, 0] = _between(costs[row, column - 1], least[k], costs[row, column + 1])
+        if 0 < row < costs.shape[0] - 1:
+            offsets[k, 1] = _between(costs[row - 1, column], least[k], costs[row + 1, column])
+    return places, offsets, least, seconds
+
+
+@compiled
+def _two_least(costs: NDArray[np.float64]) -> tuple[int, int, float, float]:
+    """Return row and column of the least cost, nearest to the middle, that cost, and the least one elsewhere."""
+    side = costs.shape[0]
+    middle = side // 2
+    row, column, least, nearest = middle, middle, np.inf, 0
+    for y in range(side):
+        for x in range(side):
+            away = (x - middle) ** 2 + (y - middle) ** 2
+            if costs[y, x] < least or (costs[y, x] == least and away < nearest):
+                row, column, least, nearest = y, x, costs[y, x], away
+    second = np.inf
+    for y in range(side):
+        for x in range(side):
+            if max(abs(x - column), abs(y - row)) >= APART_PX:
+                second = min(second, costs[y, x])
+    return row, column, least, second
+
+
+@compiled
+def _between(before: float, least: float, after: float) -> float:
+    """Return where the least of three costs is between them, by two lines of equal slope."""
+    higher = max(before, after)
+    if higher == np.inf or higher <= least:
+        return 0.0
+    return 0.5 * (before - after) / (higher - least)
+
+
+@compiled
+def _costs(
+    grey: NDArray[np.uint8],
+    template: NDArray[np.uint8],
+    x: int,
+    y: int,
+    reach: int,
+    correlation: bool,
+) -> NDArray[np.float64]:
+    height, width = grey.shape
+    size, side = template.shape[0], 2 * reach + 1
+    top, left = y - reach - size // 2, x - reach - size // 2
+    # A copy that is a multiple of the lanes wide: what is left over would be added one by one.
+    padded = (side + LANES - 1) // LANES * LANES
+    window = np.zeros((side + size - 1, padded + size - 1), np.uint8)
+    for row in range(max(0, -top), min(side + size - 1, height - top)):
+        for column in range(max(0, -left), min(side + size - 1, width - left)):
+            window[row, column] = grey[top + row, left + column]
+    costs = np.full((side, side), np.inf)
+    first, last = max(0, -left), min(side, width - left - size + 1)
+    for row in range(max(0, -top), min(side, height - top - size + 1)):
+        if correlation:
+            _dissimilarities(window, template, row, costs[row], first, last)
+        else:
+            _differences(window, template, row, costs[row], first, last)
+    return costs
+
+
+@compiled
+def _differences(
+    window: NDArray[np.uint8],
+    template: NDArray[np.uint8],
+    top: int,
+    costs: NDArray[np.float64],
+    first: int,
+    last: int,
+) -> None:
+    """Write the mean absolute difference at first..last - 1 of a row."""
+    size = template.shape[0]
+    padded = window.shape[1] - size + 1
+    sums = np.zeros(padded, np.uint16)
+    for row in range(size):
+        for column in range(size):
+            level, beside = template[row, column], window[top + row][column:]
+            for place in range(padded):
+                pixel = beside[place]
+                off = np.uint8(max(pixel, level) - min(pixel, level))
+                sums[place] = np.uint16(sums[place] + np.uint16(off))
+    for place in range(first, last):
+        costs[place] = sums[place] / float(size * size)
+
+
+@compiled
+def _dissimilarities(
+    window: NDArray[np.uint8],
+    template: NDArray[np.uint8],
+    top: int,
+    costs: NDArray[np.float64],
+    first: int,
+    last: int,
+) -> None:
+    """Write one minus the normalised correlation at first..last - 1 of a row."""
+    size = template.shape[0]
+    padded, count = window.shape[1] - size + 1, size * size
+    products, sums, squares = np.zeros(padded, np.int32), np.zeros(padded, np.int32), np.zeros(padded, np.int32)
+    total, square = 0, 0
+    for row in range(size):
+        for column in range(size):
+            level, beside = np.int32(template[row, column]), window[top + row][column:]
+            total, square = total + int(level), square + int(level) * int(level)
+            for place in range(padded):
+                pixel = np.int32(beside[place])
+                products[place] = np.int32(products[place] + level * pixel)
+                sums[place] = np.int32(sums[place] + pixel)
+                squares[place] = np.int32(squares[place] + pixel * pixel)
+    own = count * square - total * total
+    for place in range(first, last):
+        shared = count * np.int64(products[place]) - total * np.int64(sums[place])
+        spread = count * np.int64(squares[place]) - np.int64(sums[place]) * np.int64(sums[place])
+        # Without structure on either side nothing is like anything.
+        alike = shared / np.sqrt(float(own) * float(spread)) if own > 0 and spread > 0 else 0.0
+        costs[place] = 1.0 - alike

@@ -1,0 +1,237 @@
+"""Colour histograms: how alike are the colours within a window and those of a model?
+
+Every pixel of a picture belongs to one of 110 bins: a pixel that has a colour to one of 10 x 10 bins of that colour,
+any other to one of 10 bins of its brightness. A window around a place has the shares p_u of its pixels in each bin; a
+model has the shares q_u of the window in which it was made. Their likeness is the Bhattacharyya coefficient
+
+    rho(p, q) = sum_u sqrt(p_u q_u),      p(z | x) = exp(-lambda (1 - rho))
+
+between 0 and 1; 1 - rho is the square of a distance (Perez, Hue, Vermaak, Gangnet, "Color-based probabilistic
+tracking", 2002). Windows are clipped to the picture; one of which less than a quarter lies within has rho = 0.
+
+A window may count all its pixels alike or, with Epanechnikov's kernel, those in the middle more than those near its
+edge, where the background is. It may be divided into parts, each with bins of its own, so that colours have places
+(the multi-part model of the same paper); and bins may be weighed, and contrast asked for, by what is around the target
+(`background`).
+
+All windows of a frame are weighed at once. Only the part of the picture that they touch is put into bins. They are
+then visited along a path on which neighbours follow each other, and where the next window overlaps the last one, only
+the pixels that leave and enter are counted. Counts are whole numbers, so the path changes nothing of the result.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.numerics.checks import check, check_picture
+from pftrack.core.numerics.compiled import compiled, read_only
+from pftrack.vision.likelihoods.background import NO_BACKGROUND, SURROUNDINGS, Background, lacking_contrast
+from pftrack.vision.likelihoods.colour_bins import BINS, Space, bin_table
+from pftrack.vision.likelihoods.counting import assign_bins, coefficients, count_window
+from pftrack.vision.likelihoods.windows import shift, windows_around
+
+__all__ = ["Window", "fit", "rho_map", "roots_of", "shares", "similarities", "similarity"]
+
+LEAST_SHARE = 1e-12
+"""That a weighed model is taken to have, so that one of which nothing is left is divided by no 0."""
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """The shape of a window.
+
+    Attributes:
+        reach_across_px: Columns to either side of the middle one.
+        reach_down_px: Rows to either side of the middle one.
+        kernel: Whether pixels count by Epanechnikov's kernel, or all alike.
+        parts: Into how many parts it is divided, across and down.
+    """
+
+    reach_across_px: int
+    reach_down_px: int
+    kernel: bool = False
+    parts: tuple[int, int] = (1, 1)
+
+    @property
+    def size_px(self) -> tuple[int, int]:
+        """Width and height, px."""
+        return 2 * self.reach_across_px + 1, 2 * self.reach_down_px + 1
+
+
+def shares(
+    image_rgb: NDArray[np.uint8], position: NDArray[np.float64], window: Window, space: Space
+) -> NDArray[np.float64]:
+    """Return the shares p (110 in each part) of a window's pixels in the bins, which sum to 1.
+
+    Args:
+        image_rgb: (height, width, 3).
+        position: (2,) middle of the window, px; it is rounded to a pixel.
+        window: Its shape.
+        space: Of colour.
+
+    Returns:
+        The shares; all 0 if the window lies outside the picture.
+
+    Raises:
+        TypeError: The picture is not an array of bytes.
+        ValueError: It is not (height, width, 3).
+    """
+    check_picture(image_rgb)
+    counts = count_window(
+        read_only(image_rgb), float(position[0]), float(position[1]), *_pack(window), bin_table(space)
+    )
+    return np.asarray(counts / max(counts.sum(), 1))
+
+
+def fit(
+    image_rgb: NDArray[np.uint8], position: NDArray[np.float64], window: Window, space: Space
+) -> NDArray[np.float64]:
+    """Return a model q (110 in each part), the shares of the window around a target; arguments as for `shares`.
+
+    Raises:
+        ValueError: Too little of the window lies within the picture.
+    """
+    model = shares(image_rgb, position, window, space)
+    if similarity(image_rgb, position, window, space, model) == 0.0:
+        raise ValueError("a quarter of the target's window at least must lie within the picture")
+    return model
+
+
+def similarity(
+    image_rgb: NDArray[np.uint8],
+    position: NDArray[np.float64],
+    window: Window,
+    space: Space,
+    model: NDArray[np.float64],
+    background: Background = NO_BACKGROUND,
+) -> float:
+    """Return rho of one window, 0..1; arguments as for `shares`, q (110 in each part), and what is around it."""
+    return float(_all(image_rgb, np.asarray(position)[None, :2], window, space, model, background)[0])
+
+
+def rho_map(
+    image_rgb: NDArray[np.uint8],
+    window: Window,
+    space: Space,
+    model: NDArray[np.float64],
+    step: int,
+    background: Background = NO_BACKGROUND,
+) -> NDArray[np.float64]:
+    """Return rho of windows all over a picture, (ceil(height / step), ceil(width / step)).
+
+    Args:
+        image_rgb: (height, width, 3).
+        window: Their shape.
+        space: Of colour.
+        model: q (110 in each part).
+        step: Distance of neighbouring windows, px; the first is in the middle of the first cell of that size.
+        background: What is around the target.
+    """
+    height, width, _ = image_rgb.shape
+    rows, columns = np.arange(step // 2, height, step), np.arange(step // 2, width, step)
+    places = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2).astype(np.float64)
+    return np.asarray(_all(image_rgb, places, window, space, model, background).reshape(len(rows), len(columns)))
+
+
+def _all(
+    image_rgb: NDArray[np.uint8],
+    places: NDArray[np.float64],
+    window: Window,
+    space: Space,
+    model: NDArray[np.float64],
+    background: Background,
+) -> NDArray[np.float64]:
+    """Return rho (N,) of windows of one shape around places (N, 2), px."""
+    check_picture(image_rgb)
+    check(missing=True, places=(places, "N 2"), model=(model, f"{BINS * max(window.parts[0] * window.parts[1], 1)}"))
+    return similarities(
+        read_only(image_rgb),
+        np.ascontiguousarray(places[:, 0], np.float64),
+        np.ascontiguousarray(places[:, 1], np.float64),
+        np.full(len(places), float(window.reach_across_px)),
+        np.full(len(places), float(window.reach_down_px)),
+        bin_table(space),
+        roots_of(model, background),
+        window.kernel,
+        window.parts,
+        background,
+    )
+
+
+def roots_of(model: NDArray[np.float64], background: Background) -> NDArray[np.float64]:
+    """Return the square roots of a model's shares (110 in each part), weighed by the background."""
+    if background.weights is NO_BACKGROUND.weights:
+        return np.sqrt(model)
+    weighed = model * np.tile(background.weights, len(model) // BINS)
+    return np.asarray(np.sqrt(weighed / max(weighed.sum(), LEAST_SHARE)))
+
+
+def _pack(window: Window) -> tuple[int, int, bool, tuple[int, int]]:
+    return window.reach_across_px, window.reach_down_px, window.kernel, window.parts
+
+
+@compiled
+def _bounds(
+    windows: NDArray[np.int64], frames: NDArray[np.int64], width: int, height: int
+) -> tuple[int, int, int, int]:
+    """Return left, top, right and bottom of the part of a picture in which windows and their frames lie."""
+    left, top, right, bottom = width, height, 0, 0
+    for n in range(windows.shape[0]):
+        if windows[n, 2] > windows[n, 0]:
+            for seen in (windows[n], frames[n]):
+                if seen[2] > seen[0]:
+                    left, top = min(left, seen[0]), min(top, seen[1])
+                    right, bottom = max(right, seen[2]), max(bottom, seen[3])
+    return left, top, right, bottom
+
+
+@compiled
+def similarities(
+    image_rgb: NDArray[np.uint8],
+    columns: NDArray[np.float64],
+    rows: NDArray[np.float64],
+    half_widths: NDArray[np.float64],
+    half_heights: NDArray[np.float64],
+    table: NDArray[np.uint8],
+    root_model: NDArray[np.float64],
+    kernel: bool,
+    parts: tuple[int, int],
+    background: Background,
+) -> NDArray[np.float64]:
+    """Return rho (N,) of N windows, for use inside compiled loops and outside.
+
+    Args:
+        image_rgb: (height, width, 3).
+        columns: (N,) middles of the windows, px; rounded to pixels; what is not finite is outside the picture.
+        rows: (N,) of them.
+        half_widths: (N,) half widths, px, rounded; 0 at least.
+        half_heights: (N,) half heights.
+        table: Bins of the colours, as of `bin_table`.
+        root_model: sqrt(q), (110 in each part), as of `roots_of`.
+        kernel: Whether pixels count by Epanechnikov's kernel.
+        parts: Of a window, across and down.
+        background: What is around the target; a lack of contrast is taken off rho, down to 0.
+    """
+    height, width, _ = image_rgb.shape
+    windows = windows_around(columns, rows, half_widths, half_heights, width, height)
+    # Where contrast counts, what is around the windows is looked at as well.
+    frames = windows
+    if background.contrast > 0.0:
+        frames = windows_around(columns, rows, SURROUNDINGS * half_widths, SURROUNDINGS * half_heights, width, height)
+    left, top, right, bottom = _bounds(windows, frames, width, height)
+    if right <= left:
+        return np.zeros(windows.shape[0])
+    bins = assign_bins(image_rgb, table, left, top, right, bottom)
+    moved, around = np.zeros_like(windows), np.zeros_like(windows)
+    for n in range(windows.shape[0]):
+        if windows[n, 2] > windows[n, 0]:
+            moved[n] = shift(windows[n], left, top)
+            if frames[n, 2] > frames[n, 0]:
+                around[n] = shift(frames[n], left, top)
+    found = coefficients(bins, moved, root_model, background.weights, kernel, parts)
+    if background.contrast > 0.0:
+        lacking = lacking_contrast(bins, moved, around, background)
+        for n in range(windows.shape[0]):
+            found[n] = max(found[n] - background.contrast * lacking[n], 0.0)
+    return found

@@ -1,0 +1,234 @@
+"""Templates: a feature is where the picture looks as it did around the feature in the first frame.
+
+A patch s of the picture is compared with a template r by the normalised correlation of both less their means,
+
+    NCC = sum (r - mean r)(s - mean s) / sqrt(sum (r - mean r)^2 sum (s - mean s)^2),
+
+which does not see changes of gain and offset, and a particle is weighed by (Bando 2007, ch. 4, eq. 4.11)
+
+    p(z | x) ~ exp(-(NCC - 1)^2 / (2 D^2)),  D = 0.15.
+
+The patch lies around the particle's pixel (floor(x + 0.5), floor(y + 0.5)) and begins half its width and height,
+rounded down, to the left and above. Where it reaches beyond the picture, or has no contrast, NCC is -1, its least
+value.
+
+Eleven features with fifty particles each take 0.18 ms by the sums themselves, in one pass over each patch; with
+integral pictures for the patch's mean and variance 0.21 to 0.24 ms; by `cv2.matchTemplate` on the part of the picture
+that the particles cover 0.65 to 0.85 ms, since it also computes what lies between the particles (640 x 480, one core).
+The picture's luma takes 0.04 ms.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pftrack.core.numerics.checks import check, check_picture
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.sums import inner_product
+
+__all__ = [
+    "SPREAD",
+    "Templates",
+    "correlations",
+    "cut",
+    "likeness",
+    "log_likelihood",
+    "luma",
+    "renew",
+    "scaled_sizes",
+    "score",
+]
+
+SPREAD = 0.15
+"""D of eq. 4.11: a correlation of 0.5 weighs 0.004."""
+
+SMALLEST_PX, LARGEST_PX = 6, 128
+LEAST_VARIANCE = 0.5
+"""In squared grey levels, per pixel; what has less is a flat patch with rounding on it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Templates:
+    """One template a feature.
+
+    Attributes:
+        pixels: (sum of w h,) float32: the patches one after another, row by row, each less its mean and of unit norm;
+            all zero for a patch without contrast.
+        sizes: (F, 2) widths and heights, px.
+    """
+
+    pixels: NDArray[np.float32]
+    sizes: NDArray[np.int64]
+
+
+def luma(image_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the brightness (height, width) of a picture, 0.299 R + 0.587 G + 0.114 B; a grey one is returned as it is.
+
+    Args:
+        image_rgb: (height, width, 3), (height, width, 1) or (height, width).
+    """
+    if image_rgb.ndim == 2:
+        return np.ascontiguousarray(image_rgb)
+    if image_rgb.ndim == 3 and image_rgb.shape[2] == 1:
+        return np.ascontiguousarray(image_rgb[:, :, 0])
+    if image_rgb.ndim == 3 and image_rgb.shape[2] == 3:
+        return np.asarray(cv2.cvtColor(image_rgb, cv2.COLOR_RGB2GRAY), np.uint8)
+    raise ValueError(f"expected a picture (height, width, 3) or (height, width), got shape {image_rgb.shape}")
+
+
+def scaled_sizes(sizes_px: ArrayLike, scale: float) -> NDArray[np.int64]:
+    """Return widths and heights (F, 2) of templates, px, as even numbers within the bounds of a template.
+
+    Args:
+        sizes_px: (F, 2) for a target of the usual size.
+        scale: How much larger the target is.
+    """
+    wanted = scale * np.asarray(sizes_px, dtype=np.float64)
+    sizes: NDArray[np.int64] = np.clip(2 * np.rint(wanted / 2.0), SMALLEST_PX, LARGEST_PX).astype(np.int64)
+    return sizes
+
+
+def cut(grey: NDArray[np.uint8], points: NDArray[np.float64], sizes: NDArray[np.int64]) -> Templates:
+    """Cut templates around points; what is beyond the picture is filled with the nearest pixels in it.
+
+    Args:
+        grey: (height, width).
+        points: (F, 2) px, within the picture.
+        sizes: (F, 2) widths and heights, px.
+
+    Raises:
+        ValueError: A point is not within the picture, or there are not as many points as sizes.
+    """
+    height, width = grey.shape
+    if points.shape != sizes.shape or points.ndim != 2:
+        raise ValueError(f"expected as many points as sizes, got shapes {points.shape} and {sizes.shape}")
+    pixels = []
+    for (x, y), (w, h) in zip(points, sizes, strict=True):
+        if not (-0.5 <= x < width - 0.5 and -0.5 <= y < height - 0.5):
+            raise ValueError(f"a feature must lie within the picture of {width} x {height} px, got ({x:g}, {y:g})")
+        columns = np.clip(int(np.floor(x + 0.5)) - w // 2 + np.arange(w), 0, width - 1)
+        rows = np.clip(int(np.floor(y + 0.5)) - h // 2 + np.arange(h), 0, height - 1)
+        pixels.append(_normalise(grey[np.ix_(rows, columns)].astype(np.float64)))
+    return Templates(np.concatenate(pixels), sizes.copy())
+
+
+def correlations(grey: NDArray[np.uint8], positions: NDArray[np.float64], templates: Templates) -> NDArray[np.float64]:
+    """Return the NCC (F, N), -1..1, of every feature's template at its particles.
+
+    Args:
+        grey: (height, width).
+        positions: (F, N, 2) px; not finite ones count as outside the picture.
+        templates: One a feature.
+
+    Raises:
+        TypeError: The picture is not an array of bytes, or the positions are not one of real numbers.
+        ValueError: The picture is not (height, width), or there are not as many features as templates.
+    """
+    check_picture(grey, "height width")
+    check(missing=True, templates=(templates.sizes, "F 2"), positions=(positions, "F N 2"))
+    return ncc(grey, np.ascontiguousarray(positions), templates.pixels, templates.sizes)
+
+
+def log_likelihood(
+    grey: NDArray[np.uint8], positions: NDArray[np.float64], templates: Templates, spread: float = SPREAD
+) -> NDArray[np.float64]:
+    """Return the log likelihood (F, N) of positions, finite throughout; arguments as for `correlations`."""
+    return score(correlations(grey, positions, templates), spread)
+
+
+def score(correlation: NDArray[np.float64], spread: float = SPREAD) -> NDArray[np.float64]:
+    """Return the log likelihood of correlations (eq. 4.11), of the same shape."""
+    scores: NDArray[np.float64] = -0.5 * ((correlation - 1.0) / spread) ** 2
+    return scores
+
+
+def likeness(one: Templates, other: Templates) -> NDArray[np.float64]:
+    """Return how like each template of a set is to that of another set of the same sizes: the NCC of both, (F,).
+
+    Raises:
+        ValueError: The sizes differ.
+    """
+    if not np.array_equal(one.sizes, other.sizes):
+        raise ValueError("expected templates of the same sizes, got different ones")
+    ends = np.cumsum(one.sizes.prod(axis=1))[:-1]
+    products = one.pixels.astype(np.float64) * other.pixels
+    return np.array([float(part.sum()) for part in np.split(products, ends)])
+
+
+def renew(templates: Templates, grey: NDArray[np.uint8], points: NDArray[np.float64], rate: float) -> Templates:
+    """Return templates that have come a little closer to what is at the points now.
+
+    Slow renewal follows the light and the turning of the head. It also follows every error of the estimate: what has
+    slipped off a feature learns what it slipped on to, and drifts. That is why Bando never renews, and why it is
+    off unless asked for: on four simulated drivers a rate of 0.01 a frame changed the mean pose error of PF-ASD from
+    1.3, 4.7, 3.2 and 9.1 to 1.5, 17, 3.4 and 8.6 degrees.
+
+    Args:
+        templates: As they are.
+        grey: (height, width).
+        points: (F, 2) px; a feature whose point is not within the picture keeps its template.
+        rate: 0 keeps all as it is, 1 forgets all that was.
+    """
+    height, width = grey.shape
+    # Comparisons with NaN are false, so what is not finite is not inside.
+    inside = np.asarray(np.logical_and(points >= -0.5, points < np.array([width, height]) - 0.5).all(axis=1))
+    fresh = cut(grey, np.where(inside[:, None], points, 0.0), templates.sizes)
+    blended = [
+        _normalise((1.0 - rate) * old + rate * new) if known and new.any() else old
+        for old, new, known in zip(_patches(templates), _patches(fresh), inside, strict=True)
+    ]
+    return Templates(np.concatenate(blended), templates.sizes)
+
+
+def _patches(templates: Templates) -> list[NDArray[np.float32]]:
+    ends = np.cumsum(templates.sizes[:, 0] * templates.sizes[:, 1])
+    return np.split(templates.pixels, ends[:-1])
+
+
+def _normalise(patch: NDArray[np.floating]) -> NDArray[np.float32]:
+    """Return a patch as (w h,) less its mean and of unit norm, or zeros if it has no contrast."""
+    off = patch.ravel() - patch.mean(dtype=np.float64)
+    norm = float(np.sqrt(np.square(off).sum()))
+    # A patch of grey levels is flat below this variance; one of unit norm is never.
+    flat = norm < 1e-6 or (norm > 2.0 and norm**2 < LEAST_VARIANCE * off.size)
+    return np.zeros(off.size, np.float32) if flat else (off / norm).astype(np.float32)
+
+
+@compiled
+def ncc(
+    grey: NDArray[np.uint8], positions: NDArray[np.float64], pixels: NDArray[np.float32], sizes: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Return the NCC (F, N) inside a compiled loop; arguments as for `correlations`, the templates as their arrays."""
+    features, count, _ = positions.shape
+    height, width = grey.shape
+    results = np.full((features, count), -1.0)
+    begin = 0
+    for f in range(features):
+        w, h = sizes[f, 0], sizes[f, 1]
+        area = w * h
+        template = pixels[begin : begin + area]
+        begin += area
+        if inner_product(template, template) == 0.0:
+            continue
+        levels = np.empty(area, np.float32)
+        for i in range(count):
+            x, y = np.floor(positions[f, i, 0] + 0.5), np.floor(positions[f, i, 1] + 0.5)
+            if not (x >= w // 2 and y >= h // 2 and x + w - w // 2 <= width and y + h - h // 2 <= height):
+                continue
+            left, top = int(x) - w // 2, int(y) - h // 2
+            total, squares = np.int32(0), np.int32(0)
+            for row in range(h):
+                patch = grey[top + row, left : left + w]
+                line = levels[row * w : row * w + w]
+                for column in range(w):
+                    level = np.int32(patch[column])
+                    total = np.int32(total + level)
+                    squares = np.int32(squares + np.int32(level * level))
+                    line[column] = np.float32(level)
+            power = squares - total * (total / area)
+            if power > LEAST_VARIANCE * area:
+                # The template's mean is zero, so the patch's need not be taken off.
+                results[f, i] = min(max(inner_product(levels, template) / np.sqrt(power), -1.0), 1.0)
+    return results

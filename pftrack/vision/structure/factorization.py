@@ -1,0 +1,156 @@
+"""Factorization by singular values: Tomasi and Kanade 1992 (Bando 2007, ch. 4 section 5.1).
+
+Seen by an affine camera, the positions of n points in T frames, one row a coordinate and less the mean of the row, are
+a matrix of rank three: W = M S, motion times shape. The three greatest singular values and their vectors give such
+factors, up to an invertible matrix A. That the rows of a camera are orthogonal and of equal length determines A up to a
+rotation and a mirror image (`metric_upgrade`); which of the two mirror images it is no affine camera can tell.
+
+All positions count alike, so a point that is hidden spoils all others: `variational` weighs them.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.numerics.matrices import contiguous_copy, least_squares, product, solve_system
+from pftrack.core.numerics.singular import eigenvalues, singular_values
+from pftrack.vision.structure.tracks import Tracks
+
+__all__ = ["Camera", "Factorization", "factorize", "metric_transform", "metric_upgrade"]
+
+Camera: TypeAlias = Literal["orthographic", "scaled"]
+
+UNSEEN_DEPTH = 1e-10
+"""The third singular value, relative to the first, that is rounding."""
+
+FEWEST_METRIC_VIEWS = 3
+"""Two leave a family of shapes (Ullman 1979)."""
+
+SMALLEST_SQUARE = 1e-9
+"""Eigenvalues of A A^T, relative to the greatest, are at least this: noise may make them negative."""
+
+
+@dataclass(frozen=True, eq=False)
+class Factorization:
+    """Motion and shape of a body.
+
+    Attributes:
+        motion: (2 T, 3) rows of the cameras, x and y in turn, px per unit of the shape.
+        shape: (n, 3).
+        offsets: (2 T,) px, where the shape's origin is seen.
+        strengths: The singular values (min(2 T, n),), px. If the third does not stand out from the fourth, noise hides
+            the depth: there was too little rotation, or the points lie in one plane.
+    """
+
+    motion: NDArray[np.float64]
+    shape: NDArray[np.float64]
+    offsets: NDArray[np.float64]
+    strengths: NDArray[np.float64]
+
+
+def factorize(tracks: Tracks) -> Factorization:
+    """Factor tracks into motion and shape, up to an affine map; variances are not looked at.
+
+    Raises:
+        ValueError: A point is missing in a frame, or the depth leaves no trace at all: the body does not turn, or its
+            points lie in one plane.
+    """
+    missing = ~np.isfinite(tracks.variances).all(axis=(0, 2))
+    if missing.any():
+        raise ValueError(
+            f"expected every point in every frame, but point {int(np.argmax(missing))} is missing in some; "
+            "the variational factorization needs no more than some of them"
+        )
+    rows = tracks.matrix
+    offsets = rows.mean(axis=1)
+    left, strengths, right = singular_values(rows - offsets[:, None])
+    if not strengths[2] > UNSEEN_DEPTH * strengths[0]:
+        raise ValueError(
+            "expected a body that turns and points that do not lie in one plane, got tracks without any depth "
+            f"(singular values {strengths[0]:.3g}, {strengths[1]:.3g}, {strengths[2]:.3g} px)"
+        )
+    roots = np.sqrt(strengths[:3])
+    return Factorization(left[:, :3] * roots, right[:, :3] * roots, offsets, strengths)
+
+
+def metric_upgrade(
+    found: Factorization, camera: Camera = "orthographic", depth_sign: tuple[int, int, int] | None = None
+) -> Factorization:
+    """Return motion and shape after the map that makes the cameras' rows orthogonal, in px.
+
+    Args:
+        found: Factors up to an affine map.
+        camera: `orthographic`: all rows have length 1. `scaled`: those of a frame have the same length, which is 1 in
+            the first frame.
+        depth_sign: (near, far, sign): of two points by index, whether the second lies further from the camera of the
+            first frame (1) or nearer (-1). That chooses one of the two mirror images.
+
+    Raises:
+        ValueError: The cameras do not determine the map, since there are too few or they do not differ in rotation.
+    """
+    transform = metric_transform(found.motion, found.shape, camera, depth_sign)
+    shape = product(found.shape, solve_system(transform, np.eye(3)).T)
+    return replace(found, motion=product(found.motion, transform), shape=shape)
+
+
+def metric_transform(
+    motion: NDArray[np.float64],
+    shape: NDArray[np.float64],
+    camera: Camera = "orthographic",
+    depth_sign: tuple[int, int, int] | None = None,
+) -> NDArray[np.float64]:
+    """Return A (3, 3) such that the motion M A and the shape A^-1 s are metric; see `metric_upgrade`.
+
+    Args:
+        motion: (2 T, 3) up to an affine map.
+        shape: (n, 3) points s that fit it.
+        camera: As for `metric_upgrade`.
+        depth_sign: The same.
+    """
+    transform = _root(_metric(motion, camera))
+    if depth_sign is None:
+        return transform
+    near, far, sign = depth_sign
+    first = product(motion[:2], transform)
+    apart = product(solve_system(transform, np.eye(3)), shape[far] - shape[near])
+    # Right and down span the picture, so that what they have at right angles is the line of sight.
+    depth = float((np.cross(first[0], first[1]) * apart).sum())
+    return transform if sign * depth >= 0.0 else transform * np.array([1.0, 1.0, -1.0])
+
+
+def _metric(motion: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
+    """Return Q = A A^T (3, 3) by least squares from what must hold for each pair of rows."""
+    across, down = motion[0::2], motion[1::2]
+    if len(across) < FEWEST_METRIC_VIEWS:
+        raise ValueError(f"expected at least {FEWEST_METRIC_VIEWS} views for a metric shape, got {len(across)}")
+    if camera == "orthographic":
+        equations = np.concatenate([_quadratic(across, across), _quadratic(down, down), _quadratic(across, down)])
+        wanted = np.repeat([1.0, 1.0, 0.0], len(across))
+    else:
+        first = 0.5 * (_quadratic(across[:1], across[:1]) + _quadratic(down[:1], down[:1]))
+        equations = np.concatenate(
+            [_quadratic(across, across) - _quadratic(down, down), _quadratic(across, down), first]
+        )
+        wanted = np.append(np.zeros(2 * len(across)), 1.0)
+    entries, determined = least_squares(equations, wanted)
+    if not determined:
+        raise ValueError("expected views that differ in rotation; these do not determine a metric shape")
+    xx, yy, zz, xy, xz, yz = entries
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _quadratic(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the coefficients (T, 6) of a^T Q b in the entries xx, yy, zz, xy, xz, yz of Q."""
+    squares = first * second
+    pairs = [first[:, i] * second[:, j] + first[:, j] * second[:, i] for i, j in ((0, 1), (0, 2), (1, 2))]
+    return np.column_stack([squares, *pairs])
+
+
+def _root(metric: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return A (3, 3) of A A^T = Q; eigenvalues below the smallest that are plausible are raised to that."""
+    values, vectors = eigenvalues(contiguous_copy(metric))
+    if not values[0] > 0.0:
+        raise ValueError("expected cameras with rows at right angles; no map makes them so")
+    return np.asarray(vectors * np.sqrt(np.maximum(values, SMALLEST_SQUARE * values[0])))

@@ -1,0 +1,350 @@
+"""A shape that grows with every frame: the covariance of all its points together, each frame's camera integrated out.
+
+Bando's online method (`online_variational`) keeps a window of frames and averages the shape over time. It
+takes shape and motion as independent, so it looks at the frames of its window again and again, and it assumes a camera
+that is far away. This is the project's own way. The belief in all points together is one Gaussian over 3 n numbers,
+kept as mean and precision. A frame adds the precision of its positions, less what they pay for the frame's own camera,
+a pinhole that is found anew and integrated out:
+
+    P <- P + sum w a a^T - C B^-1 C^T,
+
+a the slope of a position by the points, B the precision of the camera and C what couples the two: Gauss and Newton's
+method with the Schur complement of bundle adjustment. So nothing of an old view is lost and no frame is kept; and what
+no view tells, such as depth before anything has turned, stays as uncertain as the prior has it.
+
+The prior is the mean of other bodies of the kind and how they vary; then there is a shape from the first frame on.
+Without one (`from_window`) it is the variational factorization of the first frames, made metric, which are then taken
+again one by one; of the two mirror images, which no far camera tells apart, a near one prefers the true one.
+
+**Forgetting.** With `memory` below 1 a point's precision decays, towards the prior's, in proportion to how much the
+frame tells of it compared with what it tells of the best-seen point: what is hidden is not forgotten (Bando 2007, ch. 4
+section 5.5 proposes that).
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.sums import inner_product
+from pftrack.vision.structure.cameras import (
+    SIZE,
+    fit_camera,
+    frontal,
+    normal_of,
+    residuals_and_slopes,
+    steady_camera,
+    turn_between,
+)
+from pftrack.vision.structure.positive import cholesky_log_det, cholesky_solve, invert
+from pftrack.vision.structure.tracks import FEWEST_POINTS, check_view
+
+__all__ = ["Recursive", "Settings", "begin", "step", "take"]
+
+TURN_SD_RAD = 0.1
+"""By default: 6 degrees from frame to frame."""
+
+FIRST_ROUNDS, LATER_ROUNDS = 30, 6
+"""Of the camera, at most, in the first frame and in the others."""
+
+HALVINGS = 4
+"""Of a step that makes the fit worse."""
+
+CLOSE = 1e-3
+"""A change that promises to lower the squared distances, in units of their noise, by less than this is not made."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How to go on.
+
+    Attributes:
+        focal_px: Focal length of the pinhole.
+        memory: 0..1, what is kept of a well-seen point's precision with each frame; 1 forgets nothing.
+        turn_sd_rad: Standard deviation of the rotation about each axis from frame to frame.
+        rounds: Of Gauss and Newton's method on the shape, a frame.
+    """
+
+    focal_px: float
+    memory: float = 1.0
+    turn_sd_rad: float = TURN_SD_RAD
+    rounds: int = 2
+
+    def __post_init__(self) -> None:
+        """Refuse what is no camera and no memory."""
+        if not (0.0 < self.focal_px < np.inf and self.turn_sd_rad > 0.0):
+            raise ValueError(
+                "expected a focal length and a deviation of the rotation above 0, "
+                f"got {self.focal_px:g} and {self.turn_sd_rad:g}"
+            )
+        if not 0.0 <= self.memory <= 1.0 or self.rounds < 1:
+            raise ValueError(
+                f"expected a memory of 0 to 1 and at least one round, got {self.memory:g} and {self.rounds}"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Recursive:
+    """What is known after a frame, immutable.
+
+    Attributes:
+        settings: How to go on.
+        shape: (n, 3) means of the points, in the unit of the prior.
+        precision: (3 n, 3 n) of all coordinates together, point by point.
+        prior_shape: (n, 3) to which what is forgotten returns.
+        prior_precision: (3 n, 3 n).
+        camera: (3, 4) of the last frame, (R, T); None before the first.
+        reference: (3, 4) of the first frame, from which rotations count; None before it.
+        frames: How many have been taken.
+        log_evidence: The log density that the belief gave to the last frame before it was taken, up to a constant as
+            of `cameras.evidence`; 0 before the first.
+    """
+
+    settings: Settings
+    shape: NDArray[np.float64]
+    precision: NDArray[np.float64]
+    prior_shape: NDArray[np.float64]
+    prior_precision: NDArray[np.float64]
+    camera: NDArray[np.float64] | None = None
+    reference: NDArray[np.float64] | None = None
+    frames: int = 0
+    log_evidence: float = 0.0
+
+    @cached_property
+    def covariance(self) -> NDArray[np.float64]:
+        """(3 n, 3 n) of all coordinates together."""
+        inverse = np.empty_like(self.precision)
+        invert(self.precision, inverse)
+        return inverse
+
+    @property
+    def shape_covariances(self) -> NDArray[np.float64]:
+        """(n, 3, 3) of each point."""
+        count = len(self.shape)
+        blocks = self.covariance.reshape(count, 3, count, 3)
+        return blocks[np.arange(count), :, np.arange(count)].copy()
+
+
+def begin(
+    shape: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    settings: Settings,
+    camera: NDArray[np.float64] | None = None,
+) -> Recursive:
+    """Begin with a belief in the shape.
+
+    Args:
+        shape: (n, 3) mean of the prior.
+        covariance: (3 n, 3 n) of all its coordinates together, or (n, 3, 3) of independent points; positive definite.
+        settings: How to go on.
+        camera: (3, 4) near that of the first frame; if not given the shape is first seen from the front.
+
+    Raises:
+        ValueError: There are fewer than four points, the arrays do not fit, or a number is not finite.
+    """
+    count = len(shape)
+    if shape.shape != (count, 3) or count < FEWEST_POINTS:
+        raise ValueError(f"expected a shape (n, 3) of at least {FEWEST_POINTS} points, got {shape.shape}")
+    if covariance.shape == (count, 3, 3):
+        joint = np.zeros((count, 3, count, 3))
+        joint[np.arange(count), :, np.arange(count)] = covariance
+        covariance = joint.reshape(3 * count, 3 * count)
+    if covariance.shape != (3 * count, 3 * count):
+        raise ValueError(f"expected a covariance {(3 * count, 3 * count)}, got {covariance.shape}")
+    if camera is not None and camera.shape != (3, 4):
+        raise ValueError(f"expected a camera (3, 4), got {camera.shape}")
+    if not all(np.isfinite(given).all() for given in (shape, covariance, camera) if given is not None):
+        raise ValueError("expected finite numbers in shape, covariance and camera, got one that is not")
+    precision = np.empty((3 * count, 3 * count))
+    invert(np.array(covariance, np.float64, order="C"), precision)
+    mean = np.array(shape, np.float64, order="C")
+    first = None if camera is None else np.array(camera, np.float64, order="C")
+    return Recursive(settings, mean, precision, mean, precision, first)
+
+
+def step(state: Recursive, positions: NDArray[np.float64], variances: NDArray[np.float64]) -> Recursive:
+    """Take a frame.
+
+    Args:
+        state: As it was.
+        positions: (n, 2) px from the principal point.
+        variances: (n, 2) px^2, infinite where a point was not seen.
+
+    Raises:
+        ValueError: The shapes differ, a variance is not above 0, or a position that was seen is not finite.
+    """
+    return take(state, *check_view(positions, variances, len(state.shape)))
+
+
+def take(state: Recursive, rows: NDArray[np.float64], precisions: NDArray[np.float64]) -> Recursive:
+    """Take a frame as `tracks.check_view` has it: rows (2, n) of positions and of precisions."""
+    focal = float(state.settings.focal_px)
+    camera = frontal(focal, state.shape, rows, precisions) if state.camera is None else state.camera
+    start, held = state.shape, state.precision
+    # In the first frame it changes nothing; whoever begins has it compiled then, and not when somebody first forgets.
+    if state.settings.memory < 1.0 or state.frames == 0:
+        start, held = _forgotten(
+            start, held, state.prior_shape, state.prior_precision, precisions, float(state.settings.memory)
+        )
+    rounds = FIRST_ROUNDS if state.frames == 0 else LATER_ROUNDS
+    turn_precision = 1.0 / state.settings.turn_sd_rad**2
+    reference = state.reference
+    if reference is None:
+        reference = fit_camera(focal, camera, state.shape, rows, precisions, camera, turn_precision, rounds)
+    shape, precision, camera, log_evidence = _improve(
+        focal, start, held, camera, reference, rows, precisions, turn_precision, state.settings.rounds, rounds
+    )
+    return replace(
+        state,
+        shape=shape,
+        precision=precision,
+        camera=camera,
+        reference=reference,
+        frames=state.frames + 1,
+        log_evidence=log_evidence,
+    )
+
+
+def _improve(
+    focal: float,
+    start: NDArray[np.float64],
+    held: NDArray[np.float64],
+    before: NDArray[np.float64],
+    reference: NDArray[np.float64],
+    rows: NDArray[np.float64],
+    precisions: NDArray[np.float64],
+    turn_precision: float,
+    rounds: int,
+    camera_rounds: int,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float]:
+    """Return shape, precision, camera and log evidence after a frame, given the belief before it.
+
+    Not compiled: it calls a dozen compiled functions a frame, each of which would be compiled into it once more.
+    """
+    _, log_before = cholesky_log_det(held)
+    shape = start
+    camera = fit_camera(focal, before, shape, rows, precisions, before, turn_precision, camera_rounds)
+    precision, gradient, cost, log_camera = _combine(
+        focal, camera, before, reference, shape, start, held, rows, precisions, turn_precision
+    )
+    for _ in range(rounds):
+        change, gain = _newton_step(precision, gradient)
+        if gain < CLOSE:
+            break
+        better = False
+        for _ in range(HALVINGS):
+            tried = shape + change.reshape(start.shape)
+            seen_from = fit_camera(focal, camera, tried, rows, precisions, before, turn_precision, camera_rounds)
+            fresh = _combine(focal, seen_from, before, reference, tried, start, held, rows, precisions, turn_precision)
+            if fresh[2] <= cost:
+                shape, camera = tried, seen_from
+                precision, gradient, cost, log_camera = fresh
+                better = True
+                break
+            change *= 0.5
+        if not better:
+            break
+    _, log_after = cholesky_log_det(precision)
+    return shape, precision, camera, -0.5 * (cost + log_after - log_before + log_camera)
+
+
+@compiled
+def _newton_step(precision: NDArray[np.float64], gradient: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    """Return the change that Newton's method proposes, and by how much it promises to lower the cost."""
+    lower, _ = cholesky_log_det(precision)
+    change = cholesky_solve(lower, gradient)
+    return change, inner_product(change, gradient)
+
+
+@compiled
+def _combine(
+    focal: float,
+    camera: NDArray[np.float64],
+    before: NDArray[np.float64],
+    reference: NDArray[np.float64],
+    shape: NDArray[np.float64],
+    start: NDArray[np.float64],
+    held: NDArray[np.float64],
+    rows: NDArray[np.float64],
+    precisions: NDArray[np.float64],
+    turn_precision: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float]:
+    """Return precision and gradient of the shape with the camera integrated out, the cost, and log det B."""
+    size = 3 * shape.shape[0]
+    residuals, _, _ = residuals_and_slopes(focal, camera, shape, rows)
+    steady = steady_camera(focal, camera, reference, shape, rows, precisions)
+    _, by_point, by_camera = residuals_and_slopes(focal, steady, shape, rows)
+    normal, wanted, cost = normal_of(residuals, by_camera, precisions, turn_between(camera, before), turn_precision)
+    precision, gradient, coupling = held.copy(), np.zeros(size), np.zeros((size, SIZE))
+    away = (start - shape).reshape(size)
+    for i in range(size):
+        gradient[i] = inner_product(held[i], away)
+        cost += away[i] * gradient[i]
+    for d in range(2):
+        for n in range(shape.shape[0]):
+            for i in range(3):
+                place, slope = 3 * n + i, precisions[d, n] * by_point[d, n, i]
+                gradient[place] += slope * residuals[d, n]
+                for j in range(3):
+                    precision[place, 3 * n + j] += slope * by_point[d, n, j]
+                for k in range(SIZE):
+                    coupling[place, k] += slope * by_camera[d, n, k]
+    lower, log_camera = cholesky_log_det(normal)
+    _pay(precision, gradient, coupling, wanted, lower)
+    return precision, gradient, cost, log_camera
+
+
+@compiled
+def _pay(
+    precision: NDArray[np.float64],
+    gradient: NDArray[np.float64],
+    coupling: NDArray[np.float64],
+    wanted: NDArray[np.float64],
+    lower: NDArray[np.float64],
+) -> None:
+    """Take C B^-1 C^T off the precision, and C B^-1 of its gradient off the gradient, in place; L L^T = B."""
+    size = coupling.shape[0]
+    for k in range(SIZE):
+        for m in range(k):
+            wanted[k] -= lower[k, m] * wanted[m]
+            for i in range(size):
+                coupling[i, k] -= lower[k, m] * coupling[i, m]
+        wanted[k] /= lower[k, k]
+        for i in range(size):
+            coupling[i, k] /= lower[k, k]
+    for i in range(size):
+        for k in range(SIZE):
+            gradient[i] -= coupling[i, k] * wanted[k]
+        for j in range(i + 1):
+            paid = 0.0
+            for k in range(SIZE):
+                paid += coupling[i, k] * coupling[j, k]
+            precision[i, j] -= paid
+            precision[j, i] = precision[i, j]
+
+
+@compiled
+def _forgotten(
+    shape: NDArray[np.float64],
+    known: NDArray[np.float64],
+    prior_shape: NDArray[np.float64],
+    prior_precision: NDArray[np.float64],
+    precisions: NDArray[np.float64],
+    memory: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return shape and precision after what is well seen has been forgotten a little, towards the prior."""
+    count = shape.shape[0]
+    kept = precisions[0] + precisions[1]
+    most = kept.max()
+    for n in range(count):
+        kept[n] = 1.0 - (1.0 - memory) * (kept[n] / most) if most > 0.0 else 1.0
+    held, pull = np.empty_like(known), np.zeros(3 * count)
+    for p in range(3 * count):
+        for q in range(3 * count):
+            keep, back = np.sqrt(kept[p // 3] * kept[q // 3]), np.sqrt((1.0 - kept[p // 3]) * (1.0 - kept[q // 3]))
+            held[p, q] = keep * known[p, q] + back * prior_precision[p, q]
+            pull[p] += back * prior_precision[p, q] * (prior_shape[q // 3, q % 3] - shape[q // 3, q % 3])
+    lower, _ = cholesky_log_det(held)
+    return shape + cholesky_solve(lower, pull).reshape(count, 3), held

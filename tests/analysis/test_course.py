@@ -1,0 +1,39 @@
+"""The columns of a run by the roles of its series."""
+
+from dataclasses import replace
+
+import numpy as np
+
+import pftrack
+from pftrack.analysis.diagnosis import course_of
+from pftrack.core.model.series import Series
+
+RUN = pftrack.run("ball", tracker="kalman", frames=3)
+
+
+def test_parts_count_by_their_mean() -> None:
+    """Of a likeness of several parts the mean of the known ones is the fit; few parts in sight are a hidden target."""
+    declared = (
+        Series("alike", "alike", shape="vector", role="likeness"),
+        Series("seen", "seen", shape="vector", role="visible"),
+    )
+    said = [
+        {"alike": (0.5, 1.0), "seen": (1.0, 1.0, 0.0)},
+        {"alike": (0.4, float("nan")), "seen": (0.0, 1.0, 0.0)},
+        {"alike": (), "seen": (0.0, 0.0, 0.0)},
+    ]
+    rows = [replace(row, series=values, hidden=False) for row, values in zip(RUN.diagnostics, said, strict=True)]
+    course = course_of(rows, declared, unit="px")
+    np.testing.assert_array_equal(course.fit, [0.75, 0.4, np.nan])
+    np.testing.assert_array_equal(course.hidden, [0, 1, 1])
+
+
+def test_a_misfit_is_told_and_the_evidence_is_the_fit() -> None:
+    """What differs from what is seen is a column of its own in per cent."""
+    declared = (Series("differs", "differs", "%", role="misfit"),)
+    rows = [replace(row, series={"differs": 7.0}) for row in RUN.diagnostics]
+    course = course_of(rows, declared, unit="px")
+    np.testing.assert_array_equal(course.misfit, 7.0)
+    assert course.fit is course.evidence
+    assert course.unit_of("misfit") == "%"
+    assert course.unit_of("error") == "px"

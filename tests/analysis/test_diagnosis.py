@@ -1,0 +1,348 @@
+"""Why a target was lost, said from a run's own numbers."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import pftrack
+from pftrack.analysis.diagnosis import Course, Diagnosis, course_of, diagnose, diagnose_course
+from pftrack.analysis.diagnosis.looks import wrong_find
+from pftrack.core.model.cause import CAUSES, CauseId
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.parameters import Value
+from pftrack.core.model.recipe import Recipe
+from pftrack.core.model.series import Series
+from pftrack.experiments import find
+from pftrack.reproduce.diagnosis.conditions import CONDITIONS
+from pftrack.reproduce.diagnosis.confusion import without_truth
+from pftrack.runs.run import Run
+
+LINKAGE = {condition.name: condition for condition in CONDITIONS if condition.experiment == "linkage"}
+CALM: dict[str, Value] = {"occlusion_width_px": 0, "distracter_radius_px": 0, "process_noise_px": 6}
+
+
+def ball(tracker: str, seed: int = 0, **values: Value) -> Run:
+    """Return sixty frames of the ball, with nothing in its way but what is said."""
+    return pftrack.run("ball", tracker=tracker, seed=seed, frames=60, **{**CALM, **values})
+
+
+def finished(recipe: Recipe) -> Run:
+    """Return the whole run of a recipe."""
+    experiment = find(recipe.experiment)
+    run = Run.from_recipe(recipe, experiment, experiment.simulate())
+    run.finish()
+    return run
+
+
+@pytest.mark.parametrize(
+    ("cause", "tracker", "values"),
+    [
+        ("sample-impoverishment", "condensation", {"sample_count": 12}),
+        ("look-alike-capture", "h-spf", {"distracter_radius_px": 20}),
+        ("wrong-dynamics", "apf", {"velocity_retention": 0.1, "process_noise_px": 2}),
+        ("occlusion-longer-than-memory", "h-spf", {"occlusion_width_px": 110}),
+        ("degenerate-resampling", "pc-pf", {"resampling_threshold": 0, "process_noise_px": 3}),
+        ("shrinking-covariance", "kalman", {"process_noise_px": 0.1, "period_s": 2}),
+        ("detector-seized-by-background", "pc-pf", {"background_colour": "#a03c3c"}),
+    ],
+)
+def test_a_cause_that_was_put_there_is_found(cause: CauseId, tracker: str, values: dict[str, Value]) -> None:
+    """One thing is wrong with a scene or a filter, and that is what the diagnosis says first."""
+    found = diagnose(ball(tracker, **values))
+    assert found.cause == cause
+    assert found.lost
+    assert found.witness == "truth"
+    assert f": {CAUSES[cause]}, since frame " in found.sentence
+
+
+@pytest.mark.parametrize(
+    ("cause", "tracker", "values"),
+    [
+        ("look-alike-capture", "h-spf", {"clutter_count": 40, "period_s": 2}),
+        ("wrong-dynamics", "apf", {"velocity_retention": 0.1, "process_noise_px": 2}),
+        ("occlusion-longer-than-memory", "h-spf", {"occlusion_width_px": 110}),
+        ("shrinking-covariance", "kalman", {"process_noise_px": 0.1, "period_s": 2}),
+        ("detector-seized-by-background", "pc-pf", {"background_colour": "#a03c3c", "period_s": 2}),
+    ],
+)
+def test_a_cause_is_told_without_the_truth(cause: CauseId, tracker: str, values: dict[str, Value]) -> None:
+    """Whoever asks about the frame of the loss is told the cause from what the tracker computes, in words."""
+    run = ball(tracker, 1, **values)
+    first = next(row.frame for row in run.diagnostics if row.is_lost)
+    found = diagnose_course(without_truth(run), first)
+    assert found.cause == cause
+    assert "nan" not in " ".join(sign.words for sign in found.signs)
+    assert not {"error", "excess", "true_step"} & {one.name for shown in found.evidence for one in shown}
+
+
+def test_a_filter_that_is_too_sure_is_refuted_by_its_innovations() -> None:
+    """Without the truth the normalised innovation squared is told beside its limit, in words and as evidence."""
+    run = ball("kalman", process_noise_px=0.1, period_s=2)
+    first = next(row.frame for row in run.diagnostics if row.is_lost)
+    found = diagnose_course(without_truth(run), first)
+    numbers = found.signs[0].numbers
+    assert numbers["nis"] > numbers["limit"] == pytest.approx(5.99, abs=0.01)
+    assert "it would be below 6.0 in 95 of 100 frames" in found.signs[0].words
+    assert found.evidence[0][0].name == "nis"
+
+
+def unaided(run: Run) -> Diagnosis:
+    """Return what is said of the loss of a run if no truth is known."""
+    first = next(row.frame for row in run.diagnostics if row.is_lost)
+    return diagnose_course(without_truth(run), first)
+
+
+def test_a_filter_of_a_target_that_stands_still_is_told_by_what_it_measures() -> None:
+    """Measurements that are white around one place, and an estimate that leaves it, are told without the truth."""
+    flawed, _ = LINKAGE["the same picture again"].draw(14)
+    found = unaided(finished(flawed))
+    assert found.cause == "shrinking-covariance"
+    assert "stands still but for its noise" in found.signs[0].words
+    assert found.signs[0].numbers["way"] > 1.5
+
+
+def test_a_pose_near_its_mirror_image_is_told_as_one_of_both() -> None:
+    """Without the truth it is said when the camera showed both alike, and that no number tells which of them it is."""
+    flawed, _ = LINKAGE["one side only"].draw(8)
+    found = unaided(finished(flawed))
+    assert found.cause == "mirror-pose"
+    assert found.signs[0].numbers["gap"] < 1
+    assert found.evidence[0][0].name == "mirror_gap"
+
+
+@pytest.mark.parametrize(
+    ("falls", "cause"),
+    [((0.9, 0.9, 0.1), "occlusion-longer-than-memory"), ((0.8, 0.5, 0.3), "wrong-dynamics")],
+)
+def test_features_that_fade_are_beside_and_those_that_go_at_once_are_covered(
+    falls: tuple[float, ...], cause: CauseId
+) -> None:
+    """Of a pose by its features, what covers one takes it at once; one beside which is looked fits by half before."""
+    assert of_features([0.9] * 15 + list(falls) + [0.1] * 12) == [cause]
+
+
+def test_a_head_that_is_seen_from_the_side_is_not_lost() -> None:
+    """Some of its features are hidden there, and the others fit: two thirds of what is usual are no loss."""
+    assert of_features([0.9] * 15 + [0.8, 0.7] + [0.65] * 13) == []
+
+
+def of_features(fits: list[float]) -> list[CauseId]:
+    """Return what is told of thirty frames of four features that all fit like this, asked about frame 20."""
+    rows = pftrack.run("head", tracker="pf-asd", frames=30).diagnostics
+    told = [
+        replace(row, truth=None, error=None, lost=None, hidden=None, series={"alike": (fit,) * 4, "count": 100.0})
+        for row, fit in zip(rows, fits, strict=True)
+    ]
+    declared = (
+        Series("alike", "alike", shape="vector", role="likeness"),
+        Series("count", "count", role="particles"),
+    )
+    return [sign.cause for sign in diagnose_course(course_of(told, declared, unit="°"), 20).signs]
+
+
+@pytest.mark.parametrize(("tilt", "causes"), [(15.0, ["mirror-pose"]), (4.0, [])])
+def test_hypotheses_that_have_parted_from_their_mirror_image_may_be_it(tilt: float, causes: list[CauseId]) -> None:
+    """Of a pose by what differs it is told where both were near each other, and now are not."""
+    gaps = [1.0] * 10 + [tilt] * 30
+    rows = [
+        replace(row, series={"gap": gap, "differs": 8.0, "alike": 0.9})
+        for row, gap in zip(blinded(list(PLACES)), gaps, strict=True)
+    ]
+    declared = (
+        Series("gap", "gap", role="mirror_gap"),
+        Series("differs", "differs", "%", role="misfit"),
+        Series("alike", "alike", role="likeness"),
+    )
+    assert [sign.cause for sign in diagnose_course(course_of(rows, declared, unit="px"), 15).signs] == causes
+
+
+PLACES = pftrack.run("ball", tracker="kalman", frames=40, **CALM).diagnostics
+CLOUD = (
+    Series("alike", "alike", role="likeness"),
+    Series("ess", "ess", role="ess"),
+    Series("count", "count", role="particles"),
+)
+
+
+def told(rows: list[Diagnostics], fits: list[float], shares: list[float], count: float = 100.0) -> list[Diagnostics]:
+    """Return rows that report fits, and effective sample sizes of a hundred particles."""
+    values = [{"alike": fit, "ess": share * count, "count": count} for fit, share in zip(fits, shares, strict=True)]
+    return [replace(row, hidden=None, series=value) for row, value in zip(rows, values, strict=True)]
+
+
+def blinded(rows: list[Diagnostics]) -> list[Diagnostics]:
+    """Return rows of which no truth is known."""
+    return [replace(row, truth=None, error=None, lost=None) for row in rows]
+
+
+def test_what_fits_worse_and_worse_is_left_behind_and_not_taken_for_another() -> None:
+    """A likeness that sinks to a third does not fit as before; that the target is in sight is said only if known."""
+    fits = [0.9 - 0.03 * min(frame, 20) for frame in range(40)]
+    rows = told(list(PLACES), fits, [0.5] * 40)
+    off = [replace(row, error=60.0 if row.frame >= 20 else 1.0, lost=row.frame >= 20) for row in rows]
+    found = diagnose_course(course_of(off, CLOUD, unit="px"))
+    assert [sign.cause for sign in found.signs] == ["wrong-dynamics"]
+    assert "in full sight" not in found.signs[0].words
+    known = [replace(row, hidden=False) for row in off]
+    assert "in full sight" in diagnose_course(course_of(known, CLOUD, unit="px")).signs[0].words
+
+
+@pytest.mark.parametrize(("share", "cause"), [(0.6, "overconfident-weights"), (0.99, "occlusion-longer-than-memory")])
+def test_weights_are_judged_where_nothing_is_seen(share: float, cause: CauseId) -> None:
+    """Half covered it is told from the rest; where all of it is gone, weights that prefer places are too sharp."""
+    fits = [0.95] * 20 + [0.8, 0.7, 0.6] + [0.4] * 17
+    shares = [0.5] * 20 + [0.7, 0.8, 0.9] + [share] * 17
+    rows = blinded(told(list(PLACES), fits, shares))
+    assert diagnose_course(course_of(rows, CLOUD, unit="px"), 26).cause == cause
+
+
+def test_a_kalman_filter_has_no_particles_that_come_apart() -> None:
+    """A deviation that grows is nothing that it follows; of particles the same is told as more than one thing."""
+    grown = [replace(row, sigma=(12.0, 12.0) if row.frame > 20 else (3.0, 3.0)) for row in blinded(list(PLACES))]
+    assert diagnose_course(course_of(grown, (), unit="px"), 20).signs == ()
+    cloud = told(grown, [0.9] * 40, [0.4] * 40)
+    assert diagnose_course(course_of(cloud, CLOUD, unit="px"), 20).cause == "look-alike-capture"
+
+
+def test_a_cloud_that_grows_to_what_is_usual_follows_nothing_else() -> None:
+    """In the first frames it must be twice as wide as it was, and at any time wider than before."""
+    rows = blinded(list(PLACES))
+    early = told(
+        [replace(row, sigma=(6.0, 6.0) if row.frame < 5 else (11.0, 11.0)) for row in rows], [0.9] * 40, [0.4] * 40
+    )
+    assert diagnose_course(course_of(early, CLOUD, unit="px"), 5).signs == ()
+    often = told([replace(row, sigma=(3.0 + 3.0 * (row.frame % 9 == 0),) * 2) for row in rows], [0.9] * 40, [0.4] * 40)
+    assert diagnose_course(course_of(often, CLOUD, unit="px"), 27).signs == ()
+
+
+def test_an_estimate_comes_to_the_edge_a_little_later_than_the_target() -> None:
+    """Without the truth, what is no longer seen just before the estimate leaves the picture has left it as well."""
+    (edge,) = (one for one in CONDITIONS if one.name == "beyond the edge")
+    found = unaided(finished(edge.draw(7)[0]))
+    assert [sign.cause for sign in found.signs][:1] == ["target-not-in-the-picture"]
+    assert found.signs[0].since == 35
+
+
+def test_a_single_particle_is_told_as_one() -> None:
+    """Its deviation is zero in every frame, and what is divided by that breaks no rule."""
+    found = diagnose(ball("condensation", sample_count=1))
+    assert found.cause == "sample-impoverishment"
+
+
+def test_without_truth_a_poor_find_is_the_backgrounds() -> None:
+    """A search that ends at a place that fits worse than the target did is told as seized by the background."""
+    values: dict[str, Value] = {"find_again": True, "found_likeness": 0.6, "look_alike_red": 0.9}
+    run = pftrack.run("histogram", tracker="condensation", frames=110, **values)
+    first = next(row.frame for row in run.diagnostics if row.is_lost)
+    found = diagnose_course(without_truth(run), first)
+    assert found.cause == "detector-seized-by-background"
+    assert "where the target had fitted by 0.9" in found.signs[0].words
+
+
+def test_several_causes_are_told_in_the_order_in_which_they_began() -> None:
+    """Behind a wide pillar the target is lost first, and then a look-alike found; the numbers are the run's own."""
+    run = pftrack.run("ball", preset="too-wide", frames=60)
+    found = diagnose(run)
+    assert [(sign.cause, sign.since) for sign in found.signs] == [
+        ("occlusion-longer-than-memory", 6),
+        ("look-alike-capture", 15),
+    ]
+    assert found.sentence == (
+        "Lost in frame 15: occlusion longer than memory, since frame 6; then look-alike capture, since frame 15."
+    )
+    hidden = sum(row.hidden is True for row in run.diagnostics[6:15])
+    assert found.signs[0].numbers["frames"] == hidden == 4
+    error = next(one for one in found.evidence[0] if one.name == "error")
+    assert (error.unit, error.since) == ("px", 6)
+    assert error.values == tuple(row.error for row in run.diagnostics[error.first : error.first + len(error.values)])
+
+
+def test_a_run_that_holds_has_nothing_to_explain() -> None:
+    """Without a loss this is said; a frame in which all is well has no sign; one that is not there is refused."""
+    run = ball("h-spf")
+    assert diagnose(run).sentence == "The target is not lost in any frame computed so far."
+    calm = diagnose(run, 40)
+    assert (calm.lost, calm.cause, calm.sentence) == (False, "unclear", "Frame 40: the numbers show nothing wrong.")
+    with pytest.raises(ValueError, match="between 0 and 59, got 60"):
+        diagnose(run, 60)
+
+
+def test_any_frame_of_a_loss_leads_to_its_beginning() -> None:
+    """Whoever asks in the middle of a loss is told of the loss."""
+    run = ball("apf", velocity_retention=0.1, process_noise_px=2)
+    first = next(row.frame for row in run.diagnostics if row.is_lost)
+    assert diagnose(run, first + 3) == diagnose(run, first) == diagnose(run)
+
+
+def test_without_truth_lost_is_the_trackers_own_word() -> None:
+    """A tracker that says that it searches is believed; of one that says nothing nothing is said unless it is asked."""
+    run = pftrack.run("histogram", preset="searches", frames=105)
+    found = diagnose_course(without_truth(run))
+    begun = next(row.frame for row in run.diagnostics if row.searching)
+    assert (found.witness, found.frame) == ("tracker", begun)
+    assert found.sentence.startswith(f"Lost in frame {begun} by its own account: ")
+    silent = diagnose_course(without_truth(ball("h-spf")))
+    assert (silent.frame, silent.witness) == (None, "")
+    assert silent.sentence.startswith("Nobody says whether the target is lost")
+
+
+def standing_target(*, marked: slice) -> Course:
+    """Return what a filter that is right about itself makes of a target that stands still.
+
+    Args:
+        marked: The frames of which the truth is known.
+    """
+    run = ball("kalman")
+    sigma, true = 2.0, (100.0, 100.0)
+    rows = []
+    for row, place in zip(run.diagnostics, np.random.default_rng(0).normal(true, sigma, (60, 2)), strict=True):
+        spread = tuple(sigma for _ in row.sigma)
+        rows.append(replace(row, estimate=tuple(place.tolist()), sigma=spread, truth=None, error=None, lost=None))
+    for place, row in list(enumerate(rows))[marked]:
+        rows[place] = replace(row, truth=true, error=math.dist(row.estimate, true), lost=False)
+    return course_of(rows, run.experiment.all_series(), unit="px")
+
+
+def test_a_filter_that_is_right_of_a_standing_target_is_not_called_too_sure() -> None:
+    """An error of more than two deviations is seen every few frames; that most are so great is another matter."""
+    course = standing_target(marked=slice(0, 60))
+    assert (course.excess > 2.0).sum() > 3
+    assert {diagnose_course(course, frame).cause for frame in range(60)} == {"unclear"}
+
+
+def test_of_frames_far_from_all_marks_no_error_is_told() -> None:
+    """Where a person has marked few pictures nothing is said of errors elsewhere."""
+    course = standing_target(marked=slice(10, 12))
+    assert not diagnose_course(course, 40).signs
+
+
+def test_too_few_particles_are_told_of_a_loss_in_the_first_frame() -> None:
+    """Before it there is no frame in which the target was seen, and the sentence does without."""
+    run = ball("condensation", sample_count=12)
+    rows = [replace(row, lost=row.frame >= 1) for row in run.diagnostics]
+    found = diagnose_course(course_of(rows, run.experiment.all_series(), unit="px"))
+    assert found.frame == 1
+    assert found.signs[0].words == "There are 12 particles: too few to be near it wherever it may go."
+
+
+def test_a_search_of_an_earlier_loss_is_no_cause_of_a_later_one() -> None:
+    """What a search has wrongly found is told of the loss that it belongs to, and not of one long after."""
+    run = pftrack.run("histogram", tracker="condensation", frames=110)
+    frames = np.arange(110)
+    course = replace(
+        course_of(run.diagnostics, run.experiment.all_series(), unit="px"),
+        lost=((frames >= 20) & (frames < 40)) | (frames >= 80),
+        searching=((frames >= 20) & (frames < 25)).astype(np.float64),
+    )
+    first, second = (diagnose_course(course, frame, [wrong_find]) for frame in (20, 80))
+    assert [sign.numbers["found"] for sign in first.signs] == [25]
+    assert not second.signs
+
+
+@pytest.mark.parametrize("frame", [-1, 60, 3.5, float("nan")])
+def test_what_is_no_frame_is_refused(frame: float) -> None:
+    """A frame is a whole number of those that were computed."""
+    with pytest.raises(ValueError, match="frame must be a whole number between 0 and 59, got"):
+        diagnose(ball("kalman"), frame)  # type: ignore[arg-type] # a caller without types may give anything

@@ -1,0 +1,53 @@
+"""Folders of benchmarks, as they lie on a disk."""
+
+from pathlib import Path
+
+import pytest
+
+from pftrack.analysis.evaluation import BenchmarkError, find_sequences
+from tests.analysis.clips import BOX, FRAMES, write_otb, write_pictures
+
+
+@pytest.mark.parametrize("separator", [",", "\t", "  "])
+def test_otb_counts_from_one(tmp_path: Path, separator: str) -> None:
+    """Boxes of OTB are read with commas, tabs or spaces, and their first pixel is 1."""
+    (found,) = find_sequences(write_otb(tmp_path / "Clip", separator=separator))
+    assert (found.name, found.start, found.frames) == ("Clip", 0, FRAMES)
+    assert found.boxes[0] == BOX
+    assert found.boxes[1] == (22, 14, 12, 16)
+
+
+@pytest.mark.parametrize("colour", ["color", "."])
+def test_vot_may_have_corners(tmp_path: Path, colour: str) -> None:
+    """Four corners of VOT become the upright box around them; what is not finite is a frame without truth."""
+    write_pictures(tmp_path / "clip" / colour)
+    (tmp_path / "clip" / "groundtruth.txt").write_text("20,14,12,16\n22,14,34,15,33,30,21,29\nNaN,NaN,NaN,NaN\n")
+    (found,) = find_sequences(tmp_path)
+    assert found.frames == 3
+    assert found.boxes == {0: (20, 14, 12, 16), 1: (21, 14, 13, 16)}
+
+
+def test_boxes_may_begin_later(tmp_path: Path) -> None:
+    """Where the benchmark says so, the first line is of a later picture."""
+    folder = write_otb(tmp_path / "Clip")
+    (folder / "cfg.json").write_text('{"startFrame": 3}')
+    assert find_sequences(tmp_path)[0].start == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "said"), [("1,2,3", "4 numbers"), ("a,b,c,d", "expected numbers"), ("1,2,0,4", "line 1")]
+)
+def test_what_is_no_box_is_refused(tmp_path: Path, text: str, said: str) -> None:
+    """A refusal names the line and what was expected."""
+    write_pictures(tmp_path / "clip")
+    (tmp_path / "clip" / "groundtruth.txt").write_text(text)
+    with pytest.raises(BenchmarkError, match=said):
+        find_sequences(tmp_path)
+
+
+def test_folders_without_sequences_are_refused(tmp_path: Path) -> None:
+    """So is a folder that holds none, and one that does not exist."""
+    with pytest.raises(BenchmarkError, match="no sequence"):
+        find_sequences(tmp_path)
+    with pytest.raises(BenchmarkError, match="no folder"):
+        find_sequences(tmp_path / "none")

@@ -1,0 +1,169 @@
+import json
+from dataclasses import replace
+from itertools import islice
+
+import pytest
+
+import pftrack
+from pftrack.analysis.counterfactuals import (
+    LossError,
+    Report,
+    alternatives,
+    find_loss,
+    join,
+    read_record,
+    record,
+    what_if,
+)
+from pftrack.analysis.counterfactuals.alternatives import KINDS
+from pftrack.core.model.parameters import Parameters, flat
+from pftrack.runs.run import Run
+
+
+@pytest.fixture(scope="module")
+def lost() -> Run:
+    """A run that a pillar has hidden the ball from for too long."""
+    return pftrack.run("ball", preset="too-wide", frames=45)
+
+
+def test_a_cure_opens_as_a_branch_that_holds(lost: Run) -> None:
+    """All seeds of half a pillar hold and hardly one of the whole; a seed's verdict is that of the branch with it."""
+    *_, report = what_if(lost, 7, rounds=(2, 6))
+    assert (report.loss, report.end, report.judged, report.is_complete) == (7, 37, 10, True)
+    assert report.begin < report.loss
+    best = report.best_first[1]
+    assert best.alternative.values == {"occlusion_width_px": 50}
+    assert (best.holding, best.runs, report.baseline.holding) == (6, 6, 0)
+    for finding in report.best_first[:6]:
+        for seed, held in islice(finding.held.items(), 2):
+            branch = lost.branch(report.begin, {**finding.alternative.values, "seed": seed})
+            branch.seek(report.end)
+            settled = branch.diagnostics[report.end - report.judged + 1 : report.end + 1]
+            assert held == (not any(row.lost for row in settled)), finding.alternative.title
+
+
+def test_the_unchanged_settings_come_first_and_everything_a_little_before_anything_much(lost: Run) -> None:
+    """The first report has one seed of no change; after a round all changes have as many seeds, no change more."""
+    reports = list(what_if(lost, rounds=(1, 2)))
+    assert [(it.alternative.kind, it.runs) for it in reports[0].findings] == [("seeds", 1)]
+    tried = reports[0].planned
+    round_done = reports[2 + tried - 1].findings
+    assert [it.runs for it in round_done] == [2, *(1 for _ in range(tried))]
+    assert [it.runs for it in reports[-1].findings] == [2] * (tried + 1)
+    assert [it.is_complete for it in reports[-2:]] == [False, True]
+
+
+def test_alternatives_follow_from_roles(lost: Run) -> None:
+    """Particles times 4 and by 4, other numbers times and by 2, choices each; nothing that the tracker ignores."""
+    found = {it.title: it for it in alternatives(lost, 1)}
+    assert next(iter(found)) == "Same settings, other seeds"
+    assert found["Particles 800 to 3,200"].values == {"sample_count": 3200}
+    assert found["Particles 800 to 200"].values == {"sample_count": 200}
+    assert found["Process noise 3 px to 6 px"].values == {"process_noise_px": 6.0}
+    assert found["Occluder width 100 px to 50 px"].kind == "world"
+    assert found["Resampling systematic to multinomial"].values == {"resampling": "multinomial"}
+    assert {it.values.get("tracker") for it in found.values() if it.kind == "tracker"} == {
+        name for name in lost.experiment.trackers if name != lost.tracker
+    }
+    # A memory of 100 frames is doubled and halved, and one that never ends is halved.
+    assert found["Forgetting 0.99 to 0.995"].values == {"forgetting": 0.995}
+    assert found["Velocity retention 1 to 0.5"].values == {"velocity_retention": 0.5}
+    assert not any(it.parameter == "measurement_noise_px" for it in found.values())  # h-spf reads none
+    kinds = [KINDS.index(it.kind) for it in found.values()]
+    assert kinds == sorted(kinds)
+
+
+def test_what_may_not_be_computed_is_not_tried(lost: Run) -> None:
+    """A limit on particles leaves out what exceeds it, and nothing else."""
+    every = {it.title for it in alternatives(lost, 1)}
+    few = {it.title for it in alternatives(lost, 1, allow=lambda _, values: flat(values)["sample_count"] <= 800)}
+    assert every - few == {"Particles 800 to 3,200"}
+
+
+def test_a_negative_number_of_seeds_is_refused() -> None:
+    """No seeds try nothing, and there are none less."""
+    with pytest.raises(ValueError, match="seeds must be at least 0, got -1"):
+        pftrack.run("ball", tracker="kalman", frames=3).explain(seeds=-1)
+
+
+def test_a_run_that_holds_has_nothing_to_explain() -> None:
+    """There is no loss, and the sentence says so."""
+    run = pftrack.run("ball", preset="works", frames=5)
+    with pytest.raises(LossError, match="has not lost its target"):
+        next(what_if(run))
+
+
+def test_the_loss_that_is_meant(lost: Run) -> None:
+    """A ball that was seen for nine frames between two losses was lost all along; one seen for ten was not."""
+    assert find_loss(lost) == 7
+    twin = lost.branch(44)
+    for gap, expected in ((9, [3, 3, 3, 3]), (10, [3, 3, 19, 19])):
+        flags = [3 <= t < 9 or t >= 9 + gap for t in range(45)]
+        twin.diagnostics = [replace(row, lost=flag) for row, flag in zip(lost.diagnostics, flags, strict=True)]
+        assert [find_loss(twin, frame) for frame in (0, 9 + gap - 1, 9 + gap, 44)] == expected
+        report = next(what_if(twin, 44, rounds=(1,)))
+        assert report.asked == (18 if gap == 9 else None)
+        assert report.loss_sentence.startswith("Lost in frame 3, of which the loss in frame 18 is a part:") == (
+            gap == 9
+        )
+        assert (report.loss_sentence == report.lines[0]) == (gap == 9)
+
+
+def test_what_was_found_of_another_loss_is_not_known(lost: Run) -> None:
+    """A report of the same loss saves its runs, and one of another loss of the same run saves none."""
+    twin = lost.branch(44)
+    flags = [3 <= t < 9 or t >= 19 for t in range(45)]
+    twin.diagnostics = [replace(row, lost=flag) for row, flag in zip(lost.diagnostics, flags, strict=True)]
+    early, late = (next(what_if(twin, frame, rounds=(2,))) for frame in (3, 44))
+    assert (early.loss, late.loss) == (3, 19)
+    assert [each.runs for each in next(what_if(twin, 44, rounds=(2,), known=early)).findings] == [1]
+    assert [each.runs for each in next(what_if(twin, 44, rounds=(2,), known=late)).findings] == [2]
+
+
+def held(report: Report) -> dict[str, dict[int, bool]]:
+    return {each.alternative.title: dict(each.held) for each in report.findings}
+
+
+def test_parts_of_the_work_come_to_the_whole(lost: Run) -> None:
+    """Two that share the changes find together what one finds, told by records, and go on with what was cut."""
+    allow = lambda tracker, _: tracker == "h-spf"  # noqa: E731 - the other trackers take their time
+    *_, whole = what_if(lost, rounds=(1, 2), allow=allow)
+    cut = [list(what_if(lost, rounds=(1, 2), allow=allow, share=(part, 2)))[5] for part in (0, 1)]
+    told = join([read_record(json.loads(json.dumps(record(each)))) for each in cut])
+    assert told is not None
+    assert not told.is_complete
+    assert 0 < len(told.findings) < len(whole.findings)
+    assert told.progress.startswith(f"{len(told.findings) - 1} of {whole.planned} changes were tried, with 1 ")
+    rest = [list(what_if(lost, rounds=(1, 2), allow=allow, share=(part, 2), known=told)) for part in (0, 1)]
+    assert sum(map(len, rest)) == 2 + sum(each.runs for each in whole.findings) - sum(
+        each.runs for each in told.findings
+    )
+    found = join([part[-1] for part in rest])
+    assert found is not None
+    assert found.is_complete
+    assert held(found) == held(whole)
+    assert found.sentence == whole.sentence
+    assert found.progress == f"All {whole.planned} changes were tried, with 2 of 2 seeds each."
+    assert join([rest[1][-1]]) is None  # no change was tried by the other
+
+
+def test_a_tracker_that_takes_all_seeds_at_once_comes_to_its_branches() -> None:
+    """The verdicts are those of branches, of another tracker too, and the cost is that of a step by itself."""
+    values = {"corner_count": 12, "selected_track": 3, "gain_jump": 0.5, "gain_jump_share": 0.5, "sample_count": 100}
+    run = pftrack.run("trajectories", frames=60, **values)
+    scene = "gain_jump", "image_noise_sd", "scene_speed"
+    kept = {name: flat(run.parameters_at(0))[name] for name in scene}
+
+    def allow(tracker: str, parameters: Parameters) -> bool:
+        return tracker in {"nlng", "lg"} and kept.items() <= flat(parameters).items()
+
+    *_, report = what_if(run, rounds=(2,), allow=allow)
+    chosen = [each for each in report.findings if each.alternative.kind in {"seeds", "tracker", "particles"}]
+    assert len(chosen) == 4
+    for finding in chosen:
+        assert finding.steps == 1
+        for seed, holds in finding.held.items():
+            branch = run.branch(report.begin, {**finding.alternative.values, "seed": seed})
+            branch.seek(report.end)
+            settled = branch.diagnostics[report.end - report.judged + 1 : report.end + 1]
+            assert holds == (not any(row.lost for row in settled)), finding.alternative.title

@@ -1,0 +1,138 @@
+import importlib.util
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from pftrack.core.numerics.compiled import mark_of
+
+HEAD = "from pftrack.core.numerics.compiled import compiled\n"
+INNER = HEAD + "@compiled\ndef inner(x):\n    return x + {}\n"
+OUTER = HEAD + "from inner import inner\n@compiled\ndef outer(x):\n    return 2 * inner(x)\n"
+CALL = "import outer; print(outer.outer(1), sum(outer.outer.stats.cache_misses.values()))"
+FORKING = """
+import os, sys
+import pftrack.core.numerics.compiled
+for line in sys.stdin:
+    if not os.fork():
+        exec(line)
+        sys.stdout.flush()
+        os._exit(0)
+    os.wait()
+"""
+
+
+@pytest.fixture
+def call(tmp_path: Path) -> Iterator[Callable[[str], str]]:
+    """Run a line of Python in a new fork of a process that has imported Numba, and return what it prints."""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(Path(__file__).parents[2])])}
+    environment.pop("NUMBA_CACHE_DIR", None)
+    with subprocess.Popen(
+        [sys.executable, "-c", FORKING], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment
+    ) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        given, said = process.stdin, process.stdout
+
+        def call(line: str) -> str:
+            given.write(f"{line}\n")
+            given.flush()
+            return said.readline().strip()
+
+        yield call
+
+
+def test_a_change_in_what_is_called_compiles_the_caller_again(tmp_path: Path, call: Callable[[str], str]) -> None:
+    """A compiled function has those inside that it calls, so it is compiled again when their file changes.
+
+    Content counts, so that another checkout of the same files, or a copy of them, keeps what was compiled.
+    """
+    (tmp_path / "inner.py").write_text(INNER.format(1))
+    (tmp_path / "outer.py").write_text(OUTER)
+    assert call(CALL) == "4 1"
+    for name in ("inner.py", "outer.py"):
+        os.utime(tmp_path / name, (1, 1))
+    assert call(CALL) == "4 0"
+    (tmp_path / "inner.py").write_text(INNER.format(2))
+    assert [call(CALL), call(CALL)] == ["6 1", "6 0"]
+
+
+RELEASED = (
+    "import pftrack.core.numerics.compiled as at; from pathlib import Path; at.PACKAGE = Path({0!r});"
+    "at.PRECOMPILED = at.PACKAGE / 'precompiled'; " + CALL
+)
+
+
+def test_what_a_release_brings_along_is_used_first(tmp_path: Path, call: Callable[[str], str]) -> None:
+    """It is loaded and not written to; what is damaged, or of another source, is compiled here and kept here."""
+    (tmp_path / "inner.py").write_text(INNER.format(1))
+    (tmp_path / "outer.py").write_text(OUTER)
+    released = RELEASED.format(str(tmp_path))
+    assert call(CALL) == "4 1"
+    kept, brought = tmp_path / "__pycache__", tmp_path / "precompiled"
+    brought.mkdir()
+    for file in kept.glob("*.nb?"):
+        file.rename(brought / file.name)
+    brought.chmod(0o555)
+    assert call(released) == "4 0"
+    assert call(released.replace(CALL, "import outer; print(at.count_precompiled(), len(at.FUNCTIONS))")) == "2 2"
+    assert list(kept.glob("outer.*.nb?")) == []
+    (data,) = brought.glob("outer.outer*.nbc")
+    data.write_bytes(data.read_bytes()[:100])
+    assert [call(released), call(released)] == ["4 1", "4 0"]
+    (tmp_path / "inner.py").write_text(INNER.format(2))
+    assert [call(released), call(released)] == ["6 1", "6 0"]
+    assert sorted(file.name for file in kept.glob("outer.*.nb?")) == sorted(
+        file.name for file in brought.glob("outer.*")
+    )
+
+
+def test_where_no_folder_can_be_written_all_is_compiled_each_time(tmp_path: Path, call: Callable[[str], str]) -> None:
+    """Numba finds no place for what it compiles, and the function works all the same."""
+    (tmp_path / "inner.py").write_text(INNER.format(1))
+    (tmp_path / "outer.py").write_text(OUTER)
+    nowhere = "from numba.core.caching import CacheImpl; CacheImpl._locator_classes = []; "
+    line = nowhere + "import outer; print(outer.outer(1), len(outer.outer.signatures))"
+    assert call(line) == "4 1"
+    assert list(tmp_path.rglob("*.nb?")) == []
+
+
+TYPED = (
+    HEAD
+    + "from typing import NamedTuple\nclass {0}(NamedTuple):\n    x: int\n@compiled\ndef outer(x):\n    return x.x\n"
+)
+TYPED_CALL = "import typed; print(typed.outer(typed.{}(3)))"
+
+
+def test_a_type_that_was_renamed_compiles_anew(tmp_path: Path, call: Callable[[str], str]) -> None:
+    """What was kept of functions of a type that exists no more is not read, but compiled again."""
+    for name in ("Before", "After"):
+        (tmp_path / "typed.py").write_text(TYPED.format(name))
+        assert call(TYPED_CALL.format(name)) == "3"
+
+
+def module(path: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    assert spec is not None
+    assert spec.loader is not None
+    made = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(made)
+    return made
+
+
+def test_other_files_do_not_matter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A function that neither calls nor is called by the changed one keeps its mark."""
+    marks = []
+    for change in (1, 2):
+        folder = tmp_path / str(change)
+        folder.mkdir()
+        (folder / "inner.py").write_text(INNER.format(change))
+        (folder / "apart.py").write_text(INNER.format(7).replace("inner", "apart"))
+        monkeypatch.syspath_prepend(folder)
+        marks.append([mark_of(getattr(module(folder / f"{name}.py"), name).py_func) for name in ("inner", "apart")])
+    assert marks[0][0] != marks[1][0]
+    assert marks[0][1] == marks[1][1]

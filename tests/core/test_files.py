@@ -1,0 +1,43 @@
+"""Files that appear whole."""
+
+from pathlib import Path
+
+import pytest
+
+from pftrack.core.files import part_of, settle, write_whole
+
+
+def test_a_file_is_replaced(tmp_path: Path) -> None:
+    """A file has the new content, and nothing is left beside it."""
+    path = tmp_path / "x"
+    write_whole(path, b"old")
+    write_whole(path, b"new")
+    assert path.read_bytes() == b"new"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_full_disk_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file that could not be written whole leaves the old one as it was, and nothing beside it."""
+    path = tmp_path / "x"
+    write_whole(path, b"old")
+
+    def full(*_: object) -> None:
+        raise OSError("disk full")
+
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(OSError, match="disk full"):
+        write_whole(path, b"new")
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_parts_have_names_of_their_own(tmp_path: Path) -> None:
+    """Two who write the same file at once do not write into each other's part; the last one settled is there."""
+    path = tmp_path / "x.pft"
+    first, second = part_of(path), part_of(path)
+    assert first != second
+    first.write_bytes(b"first")
+    second.write_bytes(b"second")
+    settle(second, path)
+    settle(first, path)
+    assert path.read_bytes() == b"first"

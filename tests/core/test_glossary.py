@@ -1,0 +1,69 @@
+"""The glossary: one meaning for each word, and none missing for what pages say of a frame."""
+
+import re
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from pftrack.core.model.glossary import GLOSSARY, Section, Term
+from pftrack.experiments import EXPERIMENTS
+
+SHARED = [term for section in GLOSSARY for term in section.terms]
+
+
+def forms(*sections: Section) -> list[str]:
+    """All forms in which the words of sections are written."""
+    return [form.lower() for section in sections for term in section.terms for form in (term.name, *term.also)]
+
+
+def test_a_word_has_one_meaning() -> None:
+    """No form is that of two words, among those that all share and among those of an experiment."""
+    for sections in (GLOSSARY, *([each.glossary] for each in EXPERIMENTS.values())):
+        found = forms(*sections)
+        assert sorted(found) == sorted(set(found))
+
+
+def test_a_meaning_is_one_sentence_without_its_end() -> None:
+    """So it can stand in a table, and after the word."""
+    own = [term for each in EXPERIMENTS.values() for term in each.glossary.terms]
+    assert [term.name for term in [*SHARED, *own] if not term.meaning or term.meaning.endswith(".")] == []
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS.own)
+def test_every_reading_is_explained(name: str) -> None:
+    """A line of figures has no sentence of its own, as a plot and a measure have: the glossary has a word of it."""
+    experiment = EXPERIMENTS[name]
+    known = forms(*GLOSSARY, experiment.glossary)
+    unknown = [
+        reading.title
+        for reading in experiment.readings
+        if not any(re.search(rf"(?<![\w-]){re.escape(form)}(?![\w-])", reading.title.lower()) for form in known)
+    ]
+    assert unknown == []
+
+
+def test_words_of_results_are_explained() -> None:
+    """What sweeps, fits, "What if" and the map of a loss say of their numbers is not left to a course of statistics."""
+    said = "nats, Wilson's, McNemar, Holm, 95 % interval, pooled, trials, hold, baseline, median, P(lost), NIS, IoU"
+    words = f"{said}, genealogy, branch, bookmark, keyframe, Gaussian, covariance, prior, smoothed, outlier, occlusion"
+    assert set(words.lower().split(", ")) <= set(forms(*GLOSSARY))
+
+
+@pytest.mark.parametrize("blank", [{"name": " "}, {"meaning": ""}, {"also": ("",)}])
+def test_no_term_is_blank(blank: dict[str, Any]) -> None:
+    """A form without a letter would be found between all letters of a page."""
+    with pytest.raises(ValueError, match="a term needs a name, a meaning and no blank form"):
+        Term(**{"name": "ESS", "meaning": "effective sample size", **blank})
+
+
+def test_a_tracker_that_says_nothing_of_itself_has_its_title() -> None:
+    """One of another package leaves the glossary whole."""
+    silent = replace(EXPERIMENTS["ball"].trackers["apf"], title="Mine (M)", description="")
+    assert silent.term == Term("Mine (M)", "Mine (M)", ("M",))
+
+
+def test_trackers_are_found_by_their_short_names() -> None:
+    """What stands in brackets in a title is a form of it."""
+    words = [term for each in EXPERIMENTS.values() for term in each.glossary.terms]
+    assert any(term.also == ("h-SPF",) and term.meaning for term in words)

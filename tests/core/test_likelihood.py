@@ -1,0 +1,90 @@
+"""Likelihoods that are asked at any state: what they need of places, and what comes of a map."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from pftrack.core.model.cloud import Cloud
+from pftrack.core.model.frame import Frame
+from pftrack.core.model.likelihood import Component, LikelihoodMap, ObservationLikelihood, anchor_at, lattice
+
+FRAME = Frame(3, 0.1, image_rgb=np.zeros((6, 8, 3), np.uint8))
+HILL = ObservationLikelihood(
+    "distance",
+    components=lambda _: (Component("a"), Component("u", "px"), Component("v", "px")),
+    log_likelihood=lambda top, states, *_: np.where(
+        states[:, 0] > 0, -((states[:, 1:] - top) ** 2).sum(axis=1), np.nan
+    ),
+    centre=lambda state: state,
+    anchor=anchor_at(1, 2),
+    most_places=12,
+)
+
+
+@pytest.mark.parametrize(
+    ("size", "most", "cells"), [((320, 240), 4800, (60, 80)), ((8, 6), 12, (3, 4)), ((3, 2), 99, (2, 3))]
+)
+def test_a_lattice_covers_the_picture_with_as_many_places_as_are_allowed(
+    size: tuple[int, int], most: int, cells: tuple[int, int]
+) -> None:
+    """Places lie in the middles of equal cells, row after row, within the picture, and are not more than allowed."""
+    places, found, step = lattice(size, most)
+    assert found == cells
+    assert len(places) == cells[0] * cells[1] <= most
+    assert (places[0] == step // 2).all()
+    assert (places < size).all()
+    assert (np.diff(places.reshape(*cells, 2)[:, :, 0], axis=1) == step).all()
+
+
+def test_a_map_asks_for_states_that_differ_in_their_place_alone() -> None:
+    """The greatest number of a map is where the likelihood is greatest; other components are the estimate's."""
+    found = HILL.map(np.array([5.0, 1.0]), np.array([1.0, 0.0, 0.0]), FRAME, None, (8, 6))
+    assert found.step_px == 2
+    assert np.unravel_index(found.log_likelihoods.argmax(), (3, 4)) == (0, 2)
+    assert found.log_likelihoods[0, 2] == 0.0
+    assert (found.log_likelihoods[0] == [-16.0, -4.0, 0.0, -4.0]).all()
+
+
+def test_what_is_not_a_number_is_impossible() -> None:
+    """A likelihood that is NaN counts as impossible, in a map as in an answer."""
+    nowhere = np.array([-1.0, 0.0, 0.0])
+    assert HILL.ask(np.zeros(2), nowhere[None], FRAME, None)[0] == -np.inf
+    found = HILL.map(np.zeros(2), nowhere, FRAME, None, (8, 6))
+    assert found.range == (0.0, 0.0)
+    assert (found.levels == 0.0).all()
+
+
+def test_levels_go_from_the_lowest_to_the_highest() -> None:
+    """Colours tell a range of at most twenty apart: what is below is as good as impossible."""
+    found = LikelihoodMap(np.array([[-100.0, -10.0], [0.0, -np.inf]]), 1)
+    assert found.range == (-20.0, 0.0)
+    assert (found.levels == [[0.0, 0.5], [1.0, 0.0]]).all()
+    assert LikelihoodMap(np.array([[-3.0, -1.0]]), 1).levels.tolist() == [[0.0, 1.0]]
+
+
+def test_a_likelihood_without_places_has_no_map() -> None:
+    """Of states that have no place in the picture no map is made, and the sentence says which."""
+    signal = dataclasses.replace(HILL, anchor=None, title="measured value")
+    with pytest.raises(ValueError, match="measured value has no place"):
+        signal.map(np.zeros(2), np.zeros(3), FRAME, None, (8, 6))
+
+
+def test_particles_have_ranks_and_samplers() -> None:
+    """The heaviest particle has rank 1, equal ones share one, and the first belong to the first sampler."""
+    cloud = Cloud(np.zeros((4, 1)), np.log([0.1, 0.4, 0.4, 0.1]), None, (1, 3), ("prediction", "observation"))
+    assert [cloud.rank(particle) for particle in range(4)] == [3, 1, 1, 3]
+    assert [cloud.sampler(particle) for particle in range(4)] == ["prediction", *["observation"] * 3]
+    assert Cloud(np.zeros((1, 1)), np.zeros(1)).sampler(0) == ""
+    assert cloud.filter(3) == ""
+    assert cloud.siblings(3) == slice(0, 4)
+
+
+def test_each_filter_has_ranks_and_samplers_of_its_own() -> None:
+    """Of two filters with three particles each, the first has drawn one from above, the second two."""
+    log_weights, drawn = np.log([0.2, 0.5, 0.3, 0.1, 0.1, 0.8]), (1, 2, 2, 1)
+    cloud = Cloud(np.zeros((6, 1)), log_weights, None, drawn, ("above", "below"), filters=("nose", "chin"))
+    assert [cloud.filter(particle) for particle in range(6)] == ["nose"] * 3 + ["chin"] * 3
+    assert [cloud.rank(particle) for particle in range(6)] == [3, 1, 2, 2, 2, 1]
+    assert [cloud.sampler(each) for each in range(6)] == ["above", "below", "below", "above", "above", "below"]
+    assert cloud.siblings(4) == slice(3, 6)

@@ -1,0 +1,186 @@
+"""Measures of whole runs: each by a case small enough to compute by hand."""
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pftrack.core.model.measures import (
+    HIT_RATE,
+    MEAN_IOU,
+    PICTURE_MEASURES,
+    POSE_MEASURES,
+    EvaluatedRun,
+    Measure,
+    evaluate,
+    is_success,
+)
+from pftrack.experiments import EXPERIMENTS
+from pftrack.runs.batch import outcomes
+from pftrack.runs.run import Change, Run
+from pftrack.sources.truth import TruthTable
+
+NAN = np.nan
+
+
+def course(offsets: list[tuple[float, float]], extent: tuple[float, float] = (30.0, 40.0)) -> EvaluatedRun:
+    """Return a run whose estimates are off by these, px, from a target in a box; NaN where nothing is known of it."""
+    estimates = np.full((len(offsets), 2), 100.0)
+    truths = estimates - np.array(offsets)
+    errors = np.hypot(*np.array(offsets).T)
+    extents = np.where(np.isnan(errors)[:, None], NAN, np.array(extent))
+    return EvaluatedRun(estimates, truths, errors, errors > 60.0, extents, np.full_like(extents, NAN))
+
+
+FIVE = course([(0.0, 0.0), (15.0, 0.0), (0.0, 21.0), (NAN, NAN), (30.0, 0.0), (3.0, 4.0)])
+"""In a box of 30 x 40 px: in its middle, on its edge, above it, unknown, one width aside, and 5 px off."""
+
+
+def test_a_small_run_by_hand() -> None:
+    """Errors of 0, 15, 21, 30 and 5 px in a box whose diagonal is 50 px; a box one width aside touches, and no more."""
+    assert evaluate(PICTURE_MEASURES, FIVE) == {
+        "inside_share": pytest.approx(3 / 5),
+        "precision_20px": pytest.approx(3 / 5),
+        "normalised_error": pytest.approx(15 / 50),
+        "median_error_px": 15.0,
+        "frames_to_failure": 4,
+    }
+    assert HIT_RATE.of(FIVE) == 1.0
+
+
+def test_precision_includes_its_threshold() -> None:
+    """An estimate exactly 20 px off counts as precise."""
+    (precision,) = (it for it in PICTURE_MEASURES if it.name == "precision_20px")
+    assert precision.of(course([(20.0, 0.0), (0.0, 20.000001)])) == 0.5
+
+
+def test_a_run_that_never_fails_lasts_to_its_end() -> None:
+    """The frames to failure are then all frames of the run, labelled or not."""
+    assert evaluate(PICTURE_MEASURES, course([(1.0, 1.0), (29.9, 39.9), (NAN, NAN)]))["frames_to_failure"] == 3
+
+
+def test_boxes_overlap_by_hand() -> None:
+    """A box of 30 x 40 px: met, half a width aside, half as large in its middle, one width aside, and no number."""
+    run = course([(0.0, 0.0), (15.0, 0.0), (0.0, 0.0), (30.0, 0.0), (1.0, 1.0)])
+    believed = np.array([(30.0, 40.0), (30.0, 40.0), (15.0, 20.0), (30.0, 40.0), (30.0, 40.0)])
+    estimates = run.estimates.copy()
+    estimates[4] = NAN
+    sized = replace(run, estimates=estimates, believed=believed)
+    assert MEAN_IOU.values(sized) == pytest.approx([1.0, 1 / 3, 1 / 4, 0.0, 0.0])
+    assert MEAN_IOU.of(sized) == pytest.approx((1 + 1 / 3 + 1 / 4) / 5)
+    assert MEAN_IOU.of(run) is None
+
+
+def test_a_wide_region_of_success_praises_what_is_lost() -> None:
+    """Outside the box by a little in every frame: not lost by a limit of 60 px, and never inside."""
+    found = evaluate((HIT_RATE, *PICTURE_MEASURES), course([(16.0, 0.0)] * 4))
+    assert found["hit_rate"] == 1.0
+    assert found["inside_share"] == 0.0
+
+
+@pytest.mark.parametrize("measure", PICTURE_MEASURES)
+def test_what_has_no_truth_has_no_measure(measure: object) -> None:
+    """Without truth a measure is absent, not 0."""
+    assert evaluate((measure,), course([(NAN, NAN)] * 3)) == {}  # type: ignore[arg-type]
+
+
+def test_what_has_no_box_is_not_inside_one() -> None:
+    """Truth without a box, such as a signal's, leaves out what needs one, and keeps the errors."""
+    bare = replace(FIVE, extents=np.full((6, 2), NAN))
+    assert evaluate(PICTURE_MEASURES, bare).keys() == {"precision_20px", "median_error_px"}
+
+
+def test_an_estimate_that_is_none_counts_as_wrong() -> None:
+    """Where the truth is known an estimate that is not finite misses it; medians that are not finite are absent."""
+    off = np.array([[0.0, 0.0], [NAN, NAN], [NAN, NAN]])
+    truths, errors = np.full((3, 2), 100.0), np.array([0.0, np.inf, np.inf])
+    run = EvaluatedRun(truths + off, truths, errors, errors > 60.0, np.full((3, 2), 30.0), np.full((3, 2), NAN))
+    assert evaluate((HIT_RATE, *PICTURE_MEASURES), run) == {
+        "hit_rate": pytest.approx(1 / 3),
+        "inside_share": pytest.approx(1 / 3),
+        "precision_20px": pytest.approx(1 / 3),
+        "frames_to_failure": 1,
+    }
+
+
+def test_a_pose_by_hand() -> None:
+    """Errors of 2, 10, 12 and 20 degrees, of which the last counts as lost."""
+    errors = np.array([2.0, 10.0, 12.0, 20.0])
+    nothing = np.full((4, 2), NAN)
+    turned = EvaluatedRun(errors[:, None], np.zeros((4, 1)), errors, errors > 15.0, nothing, nothing)
+    assert evaluate(POSE_MEASURES, turned) == {
+        "precision_10deg": 0.5,
+        "median_error_deg": 11.0,
+        "frames_to_failure": 3,
+    }
+
+
+@pytest.mark.parametrize(("allowed", "expected"), [(0.4, True), (0.39, False)])
+def test_success_counts_the_frames_that_miss(allowed: float, expected: bool) -> None:
+    """Two of five labelled frames may miss at 0.4, to the frame."""
+    assert is_success(PICTURE_MEASURES[0], FIVE, allowed) is expected
+    assert is_success(PICTURE_MEASURES[0], course([(NAN, NAN)]), allowed) is None
+
+
+def test_every_measure_is_declared_whole() -> None:
+    """Each has a title and a definition in a sentence, and those of benchmarks name author and year."""
+    for experiment in EXPERIMENTS.values():
+        for measure in experiment.run_measures:
+            assert measure.title
+            assert measure.description.endswith(".")
+            assert not measure.source or measure.source[-4:].isdigit()
+
+
+def test_a_signal_has_none() -> None:
+    """An experiment without box, pose and limit has no measure, and reports none."""
+    experiment = EXPERIMENTS["sine"]
+    run = Run(experiment, experiment.simulate(), frames=5)
+    run.finish()
+    assert run.summary().measures == {}
+
+
+@pytest.mark.parametrize("name", ["ball", "prism"])
+def test_a_batch_comes_to_the_measures_of_a_live_run(name: str) -> None:
+    """Both for trackers that take many frames at once and for those that do not."""
+    experiment = EXPERIMENTS[name]
+    trackers = list(experiment.trackers)[:3]
+    (row,) = outcomes(experiment, experiment.simulate(), values={}, trackers=trackers, seeds=[3], frames=25)
+    for tracker, outcome in zip(trackers, row, strict=True):
+        run = Run(experiment, experiment.simulate(), tracker=tracker, seed=3, frames=25)
+        run.finish()
+        assert outcome.measures == run.summary().measures
+        assert {"hit_rate", "frames_to_failure"} < outcome.measures.keys()
+
+
+def test_a_branch_keeps_the_truth_of_its_past() -> None:
+    """A branch that changes nothing comes to the measures of the run that it left."""
+    experiment = EXPERIMENTS["ball"]
+    run = Run(experiment, experiment.simulate(), frames=30)
+    run.finish()
+    branch = run.branch(12)
+    branch.finish()
+    assert branch.summary().measures == run.summary().measures
+
+
+def test_the_measure_that_decides_is_named() -> None:
+    """A simulated scene is judged by Bando's limit; a summary says so."""
+    experiment = EXPERIMENTS["ball"]
+    run = Run(experiment, experiment.simulate(), frames=3, timeline=(Change(0, {"lost_share": 0.0}),))
+    run.finish()
+    assert run.summary().as_dict()["success_measure"] == "hit_rate"
+    with pytest.raises(ValueError, match=r"ball has no measure 'iou', only hit_rate, inside_share"):
+        experiment.measure_named("iou")
+
+
+def test_a_box_knows_its_sides() -> None:
+    """The true box of a frame comes with the target's width and height."""
+    target = TruthTable({0: (10.0, 20.0, 30.0, 40.0)}).at(0)
+    assert target is not None
+    assert target.extent == (30.0, 40.0)
+
+
+@pytest.mark.parametrize("measure", [HIT_RATE, *PICTURE_MEASURES, *POSE_MEASURES], ids=lambda measure: measure.name)
+def test_measures_travel_to_other_processes(measure: Measure) -> None:
+    """A measure can be sent to the processes of a pool, as `pftrack reproduce` does with what a run came to."""
+    assert pickle.loads(pickle.dumps(measure)).name == measure.name  # noqa: S301 - our own

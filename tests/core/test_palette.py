@@ -1,0 +1,66 @@
+"""The palette: which colours mean what, everywhere."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+from matplotlib import colormaps
+
+from pftrack.core.model.palette import (
+    BRANCHES,
+    COLOURS,
+    CURVES,
+    DIVERGING,
+    NEUTRALS,
+    OKABE_ITO,
+    VERDICTS,
+    VIRIDIS,
+    hexadecimal,
+)
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_hexadecimal() -> None:
+    """A colour is written as style sheets and matplotlib read it."""
+    assert hexadecimal((0, 114, 178)) == "#0072b2"
+    assert hexadecimal((255, 255, 255)) == "#ffffff"
+
+
+def test_range() -> None:
+    """Every colour has three channels of 0 to 255."""
+    themed = [colour for pair in (*DIVERGING, *VERDICTS.values()) for colour in pair]
+    for colour in (*OKABE_ITO.values(), *COLOURS.values(), *CURVES, *BRANCHES, *VIRIDIS, *NEUTRALS.values(), *themed):
+        assert len(colour) == 3
+        assert all(0 <= channel <= 255 for channel in colour)
+
+
+def test_distinct() -> None:
+    """No two curves, and no two branches, have the same colour; nor have two meanings."""
+    for colours in (CURVES, BRANCHES, tuple(COLOURS.values())):
+        assert len(set(colours)) == len(colours)
+
+
+def test_viridis() -> None:
+    """The stops of the map of amounts are matplotlib's."""
+    theirs = colormaps["viridis"](np.linspace(0, 1, len(VIRIDIS)), bytes=True)[:, :3]
+    np.testing.assert_allclose(np.array(VIRIDIS), theirs, atol=1)
+
+
+def test_middle() -> None:
+    """The map of differences is the same distance long on either side of a neutral middle."""
+    assert len(DIVERGING) % 2 == 1
+    for colour in DIVERGING[len(DIVERGING) // 2]:
+        assert max(colour) - min(colour) <= 12
+
+
+def test_declared_once() -> None:
+    """No other module of Python writes one of the eight colours by its digits."""
+    digits = "|".join(hexadecimal(colour) for name, colour in OKABE_ITO.items() if name != "black")
+    found = [
+        str(path.relative_to(ROOT))
+        for room in ("pftrack", "server")
+        for path in (ROOT / room).rglob("*.py")
+        if re.search(digits, path.read_text(encoding="utf-8"), re.IGNORECASE)
+    ]
+    assert not found

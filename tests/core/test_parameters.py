@@ -1,0 +1,196 @@
+import pickle
+from typing import Literal
+
+import pytest
+
+from pftrack.core.model.parameters import (
+    ParameterError,
+    Parameters,
+    declarations,
+    flat,
+    limit_particles,
+    nearest,
+    parameter,
+    parse,
+    revise,
+    with_role,
+)
+from pftrack.experiments.ball.experiment import RecordedBallParameters
+
+
+class Model(Parameters):
+    """Parameters of every kind."""
+
+    count: int = parameter(8, "Count", "How many.", ge=1, le=100, step=1)
+    width_px: float = parameter(2.5, "Width", "How wide.", unit="px", ge=0, le=10, step=0.5)
+    mode: Literal["a", "b"] = parameter("a", "Mode", "Which way.")
+    on: bool = parameter(False, "On", "Whether.")
+    colour: str = parameter("#ffffff", "Colour", "Which colour.", colour=True)
+    again: int = parameter(0, "Again", "How often it was begun again.", ge=0, le=9, step=1, action=True)
+    text: str = parameter("", "Text", "What a file says.", accept=".txt")
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "bound"),
+    [
+        ("count", 0, "between 1 and 100"),
+        ("count", -1, "between 1 and 100"),
+        ("count", 10**9, "between 1 and 100"),
+        ("count", float("nan"), "whole number"),
+        ("count", "abc", "whole number"),
+        ("count", 1.5, "whole number"),
+        ("count", None, "whole number"),
+        ("count", True, "whole number"),
+        ("width_px", True, "finite number"),
+        ("again", True, "whole number"),
+        ("width_px", float("inf"), "finite number between 0 and 10 px"),
+        ("width_px", float("nan"), "finite number between 0 and 10 px"),
+        ("width_px", -0.1, "between 0 and 10 px"),
+        ("mode", "c", "one of a, b"),
+        ("on", "maybe", "true or false"),
+        ("colour", "red", "#rrggbb"),
+        ("again", 10, "a whole number between 0 and 9"),
+        ("text", 5, "the text of a file .txt of at most 100000 characters, or nothing"),
+        ("unknown", 1, "known parameter"),
+    ],
+)
+def test_refusals_name_field_bound_and_value(name: str, value: object, bound: str) -> None:
+    """A value that cannot be accepted is refused with its field, what is allowed and what was given."""
+    with pytest.raises(ParameterError) as caught:
+        revise(Model(), {"width_px": 3, name: value})
+    assert caught.value.field == name
+    assert bound in str(caught.value)
+    assert (repr(value) if "\n" not in str(value) else "a text of 3 characters") in str(caught.value)
+
+
+def test_what_was_dragged_becomes_the_nearest_that_is_allowed() -> None:
+    """A number comes within its bounds and onto its step; whatever else there is stays for `revise` to refuse."""
+    dragged = {"count": 7.6, "width_px": 3.3, "mode": "c", "on": 1, "unknown": 5}
+    assert nearest(Model, dragged) == {"count": 8, "width_px": 3.5, "mode": "c", "on": 1, "unknown": 5}
+    assert nearest(Model, {"count": -4.0, "width_px": 99}) == {"count": 1, "width_px": 10.0}
+    assert isinstance(nearest(Model, {"count": 7.6})["count"], int)
+    infinite = nearest(Model, {"width_px": float("inf"), "count": float("nan")})
+    assert infinite["width_px"] == float("inf")
+
+
+def test_a_refused_file_is_not_quoted() -> None:
+    """Of the content of a file the message says how long it is; a long line is shortened."""
+    assert str(ParameterError("learned", "{\n}", "a learned motion")).endswith("got a text of 3 characters")
+    assert str(ParameterError("name", "a" * 80, "short")).endswith("aaa...")
+
+
+def test_revision_is_whole_and_leaves_the_original() -> None:
+    """A revision changes what was asked for and nothing else."""
+    before = Model()
+    after = revise(before, {"count": 9, "mode": "b"})
+    assert flat(after) == {**flat(before), "count": 9, "mode": "b"}
+    assert before == Model()
+
+
+def test_errors_travel_between_processes() -> None:
+    """A refusal keeps its parts when it is pickled."""
+    error = pickle.loads(pickle.dumps(ParameterError("count", 0, "at least 1")))  # noqa: S301 - made here
+    assert (error.field, error.value, error.bound) == ("count", 0, "at least 1")
+    assert str(error) == "count must be at least 1, got 0"
+
+
+def test_text_is_read_by_kind() -> None:
+    """Text from a command line becomes a value of the declared kind, or is refused."""
+    assert parse(Model, "count", "12") == 12
+    assert parse(Model, "width_px", "1e-1") == pytest.approx(0.1)
+    assert parse(Model, "on", "Yes") is True
+    assert parse(Model, "mode", "b") == "b"
+    for name, text in (("count", "1.5"), ("on", "perhaps"), ("nothing", "1")):
+        with pytest.raises(ParameterError):
+            parse(Model, name, text)
+
+
+def test_equal_parameters_hash_alike() -> None:
+    """Parameters serve as keys: equal ones hash alike, also after the hash was kept."""
+    first, second = Model(count=5), Model(count=5)
+    assert hash(first) == hash(first) == hash(second)
+    assert first == second
+    assert len({first, second, Model()}) == 2
+
+
+def test_every_parameter_of_a_recording_is_declared_whole() -> None:
+    """Each field has a title, a sentence, and, if it is a number, bounds that hold its default, and a step."""
+    for declaration in declarations(RecordedBallParameters):
+        assert declaration.title[0].isupper()
+        assert declaration.description.endswith(".")
+        assert declaration.group
+        if declaration.kind in {"integer", "number"}:
+            assert declaration.minimum is not None
+            assert declaration.maximum is not None
+            assert declaration.step is not None
+            assert declaration.minimum <= float(declaration.default) <= declaration.maximum
+        if declaration.name.endswith(("_px", "_hz", "_s", "_frames", "_radii")):
+            assert declaration.unit
+
+
+def test_thresholds_are_ordered() -> None:
+    """A lower threshold above the upper one is refused, whichever of the two was changed."""
+    parameters = RecordedBallParameters()
+    for changes in ({"gamma_min_px": 30}, {"gamma_max_px": 1}):
+        with pytest.raises(ParameterError, match="gamma_min_px must be at most gamma_max_px"):
+            revise(parameters, changes)
+
+
+def test_only_a_threshold_names_a_series() -> None:
+    """A threshold says of which series it is one; a parameter that is none names no series."""
+    for role, series in (("threshold", ""), ("particles", "sigma"), ("", "sigma")):
+        with pytest.raises(ValueError, match="a threshold and no other role names a series"):
+            parameter(1.0, "Limit", "A limit.", role=role, threshold_of=series)  # type: ignore[arg-type] # a loop's
+
+
+class Crowd(Parameters):
+    count: int = parameter(50, "Count", "How many.", ge=1, le=1000, role="particles", sets=11, trackers=("layered",))
+    joint: int = parameter(500, "Joint", "How many at once.", ge=1, le=10_000, role="particles", trackers=("joint",))
+    other: int = parameter(9999, "Other", "A number of something else.", ge=1, le=10_000)
+
+
+def test_roles_find_declarations() -> None:
+    """General code finds parameters by what they are for, not by name."""
+    assert [declaration.name for declaration in with_role(Crowd, "particles")] == ["count", "joint"]
+    assert with_role(Crowd, "loss_share") == ()
+
+
+@pytest.mark.parametrize(
+    ("tracker", "most", "refused"),
+    [
+        ("layered", 550, None),
+        ("layered", 549, "count"),
+        ("joint", 500, None),
+        ("joint", 499, "joint"),
+        ("kalman", 1, None),
+    ],
+)
+def test_particles_are_limited(tracker: str, most: int, refused: str | None) -> None:
+    """A limit on particles holds for all sets together, and only for the numbers that the tracker reads."""
+    if refused is None:
+        limit_particles(declarations(Crowd), flat(Crowd()), tracker, most)
+        return
+    with pytest.raises(ParameterError) as error:
+        limit_particles(declarations(Crowd), flat(Crowd()), tracker, most)
+    assert error.value.field == refused
+
+
+@pytest.mark.parametrize("bounds", [{}, {"ge": 0}, {"le": 9}])
+@pytest.mark.parametrize("default", [2, 2.5])
+def test_a_number_without_bounds_is_no_declaration(default: float, bounds: dict[str, float]) -> None:
+    """It is refused where it is declared, by its title: every slider, message and sweep rests on the bounds."""
+    with pytest.raises(ValueError, match=r"the number 'Width' must be declared with both bounds, got ge = "):
+        parameter(default, "Width", "How wide.", **bounds)
+    for other in (True, "text"):
+        parameter(other, "Width", "How wide.")
+
+
+def test_actions_and_files_have_kinds_of_their_own() -> None:
+    """A count of presses and the text of a file are declared as such, so that a page can tell them from values."""
+    known = {declaration.name: declaration for declaration in declarations(Model)}
+    assert (known["again"].kind, known["text"].kind, known["text"].accept) == ("action", "file", ".txt")
+    assert (known["count"].kind, known["colour"].kind, known["mode"].kind) == ("integer", "colour", "choice")
+    assert parse(Model, "again", "3") == 3
+    assert revise(Model(), {"again": 1, "text": "a"}).text == "a"
+    with pytest.raises(ParameterError, match="of at most 100000 characters"):
+        revise(Model(), {"text": "a" * 100_001})

@@ -1,0 +1,54 @@
+"""References: whole, and the same on every page that names them."""
+
+from pathlib import Path
+
+import pytest
+
+from pftrack.core.model import references
+from pftrack.core.model.references import BANDO, BANDO_2006, Citation, Reference
+from pftrack.experiments import EXPERIMENTS
+
+PAGE = Path(__file__).parents[2] / "docs" / "reference" / "references.md"
+
+
+def test_a_dissertation_and_an_article_as_text() -> None:
+    """Plain text has authors, title, where it was published, year and the place that is cited."""
+    assert BANDO.short == "Bando 2007"
+    assert Citation(BANDO, "chapter 3: switching").text == (
+        "Takashi Bando: Adaptive Sampling Method for Real-time State Estimation in the Real World. Doctoral "
+        "dissertation, Graduate School of Information Science, Nara Institute of Science and Technology, "
+        "NAIST-IS-DD0461030, 2007. Chapter 3: switching."
+    )
+    assert BANDO_2006.short == "Bando et al. 2006"
+    assert BANDO_2006.text.endswith("Robotics and Autonomous Systems 54(10), 873-884, 2006.")
+    assert Reference("a", "article", ("A B", "C D"), "T", 1988).short == "B and D 1988"
+
+
+def test_bibtex_is_one_entry_with_balanced_braces() -> None:
+    """The entry has its type, key and fields, the place as its note, and a title whose capitals are kept."""
+    text = Citation(BANDO, "chapter 2").bibtex
+    assert text.startswith("@phdthesis{bando2007,\n  author = {Takashi Bando},\n  title = {{Adaptive")
+    assert "  note = {Chapter 2},\n" in text
+    assert text.count("{") == text.count("}")
+    assert "note" not in Citation(BANDO_2006).bibtex
+    assert "author = {Takashi Bando and Tomohiro Shibata and " in Citation(BANDO_2006).bibtex
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS.own)
+def test_an_experiment_cites_by_name_not_by_number(name: str) -> None:
+    """Every citation of an experiment says who wrote what and when, in words that a visitor can look up."""
+    experiment = EXPERIMENTS[name]
+    assert experiment.references
+    for citation in experiment.references:
+        assert str(citation.reference.year) in citation.short
+
+
+def test_the_page_has_every_reference_and_every_experiment() -> None:
+    """The documentation has the text of each reference, and where each experiment comes from."""
+    page = PAGE.read_text(encoding="utf-8")
+    for reference in vars(references).values():
+        if isinstance(reference, Reference):
+            assert f"| `{reference.key}` | {reference.text} |" in page
+    for name in EXPERIMENTS.own:
+        shown = "; ".join(citation.short for citation in EXPERIMENTS[name].references)
+        assert f"| `{name}` | {shown} |" in page

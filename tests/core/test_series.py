@@ -1,0 +1,149 @@
+"""Series: values of every shape in Python, JSON and columns, and what is kept of them over a run."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pftrack.core.model.series import (
+    Hypotheses,
+    Interval,
+    Reduction,
+    Series,
+    SeriesValue,
+    check_value,
+    columns,
+    from_json,
+    join,
+    reduce,
+    to_json,
+)
+
+NUMBER = Series("speed", "speed", "px")
+VECTOR = Series("samples", "proposals", shape="vector", role="share", components=("prediction", "observation"))
+INTERVAL = Series("range", "range", "px", "interval")
+BANK = Series("bank", "bank", "°", "hypotheses", components=("angle", "rate"))
+
+finite = st.floats(-1e6, 1e6)
+vectors = st.tuples(finite, finite)
+
+
+@st.composite
+def hypotheses(draw: st.DrawFn) -> Hypotheses:
+    """Between one and five possibilities whose weights sum to 1."""
+    values = draw(st.lists(vectors, min_size=1, max_size=5))
+    raw = np.array(draw(st.lists(st.floats(0.01, 1.0), min_size=len(values), max_size=len(values))))
+    parents = draw(st.lists(st.integers(-1, 9), min_size=len(values), max_size=len(values)) | st.just([]))
+    return Hypotheses(tuple(values), tuple((raw / raw.sum()).tolist()), tuple(parents))
+
+
+VALUES = {
+    NUMBER.name: (NUMBER, finite),
+    VECTOR.name: (VECTOR, vectors),
+    INTERVAL.name: (INTERVAL, vectors.map(lambda ends: Interval(min(ends), max(ends)))),
+    BANK.name: (BANK, hypotheses()),
+}
+
+
+@pytest.mark.parametrize("name", VALUES)
+@given(data=st.data())
+def test_values_come_back_from_json(name: str, data: st.DataObject) -> None:
+    """Whatever the shape, a value written as JSON and read again is the same, and of the same type."""
+    series, strategy = VALUES[name]
+    value = data.draw(strategy)  # type: ignore[arg-type] # of one shape or another
+    check_value(series, value)
+    again = from_json(series, json.loads(json.dumps(to_json(value), allow_nan=False)))
+    assert again == value
+    assert type(again) is type(value)
+
+
+def test_what_is_not_known_is_null_in_json() -> None:
+    """NaN becomes null, wherever it stands, and NaN again."""
+    assert to_json((1.0, math.nan)) == [1.0, None]
+    assert to_json(math.inf) is None
+    assert to_json(Hypotheses(((math.nan, 2.0),), (1.0,))) == {"values": [[None, 2.0]], "weights": [1.0]}
+    assert math.isnan(from_json(NUMBER, None))  # type: ignore[arg-type] # a number
+
+
+@pytest.mark.parametrize(
+    ("series", "value"),
+    [
+        (NUMBER, (1.0,)),
+        (VECTOR, 1.0),
+        (VECTOR, (1.0, 2.0, 3.0)),
+        (VECTOR, Interval(1.0, 2.0)),
+        (INTERVAL, (1.0, 2.0)),
+        (INTERVAL, Interval(2.0, 1.0)),
+        (BANK, (1.0, 2.0)),
+        (BANK, Hypotheses(((1.0, 2.0),), (0.5, 0.5))),
+        (BANK, Hypotheses(((1.0,),), (1.0,))),
+        (BANK, Hypotheses(((1.0, 2.0), (3.0, 4.0)), (0.5, 0.6))),
+        (BANK, Hypotheses(((1.0, 2.0),), (1.0,), (0, 0))),
+        (BANK, Hypotheses(((1.0, 2.0),), (1.0,), (-2,))),
+    ],
+)
+def test_values_of_another_shape_are_refused(series: Series, value: SeriesValue) -> None:
+    """The refusal names the series, what it is declared as, and what it got."""
+    with pytest.raises(ValueError, match=f"{series.name} is declared as {series.shape}.* got"):
+        check_value(series, value)
+
+
+@pytest.mark.parametrize(("series", "raw"), [(BANK, [1, 2]), (INTERVAL, [1, 2, 3]), (NUMBER, "fast"), (VECTOR, 3)])
+def test_json_of_another_shape_is_refused(series: Series, raw: object) -> None:
+    """What is no value of the series is named with what was expected."""
+    with pytest.raises(ValueError, match=f"{series.name} is declared as {series.shape}"):
+        from_json(series, raw)
+
+
+def test_parents_are_written_where_they_are_known() -> None:
+    """What was written before there were parents is read as it was, and its columns have none."""
+    bare, whole = Hypotheses(((1.0, 2.0),), (1.0,)), Hypotheses(((3.0, 4.0), (5.0, 6.0)), (0.25, 0.75), (0, -1))
+    assert to_json(bare) == {"values": [[1.0, 2.0]], "weights": [1.0]}
+    assert to_json(whole)["parents"] == [0, -1]
+    assert from_json(BANK, to_json(bare)) == bare
+    assert "bank_parents" not in columns(BANK, [bare])
+    parents = columns(BANK, [bare, whole])["bank_parents"]
+    assert np.isnan(parents[0]).all()
+    assert parents[1].tolist() == [0, -1]
+
+
+def test_columns_are_as_wide_as_the_widest() -> None:
+    """Where a frame has fewer hypotheses than another, or none, the rest is NaN."""
+    one, two = Hypotheses(((1.0, 2.0),), (1.0,)), Hypotheses(((3.0, 4.0), (5.0, 6.0)), (0.25, 0.75))
+    found = columns(BANK, [one, None, two])
+    assert found["bank"].shape == (3, 2, 2)
+    assert found["bank_weights"].tolist()[2] == [0.25, 0.75]
+    assert np.isnan(found["bank"][1]).all()
+    assert np.isnan(found["bank"][0, 1]).all()
+    assert found["bank"][2].tolist() == [[3.0, 4.0], [5.0, 6.0]]
+    assert columns(NUMBER, [1.0, None])["speed"].tolist()[0] == 1.0
+    assert columns(INTERVAL, [None, Interval(1.0, 2.0)])["range"].tolist()[1] == [1.0, 2.0]
+    assert columns(Series("exact", "exact", shape="vector"), [(1.0,), (1.0, 2.0)])["exact"].shape == (2, 2)
+
+
+def test_reductions_are_means_shares_and_counts_of_what_is_known() -> None:
+    """Frames without a value do not count; where no frame has one, nothing is kept."""
+    mean = Series("a", "a", reductions=(Reduction("mean_a", "mean", "mean"),))
+    flag = Series("b", "b", role="flag", reductions=(Reduction("times_b", "times", "count"),))
+    share = Series(
+        "c", "c", shape="vector", components=("x", "y"), reductions=(Reduction("share_y", "share", "share", "y"),)
+    )
+    assert reduce(mean, np.array([1.0, np.nan, 2.0])) == {"mean_a": 1.5}
+    assert reduce(flag, np.array([1.0, 0.0, 1.0])) == {"times_b": 2}
+    assert reduce(share, np.array([[3.0, 1.0], [1.0, 1.0]])) == {"share_y": 0.375}
+    for series in (mean, flag, share):
+        assert set(reduce(series, np.zeros(0)).values()) == {None}
+    assert reduce(mean, np.array([np.nan])) == {"mean_a": None}
+
+
+def test_one_name_is_one_series() -> None:
+    """Trackers may declare the same series; two different ones of a name are refused, and so are reductions."""
+    assert join((NUMBER, VECTOR), (NUMBER,)) == (NUMBER, VECTOR)
+    with pytest.raises(ValueError, match="two different series are called 'speed'"):
+        join((NUMBER,), (Series("speed", "speed", "mm"),))
+    kept = Reduction("kept", "kept", "mean")
+    with pytest.raises(ValueError, match="two reductions are called 'kept'"):
+        join((Series("a", "a", reductions=(kept,)), Series("b", "b", reductions=(kept,))))

@@ -1,0 +1,251 @@
+"""Statistics: exact known values, agreement with other implementations, and what holds for any counts."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+
+from pftrack.core.numerics.statistics import (
+    chi_square,
+    chi_square_limit,
+    dependent_mean_interval,
+    fisher_exact,
+    holm,
+    mcnemar,
+    paired_mean_interval,
+    paired_rate_interval,
+    rank_sum,
+    wilson,
+)
+
+counts = st.integers(1, 400).flatmap(lambda runs: st.tuples(st.integers(0, runs), st.just(runs)))
+probabilities = st.lists(st.floats(0, 1) | st.just(np.nan), min_size=1, max_size=40)
+errors = st.lists(st.integers(0, 50).map(float), min_size=1, max_size=30)
+
+
+def test_wilson_gives_the_known_interval() -> None:
+    """Ten of twenty, and none of ten, have the intervals that the formula gives by hand."""
+    low, high = wilson([10, 0], [20, 10])
+    assert low == pytest.approx([0.299298, 0.0], abs=1e-6)
+    assert high == pytest.approx([0.700702, 0.277533], abs=1e-6)
+
+
+@given(counts, st.floats(0.5, 0.999))
+def test_wilson_agrees_with_scipy(count: tuple[int, int], level: float) -> None:
+    """The interval is SciPy's for the same counts and level, and the rate lies in it."""
+    successes, runs = count
+    low, high = wilson(successes, runs, level)
+    expected = stats.binomtest(successes, runs).proportion_ci(level, method="wilson")
+    assert (float(low), float(high)) == pytest.approx((expected.low, expected.high), abs=1e-9)
+    assert 0 <= low <= successes / runs <= high <= 1
+
+
+def test_wilson_of_no_runs_is_not_known() -> None:
+    """Without runs there is no interval, and shapes are kept."""
+    low, high = wilson(np.zeros((2, 3)), np.zeros((2, 3)))
+    assert low.shape == (2, 3)
+    assert np.isnan(low).all()
+    assert np.isnan(high).all()
+
+
+@pytest.mark.parametrize(("successes", "runs", "level"), [(3, 2, 0.95), (-1, 2, 0.95), (1, 2, 0.0), (1, 2, 1.0)])
+def test_wilson_refuses_what_is_no_count(successes: int, runs: int, level: float) -> None:
+    """More successes than runs, negative counts and levels outside 0..1 are refused."""
+    with pytest.raises(ValueError, match="must be between"):
+        wilson(successes, runs, level)
+
+
+def test_chi_square_gives_the_known_value() -> None:
+    """30 of 40 against 20 of 40: the statistic is 80 (30 20 - 10 20)^2 / (40 40 50 30) = 16 / 3."""
+    assert float(chi_square(30, 40, 20, 40)) == pytest.approx(float(stats.chi2.sf(16 / 3, 1)), rel=1e-12)
+
+
+@given(counts, counts)
+def test_chi_square_agrees_with_scipy_where_it_applies(first: tuple[int, int], second: tuple[int, int]) -> None:
+    """It is Pearson's test without continuity correction, and not applicable where an expected count is below 5."""
+    table = [[first[0], first[1] - first[0]], [second[0], second[1] - second[0]]]
+    found = float(chi_square(*first, *second))
+    if min(np.sum(table, axis=0)) == 0 or stats.contingency.expected_freq(table).min() < 5 - 1e-9:
+        assert np.isnan(found)
+    elif stats.contingency.expected_freq(table).min() > 5 + 1e-9:
+        assert found == pytest.approx(stats.chi2_contingency(table, correction=False).pvalue, rel=1e-9, abs=1e-300)
+
+
+def test_chi_square_applies_from_an_expected_count_of_five() -> None:
+    """Expected counts of exactly 5 are enough, whatever the counts are."""
+    assert not np.isnan(chi_square(3, 10, 7, 10))
+    assert np.isnan(chi_square(3, 10, 6, 10))
+    assert np.isnan(chi_square(0, 0, 5, 10))
+    runs, more, successes = (each.ravel() for each in np.mgrid[5:60, 5:60, 0:60])
+    first = np.minimum(successes, runs)
+    second = successes - first
+    possible = second <= more
+    runs, more, first, second = (each[possible] for each in (runs, more, first, second))
+    least = np.minimum(runs, more) * np.minimum(first + second, runs + more - first - second)
+    assert (~np.isnan(chi_square(first, runs, second, more)) == (least >= 5 * (runs + more))).all()
+
+
+def test_fisher_knows_the_lady_tasting_tea() -> None:
+    """Three of four against one of four: 34 / 70, Fisher's own example."""
+    found = fisher_exact([[3, 0]], [[4, 0]], [[1, 1]], [[4, 4]])
+    assert found[0, 0] == pytest.approx(34 / 70)
+    assert np.isnan(found[0, 1])
+
+
+@given(counts, counts)
+def test_fisher_is_symmetric(first: tuple[int, int], second: tuple[int, int]) -> None:
+    """It does not matter which method comes first, and a p-value lies between 0 and 1."""
+    found = float(fisher_exact(*first, *second))
+    assert 0 <= found <= 1 + 1e-12
+    assert found == pytest.approx(float(fisher_exact(*second, *first)), rel=1e-6, abs=1e-12)
+
+
+def test_rank_sum_gives_the_exact_value() -> None:
+    """Of the 20 ways to rank three against three, one puts all of the first before the second: p = 2 / 20."""
+    found = rank_sum([1, 2, 3], [4, 5, 6])
+    assert found.p_value == pytest.approx(0.1)
+    assert (found.superiority, found.rank_biserial) == (1.0, 1.0)
+
+
+@given(errors, errors)
+def test_rank_sum_turns_around(first: list[float], second: list[float]) -> None:
+    """Swapped samples have the same p-value and the opposite effect, which is the share of pairs that it says."""
+    one, other = rank_sum(first, second), rank_sum(second, first)
+    assert one.p_value == pytest.approx(other.p_value)
+    assert one.rank_biserial == pytest.approx(-other.rank_biserial)
+    pairs = np.subtract.outer(first, second)
+    assert one.superiority == pytest.approx((pairs < 0).mean() + 0.5 * (pairs == 0).mean())
+
+
+def test_rank_sum_of_nothing_is_not_applicable() -> None:
+    """An empty sample, or one of unknown values alone, cannot be compared."""
+    for first, second in (([], [1.0]), ([np.nan], [1.0]), ([1.0], [])):
+        found = rank_sum(first, second)
+        assert np.isnan([found.p_value, found.superiority, found.rank_biserial]).all()
+
+
+def test_mcnemar_gives_the_known_values() -> None:
+    """Of n pairs in which one method alone won, k or fewer for either: twice the sum of the binomials over 2^n."""
+    p = mcnemar([0, 1, 0, 5, 2, 9], [0, 0, 6, 5, 10, 0])
+    assert p == pytest.approx([1.0, 1.0, 2 / 2**6, 1.0, 2 * (1 + 12 + 66) / 2**12, 2 / 2**9], rel=1e-12)
+
+
+@given(st.integers(0, 60), st.integers(0, 60))
+def test_mcnemar_is_the_binomial_test_of_a_fair_coin(won: int, lost: int) -> None:
+    """It agrees with SciPy's, and neither method is favoured."""
+    expected = stats.binomtest(won, won + lost, 0.5).pvalue if won + lost else 1.0
+    assert float(mcnemar(won, lost)) == pytest.approx(expected, rel=1e-9)
+    assert float(mcnemar(lost, won)) == float(mcnemar(won, lost))
+
+
+def test_mcnemar_refuses_negative_counts() -> None:
+    """They are a mistake of the caller."""
+    with pytest.raises(ValueError, match="must not be negative"):
+        mcnemar(-1, 2)
+
+
+def test_holm_gives_the_known_values() -> None:
+    """The steps of the procedure by hand: 4 x .005, 3 x .01, 2 x .03, then never less than before."""
+    assert holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
+
+
+@given(probabilities)
+def test_holm_keeps_order_and_leaves_out_what_was_not_tested(p_values: list[float]) -> None:
+    """Adjusted values are no smaller than given, no larger than Bonferroni's, in the same order; NaN stays NaN."""
+    given_values = np.array(p_values)
+    adjusted = holm(given_values)
+    tested = ~np.isnan(given_values)
+    assert (np.isnan(adjusted) == ~tested).all()
+    assert (adjusted[tested] >= given_values[tested]).all()
+    assert (adjusted[tested] <= np.minimum(tested.sum() * given_values[tested], 1) + 1e-12).all()
+    order = np.argsort(given_values[tested], kind="stable")
+    assert (np.diff(adjusted[tested][order]) >= 0).all()
+    assert holm(np.append(given_values, np.nan))[:-1] == pytest.approx(adjusted, nan_ok=True)
+
+
+def test_the_interval_of_paired_values_agrees_with_scipy() -> None:
+    """It is that of the one-sample t-test of the differences."""
+    gains = np.random.default_rng(4).normal(0.3, 2.0, 17)
+    low, high = paired_mean_interval(gains.mean(), gains.std(ddof=1), 17, 0.9)
+    expected = stats.ttest_1samp(gains, 0).confidence_interval(0.9)
+    assert (float(low), float(high)) == pytest.approx((expected.low, expected.high))
+
+
+def test_the_interval_of_paired_values_needs_a_spread() -> None:
+    """Of fewer than two pairs, or of differences that are all equal, nothing is known."""
+    low, high = paired_mean_interval([np.nan, 0.5, 0.5, 0.5], [np.nan, np.nan, 0.0, 0.1], [0, 1, 9, 9])
+    assert np.isnan(low[:3]).all()
+    assert np.isnan(high[:3]).all()
+    assert low[3] < 0.5 < high[3]
+
+
+def test_the_interval_of_paired_rates_gives_the_known_one() -> None:
+    """Of 21 pairs, of which 1 and 7 disagree, by hand: -6 / 23 and 1.96 standard errors of 0.12627."""
+    low, high = paired_rate_interval(1, 7, 21)
+    assert (float(low), float(high)) == pytest.approx((-0.5083, -0.0134), abs=1e-4)
+
+
+def test_the_interval_of_paired_rates_covers_the_difference() -> None:
+    """Over all outcomes of 20 pairs, by their probability, it has the difference in it about 95 times in 100."""
+    for first, second in ((0.3, 0.1), (0.05, 0.05), (0.6, 0.3)):
+        b, c = np.array([(one, other) for one in range(21) for other in range(21 - one)]).T
+        chances = stats.multinomial.pmf(np.column_stack([b, c, 20 - b - c]), 20, [first, second, 1 - first - second])
+        low, high = paired_rate_interval(b, c, 20)
+        assert 0.93 < chances[(low <= first - second) & (first - second <= high)].sum() <= 1.0
+
+
+@pytest.mark.parametrize(("only_first", "only_second"), [(-1, 2), (2, -1), (3, 3)])
+def test_the_interval_of_paired_rates_refuses_what_is_no_count(only_first: int, only_second: int) -> None:
+    """Negative counts, and more pairs that disagree than there are, are refused."""
+    with pytest.raises(ValueError, match="disagree must be between 0 and the number of pairs"):
+        paired_rate_interval(only_first, only_second, 5)
+
+
+@pytest.mark.parametrize("level", [0.0, 1.0])
+def test_every_interval_refuses_a_level_that_is_none(level: float) -> None:
+    """Certainty and its opposite have no interval."""
+    for interval in (lambda: paired_mean_interval(0.5, 0.1, 9, level), lambda: paired_rate_interval(1, 2, 9, level)):
+        with pytest.raises(ValueError, match="the level must be between 0 and 1"):
+            interval()
+
+
+def test_the_interval_of_paired_rates_is_one_at_the_edges() -> None:
+    """It does not collapse where the methods agree, stays within -1 and 1, and there is none without pairs."""
+    low, high = paired_rate_interval([0, 5, 0], [0, 0, 0], [10, 5, 0])
+    assert low[0] < 0 < high[0]
+    assert high[1] == 1.0
+    assert np.isnan([low[2], high[2]]).all()
+
+
+@pytest.mark.parametrize(("correlation", "least"), [(0.0, 0.93), (0.8, 0.91), (0.9, 0.89)])
+def test_the_interval_of_dependent_values_covers_their_mean(correlation: float, least: float) -> None:
+    """Of first-order sequences it has the true mean in it about as often as it says; frames taken for trials do not."""
+    rng = np.random.default_rng(8)
+    values = rng.standard_normal((600, 240))
+    for frame in range(1, 240):
+        values[:, frame] = correlation * values[:, frame - 1] + np.sqrt(1 - correlation**2) * values[:, frame]
+    intervals = np.array([dependent_mean_interval(sequence) for sequence in values])
+    assert least < ((intervals[:, 0] <= 0) & (intervals[:, 1] >= 0)).mean() < 0.98
+    independent = paired_mean_interval(values.mean(1), values.std(1, ddof=1), 240)
+    assert ((independent[0] <= 0) & (independent[1] >= 0)).mean() < 0.6 or correlation == 0.0
+
+
+def test_the_interval_of_dependent_values_is_that_of_six_stretches() -> None:
+    """It is the one of the t-test of their means; too few values, and equal ones, have none."""
+    values = np.random.default_rng(3).normal(0.4, 1.0, 60)
+    expected = stats.ttest_1samp(values.reshape(6, 10).mean(axis=1), 0).confidence_interval(0.9)
+    assert dependent_mean_interval(values, 0.9) == pytest.approx((expected.low, expected.high))
+    assert np.isnan(dependent_mean_interval(values[:29])).all()
+    assert np.isnan(dependent_mean_interval(np.full(60, 0.3))).all()
+
+
+def test_limits_of_chi_square() -> None:
+    """Of one degree of freedom the limit is the square of a normal one, of two it has a closed form."""
+    assert chi_square_limit(1) == pytest.approx(1.959963984540054**2)
+    assert chi_square_limit(2, 0.99) == pytest.approx(-2.0 * math.log(0.01))
+    for freedom, level in ((0, 0.95), (2, 1.0)):
+        with pytest.raises(ValueError, match="expected a level"):
+            chi_square_limit(freedom, level)

@@ -1,0 +1,104 @@
+"""The loop with another likelihood than the ball's colour, as another family of trackers uses it."""
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pftrack.core.model.frame import Frame, Target
+from pftrack.core.model.parameters import revise
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments.ball.trackers.motion import dynamics
+from pftrack.experiments.ball.trackers.parameters import LoopParameters
+from pftrack.experiments.ball.trackers.step import loop_trackers
+from pftrack.experiments.shared.sampling.likelihood import Likelihood
+from pftrack.filters import auxiliary, bootstrap
+from pftrack.process import environment
+
+SIZE = (160, 120)
+ROWS, COLUMNS = np.mgrid[: SIZE[1], : SIZE[0]]
+GREY = 250 * np.exp(-((COLUMNS - 80) ** 2 + (ROWS - 60) ** 2) / (2 * 15.0**2))
+PICTURE = np.repeat(GREY.astype(np.uint8)[:, :, None], 3, axis=2)
+
+
+class Brightness(NamedTuple):
+    """How bright the target is, and how sharply a particle is weighed by it."""
+
+    level: float
+    precision: float
+
+
+@compiled
+def log_likelihood(
+    image_rgb: NDArray[np.uint8], states: NDArray[np.float64], brightness: Brightness
+) -> NDArray[np.float64]:
+    """A Gaussian of the green channel under the particle; the nearest pixel where it is beyond the picture."""
+    scores = np.empty(states.shape[0])
+    for n in range(states.shape[0]):
+        column = min(max(int(np.floor(states[n, 0] + 0.5)), 0), image_rgb.shape[1] - 1)
+        row = min(max(int(np.floor(states[n, 1] + 0.5)), 0), image_rgb.shape[0] - 1)
+        scores[n] = -brightness.precision * (image_rgb[row, column, 1] - brightness.level) ** 2
+    return scores
+
+
+PACKED = Brightness(250.0, 0.001)
+TRACKERS = {tracker.id: tracker for tracker in loop_trackers(Likelihood(log_likelihood, lambda _: PACKED))}
+PARAMETERS = revise(LoopParameters(), {"sample_count": 300, "initial_sd_px": 12.0, "apf_weights": "corrected"})
+FRAME = Frame(1, 0.0, image_rgb=PICTURE)
+
+
+@pytest.mark.parametrize(("tracker", "observed"), [("condensation", 0), ("apf", 300), ("h-spf", 300)])
+def test_the_loop_weighs_by_any_likelihood(tracker: str, observed: int) -> None:
+    """With a likelihood of one's own the loop gives the particles of the filters with that likelihood, to the bit."""
+    member = TRACKERS[tracker]
+    state = member.start(Target(np.array([74.0, 63.0]), 12.0), FRAME, PARAMETERS, Stream(1, 0, Purpose.START))
+    stepped = member.step(state, FRAME, PARAMETERS, Stream(9, 1, Purpose.TRACK))
+    rng, model = Stream(9, 1, Purpose.TRACK), dynamics(state, PARAMETERS, SIZE)
+
+    def weigh(states: NDArray[np.float64]) -> NDArray[np.float64]:
+        return log_likelihood(PICTURE, states, PACKED)
+
+    expected = (
+        auxiliary.step(
+            state.particles, model, weigh, rng, weights="corrected", prediction_count=0, observation_count=observed
+        )
+        if observed
+        else bootstrap.step(state.particles, model, weigh, rng)
+    )
+    assert np.array_equal(stepped.particles.states, expected.particles.states)
+    assert np.array_equal(stepped.particles.log_weights, expected.particles.log_weights)
+    assert stepped.log_evidence == expected.log_evidence
+    assert stepped.observation_count == observed
+
+
+def test_it_finds_the_brightest_place() -> None:
+    """Particles weighed by brightness gather where the picture is brightest; many frames at once give the same."""
+    member = TRACKERS["h-spf"]
+    state = member.start(Target(np.array([74.0, 63.0]), 12.0), FRAME, PARAMETERS, Stream(1, 0, Purpose.START))
+    assert member.fold is not None
+    folded = member.fold(state, np.repeat(PICTURE[None], 12, axis=0), PARAMETERS, 9, 1)
+    for frame in range(1, 13):
+        state = member.step(state, FRAME, PARAMETERS, Stream(9, frame, Purpose.TRACK))
+    assert np.hypot(*(state.estimate - [80, 60])) < 3.0
+    assert folded is not None
+    assert np.array_equal(folded.state.particles.states, state.particles.states)
+
+
+def test_each_likelihood_has_a_compiled_loop_of_its_own() -> None:
+    """A second likelihood neither replaces the first one's loop nor shares its place in the cache on disk."""
+    program = (
+        "from pftrack.experiments.ball.trackers.likelihood import CHROMATICITY as first;"
+        "from tests.experiments.ball.test_ball_likelihood import TRACKERS;"
+        "second = TRACKERS['apf'].step.args[0];"
+        "print(len({first.loop.__qualname__, second.loop.__qualname__, first.loop is second.loop}))"
+    )
+    root = Path(__file__).parents[3]
+    result = subprocess.run(
+        [sys.executable, "-c", program], env=environment(), cwd=root, capture_output=True, text=True, check=False
+    )
+    assert result.stdout.strip() == "3", result.stderr

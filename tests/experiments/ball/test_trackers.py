@@ -1,0 +1,125 @@
+"""Trackers of a ball: what must be the same is the same, to the bit."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from pftrack.experiments import find
+from pftrack.experiments.ball.trackers.parameters import MODELLED
+from pftrack.runs.run import Change, Run
+
+BALL = find("ball")
+
+
+def sha(tracker: str, **parameters: object) -> str:
+    run = Run(BALL, BALL.simulate(), tracker=tracker, seed=5, frames=60, timeline=(Change(0, parameters),))
+    run.finish()
+    return run.estimates_sha256
+
+
+@pytest.mark.parametrize("rule", ["sharpened", "corrected", "balanced"])
+@pytest.mark.parametrize("resampling", ["systematic", "residual"])
+def test_switching_filters_at_their_limits(rule: str, resampling: str) -> None:
+    """With thresholds out of reach they are Condensation, with thresholds of zero the auxiliary filter."""
+    same = {"apf_weights": rule, "resampling": resampling}
+    condensation, auxiliary = sha("condensation", **same), sha("apf", **same)
+    assert condensation != auxiliary
+    assert sha("h-spf", gamma_px=1000, **same) == condensation
+    assert sha("h-spf", gamma_px=0, **same) == auxiliary
+    assert sha("s-spf", gamma_min_px=999, gamma_max_px=1000, **same) == condensation
+    assert sha("s-spf", gamma_min_px=0, gamma_max_px=0, **same) == auxiliary
+
+
+def test_process_noise_control_without_a_difference() -> None:
+    """With both process noises equal it is Condensation."""
+    assert sha("pc-pf", large_process_noise_px=3) == sha("condensation")
+
+
+def test_start_is_the_truth() -> None:
+    """At frame 0 the estimate is the true position and sigma the initial spread, for every tracker."""
+    for tracker in BALL.trackers:
+        row = Run(BALL, BALL.simulate(), tracker=tracker, seed=5, frames=2).diagnostics[0]
+        assert row.estimate == (60.0, 120.0)
+        assert row.sigma == pytest.approx((1.0, 1.0))
+        assert row.error == 0
+
+
+def test_switch_follows_the_last_sigma() -> None:
+    """h-SPF draws by observation exactly in the frames after one whose sigma exceeds gamma on any axis."""
+    run = Run(BALL, BALL.simulate(), tracker="h-spf", seed=5, frames=60)
+    run.finish()
+    rows = run.diagnostics
+    assert {row.vector("samples") for row in rows[1:]} == {(800.0, 0.0), (0.0, 800.0)}
+    for before, row in pairwise(rows):
+        assert (row.vector("samples") == (0.0, 800.0)) == (max(before.sigma) > 5)
+    changed = [row.frame for before, row in pairwise(rows[1:]) if before.vector("samples") != row.vector("samples")]
+    assert [row.frame for row in rows[2:] if row.number("switched")] == changed
+
+
+def test_soft_switch_draws_a_share() -> None:
+    """s-SPF draws the share that eqs. 3.6 and 3.7 say."""
+    run = Run(BALL, BALL.simulate(), tracker="s-spf", seed=5, frames=60)
+    run.finish()
+    for before, row in pairwise(run.diagnostics):
+        expected = round(800 * min(max((max(before.sigma) - 4) / 16, 0), 1))
+        assert row.vector("samples") == (800 - expected, expected)
+    assert any(0 not in (row.vector("samples") or ()) for row in run.diagnostics)
+
+
+@pytest.mark.parametrize("tracker", MODELLED)
+def test_learning_goes_with_every_tracker(tracker: str) -> None:
+    """Those with a motion model learn that of a ball in plain sight; its period is within two frames of the truth."""
+    from pftrack.filters.learning import online_em
+
+    plain = {"occlusion_width_px": 0, "distracter_radius_px": 0, "amplitude_px": 40, "learn_dynamics": True}
+    run = Run(BALL, BALL.simulate(), tracker=tracker, seed=5, frames=240, timeline=(Change(0, plain),))
+    learner = run.finish().state.learner
+    assert online_em.period_frames(online_em.dynamics(learner, np.zeros((2, 2)))) == pytest.approx(30, abs=2)
+
+
+def test_learning_can_be_switched_on_and_off() -> None:
+    """Switched on in mid-run it begins there, switched off it is forgotten."""
+    timeline = (Change(10, {"learn_dynamics": True}), Change(40, {"learn_dynamics": False}))
+    run = Run(BALL, BALL.simulate(), tracker="h-spf", seed=5, frames=60, timeline=timeline)
+    learners = [step.state.learner for step in run]
+    assert [learner is not None for learner in learners] == [10 <= frame < 40 for frame in range(60)]
+    assert learners[39].frames == 30
+
+
+def test_smoothing_recalls_the_path() -> None:
+    """The lineage reaches back as many frames as asked, and no further than the start of the smoothing."""
+    run = Run(
+        BALL, BALL.simulate(), tracker="h-spf", seed=5, frames=30, timeline=(Change(5, {"smoothing_lag_frames": 6}),)
+    )
+    lengths = [0 if step.state.lineage is None else len(step.state.lineage.paths) for step in run]
+    assert lengths == [0] * 5 + [2, 3, 4, 5, 6] + [7] * 20
+
+
+@pytest.mark.parametrize("tracker", BALL.trackers)
+def test_extreme_parameters_do_no_harm(tracker: str) -> None:
+    """One particle, no background level, a picture without the colour: a finite estimate each time."""
+    for parameters in (
+        {"sample_count": 1},
+        {"background_level": 0.0, "occlusion_width_px": 640},
+        {"background_level": 0.0, "ball_colour": "#000000", "background_colour": "#000000"},
+        {"process_noise_px": 200, "initial_sd_px": 200, "gamma_px": 0},
+        {"ball_radius_px": 60, "image_noise_sd": 100, "red_spread": 0.001},
+        {"resampling_threshold": 0.0, "background_level": 0.0},
+    ):
+        run = Run(BALL, BALL.simulate(), tracker=tracker, seed=5, frames=12, timeline=(Change(0, parameters),))
+        run.finish()
+        assert np.isfinite([row.estimate for row in run.diagnostics]).all()
+        assert np.isfinite([row.sigma for row in run.diagnostics]).all()
+
+
+def test_a_model_that_knows_the_swing_keeps_what_a_straight_line_loses() -> None:
+    """With the true period assumed, prediction alone survives a pillar behind which constant velocity is lost."""
+    lost = {}
+    for period in (0, 30):
+        values = {"occlusion_width_px": 40, "distracter_radius_px": 0, "assumed_period_frames": period}
+        run = Run(BALL, BALL.simulate(), tracker="condensation", seed=1, frames=61, timeline=(Change(0, values),))
+        run.finish()
+        lost[period] = run.summary().verdict.lost_frames
+    assert lost[30] == 0
+    assert lost[0] > 15

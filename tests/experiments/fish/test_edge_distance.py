@@ -1,0 +1,140 @@
+"""The distance of a bending body's outline from edges, looked up and by brute force."""
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pftrack.experiments.fish.scene.edge_distance import (
+    CAP_PX,
+    Foreground,
+    edges_of,
+    largest_distances,
+    log_likelihoods,
+)
+from pftrack.experiments.fish.shape import GOLDFISH, FishShape, body_points, model_points, tail_corners
+
+ORANGE, WATER = (235, 105, 40), (110, 130, 150)
+COLOUR = Foreground("colour", 3, 22, 110, 110, 20, 15)
+SMALL = FishShape(20.0, 8.0, 20.0)
+
+
+def picture(pose: NDArray[np.float64], shape: FishShape = SMALL, colour: tuple[int, int, int] = ORANGE) -> NDArray:
+    image = np.full((120, 160, 3), WATER, np.uint8)
+    for corners in (body_points(pose, shape, 60), tail_corners(pose, shape)):
+        cv2.fillPoly(image, [np.rint(corners).astype(np.int32)], colour)
+    return image
+
+
+def poses(count: int, around: NDArray[np.float64], spread: float) -> NDArray[np.float64]:
+    rng = np.random.default_rng(1)
+    return around + rng.normal(size=(count, 4)) * np.array([spread, spread, 0.02 * spread, 0.02 * spread])
+
+
+def test_look_ups_are_the_distances_by_brute_force() -> None:
+    """The largest distance is that of the farthest point from the nearest edge pixel, to a quarter of a pixel."""
+    pose = np.array([70.0, 60.0, 0.5, 0.4])
+    seen = edges_of(picture(pose), COLOUR)
+    rows, columns = np.nonzero(seen.edges)
+    assert len(rows) > 50
+    many = poses(60, pose, 25.0)
+    found = largest_distances(seen.distances, many, SMALL) / 4.0
+    for one, distance in zip(many, found, strict=True):
+        at = np.floor(model_points(one, SMALL) + 0.5)
+        away = np.hypot(at[:, :1] - columns, at[:, 1:] - rows).min(axis=1)
+        inside = (at >= 0).all(axis=1) & (at[:, 0] < 160) & (at[:, 1] < 120)
+        expected = np.where(inside, np.minimum(away, CAP_PX), CAP_PX).max()
+        assert distance == pytest.approx(expected, abs=0.126)
+
+
+def test_the_true_pose_fits_best() -> None:
+    """Among many poses around it none is nearer to all edges than the true one, but for half the tail's width."""
+    pose = np.array([70.0, 60.0, -0.5, 0.6])
+    seen = edges_of(picture(pose), COLOUR)
+    found = largest_distances(seen.distances, np.vstack([pose, poses(300, pose, 12.0)]), SMALL) / 4.0
+    assert found[0] <= 3.0
+    assert found[0] <= found.min() + 1.0
+
+
+def test_a_whole_turn_changes_nothing() -> None:
+    """Angles count modulo a whole turn."""
+    pose = np.array([70.0, 60.0, 0.5, 0.4])
+    seen = edges_of(picture(pose), COLOUR)
+    many = poses(50, pose, 10.0)
+    turned = many + np.array([0.0, 0.0, 2.0 * np.pi, 0.0])
+    assert (largest_distances(seen.distances, many, SMALL) == largest_distances(seen.distances, turned, SMALL)).all()
+
+
+def test_velocities_between_place_and_angles_are_passed_over() -> None:
+    """States may carry other numbers between the place and the two angles."""
+    pose = np.array([70.0, 60.0, 0.5, 0.4])
+    seen = edges_of(picture(pose), COLOUR)
+    many = poses(20, pose, 10.0)
+    wide = np.insert(many, [2, 2], 7.0, axis=1)
+    assert (largest_distances(seen.distances, many, SMALL) == largest_distances(seen.distances, wide, SMALL)).all()
+
+
+def test_the_likelihood_is_of_the_largest_distance_and_limits_the_bend() -> None:
+    """Eq. 7: -d^2 / sigma_d; a bend beyond a right angle is impossible unless the limit is off."""
+    largest = np.array([0, 4, 40], np.uint8)
+    states = np.zeros((3, 4))
+    states[2, 3] = 1.6
+    assert log_likelihoods(largest, states, 25.0, True).tolist() == [0.0, -1 / 25, -np.inf]
+    assert log_likelihoods(largest, states, 25.0, False).tolist() == [0.0, -1 / 25, -4.0]
+
+
+@pytest.mark.parametrize("wild", [1e6, -1e6, 1e300, -1e300, 1e18])
+def test_what_is_far_outside_has_the_cap(wild: float) -> None:
+    """A hypothesis anywhere outside the picture, however far, is at the largest distance."""
+    seen = edges_of(picture(np.array([70.0, 60.0, 0.5, 0.4])), COLOUR)
+    assert largest_distances(seen.distances, np.array([[wild, 60.0, 0.0, 0.0]]), SMALL)[0] == 4 * CAP_PX
+
+
+def test_a_picture_without_the_colour_is_far_from_everything() -> None:
+    """Without any edge all distances are the cap."""
+    seen = edges_of(np.full((40, 50, 3), WATER, np.uint8), COLOUR)
+    assert not seen.edges.any()
+    assert (seen.distances == 4 * CAP_PX).all()
+    assert seen.distances.shape == (42, 52)
+
+
+@pytest.mark.parametrize(("told", "colour"), [("dark", (60, 75, 90)), ("light", (190, 210, 230))])
+def test_a_body_is_told_by_its_brightness(told: str, colour: tuple[int, int, int]) -> None:
+    """A body without a colour of its own is told by being darker or lighter than what is around it."""
+    pose = np.array([70.0, 60.0, 0.5, 0.4])
+    shape = FishShape(8.0, 3.0, 8.0)
+    foreground = Foreground(told, 0, 0, 0, 0, 20, 15)  # type: ignore[arg-type] # one of its values
+    seen = edges_of(picture(pose, shape, colour), foreground)
+    assert seen.mask[60, 70] == 255
+    assert seen.mask[10, 10] == 0
+    assert not edges_of(picture(pose, shape, WATER), foreground).edges.any()
+
+
+def test_a_range_of_hues_may_go_through_red() -> None:
+    """With the lower bound above the upper one the range is what is outside of them."""
+    pose = np.array([70.0, 60.0, 0.5, 0.4])
+    red = picture(pose, colour=(230, 40, 60))  # hue 177
+    assert edges_of(red, COLOUR._replace(hue_low=170, hue_high=5)).mask[60, 70] == 255
+    assert edges_of(red, COLOUR).mask[60, 70] == 0
+
+
+def test_goldfish_fit_their_own_outline() -> None:
+    """With the sizes of the tank too."""
+    pose = np.array([80.0, 60.0, 0.2, -0.3])
+    seen = edges_of(picture(pose, GOLDFISH), COLOUR)
+    assert largest_distances(seen.distances, pose[None], GOLDFISH)[0] <= 4 * 5
+
+
+def test_a_picture_that_stays_is_looked_at_once() -> None:
+    """Edges of a read-only picture are kept while it lasts; of one that may be written they are looked for again."""
+    image = picture(np.array([70.0, 60.0, 0.5, 0.4]))
+    first = edges_of(image, COLOUR)
+    image[:] = WATER
+    assert not edges_of(image, COLOUR).edges.any()
+    assert first.edges.any()
+    image.flags.writeable = False
+    assert edges_of(image, COLOUR) is edges_of(image, COLOUR)
+    assert edges_of(image, COLOUR._replace(value=200)) is not edges_of(image, COLOUR)
+    same = image.copy()
+    same.flags.writeable = False
+    assert edges_of(same, COLOUR) is not edges_of(image, COLOUR)

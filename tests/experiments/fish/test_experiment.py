@@ -1,0 +1,214 @@
+"""The experiment on a fish: recordings, what counts as lost, and the worlds of what was learned."""
+
+from collections.abc import Iterator
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pftrack.core.model.drawing import Polyline
+from pftrack.core.model.frame import Frame, Target
+from pftrack.core.model.marks import Box, Mark
+from pftrack.core.model.parameters import ParameterError, revise
+from pftrack.core.model.sequence import FrameSequence
+from pftrack.experiments import find
+from pftrack.experiments.experiment import Setup
+from pftrack.experiments.fish.recording import FishBody, _appearance
+from pftrack.experiments.fish.scene import FishTarget
+from pftrack.experiments.fish.shape import FishShape, body_points, tail_corners, tail_line
+from pftrack.experiments.fish.trackers.learned import GUIDANCE
+from pftrack.experiments.fish.trackers.step import begin_at
+from pftrack.runs.run import Change, Run
+from pftrack.sources.sequence import open_sequence
+from pftrack.sources.truth import TruthTable
+from pftrack.vision.rendering.film import FilmWriter
+
+FISH = find("fish")
+SHAPE = FishShape(24.0, 10.0, 28.0)
+WATER, ORANGE, DARK = (110, 125, 140), (235, 105, 40), (60, 68, 75)
+FRAMES = 8
+
+
+def pose(frame: int) -> NDArray[np.float64]:
+    return np.array([100.0 + 2.5 * frame, 90.0, 0.1 + 0.02 * frame, 0.3])
+
+
+def film(path: Path, colour: tuple[int, int, int]) -> FrameSequence:
+    with FilmWriter(path, 15.0) as writer:
+        for frame in range(FRAMES):
+            picture = np.full((180, 240, 3), WATER, np.uint8)
+            for corners in (body_points(pose(frame), SHAPE, 60), tail_corners(pose(frame), SHAPE)):
+                cv2.fillPoly(picture, [np.rint(corners).astype(np.int32)], colour)
+            writer.write(picture)
+    return open_sequence(path)
+
+
+@pytest.fixture(scope="module")
+def films(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, FrameSequence]]:
+    folder = tmp_path_factory.mktemp("films")
+    opened = {name: film(folder / f"{name}.mp4", colour) for name, colour in (("orange", ORANGE), ("dark", DARK))}
+    yield opened
+    for sequence in opened.values():
+        sequence.close()
+
+
+def mark(**changes: object) -> Mark:
+    target = FishTarget.of(pose(0), SHAPE, np.zeros(2))
+    made = FISH.marks[0].of_target(target)
+    assert made is not None
+    return FISH.mark({**made.model_dump(mode="json"), **changes})
+
+
+def wired(sequence: FrameSequence, truth: TruthTable | None = None) -> Setup:
+    assert FISH.on_video is not None
+    return FISH.on_video(sequence, mark(), truth=truth)
+
+
+@pytest.mark.parametrize(("name", "told"), [("orange", "colour"), ("dark", "dark")])
+def test_a_recording_is_followed_by_colour_or_by_darkness(
+    films: dict[str, FrameSequence], name: str, told: str
+) -> None:
+    """The mark gives shape and scale; a colourful fish is told by its hues, another by being darker than the water."""
+    setup = wired(films[name])
+    parameters = setup.parameters
+    assert parameters.foreground == told
+    assert parameters.half_length_px == pytest.approx(24.0)
+    assert parameters.tail_length_px == pytest.approx(28.0)
+    assert parameters.sigma_d_px2 == pytest.approx(25.0 * 0.36)
+    run = Run(FISH, setup, tracker="guided", seed=0)
+    step = run.finish()
+    assert np.hypot(*(step.state.estimate - pose(FRAMES - 1)[:2])) < 5.0
+
+
+def test_a_form_says_whether_the_fish_stands_out(films: dict[str, FrameSequence]) -> None:
+    """The fish itself is well suited; with thresholds that nothing meets it is not at all, and it is said why."""
+    setup = wired(films["orange"])
+    assert FISH.suits is not None
+    assert setup.footage is not None
+    good = FISH.suits(films["orange"], setup.footage, setup.parameters)
+    assert good.grade == "well"
+    assert not good.advice
+    nothing = revise(setup.parameters, {"lowest_hue": 90, "highest_hue": 91})
+    bad = FISH.suits(films["orange"], setup.footage, nothing)
+    assert bad.grade == "not at all"
+    assert "0 % of the body is told from the water by its colour" in bad.remark
+    assert bad.remark.endswith("the outline is partly 63 px or more from any edge")
+    assert bad.advice[0].startswith("widen the range of hues")
+
+
+def test_no_other_mark_is_taken(films: dict[str, FrameSequence]) -> None:
+    """A box has neither head nor tail."""
+    assert FISH.on_video is not None
+    for other in (None, Box.of(10, 10, 40, 20)):
+        with pytest.raises(ParameterError, match="mark must be a body: head, root and tip of the tail"):
+            FISH.on_video(films["orange"], other)
+
+
+def test_a_fish_of_most_of_the_picture_is_taken(tmp_path: Path) -> None:
+    """The tolerance of edges grows with the fish as far as it can be set."""
+    with FilmWriter(tmp_path / "large.mp4", 15.0) as writer:
+        writer.write(np.full((80, 400, 3), WATER, np.uint8))
+    assert FISH.on_video is not None
+    with closing(open_sequence(tmp_path / "large.mp4")) as sequence:
+        large = mark(head=[390.0, 40.0], root=[10.0, 40.0], tip=[1.0, 40.0])
+        assert FISH.on_video(sequence, large).parameters.sigma_d_px2 == 400.0
+
+
+def test_a_bend_is_off_by_half_a_turn_at_most() -> None:
+    """A bend that is not limited may go round: what counts is how far apart the two tails are."""
+    assert FISH.measure is not None
+    target = FishTarget.of(np.array([100.0, 100.0, 0.0, 0.5]), FishShape(40.0, 10.0, 40.0), np.zeros(2))
+    state = replace(begin_at(target, 10), mean=np.array([100.0, 100.0, 0.0, 0.0, 0.0, 0.5 - np.deg2rad(233.0)]))
+    measured = FISH.measure(Frame(0, 0.0, target=target), state)
+    assert measured["bend_error"] == pytest.approx(127.0)
+
+
+def test_the_true_heading_is_beside_the_estimated_one() -> None:
+    """A heading of 179 degrees is 3 from one of -178, in the plot as well, which has both in one band."""
+    assert FISH.measure is not None
+    target = FishTarget.of(np.array([100.0, 100.0, np.deg2rad(179.0), 0.0]), FishShape(40.0, 10.0, 40.0), np.zeros(2))
+    state = replace(begin_at(target, 10), mean=np.array([100.0, 100.0, 0.0, 0.0, np.deg2rad(-178.0), 0.0]))
+    measured = FISH.measure(Frame(0, 0.0, target=target), state)
+    assert measured["heading_error"] == pytest.approx(3.0)
+    assert measured["true_heading"] == pytest.approx(-181.0)
+
+
+def test_lost_is_outside_the_silhouette_or_outside_the_box() -> None:
+    """A point beside the body within its box is lost where the silhouette is known; else the box decides."""
+
+    def missed(place: tuple[float, float], target: Target) -> bool | None:
+        assert FISH.missed is not None
+        return FISH.missed(replace(state, mean=np.array([*place, 0.0, 0.0, 0.0, 0.0])), target)
+
+    fish = FishTarget.of(np.array([100.0, 100.0, np.pi / 4, 0.0]), FishShape(40.0, 10.0, 40.0), np.zeros(2))
+    state, beside = begin_at(fish, 1), (120.0, 80.0)
+    assert missed(beside, fish)
+    assert missed((109.0, 91.0), fish)  # within a goldfish of 15 px half width, beside this one
+    assert not missed((120.0, 120.0), fish)
+    box = Target(fish.position, fish.size, extent=fish.extent)
+    assert not missed(beside, box)
+    assert missed((140.0, 100.0), box)
+    assert missed((np.nan, 100.0), box)
+    assert not missed((140.0, 100.0), Target(fish.position))
+
+
+def test_the_verdict_is_by_the_silhouette(films: dict[str, FrameSequence]) -> None:
+    """In the tank one frame outside the fish is no success; on a recording a quarter of the frames may miss the box."""
+    run = Run(
+        FISH, FISH.simulate(), tracker="guided", frames=4, timeline=(Change(0, {"highest_hue": 3, "value_low": 255}),)
+    )
+    run.finish()
+    rows = run.diagnostics
+    targets = [run.source.frame(row.frame, run.timeline.history).target for row in rows]
+    assert [row.lost for row in rows] == [
+        not target.holds(np.array(row.estimate)) for row, target in zip(rows, targets, strict=True)
+    ]
+    boxes = {frame: (*(pose(frame)[:2] - 20), 41.0, 41.0) for frame in range(FRAMES)}
+    recorded = Run(FISH, wired(films["orange"], TruthTable(boxes)), tracker="guided")
+    recorded.finish()
+    summary = recorded.summary()
+    assert summary.verdict.success
+    assert summary.verdict.lost_frames == 0
+    assert summary.measures["inside_share"] == 1.0
+
+
+def drawn(**values: object) -> dict[str, object]:
+    run = Run(FISH, FISH.simulate(), frames=3, timeline=(Change(0, {"mode_sways": False, **values}),))
+    return dict(FISH.draw(run.finish(), run.diagnostics).worlds[0].primitives)
+
+
+@pytest.mark.parametrize("mode", [1, 2, 3, 4])
+def test_the_ghost_moves_along_the_mode(mode: int) -> None:
+    """Its tail is that of a fish at rest, head upwards, after so many deviations along the eigenvector."""
+    along = 1.5
+    diffusion = GUIDANCE.parse("").diffusion("document")
+    change = along * np.sqrt(diffusion.eigenvalues[mode - 1]) * diffusion.modes[:, mode - 1]
+    theta = -np.pi / 2 + change[2]
+    place = np.array([[np.cos(theta), -np.sin(theta)], [np.sin(theta), np.cos(theta)]]) @ change[:2]
+    tail = drawn(shown_mode=mode, along_mode=along)["ghost tail"]
+    assert isinstance(tail, Polyline)
+    expected = tail_line(np.array([*place, theta, change[3]]), FishShape(40.0, 15.0, 40.0))
+    assert tail.positions[:, :2] == pytest.approx(expected, abs=1e-4)
+
+
+def test_what_a_mode_does_is_written_beside_it() -> None:
+    """The stroke turns one way and bends the other; the first mode goes ahead."""
+    assert drawn(shown_mode=3, along_mode=1)["label"].text == "turn -8°, bend +11°"
+    assert drawn(shown_mode=1, along_mode=2)["label"].text == "+8 px ahead"
+
+
+def test_the_ghost_can_be_dragged_before_anything_is_played() -> None:
+    """It sways from where it is dragged to: in frame 0 it is there."""
+    run = Run(FISH, FISH.simulate(), frames=2, timeline=(Change(0, {"shown_mode": 3, "along_mode": 1}),))
+    assert dict(FISH.draw(run.current, run.diagnostics).worlds[0].primitives)["label"].text == "turn -8°, bend +11°"
+
+
+def test_a_fish_that_fills_the_picture_is_told_by_its_colour() -> None:
+    """Where nothing is around it, nothing around it is alike."""
+    image = np.full((20, 40, 3), (235, 105, 40), np.uint8)
+    fish = FishBody(head=(39.0, 10.0), root=(0.0, 10.0), tip=(0.0, 10.0), half_width=20.0)
+    assert _appearance(image, fish.target)["foreground"] == "colour"

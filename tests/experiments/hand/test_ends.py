@@ -1,0 +1,66 @@
+"""Fingers whose tips are hidden: a protrusion may end at any joint (Shimada 1997, section 2.6.3)."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pftrack.experiments.hand.detection.protrusions import features_in
+from pftrack.experiments.hand.detection.silhouette import Finding, Silhouette
+from pftrack.experiments.hand.shape import MODEL, joints, open_pose, silhouette
+from pftrack.experiments.hand.trackers.likelihood import PictureTables, finger_fit
+from pftrack.experiments.hand.trackers.parameters import HandTrackerParameters
+from pftrack.experiments.hand.trackers.picture_tables import tables_of
+from pftrack.experiments.hand.trackers.settings import Task, settings
+
+SCALE, SIDE = 52.0, 200
+INDEX, TIP = 1, 3
+NO_MOVES, NO_IDEALS = np.empty((0, 4, 2)), np.empty(0)
+
+
+def half_hidden() -> NDArray[np.float64]:
+    """Return a pose whose index finger is bent back from its middle joint, which is all that is seen of it."""
+    pose = open_pose((100.0, 137.0))
+    pose[10:13] = 0.3, 1.75, 1.0
+    return pose
+
+
+def seen_of(pose: NDArray[np.float64]) -> PictureTables:
+    mask = silhouette(pose, SCALE, MODEL, (SIDE, SIDE))
+    found = features_in(Silhouette(mask, 1, Finding.CLEAR))
+    return tables_of(mask, [each.axis for each in found.protrusions])
+
+
+def test_a_finger_of_which_the_middle_joint_is_seen_fits_its_protrusion() -> None:
+    """With all joints as ends it pays the price of a hidden tip and little more; with the last one it is far off."""
+    pose, task = half_hidden(), Task(SCALE, MODEL, settings(HandTrackerParameters(), SCALE))
+    seen, places = seen_of(pose), joints(pose, SCALE, MODEL)[INDEX]
+    assert len(seen.lengths) == 5
+    ends = seen.axes[:, 0]
+    nearest = int(np.argmin(np.hypot(*(ends - places[1, :2]).T)))
+    assert np.hypot(*(ends[nearest] - places[1, :2])) < 3.0
+    assert np.hypot(*(ends[nearest] - places[TIP, :2])) > 10.0
+    fits = {
+        lowest: finger_fit(
+            places,
+            NO_MOVES,
+            NO_IDEALS,
+            MODEL.radii[INDEX],
+            nearest,
+            seen,
+            task._replace(settings=task.settings._replace(lowest_end=lowest)),
+            -np.inf,
+        )
+        for lowest in (1, 2, TIP)
+    }
+    price = task.settings.joint_cost
+    assert fits[1] == pytest.approx(-price, abs=0.8)
+    assert fits[1] > fits[2] + 1.0 > fits[TIP]
+
+
+def test_ends_at_joints_are_tried_by_default() -> None:
+    """All but the root, from which no axis is left; the simplification has the tip and the last joint."""
+    lowest = [
+        settings(HandTrackerParameters(scoring=one), SCALE).lowest_end for one in ("points", "cells", "reference")
+    ]
+    assert lowest == [1, 1, 2]
+    assert settings(HandTrackerParameters(), SCALE).lowest_end == 1

@@ -1,0 +1,199 @@
+"""A hand of sixteen parts and its silhouette."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from pftrack.core.geometry.polygons import fill
+from pftrack.experiments.hand.shape import (
+    HIGH,
+    LOW,
+    MODEL,
+    HandShape,
+    arm_corners,
+    capsule,
+    joints,
+    open_pose,
+    palm_points,
+    parts,
+    silhouette,
+)
+
+Numbers = NDArray[np.float64]
+SCALE = 52.0
+WRIST = np.array([100.0, 137.0])
+
+
+def any_pose(number: int) -> Numbers:
+    generator = np.random.default_rng(number)
+    low, high = np.maximum(LOW, -np.pi), np.minimum(HIGH, np.pi)
+    pose: Numbers = generator.uniform(low, high)
+    pose[:2] = WRIST
+    return pose
+
+
+def turns(pose: Numbers) -> Numbers:
+    """R = Rz(a) Ry(b) Rx(c), for y up."""
+    a, b, c = pose[2:5]
+    about_z = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
+    about_y = np.array([[np.cos(b), 0, np.sin(b)], [0, 1, 0], [-np.sin(b), 0, np.cos(b)]])
+    about_x = np.array([[1, 0, 0], [0, np.cos(c), -np.sin(c)], [0, np.sin(c), np.cos(c)]])
+    return np.asarray(about_z @ about_y @ about_x)
+
+
+def seen(pose: Numbers, points: Numbers) -> Numbers:
+    """Points of the hand's frame, palm axes, in the picture."""
+    turned = SCALE * points @ turns(pose).T
+    return turned * [1, -1, 1] + [*pose[:2], 0]
+
+
+def by_hand(pose: Numbers, shape: HandShape) -> Numbers:
+    """The equations of docs/methods/hands.md, one by one."""
+    places = np.empty((5, 4, 3))
+    for finger in range(5):
+        spread, *flexions = pose[5 + 4 * finger : 9 + 4 * finger]
+        direction = shape.rest[finger] + spread
+        places[finger, 0] = shape.roots[finger]
+        for j in (1, 2, 3):
+            bend = sum(flexions[:j])
+            tilt = bend
+            if finger == 0:
+                turned, tilt = direction + 0.7 * bend, 0.5 * bend
+            else:
+                turned = direction
+            way = np.array([-np.sin(turned) * np.cos(tilt), np.cos(turned) * np.cos(tilt), np.sin(tilt)])
+            places[finger, j] = places[finger, j - 1] + shape.phalanges[finger, j - 1] * way
+    return seen(pose, places.reshape(-1, 3)).reshape(5, 4, 3)
+
+
+def area(corners: Numbers) -> float:
+    x, y = corners.T
+    return abs(float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))) / 2
+
+
+@pytest.mark.parametrize("number", range(6))
+def test_joints_are_those_of_the_equations(number: int) -> None:
+    """Compiled and written out, they are the same."""
+    pose = any_pose(number)
+    assert joints(pose, SCALE, MODEL) == pytest.approx(by_hand(pose, MODEL), abs=1e-9)
+
+
+def test_the_open_hand_stands_upright_with_the_thumb_on_the_right() -> None:
+    """Fingers are above the wrist in the picture; the knuckles' middle is about one palm axis up."""
+    places = joints(open_pose(WRIST), SCALE, MODEL)
+    assert (places[:, 3, 1] < WRIST[1] - SCALE / 2).all()
+    assert places[0, 3, 0] > WRIST[0] + SCALE / 2
+    assert (np.diff(places[:, 3, 0]) < 0).all()
+    assert places[1:, 0, :2].mean(axis=0) == pytest.approx(WRIST - [0, SCALE], abs=0.03 * SCALE)
+
+
+def test_fingers_bend_towards_the_camera() -> None:
+    """A finger bent by a right angle ends half a palm axis above the palm."""
+    pose = open_pose(WRIST)
+    pose[6] = np.pi / 2
+    pose[10] = np.pi / 2
+    places = joints(pose, SCALE, MODEL)
+    assert places[1, 3, 2] == pytest.approx(SCALE * MODEL.phalanges[1].sum())
+    assert places[1, 3, :2] == pytest.approx(places[1, 0, :2], abs=1e-9)
+    assert places[0, 3, 2] > 0.3 * SCALE
+
+
+def test_the_signs_of_the_palms_angles() -> None:
+    """Seen on the screen a turns counter-clockwise, b tilts the thumb's side away, c brings fingers near."""
+    pose = open_pose(WRIST)
+    for index in (2, 3, 4):
+        tilted = pose.copy()
+        tilted[index] = 0.3
+        places = joints(tilted, SCALE, MODEL)
+        if index == 2:
+            assert (places[1:, 0, 0] < joints(pose, SCALE, MODEL)[1:, 0, 0]).all()
+        else:
+            assert np.sign(places[1, 0, 2]) == (-1 if index == 3 else 1)
+
+
+@pytest.mark.parametrize("number", range(3))
+def test_the_other_side_is_the_mirror_image(number: int) -> None:
+    """A shape with side -1 and the turns a and b the other way round is the mirror image of the hand."""
+    pose = any_pose(number)
+    other = pose * np.array([1, 1, -1, -1] + 21 * [1])
+    mirrored = joints(other, SCALE, MODEL.with_changes(side=-1.0))
+    expected = joints(pose, SCALE, MODEL)
+    expected[..., 0] = 2 * WRIST[0] - expected[..., 0]
+    assert mirrored == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize("number", range(3))
+def test_palm_and_arm_lie_where_the_table_says(number: int) -> None:
+    """The plate has two sides; the arm turns with a alone."""
+    pose = any_pose(number)
+    plate = [[x, y, z] for z in (MODEL.thickness, -MODEL.thickness) for x, y in MODEL.outline]
+    assert palm_points(pose, SCALE, MODEL) == pytest.approx(seen(pose, np.array(plate))[:, :2], abs=1e-9)
+    flat = pose * np.array([1, 1, 1, 0, 0] + 20 * [1])
+    width, length = MODEL.arm
+    board = np.array([[-width, 0, 0], [width, 0, 0], [width, -length, 0], [-width, -length, 0]])
+    assert arm_corners(pose, SCALE, MODEL) == pytest.approx(seen(flat, board)[:, :2], abs=1e-9)
+
+
+@settings(max_examples=60)
+@given(st.floats(-30, 30), st.floats(-30, 30), st.floats(0.5, 12), st.floats(0.5, 12))
+def test_a_capsule_is_convex_and_has_nearly_the_area_of_two_discs_hull(
+    x: float, y: float, first: float, second: float
+) -> None:
+    """All corners lie on the discs, none turns inwards, and 97 % of the exact area is within."""
+    corners = capsule(np.zeros(2), first, np.array([x, y]), second)
+    assert 16 <= len(corners) <= 24
+    edges = np.roll(corners, -1, axis=0) - corners
+    following = np.roll(edges, -1, axis=0)
+    assert (edges[:, 0] * following[:, 1] - edges[:, 1] * following[:, 0] >= -1e-7).all()
+    on_first = np.abs(np.hypot(*corners.T) - first)
+    assert np.minimum(on_first, np.abs(np.hypot(*(corners - [x, y]).T) - second)) == pytest.approx(0, abs=1e-9)
+    apart, more = np.hypot(x, y), abs(first - second)
+    exact = np.pi * max(first, second) ** 2
+    if apart > more:
+        half = np.arccos((first - second) / apart)
+        sides = (first + second) * np.sqrt(apart**2 - more**2)
+        exact = sides + first**2 * (np.pi - half) + second**2 * half
+    assert 0.96 * exact <= area(corners) <= exact + 1e-9
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_the_rendered_area_of_each_part_is_that_of_its_polygon(number: int) -> None:
+    """Pixels whose centres are inside count the area, but for what the edge cuts; at ten times the size within 1 %."""
+    pose = any_pose(number)
+    pose[:2] = 700.0
+    corners, counts = parts(pose, 10 * SCALE, MODEL)
+    for part in range(1, 17):
+        polygon = corners[part, : counts[part]]
+        rendered = fill(corners[part : part + 1], counts[part : part + 1], 2600, 2600).sum()
+        inside = (polygon >= 0).all() and (polygon <= 2599).all()
+        assert not inside or rendered == pytest.approx(area(polygon), rel=0.01)
+
+
+def test_the_silhouette_is_the_union_of_the_parts() -> None:
+    """Points on the axis of each phalanx, the wrist and the arm are within; what is beside the hand is not."""
+    pose = open_pose(WRIST)
+    picture = silhouette(pose, SCALE, MODEL, (200, 200))
+    assert picture.shape == (200, 200)
+    places = np.rint(joints(pose, SCALE, MODEL)[..., :2]).astype(int)
+    assert picture[places[..., 1], places[..., 0]].all()
+    assert picture[137, 100]
+    assert picture[199, 100]
+    assert not picture[[100, 100, 20], [40, 185, 140]].any()
+
+
+def test_a_hand_outside_the_picture_leaves_it_empty() -> None:
+    """Nothing is drawn of it, wherever it is."""
+    for wrist in ((-900.0, 100.0), (100.0, 5000.0), (900.0, -900.0)):
+        assert not silhouette(open_pose(wrist), SCALE, MODEL, (200, 150)).any()
+
+
+def test_shapes_are_made_of_any_numbers_and_cannot_be_changed() -> None:
+    """A person's shape is made of the model's by naming what is other."""
+    person = MODEL.with_changes(phalanges=1.1 * MODEL.phalanges, thickness=0.1)
+    assert person.phalanges == pytest.approx(1.1 * MODEL.phalanges)
+    assert person.thickness == 0.1
+    assert person.rest is not MODEL.rest
+    with pytest.raises(ValueError, match="read-only"):
+        person.radii[0, 0] = 1.0

@@ -1,0 +1,269 @@
+"""A hand on recordings: found or marked, and what cannot be a hand said in words."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import closing
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from pftrack.core.model.drawing import COLOURS
+from pftrack.core.model.finder import Sighting
+from pftrack.core.model.marks import Box
+from pftrack.core.model.parameters import ParameterError
+from pftrack.core.model.sequence import FrameSequence
+from pftrack.core.model.source import History
+from pftrack.experiments import find
+from pftrack.experiments.experiment import Setup
+from pftrack.experiments.hand.marks import HandTips
+from pftrack.experiments.hand.scene import HandSceneParameters, HandSource
+from pftrack.runs.run import Run
+from pftrack.sources.errors import SourceError
+from pftrack.sources.sequence import open_sequence
+from pftrack.vision.rendering.film import FilmWriter
+
+HAND = find("hand")
+FRAMES = 5
+CLIP = Path(__file__).parents[3] / ".." / "shared" / "data" / "hand_silhouette" / "img"
+
+
+def source(**scene: object) -> tuple[HandSource, History]:
+    parameters = HandSceneParameters(**{"motion": "occlusion", "speed": 1.5, **scene})
+    return HandSource(1, parameters), History(((0, parameters),))
+
+
+def pictures(**scene: object) -> list[np.ndarray]:
+    made, history = source(**scene)
+    return [np.array(made.frame(frame, history).image_rgb) for frame in range(FRAMES)]
+
+
+def film(path: Path, frames: Sequence[np.ndarray]) -> FrameSequence:
+    with FilmWriter(path, 10.0) as writer:
+        for picture in frames:
+            writer.write(picture)
+    return open_sequence(path)
+
+
+@pytest.fixture(scope="module")
+def clip(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FrameSequence]:
+    with closing(film(tmp_path_factory.mktemp("films") / "hand.mp4", pictures())) as opened:
+        yield opened
+
+
+def wired(sequence: FrameSequence, mark: HandTips | None = None, start: int = 0) -> Setup:
+    assert HAND.on_video is not None
+    return HAND.on_video(sequence, mark, start=start)
+
+
+def sightings(sequence: FrameSequence, frames: Sequence[int]) -> list[Sighting]:
+    assert HAND.finder is not None
+    return list(HAND.finder.search(sequence, frames))
+
+
+def test_an_open_hand_is_found_and_followed_with_nothing_marked(clip: FrameSequence) -> None:
+    """It begins where the fingers are, and the folding ones are followed; what was found is kept with the run."""
+    setup = wired(clip)
+    assert setup.footage is not None
+    run = Run(HAND, setup, seed=0)
+    step = run.finish()
+    assert len(run.diagnostics) == FRAMES
+    truth = source()[0].target(FRAMES - 1, HandSceneParameters(motion="occlusion", speed=1.5))
+    tips = step.state.estimate.reshape(5, 3)[:, :2]
+    assert np.hypot(*(tips - truth.tips).T).mean() < 0.2 * truth.scale
+    again = Run(HAND, wired(clip, HandTips.read(setup.footage.mark)), seed=0)
+    again.finish()
+    assert again.estimates_sha256 == run.estimates_sha256
+
+
+def test_a_single_picture_of_folded_fingers_is_proposed_to_a_person_and_not_begun_with(clip: FrameSequence) -> None:
+    """Where nobody confirms it, a guess is no start, though it is what a form shows of the same picture."""
+    [proposed] = sightings(clip, [FRAMES - 1])
+    assert proposed.mark is not None
+    assert proposed.placed
+    with pytest.raises(ValueError, match=r"hold up an open hand.*or mark the tips"):
+        wired(clip, start=FRAMES - 1)
+
+
+def test_a_form_says_how_well_the_hand_covers_what_is_seen(clip: FrameSequence) -> None:
+    """A found hand suits well; with a level that nothing exceeds it is said that nothing is seen."""
+    setup = wired(clip)
+    assert HAND.suits is not None
+    assert setup.footage is not None
+    good = HAND.suits(clip, setup.footage, setup.parameters)
+    assert good.grade == "well"
+    assert good.remark.startswith("5 fingers are seen")
+    dark = setup.parameters.model_copy(update={"brightness_level": 254})
+    bad = HAND.suits(clip, setup.footage, dark)
+    assert bad.grade == "not at all"
+    assert "nothing in the picture is classified as a hand" in bad.remark
+
+
+def test_fingers_that_are_taken_for_others_do_not_suit(clip: FrameSequence) -> None:
+    """Tips that are marked in the wrong order are further from the hand that fits than marks are, and it is said so."""
+    setup = wired(clip)
+    assert HAND.suits is not None
+    assert setup.footage is not None
+    tips = HandTips.read(setup.footage.mark).tips
+    exchanged = wired(clip, HandTips.of(tips[[0, 2, 1, 4, 3]]))
+    assert exchanged.footage is not None
+    found = HAND.suits(clip, exchanged.footage, exchanged.parameters)
+    assert found.grade != "well"
+    assert "palms from its mark" in found.remark
+
+
+@pytest.mark.skipif(not CLIP.exists(), reason="the sample clips are not beside this checkout")
+def test_reversed_tips_of_a_real_hand_do_not_suit() -> None:
+    """Two raised fingers cover as much whichever they are taken for; the right order is told, and offered."""
+    sequence = open_sequence(CLIP)
+    for start in (0, 39, 79):
+        [proposed] = sightings(sequence, [start])
+        assert isinstance(proposed.mark, HandTips)
+        turned = HandTips.of(proposed.mark.tips[::-1].copy())
+        found = {}
+        for name, mark in (("right", proposed.mark), ("reversed", turned)):
+            setup = wired(sequence, mark, start=start)
+            assert setup.footage is not None
+            assert HAND.suits is not None
+            found[name] = HAND.suits(sequence, setup.footage, setup.parameters)
+        assert found["right"].grade == "well"
+        assert found["reversed"].grade != "well"
+        assert found["reversed"].better == proposed.mark
+
+
+def test_marked_tips_go_before_what_is_found(clip: FrameSequence) -> None:
+    """A thumb that is marked on the other side makes it the other hand; a box is no mark of a hand."""
+    setup = wired(clip)
+    assert setup.footage is not None
+    tips = HandTips.read(setup.footage.mark).tips
+    swapped = wired(clip, HandTips.of(tips[::-1].copy()))
+    right, left = (one.open_source(0, one.parameters).start.model.side for one in (setup, swapped))  # type: ignore[attr-defined]
+    assert (right, left) == (1.0, -1.0)
+    assert HAND.on_video is not None
+    with pytest.raises(ParameterError, match=r"mark must be the tips of the fingers"):
+        HAND.on_video(clip, Box.of(10, 10, 40, 20))
+    with pytest.raises(ParameterError, match=r"within the picture of 200 x 200 px"):
+        wired(clip, HandTips.of(tips + 150.0))
+
+
+def blank(value: int, size: int = 200) -> np.ndarray:
+    return np.full((size, size, 3), value, np.uint8)
+
+
+def with_disc(*places: tuple[int, int], radius: int = 40) -> np.ndarray:
+    picture = blank(10)
+    for place in places:
+        cv2.circle(picture, place, radius, (220, 180, 150), -1)
+    return picture
+
+
+@pytest.mark.parametrize(
+    ("picture", "words"),
+    [
+        (blank(0), "classified as a hand"),
+        (blank(255), "classified as a hand"),
+        (with_disc((55, 100), (145, 100)), "two regions of similar size"),
+        (with_disc((100, 100)), "no finger is seen"),
+    ],
+    ids=["empty", "full", "two things", "fist"],
+)
+def test_what_is_no_open_hand_is_said_in_words(tmp_path: Path, picture: np.ndarray, words: str) -> None:
+    """Nothing is guessed: the refusal says what is seen instead, and so does what looks for a hand."""
+    with closing(film(tmp_path / "none.mp4", [picture] * 2)) as sequence:
+        with pytest.raises(ValueError, match=words):
+            wired(sequence)
+        (seen,) = sightings(sequence, [0])
+        assert seen.mark is None
+        assert words in seen.remarks[0]
+
+
+def test_a_flash_and_an_empty_picture_are_waited_out(tmp_path: Path) -> None:
+    """While no hand can be there the belief stays; the events of the run say what was seen, and the caption does."""
+    shown = pictures(speed=0.25)
+    with closing(film(tmp_path / "flash.mp4", [shown[0], blank(255), shown[2], blank(0), shown[4]])) as sequence:
+        run = Run(HAND, wired(sequence), seed=0)
+        steps = list(run)
+    names = [[name for name in ("flash", "no_hand") if row.number(name)] for row in run.diagnostics]
+    assert names == [[], ["flash"], [], ["no_hand"], []]
+    assert [row.searching for row in run.diagnostics] == [False, True, False, True, False]
+    assert np.array_equal(steps[1].state.pose, steps[0].state.pose)
+    seen, waited = (HAND.draw(step, run.diagnostics) for step in steps[:2])
+    assert "flash of light" in waited.caption
+    assert "grey: the hand seen last" in waited.caption
+    assert [dict(one.primitives)["outline"].colour for one in (seen, waited)] == [
+        COLOURS["estimate"],
+        COLOURS["hidden"],
+    ]
+
+
+def test_a_large_picture_is_followed_in_a_smaller_one_and_a_larger_one_refused(tmp_path: Path) -> None:
+    """Poses are in px of the picture, ten times larger here; 4,000 x 4,000 px are more than a sequence may have."""
+    for place, picture in enumerate(pictures()[:2]):
+        large = cv2.resize(picture, (2000, 2000), interpolation=cv2.INTER_NEAREST)
+        cv2.imwrite(str(tmp_path / f"{place}.png"), large[..., ::-1])
+    with closing(open_sequence(tmp_path)) as sequence:
+        run = Run(HAND, wired(sequence), seed=0)
+        state = run.finish().state
+    assert 520 * 0.85 < state.scale < 520 * 1.15
+    assert run.diagnostics[1].number("difference") < 15.0
+    cv2.imwrite(str(tmp_path / "0.png"), np.zeros((4000, 4000), np.uint8))
+    with pytest.raises(SourceError, match="4000 x 4000"):
+        open_sequence(tmp_path)
+
+
+def test_a_hand_that_comes_nearer_is_followed_as_it_grows(tmp_path: Path) -> None:
+    """A real hand does not keep to its distance from the camera; on recordings its size may change by itself."""
+    picture, nearer = pictures()[0], 1.02 ** np.arange(9)
+    zooms = [np.array([[zoom, 0.0, 100.0 * (1.0 - zoom)], [0.0, zoom, 200.0 * (1.0 - zoom)]]) for zoom in nearer]
+    with closing(
+        film(tmp_path / "nearer.mp4", [cv2.warpAffine(picture, zoom, (200, 200)) for zoom in zooms])
+    ) as sequence:
+        run = Run(HAND, wired(sequence), seed=0)
+        begun = run.current.state.scale
+        assert run.finish().state.scale / begun == pytest.approx(nearer[-1], rel=0.06)
+
+
+@pytest.mark.skipif(not CLIP.exists(), reason="the sample clips are not beside this checkout")
+def test_a_real_hand_with_two_raised_fingers_is_guessed_where_it_is_asked_for_and_followed() -> None:
+    """It is no open hand, so by itself nothing begins; in a single picture the tips are proposed, and those will do."""
+    with closing(open_sequence(CLIP)) as sequence:
+        with pytest.raises(ValueError, match="2 fingers are seen"):
+            wired(sequence, start=299)
+        (guess,) = sightings(sequence, [0])
+        assert not guess.sure
+        assert set(guess.placed) == {"points.thumb", "points.ring", "points.little"}
+        assert isinstance(guess.mark, HandTips)
+        run = Run(HAND, wired(sequence, guess.mark), seed=0, frames=6)
+        run.finish()
+    assert all(row.number("difference") < 25.0 for row in run.diagnostics[1:])
+
+
+def boards() -> np.ndarray:
+    """Return a wall of boards with the colours of skin, lighter and darker."""
+    shade = np.random.default_rng(1).uniform(0.1, 1.1, (25, 25)).astype(np.float32)
+    shade = cv2.resize(shade, (200, 200), interpolation=cv2.INTER_NEAREST)
+    return (shade[..., None] * np.array([150.0, 105.0, 75.0])).astype(np.uint8)
+
+
+def test_before_a_textured_wall_a_hand_is_told_by_the_pictures_without_it(tmp_path: Path) -> None:
+    """It is followed though neither level, border nor skin tell it; sought or branched it is the same."""
+    wall = boards()
+    shown = [np.where((picture > 60).any(axis=2)[..., None], picture, wall) for picture in pictures()]
+    with closing(film(tmp_path / "wall.mp4", [wall] * 4 + shown)) as sequence:
+        setup = wired(sequence)
+        assert setup.footage is not None
+        assert setup.footage.start == 4
+        assert setup.parameters.tells_by == "backdrop"
+        assert setup.parameters.backdrop_frames == 4
+        run = Run(HAND, setup, seed=0)
+        step = run.finish()
+        truth = source()[0].target(FRAMES - 1, HandSceneParameters(motion="occlusion", speed=1.5))
+        tips = step.state.estimate.reshape(5, 3)[:, :2]
+        assert np.hypot(*(tips - truth.tips).T).mean() < 0.2 * truth.scale
+        assert np.array_equal(run.seek(2).state.pose, Run(HAND, wired(sequence), seed=0, frames=3).finish().state.pose)
+        branch = run.branch(2, {})
+        branch.finish()
+        assert branch.estimates_sha256 == run.estimates_sha256
+        border = setup.parameters.model_copy(update={"tells_by": "background"})
+        assert HAND.suits is not None
+        assert HAND.suits(sequence, setup.footage, border).grade == "not at all"

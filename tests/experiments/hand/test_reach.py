@@ -1,0 +1,69 @@
+"""Palms whose fingers can be where fingers are seen (Shimada 1997, section 2.6.1)."""
+
+import numpy as np
+import pytest
+
+from pftrack.core.geometry.polygons import convex_hull, distance_to_polygon
+from pftrack.experiments.hand.shape import HIGH, LOW, MODEL, finger_slice, joints, open_pose, silhouette
+from pftrack.experiments.hand.trackers.likelihood import PictureTables
+from pftrack.experiments.hand.trackers.parameters import HandTrackerParameters
+from pftrack.experiments.hand.trackers.picture_tables import tables_of
+from pftrack.experiments.hand.trackers.prior import Predictions
+from pftrack.experiments.hand.trackers.reach import MARGIN, postures, reaches
+from pftrack.experiments.hand.trackers.search import search
+from pftrack.experiments.hand.trackers.settings import Task, settings
+
+SCALE, SIDE = 52.0, 200
+TASK = Task(SCALE, MODEL, settings(HandTrackerParameters(), SCALE))
+POSE = open_pose((100.0, 137.0))
+
+
+def sight(pose: np.ndarray, *more: np.ndarray) -> PictureTables:
+    """Return what is seen of a pose with the last 30 px of its fingers as protrusions, and with some more of these."""
+    axes = []
+    for places in joints(pose, SCALE, MODEL):
+        back = places[::-1, :2]
+        along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(back, axis=0).T))])
+        axes.append(np.column_stack([np.interp(np.arange(30.0), along, back[:, i]) for i in range(2)]))
+    return tables_of(silhouette(pose, SCALE, MODEL, (SIDE, SIDE)), [*axes, *more])
+
+
+@pytest.mark.parametrize("tilt", [-0.8, 0.0, 0.8])
+def test_a_region_holds_a_finger_in_all_that_it_can_do(tilt: float) -> None:
+    """Whatever its joints do within their limits, if they bend alike as those of candidates do."""
+    palm = POSE.copy()
+    palm[3] = tilt
+    regions = [convex_hull(points) for points in postures(palm, TASK)]
+    rng = np.random.default_rng(0)
+    for _ in range(100):
+        pose = palm.copy()
+        for finger in range(5):
+            at = finger_slice(finger)
+            pose[at] = LOW[at] + np.repeat(rng.uniform(size=2), (1, 3)) * (HIGH[at] - LOW[at])
+        places = joints(pose, SCALE, MODEL)[:, :, :2]
+        off = [[distance_to_polygon(place, regions[f]) for place in places[f]] for f in range(5)]
+        assert np.max(off) < 0.8 * MARGIN * SCALE
+
+
+def test_a_palm_is_refused_from_which_no_finger_reaches_what_is_seen() -> None:
+    """The own palm reaches all its fingers; one that is turned by a right angle does not."""
+    seen = sight(POSE)
+    assert reaches(POSE, seen, TASK)
+    for turn in (-1.5, 1.5):
+        pose = POSE.copy()
+        pose[2] = turn
+        assert not reaches(pose, seen, TASK)
+    below = np.array([120.0, 180.0]) + np.column_stack([np.arange(15.0), np.zeros(15)])
+    assert not reaches(POSE, sight(POSE, below), TASK)
+
+
+def test_where_every_palm_is_refused_all_are_tried() -> None:
+    """Then something that looks like a finger is none: the hand is found all the same, and pays for it."""
+    below = np.array([120.0, 180.0]) + np.column_stack([np.arange(15.0), np.zeros(15)])
+    one, ideals = Predictions(POSE[None], np.zeros(1)), np.empty((1, 6, 0))
+    hands = search(one, ideals, sight(POSE, below), TASK)
+    best = int(np.argmax(hands.scores))
+    assert hands.poses[best, 2:5] == pytest.approx(POSE[2:5])
+    assert hands.assignments[best].tolist() == [0, 1, 2, 3, 4]
+    alone = search(one, ideals, sight(POSE), TASK)
+    assert hands.scores[best] < alone.scores.max() - 1.0

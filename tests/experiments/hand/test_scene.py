@@ -1,0 +1,151 @@
+"""The simulated hand."""
+
+import numpy as np
+import pytest
+
+from pftrack.core.model.frame import Frame
+from pftrack.core.model.parameters import revise
+from pftrack.core.model.source import History
+from pftrack.experiments.hand.scene import HandSceneParameters, HandSource, HandTarget
+from pftrack.experiments.hand.scene.motion import FRAMES, folded_time, pose_at
+from pftrack.experiments.hand.scene.painting import with_noisy_edge
+from pftrack.experiments.hand.scene.source import hand_of
+from pftrack.experiments.hand.shape import HIGH, LOW, MODEL, joints, silhouette
+
+DEFAULTS = HandSceneParameters()
+
+
+def frame(values: dict[str, object], index: int = 0, seed: int = 0) -> Frame:
+    parameters = revise(DEFAULTS, values)
+    return HandSource(seed, parameters).frame(index, History(((0, parameters),)))
+
+
+def mask(seen: Frame) -> np.ndarray:
+    assert seen.image_rgb is not None
+    return np.asarray(seen.image_rgb[..., 0] > 120)
+
+
+def truth(seen: Frame) -> HandTarget:
+    assert isinstance(seen.target, HandTarget)
+    return seen.target
+
+
+@pytest.mark.parametrize("motion", FRAMES)
+def test_a_motion_begins_with_an_open_hand_within_its_limits(motion: str) -> None:
+    """Where the reference scene puts it; all angles stay within what a hand can do."""
+    target = truth(frame({"motion": motion}))
+    assert target.pose[:2].tolist() == [100.0, 137.0]
+    assert target.scale == 52.0
+    assert target.pose[2:5] == pytest.approx(0.0)
+    for time in np.arange(0, FRAMES[motion], 0.5):
+        pose = pose_at(motion, time)  # type: ignore[arg-type]
+        assert (pose >= LOW).all()
+        assert (pose <= HIGH).all()
+
+
+def test_the_motions_are_those_of_the_reference() -> None:
+    """Ends of the turn and of the bend; the folded fingers and when they are folded."""
+    last = pose_at("wrist", 29)
+    assert last[2:5] == pytest.approx([0.10, 1.05, 0.0])
+    assert last[10:13] == pytest.approx(0.22)
+    assert pose_at("bend", 3) == pytest.approx(pose_at("bend", 0))
+    bent = pose_at("bend", 29)
+    assert bent[6:9] == pytest.approx(0.35)
+    assert bent[[10, 15, 20, 22]] == pytest.approx(1.25)
+    folds = [pose_at("occlusion", time)[14] for time in (4, 5, 6, 14, 16, 18)]
+    assert folds == pytest.approx([0, 0.65, 1.3, 1.3, 0.65, 0])
+    assert pose_at("occlusion", 10)[[10, 22]] == pytest.approx(0)
+    assert pose_at("occlusion", 10)[3] == pytest.approx(0.25 * np.sin(2.5))
+
+
+def test_speed_and_passes_give_the_number_of_frames() -> None:
+    """Twice as fast takes half the frames; a second pass goes back to the beginning."""
+    assert HandSource(0, revise(DEFAULTS, {"motion": "wrist"})).frame_count == 30
+    assert HandSource(0, revise(DEFAULTS, {"motion": "wrist", "speed": 2})).frame_count == 16
+    there_and_back = HandSource(0, revise(DEFAULTS, {"motion": "bend", "passes": 2}))
+    assert there_and_back.frame_count == 59
+    assert truth(frame({"motion": "bend", "passes": 2}, 58)).pose == pytest.approx(truth(frame({})).pose)
+    assert folded_time("wrist", 31.0) == 27.0
+
+
+def test_the_picture_shows_the_hand_of_the_seed() -> None:
+    """Without noise of the edge it is the silhouette of a hand with other proportions, within the share allowed."""
+    seen = frame({"edge_noise_px": 0}, 3, seed=5)
+    target = truth(seen)
+    assert (mask(seen) == silhouette(target.pose, target.scale, target.shape, (200, 200))).all()
+    for name in ("phalanges", "radii"):
+        shares = getattr(target.shape, name) / getattr(MODEL, name) - 1
+        assert np.ptp(shares, axis=1) == pytest.approx(0, abs=1e-12)
+        assert 0.001 < np.abs(shares).max() <= 0.04
+    assert np.array_equal(target.model.phalanges, MODEL.phalanges)
+    assert target.position == pytest.approx(joints(target.pose, 52.0, target.shape)[:, 3].ravel())
+
+
+def test_seeds_are_other_hands() -> None:
+    """Two seeds have other fingers; one seed always has the same."""
+    one, other = hand_of(1, 0.04, MODEL), hand_of(2, 0.04, MODEL)
+    assert not np.array_equal(one.phalanges, other.phalanges)
+    assert np.array_equal(one.radii, hand_of(1, 0.04, MODEL).radii)
+
+
+def test_the_edge_moves_by_as_much_as_is_said() -> None:
+    """A straight edge moves by 0.6 px in the mean square, and neighbouring rows nearly alike; its mean stays."""
+    half = np.zeros((600, 120), np.bool_)
+    half[:, 60:] = True
+    moved = np.concatenate([with_noisy_edge(half, 0.6, 3, number).sum(axis=1) - 60.0 for number in range(4)])
+    # A pixel's width adds a variance of about 1 / 12.
+    assert moved.std() == pytest.approx(np.sqrt(0.36 + 1 / 12), rel=0.1)
+    assert abs(moved.mean()) < 0.06
+    assert np.corrcoef(moved[:-1], moved[1:])[0, 1] > 0.6
+    assert with_noisy_edge(half, 0.0, 3, 0) is half
+
+
+def test_frames_are_functions_of_their_arguments() -> None:
+    """The same frame twice is the same; another frame has another edge."""
+    images = [frame({"image_noise_sd": 8}, index).image_rgb for index in (7, 7, 8)]
+    assert np.array_equal(images[0], images[1])  # type: ignore[arg-type]
+    assert not np.array_equal(images[0], images[2])  # type: ignore[arg-type]
+
+
+def test_a_left_hand_is_the_mirror_image() -> None:
+    """Its thumb is on the left, and the model that a tracker knows says so."""
+    right, left = (truth(frame({"hand": hand, "motion": "wrist"}, 20)) for hand in ("right", "left"))
+    assert left.model.side == left.shape.side == -1.0
+    assert 200 - left.tips[:, 0] == pytest.approx(right.tips[:, 0])
+    assert left.tips[:, 1] == pytest.approx(right.tips[:, 1])
+
+
+@pytest.mark.parametrize("turn", [-90, 0, 45, 180])
+def test_a_turned_hand_turns_about_the_middle_of_the_picture(turn: float) -> None:
+    """Its tips are those of the upright hand, turned counter-clockwise; it fills as many pixels, but for the arm."""
+    upright, turned = (truth(frame({"turn_deg": angle})) for angle in (0, turn))
+    off = upright.tips - 100
+    angle = np.deg2rad(turn)
+    expected = np.stack(
+        [np.cos(angle) * off[:, 0] + np.sin(angle) * off[:, 1], np.cos(angle) * off[:, 1] - np.sin(angle) * off[:, 0]],
+        axis=1,
+    )
+    assert turned.tips - 100 == pytest.approx(expected)
+
+
+def test_a_larger_picture_shows_the_same_hand_larger() -> None:
+    """Everything grows with the picture's side."""
+    small, large = truth(frame({})), truth(frame({"picture_side_px": 600}))
+    assert large.tips == pytest.approx(3 * small.tips)
+    assert large.scale == 156
+
+
+def test_a_flash_is_all_white() -> None:
+    """Every fifth frame is."""
+    seen = [frame({"flash_every": 5}, index).image_rgb for index in (3, 4, 5)]
+    assert [bool((image == 255).all()) for image in seen if image is not None] == [False, True, False]
+
+
+def test_the_occluder_and_look_alikes_lie_over_the_hand() -> None:
+    """A strip as wide as the picture hides it, and the truth says so; a disc has the hand's colour."""
+    hidden = frame({"occlusion_width_px": 400})
+    assert truth(hidden).hidden
+    assert not mask(hidden).any()
+    assert not truth(frame({"occlusion_width_px": 20})).hidden
+    more = frame({"distracter_radius_px": 8, "slot_spacing_px": 80})
+    assert mask(more).sum() > mask(frame({})).sum()

@@ -1,0 +1,191 @@
+"""The trackers of a hand, on few frames of the simulated one."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from pftrack.core.model.frame import Frame
+from pftrack.core.model.parameters import revise
+from pftrack.core.model.source import History
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments.hand.scene import HandSceneParameters, HandSource, HandTarget
+from pftrack.experiments.hand.shape import joints
+from pftrack.experiments.hand.trackers.beams import alike
+from pftrack.experiments.hand.trackers.parameters import HandTrackerParameters
+from pftrack.experiments.hand.trackers.state import HandState
+from pftrack.experiments.hand.trackers.step import TRACKERS
+
+DEFAULTS = HandTrackerParameters()
+SEED, FIRST = 0, 3
+"""Frame from which the two fingers fold: those before are still."""
+
+
+@cache
+def source(**scene: object) -> HandSource:
+    return HandSource(SEED, HandSceneParameters(**{"motion": "occlusion", **scene}))
+
+
+@cache
+def frame(index: int, **scene: object) -> Frame:
+    parameters = HandSceneParameters(**{"motion": "occlusion", **scene})
+    return source(**scene).frame(index, History(((0, parameters),)))
+
+
+def tracked(tracker: str, last: int, values: dict[str, object] | None = None, **scene: object) -> list[HandState]:
+    """Return the states of the frames from `FIRST` to `last`."""
+    parameters = revise(DEFAULTS, values or {})
+    begin = frame(FIRST, **scene)
+    states = [TRACKERS[tracker].start(begin.target, begin, parameters, Stream(SEED, 0, Purpose.START))]
+    for index in range(FIRST + 1, last + 1):
+        rng = Stream(SEED, index, Purpose.TRACK)
+        states.append(TRACKERS[tracker].step(states[-1], frame(index, **scene), parameters, rng))
+    return states
+
+
+def tip_error(state: HandState, index: int) -> float:
+    """Return the mean distance of the best hand's tips from the true ones, palm axes."""
+    target = frame(index).target
+    tips = joints(state.pose, state.scale, state.shape)[:, 3, :2]
+    return float(np.hypot(*(tips - target.tips).T).mean() / target.scale)
+
+
+@pytest.mark.parametrize(("tracker", "values"), [("beam", {}), ("particles", {"sample_count": 60})])
+def test_two_fingers_that_fold_within_two_frames_are_followed(tracker: str, values: dict[str, object]) -> None:
+    """While they fold their tips move by half a palm; the estimate is within a fifth."""
+    states = tracked(tracker, 6, values)
+    assert tip_error(states[-1], 6) < 0.2
+    folded = states[-1].pose[5:].reshape(5, 4)[2:4, 1:].mean()
+    assert folded == pytest.approx(1.3, abs=0.35)
+
+
+def test_kept_hands_are_different_and_know_their_parents() -> None:
+    """No two are alike, the best comes first, there are no more than the width, and origins are the parents' poses."""
+    before, after = tracked("beam", 5)[-2:]
+    members = after.beam.members
+    assert 1 < len(members) <= DEFAULTS.beam_width
+    assert (np.diff(after.beam.log_weights) <= 0.0).all()
+    assert after.beam.weights.sum() == pytest.approx(1.0)
+    assert not any(alike(one, other) for i, one in enumerate(members) for other in members[:i])
+    for parent, origin in zip(after.beam.parents, after.origins, strict=True):
+        assert (origin == before.beam.members[parent]).all()
+
+
+def test_a_wide_beam_begins_with_the_narrow_ones_hands() -> None:
+    """From the same state, what a beam of 1 keeps is the best of a beam of 4."""
+    one, four = (tracked("beam", 4, {"beam_width": width})[-1] for width in (1, 4))
+    assert len(one.beam) == 1
+    assert (one.pose == four.pose).all()
+
+
+def test_the_same_frame_gives_the_same_hands_to_the_bit() -> None:
+    """A state is a function of the one before, the frame and the seed."""
+    for tracker in TRACKERS:
+        values = {"sample_count": 20}
+        one, other = tracked(tracker, 4, values)[-1], tracked(tracker, 4, values)[-1]
+        assert all((one.arrays()[name] == array).all() for name, array in other.arrays().items())
+
+
+@pytest.mark.parametrize("tracker", TRACKERS)
+def test_a_flash_is_waited_for_and_said(tracker: str) -> None:
+    """In a frame that is all white nothing moves and the reason is told; the next one is followed again."""
+    values = {"sample_count": 20}
+    before, flash, after = tracked(tracker, 5, values, flash_every=5)
+    assert "flash" in flash.finding
+    assert TRACKERS[tracker].searching(flash)
+    assert (flash.pose == before.pose).all()
+    assert not after.searching
+    assert not after.finding
+
+
+def test_trackers_take_over_from_each_other() -> None:
+    """Particles begin where a beam is, and the other way round."""
+    parameters = revise(DEFAULTS, {"sample_count": 60})
+    state = tracked("beam", 4)[-1]
+    for index, tracker in ((5, "particles"), (6, "beam")):
+        state = TRACKERS[tracker].step(state, frame(index), parameters, Stream(SEED, index, Purpose.TRACK))
+    assert tip_error(state, 6) < 0.2
+    assert state.particles is None
+
+
+def test_a_picture_four_times_as_large_gives_the_hand_four_times_as_large() -> None:
+    """It is searched in a smaller mask; pose and tips are those of the picture."""
+    states = tracked("beam", 5, picture_side_px=800)
+    target = frame(5, picture_side_px=800).target
+    tips = joints(states[-1].pose, states[-1].scale, states[-1].shape)[:, 3, :2]
+    assert np.hypot(*(tips - target.tips).T).mean() < 0.2 * target.scale
+    assert target.scale == 4 * 52.0
+
+
+def test_a_hand_that_does_not_fit_is_lost_and_found_again_when_open() -> None:
+    """The tracker says by how much its best hand is off, then waits, and begins anew with the open hand."""
+    begin = frame(FIRST)
+    values = {"highest_misfit": 0.05, "lost_after_frames": 1, "cover_sd": 1}
+    parameters = revise(DEFAULTS, values | {"ranking": "reference"})
+    state = TRACKERS["beam"].start(begin.target, begin, parameters, Stream(SEED, 0, Purpose.START))
+    state = TRACKERS["beam"].step(state, frame(5), parameters, Stream(SEED, 5, Purpose.TRACK))
+    assert "differs from the silhouette by" in state.finding
+    assert TRACKERS["beam"].searching(state)
+    folded = TRACKERS["beam"].step(state, frame(7), parameters, Stream(SEED, 7, Purpose.TRACK))
+    assert TRACKERS["beam"].searching(folded)
+    assert "3 fingers are seen" in folded.finding
+    assert (folded.pose == state.pose).all()
+    found = TRACKERS["beam"].step(folded, frame(20), parameters, Stream(SEED, 20, Purpose.TRACK))
+    assert not TRACKERS["beam"].searching(found)
+    assert tip_error(found, 20) < 0.1
+
+
+def test_a_hand_out_of_the_picture_is_waited_for() -> None:
+    """Nothing in the picture is said to be nothing; after the patience is over only an open hand is taken."""
+    empty = Frame(0, 0.0, image_rgb=np.zeros((200, 200, 3), np.uint8))
+    state = tracked("beam", FIRST)[-1]
+    parameters = revise(DEFAULTS, {"patience_frames": 1})
+    for _ in range(2):
+        state = TRACKERS["beam"].step(state, empty, parameters, Stream(SEED, 1, Purpose.TRACK))
+        assert "nothing" in state.finding
+    state = TRACKERS["beam"].step(state, frame(7), parameters, Stream(SEED, 7, Purpose.TRACK))
+    assert state.lost
+    assert "fingers are seen" in state.finding
+
+
+def test_a_hand_that_comes_nearer_is_seen_to_grow() -> None:
+    """Begun 4 % too small, it is larger by a step in each frame until it fits; where size stays it does not."""
+    begin = frame(FIRST)
+    small = HandTarget.of(begin.target.pose, 0.96 * begin.target.scale, begin.target.shape, begin.target.model)
+    for growth, expected in ((0.02, 1.0), (0, 0.96)):
+        parameters = revise(DEFAULTS, {"growth_sd": growth, "beam_width": 1})
+        state = TRACKERS["beam"].start(small, begin, parameters, Stream(SEED, 0, Purpose.START))
+        for _ in range(2):
+            state = TRACKERS["beam"].step(state, begin, parameters, Stream(SEED, 1, Purpose.TRACK))
+        assert state.scale == pytest.approx(expected * begin.target.scale, rel=0.015)
+
+
+def test_a_turn_that_one_hand_loses_is_kept_by_four() -> None:
+    """A turn either way looks alike at first: one hand goes on the wrong way, and of four another one takes over."""
+    turn = HandSource(151, HandSceneParameters(motion="wrist"))
+    history = History(((0, HandSceneParameters(motion="wrist")),))
+    frames = [turn.frame(index, history) for index in range(19)]
+    wrong: dict[int, list[bool]] = {}
+    for width in (1, 4):
+        parameters = revise(DEFAULTS, {"beam_width": width})
+        state = TRACKERS["beam"].start(turn.start, frames[0], parameters, Stream(151, 0, Purpose.START))
+        wrong[width] = []
+        for index, shown in enumerate(frames[1:], 1):
+            state = TRACKERS["beam"].step(state, shown, parameters, Stream(151, index, Purpose.TRACK))
+            wrong[width].append(bool(abs(state.pose[3] - shown.target.pose[3]) > 0.3))
+    assert all(wrong[1][-6:])
+    assert any(wrong[4])
+    assert not any(wrong[4][-3:])
+
+
+@pytest.mark.parametrize("tracker", TRACKERS)
+def test_a_fist_is_said_to_be_one(tracker: str) -> None:
+    """A silhouette without a finger is not guessed at: the pose stays, and the reason is told."""
+    rows, columns = np.indices((200, 200))
+    fist = (np.hypot(columns - 100, rows - 100) < 35) | ((np.abs(columns - 100) < 20) & (rows > 100))
+    shown = Frame(1, 0.1, image_rgb=np.where(fist, 200, 0).astype(np.uint8)[:, :, None].repeat(3, axis=2))
+    before = tracked(tracker, FIRST)[-1]
+    state = TRACKERS[tracker].step(before, shown, DEFAULTS, Stream(SEED, 1, Purpose.TRACK))
+    assert "fist" in state.finding
+    assert TRACKERS[tracker].searching(state)
+    assert (state.pose == before.pose).all()

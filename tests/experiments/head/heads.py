@@ -1,0 +1,87 @@
+"""Recordings of faces for tests: sequences in memory, drawn by the simulated head."""
+
+from collections.abc import Callable, Sequence
+from functools import cache
+from io import BytesIO
+
+import av
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.model.frame import Frame
+from pftrack.core.model.parameters import revise
+from pftrack.core.model.sequence import FrameIndex
+from pftrack.core.model.source import History
+from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource
+from pftrack.vision.geometry.face_model import FEATURES
+
+Picture = NDArray[np.uint8]
+
+
+class Pictures:
+    """A `FrameSequence` of given pictures."""
+
+    def __init__(self, pictures: Sequence[Picture], name: str = "face.mp4", frame_rate_hz: float = 30.0) -> None:
+        self._pictures = pictures
+        self.name = name
+        self.frame_count = len(pictures)
+        self.frame_rate_hz = frame_rate_hz
+        height, width = pictures[0].shape[:2]
+        self.size = (width, height)
+        self.sha256 = "0" * 64
+        self.square = True
+        self.times_s = np.arange(len(pictures)) / frame_rate_hz
+
+    @property
+    def index(self) -> FrameIndex:
+        size = self.size
+        times, sums = tuple(self.times_s.tolist()), (0,) * self.frame_count
+        return FrameIndex("video", self.sha256, *size, self.frame_rate_hz, times, sums)
+
+    def picture(self, index: int) -> Picture:
+        return self._pictures[index]
+
+    def close(self) -> None:
+        pass
+
+
+@cache
+def simulated(count: int, *, width: int = 320, every: int = 1, sunglasses: bool = False) -> tuple[Frame, ...]:
+    """Return frames of the simulated driver, every so-many-th of the script."""
+    scene = revise(HeadSceneParameters(), {"image_width_px": width, "sunglasses": sunglasses})
+    source = HeadSource(5, scene)
+    history = History(((0, scene),))
+    return tuple(source.frame(every * index, history) for index in range(count))
+
+
+def pictures(count: int, change: Callable[[Picture], Picture] = np.asarray, **options: int) -> list[Picture]:
+    """Return pictures of the simulated driver, changed one by one."""
+    shown = [frame.image_rgb for frame in simulated(count, **options)]
+    return [np.ascontiguousarray(change(picture)) for picture in shown if picture is not None]
+
+
+def empty(picture: Picture) -> Picture:
+    """Return a picture of the same size in which there is nobody."""
+    rng = np.random.default_rng(3)
+    return (60 + 4 * rng.standard_normal(picture.shape)).clip(0, 255).astype(np.uint8)
+
+
+def film(shown: Sequence[Picture], frame_rate_hz: int = 30) -> bytes:
+    """Return pictures as a video, compressed so little that features keep their places."""
+    file = BytesIO()
+    height, width = shown[0].shape[:2]
+    with av.open(file, "w", format="mp4") as container:
+        stream = container.add_stream("libx264", rate=frame_rate_hz, options={"crf": "10", "preset": "ultrafast"})
+        stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
+        for picture in shown:
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
+        container.mux(stream.encode(None))
+    return file.getvalue()
+
+
+def marked(index: int = 0, *, width: int = 320) -> dict[str, tuple[float, float]]:
+    """Return where the features of the simulated driver truly are in a frame, px."""
+    target = simulated(index + 1, width=width)[index].target
+    assert target is not None
+    assert target.landmarks is not None
+    return {name: (float(x), float(y)) for name, (x, y) in zip(FEATURES, target.landmarks.points_px, strict=True)}

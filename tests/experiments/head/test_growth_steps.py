@@ -1,0 +1,367 @@
+"""The face model that grows while a head is tracked: it nears the driver's face, and the pose gets better by it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pftrack.core.geometry.rotation import rotation
+from pftrack.core.model.frame import Target
+from pftrack.core.model.parameters import ParameterError, Value, revise
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments import find
+from pftrack.experiments.head.trackers import growth as face_growth
+from pftrack.experiments.head.trackers.memory import HeadMemory
+from pftrack.experiments.head.trackers.parameters import AS_PUBLISHED
+from pftrack.experiments.head.trackers.starting_face import starting_model
+from pftrack.experiments.shared.pose.state import PoseState
+from pftrack.runs.run import Change, Run
+from pftrack.vision.geometry.face_model import FEATURES, fit_similarity, mean_model, person, spread_mm2
+from pftrack.vision.model_files.points import as_json
+from pftrack.vision.structure.alignment import residuals
+from pftrack.vision.structure.growing import Growing
+from tests.experiments.head.heads import simulated
+
+HEAD = find("head")
+SMALL: dict[str, Value] = {"image_width_px": 320, "feature_noise_px": 3}
+MEAN = mean_model().points_mm
+
+
+def run_of(frames: int, driver: int = 102, **values: Value) -> Run:
+    timeline = (Change(0, {**AS_PUBLISHED, "face_model": "growing", "person": driver, **values}),)
+    return Run(HEAD, HEAD.simulate(), seed=1, frames=frames, timeline=timeline)
+
+
+def growth_of(run: Run) -> Growing:
+    growth: Growing = run.current.state.memory.growth
+    return growth
+
+
+def error_mm(shape: NDArray[np.float64], driver: int) -> float:
+    return float(np.sqrt(np.square(residuals(shape, person(driver).points_mm, "similarity")).mean()))
+
+
+@pytest.fixture(scope="module")
+def grown() -> Run:
+    """Sixty small pictures of driver 102, whose nose is 6 mm longer than the mean's."""
+    run = run_of(60, **SMALL)
+    run.finish()
+    return run
+
+
+@pytest.fixture(scope="module")
+def state(grown: Run) -> PoseState:
+    found: PoseState = grown.current.state
+    return found
+
+
+@pytest.mark.parametrize("driver", [101, 102, 300])
+def test_the_face_nears_the_drivers(driver: int, grown: Run) -> None:
+    """Within sixty frames of a head that has hardly turned, the model is at most 0.85 times as far off as the mean."""
+    run = grown if driver == 102 else run_of(60, driver, **SMALL)
+    run.finish()
+    errors = [float(row.series["shape_error_mm"]) for row in run.diagnostics]
+    assert errors[0] == pytest.approx(error_mm(MEAN, driver))
+    assert errors[-1] == pytest.approx(error_mm(growth_of(run).shape, driver))
+    assert errors[-1] < 0.85 * errors[0]
+
+
+def test_the_tracker_uses_what_it_has_learned(grown: Run, state: PoseState) -> None:
+    """The solid has the published points of the frame before, to the accuracy at which it is made again."""
+    before: PoseState = grown.seek(grown.position - 1).state
+    grown.finish()
+    published = before.memory.growth.shape
+    assert np.abs(published - MEAN).max() > 1.0
+    assert np.abs(state.solid.points_mm - published).max() < 0.2
+    assert np.array_equal(state.memory.model.points_mm, state.solid.points_mm)
+
+
+def test_what_it_says_of_itself(grown: Run) -> None:
+    """It reports share, probability, evidence, deviation and frames; nothing of that does a model that stays."""
+    row = grown.diagnostics[-1].series
+    assert 0.5 < float(row["own_share"]) <= 1.0
+    assert 0.0 < float(row["own_probability"]) < 1.0
+    assert row["shape_frames"] == 59
+    assert float(row["shape_sd_mm"]) < float(grown.diagnostics[0].series["shape_sd_mm"])
+    shares = [float(one.series["own_share"]) for one in grown.diagnostics]
+    assert np.abs(np.diff(shares)).max() <= 1.0 / 30.0 + 1e-12
+    usual = Run(HEAD, HEAD.simulate(), frames=2, timeline=(Change(0, {**SMALL, "face_model": "mean"}),))
+    assert not {"own_share", "shape_error_mm", "free_energy"} & set(usual.finish().diagnostics.series)
+
+
+def test_a_frozen_model_learns_no_more(grown: Run) -> None:
+    """From the frame of the change on, the own face stays to the bit; thawed, it goes on."""
+    frozen = grown.branch(40, {"model_frozen": True})
+    learned = growth_of(frozen).own.shape
+    frozen.seek(46)
+    assert np.array_equal(growth_of(frozen).own.shape, learned)
+    assert growth_of(frozen).own.frames == 40
+    frozen.change({"model_frozen": False})
+    frozen.seek(50)
+    assert growth_of(frozen).own.frames == 44
+
+
+def test_forgetting_may_begin_in_mid_run(grown: Run) -> None:
+    """With a memory below 1 the model goes another way from there on; nothing of the past changes."""
+    forgetting = grown.branch(40, {"model_memory": 0.9})
+    forgetting.seek(59)
+    assert forgetting.diagnostics[:41] == grown.diagnostics[:41]
+    assert not np.array_equal(growth_of(forgetting).own.shape, growth_of(grown).own.shape)
+    assert float(forgetting.diagnostics[-1].series["shape_error_mm"]) < error_mm(MEAN, 102)
+
+
+def test_it_may_begin_and_end_in_mid_run() -> None:
+    """Chosen in mid-run it begins with the mean face; given up, the mean face is back at once."""
+    values = {**SMALL, "person": 102, "face_model": "mean", "hidden_weight": 0.0}
+    run = Run(HEAD, HEAD.simulate(), seed=1, frames=16, timeline=(Change(0, values),))
+    run.seek(4)
+    assert run.current.state.memory.growth is None
+    run.change({"face_model": "growing"})
+    run.seek(10)
+    assert growth_of(run).own.frames == 6
+    run.change({"face_model": "mean", "upper_layer": "perspective"})
+    run.finish()
+    assert run.current.state.memory.growth is None
+    assert np.array_equal(run.current.state.memory.model.points_mm, MEAN)
+
+
+def test_another_focal_length_begins_the_model_again() -> None:
+    """What was learned by another camera is given up, what was learned by the other upper layer is not."""
+    run = run_of(14, **SMALL)
+    run.seek(6)
+    run.change({"upper_layer": "perspective"})
+    run.seek(8)
+    assert growth_of(run).own.frames == 8
+    run.change({"focal_widths": 1.2})
+    run.seek(10)
+    assert growth_of(run).own.frames == 2
+    assert growth_of(run).settings.focal_px == pytest.approx(1.2 * 320)
+
+
+def test_the_past_is_the_past(grown: Run) -> None:
+    """A branch, and a seek back and forth, come to the same model to the bit."""
+    wanted = growth_of(grown).own.precision
+    again = grown.branch(17)
+    again.finish()
+    assert np.array_equal(growth_of(again).own.precision, wanted)
+    assert again.diagnostics[-1].series == grown.diagnostics[-1].series
+
+
+def test_what_is_not_recognised_teaches_nothing(state: PoseState) -> None:
+    """A feature that is not recognised, or whose place is no number, has an infinite variance."""
+    count = len(FEATURES)
+    sure = face_growth.position_variances(state, np.ones(count), 54.0, 0.5)
+    unlike = face_growth.position_variances(state, np.full(count, 0.75), 54.0, 0.5)
+    assert (unlike > sure + 5 * 99 * 0.2).all()
+    recognised = np.arange(count) > 2
+    hidden = face_growth.position_variances(replace(state, recognised=recognised), np.ones(count), 54.0, 0.5)
+    assert np.array_equal(np.isfinite(hidden).all(axis=1), recognised)
+    assert not np.isfinite(face_growth.position_variances(state, np.full(count, np.nan), 54.0, 0.5)).any()
+
+
+def test_positions_are_as_sure_as_particles_and_templates_allow(state: PoseState) -> None:
+    """The slip of a template grows with the face; a belief of few effective particles counts as less than it says."""
+    count = len(FEATURES)
+    near, nearer = (face_growth.position_variances(state, np.ones(count), size, 0.5) for size in (54.0, 108.0))
+    slip = (nearer - near) / 3.0
+    assert slip == pytest.approx(np.full((count, 2), slip[0, 0]))
+    assert slip[0, 0] > 1.0
+    told = np.maximum(state.feature_covariances.diagonal(axis1=1, axis2=2), 0.5**2)
+    assert (near - slip > 1.005 * face_growth.PERSISTENCE * told)[state.recognised].all()
+
+
+def test_frames_in_which_features_may_be_hidden_teach_nothing() -> None:
+    """The face is learned only where it is clear that all features are seen."""
+    run = Run(HEAD, HEAD.simulate(), seed=1, frames=12, timeline=(Change(0, {"person": 102, **SMALL}),))
+    run.finish()
+    state, frame, values = (
+        run.current.state,
+        simulated(14)[13],
+        revise(HEAD.simulate().parameters, {"person": 102, **SMALL}),
+    )
+    rival = state.belief.rival
+    assert rival is not None
+    learned = []
+    for log_odds in (15.0, -2.0, -15.0):
+        belief = replace(state.belief, rival=replace(rival, doubting=False, log_odds=log_odds))
+        after = HEAD.trackers["pf-asd"].step(replace(state, belief=belief), frame, values, Stream(1, 13, Purpose.TRACK))
+        learned.append(not np.array_equal(after.memory.growth.shape, state.memory.growth.shape))
+    assert learned == [False, False, True]
+
+
+def test_positions_are_taken_from_the_principal_point(state: PoseState) -> None:
+    """The camera that is found for the face sees its points where they are in the picture."""
+    parameters = revise(HEAD.simulate().parameters, SMALL)
+    solid = state.solid
+    growth = face_growth.begin(mean_model(), solid.focal_px, parameters)
+    own = face_growth.learn(growth, state, np.ones(len(FEATURES)), 54.0, parameters).own
+    assert own.camera is not None
+    x, y, z = own.camera[:, :3] @ own.shape.T + own.camera[:, 3:]
+    seen = solid.focal_px * np.column_stack([x, y]) / z[:, None] + solid.principal_px
+    assert np.abs(seen - state.feature_means).max() < 5.0
+
+
+def test_too_few_points_teach_nothing(state: PoseState) -> None:
+    """With three features that are recognised the model stays as it was, the same object."""
+    growth: Growing = state.memory.growth
+    three = replace(state, recognised=np.arange(len(FEATURES)) < 3)
+    parameters = revise(HEAD.simulate().parameters, SMALL)
+    assert face_growth.learn(growth, three, np.ones(len(FEATURES)), 54.0, parameters) is growth
+
+
+def test_a_point_never_seen_stays_as_unsure_as_at_first(state: PoseState) -> None:
+    """The nose, if never recognised, keeps a depth at the mean's and at least 0.9 of the deviation of people there."""
+    parameters = revise(HEAD.simulate().parameters, SMALL)
+    growth = face_growth.begin(mean_model(), state.solid.focal_px, parameters)
+    first = growth.covariances[0]
+    hidden = replace(state, recognised=np.arange(len(FEATURES)) > 0)
+    for _ in range(30):
+        growth = face_growth.learn(growth, hidden, np.ones(len(FEATURES)), 54.0, parameters)
+    # What is published is partly the mean, which is off as people are.
+    own = replace(growth, weight=1.0).covariances[0]
+    assert np.sqrt(own[2, 2]) > 0.9 * np.sqrt(first[2, 2])
+
+
+def test_a_head_that_does_not_turn_tells_no_depth() -> None:
+    """Thirty times the same picture: depths are as unsure as those of people, and stay within a mm of the mean's."""
+    parameters = revise(HEAD.simulate().parameters, {**SMALL, "face_model": "growing"})
+    (frame,) = simulated(1)
+    target = frame.target
+    assert isinstance(target, Target)
+    tracker = HEAD.trackers["pf-asd"]
+    state = tracker.start(target, frame, parameters, Stream(0, 0, Purpose.START))
+    for index in range(1, 31):
+        state = tracker.step(state, replace(frame, index=index), parameters, Stream(0, index, Purpose.TRACK))
+    memory = state.memory  # type: ignore[attr-defined]
+    assert isinstance(memory, HeadMemory)
+    growth = memory.growth
+    assert growth is not None
+    depths = np.sqrt(
+        replace(growth, weight=1.0).covariances[:, 2, 2] / replace(growth, weight=0.0).covariances[:, 2, 2]
+    )
+    assert depths.min() > 0.8
+    assert np.abs(growth.shape - MEAN)[:, 2].max() < 1.0
+
+
+def test_it_goes_on_when_a_face_is_found_again() -> None:
+    """A face that was covered and is found again is the same person: what was learned is kept, and learned on."""
+    timeline = (
+        Change(0, {"face_model": "growing", "person": 102, "find_again": True, "patience_frames": 2, **SMALL}),
+        Change(12, {"hand_cover": 1.0, "pillar_width_px": 500.0}),
+        Change(22, {"hand_cover": 0.0, "pillar_width_px": 0.0}),
+    )
+    run = Run(HEAD, HEAD.simulate(), seed=1, frames=44, timeline=timeline)
+    lost = [step.state.memory.lost for step in run]
+    assert any(lost)
+    assert not lost[-1]
+    assert growth_of(run).own.frames > 10
+    assert growth_of(run).own.camera is not None
+    assert np.isfinite(growth_of(run).shape).all()
+
+
+def test_a_face_that_is_found_again_may_be_anywhere(state: PoseState) -> None:
+    """Both cameras are given up, and what was learned of the shape is kept."""
+    growth: Growing = state.memory.growth
+    again = face_growth.widen_motion(growth)
+    assert growth.own.camera is not None
+    assert growth.mean_camera is not None
+    assert again.own.camera is None
+    assert again.mean_camera is None
+    assert np.array_equal(again.own.precision, growth.own.precision)
+
+
+def test_what_is_counted_is_what_a_frame_has_alone(state: PoseState, grown: Run) -> None:
+    """The memory of a growing face counts what it keeps, that of templates in relief is shared by all frames."""
+    growth: Growing = state.memory.growth
+    kept = (growth.own.precision, growth.own.covariance, growth.own.shape, growth.shape)
+    assert growth.nbytes >= sum(array.nbytes for array in kept)
+    run = run_of(4, **SMALL, templates="relief")
+    first, *_, last = (step.state.memory for step in run)
+    assert first.reliefs is last.reliefs
+    assert last.nbytes <= grown.current.state.memory.nbytes
+
+
+def test_people_vary_as_they_are_drawn() -> None:
+    """The covariance of the prior is that of people drawn from the statistics."""
+    people = np.array([person(seed).points_mm.ravel() for seed in range(600)])
+    drawn, said = np.cov(people.T), spread_mm2()
+    assert np.sqrt(drawn.diagonal()) == pytest.approx(np.sqrt(said.diagonal()), rel=0.15)
+    spread = np.sqrt(said.diagonal())
+    assert np.abs(drawn - said).max() < 0.25 * (spread[:, None] * spread).max()
+    assert np.linalg.eigvalsh(said).min() > 0.0
+
+
+def test_the_deviations_hold_over_people() -> None:
+    """Squared errors of faces at the mean are what the covariances at first say, over people, within a third."""
+    parameters = revise(HEAD.simulate().parameters, SMALL)
+    said = face_growth.begin(mean_model(), 600.0, parameters).covariances
+    off = []
+    for seed in range(400, 440):
+        own = person(seed).points_mm
+        off.append(np.square(fit_similarity(own, MEAN)(own) - MEAN).sum())
+    assert np.mean(off) == pytest.approx(np.trace(said, axis1=1, axis2=2).sum(), rel=1 / 3)
+
+
+def test_the_model_begins_again_on_demand(grown: Run) -> None:
+    """Whenever the action is done once more, what was learned is gone; before and after it learns as usual."""
+    again = grown.branch(40, {"model_restarts": 1})
+    again.seek(44)
+    assert growth_of(again).own.frames == 4
+    assert growth_of(again).weight < 0.2
+    again.change({"model_restarts": 2})
+    again.seek(46)
+    assert growth_of(again).own.frames == 2
+    mean = Change(0, {**SMALL, "face_model": "mean"})
+    usual = Run(HEAD, HEAD.simulate(), seed=1, frames=4, timeline=(mean, Change(2, {"model_restarts": 1})))
+    without = Run(HEAD, HEAD.simulate(), seed=1, frames=4, timeline=(mean,))
+    assert usual.finish().diagnostics.estimate == without.finish().diagnostics.estimate
+
+
+def test_it_may_begin_with_a_face_that_was_learned(grown: Run) -> None:
+    """With what was exported it begins where that ended: nearer to the driver's face than the mean, from frame 0 on."""
+    grown.finish()
+    (exported,) = (export for export in HEAD.exports if export.name == "face-json")
+    text = exported.make(grown.current.state, grown.diagnostics).decode()
+    run = run_of(6, **SMALL, starting_face=text)
+    first = float(run.current.diagnostics.series["shape_error_mm"])
+    assert first == pytest.approx(error_mm(growth_of(grown).shape, 102), abs=0.01)
+    run.finish()
+    assert np.abs(run.current.state.solid.points_mm - growth_of(grown).shape).max() < 0.5
+    saved = run.recipe.timeline[0].values["starting_face"]
+    assert len(str(saved)) < 1500
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("nonsense", "must be a face model .expected a JSON file of points"),
+        (as_json(FEATURES[:5], MEAN[:5]).decode(), "expected a model of 11 points, got 5"),
+        (as_json(FEATURES, 5 * MEAN).decode(), "0.5 to 2 times the mean's size, got 5"),
+        (as_json(FEATURES, MEAN * (1, 1, -1)).decode(), "within 25 mm of the mean face's, got nose"),
+        (as_json(FEATURES, np.zeros((11, 3))).decode(), "all at one place"),
+        ("x" * 100_001, "of at most 100000 characters"),
+    ],
+)
+def test_what_is_no_face_is_refused(text: str, words: str) -> None:
+    """At the one door, with a sentence that names the parameter: not JSON, another number of points, no face, huge."""
+    with pytest.raises(ParameterError, match=words) as caught:
+        revise(HEAD.simulate().parameters, {"starting_face": text})
+    assert caught.value.field == "starting_face"
+
+
+def test_a_face_that_was_brought_along_stays_the_same() -> None:
+    """A change of something else leaves it as it is to the digit, or the model would begin again."""
+    parameters = HEAD.simulate().parameters
+    for driver in range(100, 400):
+        turned = person(driver).points_mm @ rotation(np.array([0.3, -0.5, 0.2])).T
+        first = revise(parameters, {"starting_face": as_json(FEATURES, turned).decode()})
+        assert revise(first, {"model_memory": 0.9}).starting_face == first.starting_face
+
+
+def test_a_face_that_is_turned_is_turned_back() -> None:
+    """A model in another pose and place is laid onto the mean face, as large as it is."""
+    turned = 1.1 * person(102).points_mm @ rotation(np.array([0.3, -0.5, 0.2])).T + (10.0, 200.0, -50.0)
+    found = starting_model(as_json(FEATURES, turned).decode()).points_mm
+    onto = fit_similarity(1.1 * person(102).points_mm, MEAN)
+    np.testing.assert_allclose(found, onto(1.1 * person(102).points_mm) / onto.scale, atol=1e-3)

@@ -1,0 +1,238 @@
+"""A face that goes away: when it is lost, how it is looked for, and what is kept of it when it is found again."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pftrack.core.model.parameters import Value, revise
+from pftrack.experiments.head.trackers import step as head
+from pftrack.experiments.head.trackers.memory import SEARCH_EVERY, around
+from pftrack.experiments.head.trackers.parameters import HeadTrackerParameters
+from pftrack.experiments.shared.pose.methods import METHODS, Method
+from pftrack.experiments.shared.pose.state import PoseState
+from pftrack.vision.detection.face import DetectedFace
+from tests.experiments.head.moving_face import (
+    NOTHING,
+    POINTS,
+    begun,
+    grey,
+    grey_at,
+    memory,
+    parameters,
+    similar,
+    stepped,
+)
+
+
+class Search:
+    """A face that goes away, with a finder that answers as told, by the frame in which it is asked."""
+
+    def __init__(
+        self, given: HeadTrackerParameters, monkeypatch: pytest.MonkeyPatch, answers: Callable[[int], object]
+    ) -> None:
+        self.given, self.index, self.asked = given, 0, []
+        self.state = begun("pf-asd", given)
+
+        def find(picture: NDArray[np.uint8], box: object, model: object) -> object:
+            self.asked.append((self.index, box, model))
+            return answers(self.index)
+
+        monkeypatch.setattr(head, "find_again", find)
+
+    def step(self, picture: NDArray[np.uint8], method: Method = "pf-asd") -> PoseState:
+        self.index += 1
+        self.state = stepped(self.state, method, self.given, self.index, picture)
+        return self.state
+
+
+def test_a_lost_face_is_looked_for_now_and_then(monkeypatch: pytest.MonkeyPatch) -> None:
+    """After `patience` doubtful frames it is lost; it is looked for in the next frame and in every fifth after that."""
+    given = parameters(find_again=True, patience_frames=3, pose_noise_deg=2.0, face_model="personal")
+    run = Search(given, monkeypatch, lambda _: None)
+    known = run.step(grey())
+    for count in (1, 2):
+        assert not memory(run.step(NOTHING)).lost
+        assert memory(run.state).doubtful_frames == count
+    assert memory(run.step(NOTHING)).lost
+    tracker = head.TRACKERS["pf-asd"]
+    assert tracker.searching is not None
+    assert tracker.searching(run.state)
+    assert not tracker.searching(known)
+    run.state = replace(run.state, recognised=np.ones(11, np.bool_))
+    lost_at, before = run.index, run.state
+    for count in range(2, 20):
+        state = run.step(NOTHING)
+        assert memory(state).lost_frames == count
+        assert not state.recognised.any()
+        assert not state.switched
+        held, had = state.belief.layers.features, before.belief.layers.features
+        assert held.coordinates is had.coordinates
+        assert held.parents.ravel().tolist() == list(range(held.parents.size))
+        variances = before.pose.covariance.diagonal() + (count - 1) * np.deg2rad(2.0) ** 2
+        assert state.sigma == pytest.approx(np.sqrt(variances))
+        assert np.array_equal(state.estimate, before.estimate)
+    assert [index for index, _, _ in run.asked] == [lost_at + 1 + SEARCH_EVERY * times for times in range(4)]
+    assert {box for _, box, _ in run.asked} == {memory(known).box}
+    assert {id(model) for _, _, model in run.asked} == {id(memory(known).sight.own)}
+
+
+def test_nothing_is_given_up_unless_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without `find_again` doubt grows for ever and the face stays tracked."""
+    run = Search(parameters(patience_frames=1), monkeypatch, lambda _: None)
+    for _ in range(12):
+        run.step(NOTHING)
+    assert memory(run.state).doubtful_frames == 12
+    assert not memory(run.state).lost
+    assert not run.asked
+
+
+def test_a_good_frame_ends_the_doubt(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Doubtful frames count in a row only."""
+    run = Search(parameters(find_again=True, patience_frames=3, hidden_weight=0.25), monkeypatch, lambda _: None)
+    for _ in range(4):
+        run.step(NOTHING)
+        run.step(NOTHING)
+        assert not memory(run.state).lost
+        run.step(grey())
+        assert memory(run.state).doubtful_frames == 0
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("scale", [0.81, 1.0, 1.24])
+def test_a_face_of_much_the_same_size_is_found_again(
+    method: Method, scale: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It keeps its templates and its frame 0; it begins at the points that were found, with their roll and size."""
+    points = similar(scale, 0.2, (6.0, -4.0))
+    face = DetectedFace(points, (0.0, 0.0, 1.0, 1.0), 2)
+    given = parameters(find_again=True, patience_frames=1)
+    run = Search(given, monkeypatch, lambda _: face)
+    before = run.step(grey(), method)
+    assert memory(run.step(NOTHING, method)).lost
+    state = run.step(grey_at(points), method)
+    found = memory(state)
+    assert (found.lost, found.doubtful_frames, state.switched) == (False, 0, True)
+    assert found.bank is memory(before).bank
+    assert found.sight is memory(before).sight
+    assert found.enlarged == pytest.approx(scale)
+    assert found.box == pytest.approx(around(points))
+    assert state.recognised.all()
+    assert state.estimate == pytest.approx([0, 0, 0.2])
+    assert np.rad2deg(state.sigma) == pytest.approx([10.0] * 3)
+    assert state.feature_means == pytest.approx(points, abs=4)
+    assert state.project(state.solid.points_mm) == pytest.approx(points, abs=1e-6 if method != "rb-pf" else 1e-5)
+    spread = np.sqrt(np.trace(state.feature_covariances, axis1=1, axis2=2) / 2)
+    if method != "rb-pf":
+        expected = 0.05 * memory(before).box[2] / 1.5
+        assert np.mean(spread) == pytest.approx(expected, rel=0.1)
+
+
+@pytest.mark.parametrize("scale", [0.79, 1.26])
+def test_a_face_of_another_size_begins_again(scale: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its templates are cut where it was found, the pose begins at 0, and the person is still the same."""
+    points = similar(scale, 0.0, (0.0, 0.0))
+    run = Search(
+        parameters(find_again=True, patience_frames=1),
+        monkeypatch,
+        lambda _: DetectedFace(points, (0.0, 0.0, 1.0, 1.0), 2),
+    )
+    before = run.step(grey())
+    run.step(NOTHING)
+    picture = grey_at(points)
+    state = run.step(picture)
+    found = memory(state)
+    assert not found.lost
+    assert found.bank is not memory(before).bank
+    assert np.array_equal(found.sight.points_px, points)
+    assert np.array_equal(found.sight.grey, picture)
+    assert found.sight.own == memory(before).sight.own
+    assert found.enlarged == 1.0
+    assert state.estimate.tolist() == [0, 0, 0]
+    after = run.step(picture)
+    assert memory(after).correlations.min() > 0.7
+
+
+@pytest.mark.parametrize("upper", ["affine", "perspective"])
+def test_a_found_face_is_tracked_on(upper: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Found where it is, it is followed from the next frame on, and the correlations are as before."""
+    moved = POINTS + np.array([12.0, 6.0])
+    run = Search(
+        parameters(find_again=True, patience_frames=2, upper_layer=upper),
+        monkeypatch,
+        lambda index: DetectedFace(moved, (0.0, 0.0, 1.0, 1.0), 2) if index > 8 else None,
+    )
+    run.step(grey())
+    for index in range(1, 10):
+        run.step(NOTHING if index < 8 else grey(12, 6))
+    assert not memory(run.state).lost
+    for _ in range(4):
+        run.step(grey(12, 6))
+    assert run.state.recognised.all()
+    assert np.abs(run.state.feature_means - moved).max() < 1.5
+    assert np.rad2deg(np.abs(run.state.estimate)).max() < 5
+
+
+@pytest.mark.parametrize("changed", [{"face_model": "personal"}, {"focal_widths": 1.0}])
+def test_a_face_that_has_come_nearer_stays_near(changed: dict[str, Value], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Found again a fifth larger, it is as large when its solid is made again in another form."""
+    face = DetectedFace(similar(1.2, 0.0, (0.0, 0.0)), (0.0, 0.0, 1.0, 1.0), 2)
+    run = Search(parameters(find_again=True, patience_frames=1), monkeypatch, lambda _: face)
+    before = run.step(grey())
+    run.step(NOTHING)
+    found = run.step(grey_at(face.points_px))
+    assert found.solid.scale == pytest.approx(1.2 * before.solid.scale)
+    run.given = revise(run.given, changed)
+    assert head._form(run.state, run.given).solid.scale == pytest.approx(found.solid.scale, rel=0.05)
+
+
+def test_a_face_that_is_found_twice_is_as_large_as_it_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its size is always that relative to first sight, however often it was lost in between."""
+    face = DetectedFace(similar(1.2, 0.1, (0.0, 0.0)), (0.0, 0.0, 1.0, 1.0), 2)
+    run = Search(parameters(find_again=True, patience_frames=1), monkeypatch, lambda _: face)
+    first = memory(run.step(grey())).sight
+    for _ in range(3):
+        run.step(NOTHING)
+        found = run.step(grey_at(face.points_px))
+        assert memory(found).enlarged == pytest.approx(1.2)
+        assert memory(found).sight is first
+        assert found.estimate == pytest.approx([0, 0, 0.1])
+
+
+@pytest.mark.parametrize("upper", ["affine", "perspective"])
+def test_templates_in_relief_outlast_any_size(upper: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Found again half as large again, a face keeps them; made again in another form they are those of first sight."""
+    points = similar(1.5, 0.0, (0.0, 0.0))
+    given = parameters(find_again=True, patience_frames=1, templates="relief", upper_layer=upper)
+    run = Search(given, monkeypatch, lambda _: DetectedFace(points, (0.0, 0.0, 1.0, 1.0), 2))
+    before = memory(run.step(grey()))
+    run.step(NOTHING)
+    found = memory(run.step(grey_at(points)))
+    assert found.enlarged == pytest.approx(1.5, rel=0.1)
+    assert found.sight is before.sight
+    assert found.reliefs is before.reliefs
+    for changed in ({"face_model": "personal"}, {"template_scale": 0.7}, {"focal_widths": 1.0}):
+        other = revise(given, changed)
+        again, fresh = memory(head._form(run.state, other)).reliefs, memory(begun("pf-asd", other)).reliefs
+        assert again is not None
+        assert fresh is not None
+        assert again is not before.reliefs
+        assert np.array_equal(again.points_mm, fresh.points_mm)
+        assert np.array_equal(again.levels, fresh.levels)
+
+
+def test_what_only_a_finder_takes_for_the_face_is_not_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A small face that it sees in the texture beside the true one is left alone, and the search goes on."""
+    wrong = DetectedFace(similar(0.25, 0.0, (10.0, 30.0)), (0.0, 0.0, 1.0, 1.0), 2)
+    right = DetectedFace(POINTS, (0.0, 0.0, 1.0, 1.0), 2)
+    run = Search(
+        parameters(find_again=True, patience_frames=1), monkeypatch, lambda index: wrong if index < 8 else right
+    )
+    run.step(grey())
+    run.step(NOTHING)
+    for _ in range(5):
+        assert memory(run.step(grey())).lost
+    assert not memory(run.step(grey())).lost
+    assert [index for index, _, _ in run.asked] == [3, 8]

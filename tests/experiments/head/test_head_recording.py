@@ -1,0 +1,291 @@
+"""The head on recordings: found, started late, lost and found again; and pictures without a face refused clearly."""
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from pftrack.experiments import find
+from pftrack.experiments.head.marks import FaceBox, FacePoints
+from pftrack.experiments.head.trackers.parameters import AS_PUBLISHED
+from pftrack.experiments.head.truth import PoseTable, read_poses
+from pftrack.runs.run import Change, Run
+from pftrack.sources.sequence import open_sequence
+from pftrack.sources.truth import TruthTable
+from pftrack.vision.detection.face import FaceError
+from pftrack.vision.geometry.face_model import FEATURES
+from pftrack.vision.geometry.gaze import gaze
+from tests.experiments.head.heads import Picture, Pictures, empty, pictures, simulated
+
+HEAD = find("head")
+BALL = find("ball")
+CLIP = Path(__file__).parents[3] / ".." / "shared" / "data" / "face_turning"
+
+
+def on(shown: list[Picture], **options: object) -> Run:
+    """Return a finished run on pictures; options are those of `on_video`, and a timeline."""
+    timeline = options.pop("timeline", ())
+    setup = HEAD.on_video(Pictures(shown), options.pop("mark", None), **options)  # type: ignore[misc, arg-type]
+    run = Run(HEAD, setup, seed=2, timeline=timeline)  # type: ignore[arg-type]
+    run.finish()
+    for row in run.diagnostics:
+        json.dumps(row.as_dict(), allow_nan=False)
+        assert np.isfinite([*row.estimate, *row.sigma]).all()
+    return run
+
+
+def true_poses(count: int, every: int) -> PoseTable:
+    poses = {}
+    for index, frame in enumerate(simulated(count, width=480, every=every)):
+        assert frame.target is not None
+        yaw, pitch, roll = np.rad2deg(gaze(frame.target.position)).tolist()
+        poses[index] = (yaw, pitch, roll)
+    return PoseTable(poses)
+
+
+def test_a_face_is_found_and_its_pose_has_the_right_signs() -> None:
+    """Through a turn to either side yaw, pitch and roll follow the truth; all of it comes from the pictures alone."""
+    run = on(pictures(110, width=480, every=2), truth=true_poses(110, 2))
+    report = HEAD.report(run.diagnostics)  # type: ignore[misc]
+    assert report["tracked_share"] == 1.0
+    assert max(report["mean_abs_error_deg"].values()) < 7.0
+    yaw = np.array(report["yaw_deg"])
+    truth = np.array([row.series["yaw_deg_true"] for row in run.diagnostics])
+    assert np.corrcoef(yaw, truth)[0, 1] > 0.95
+    assert abs(truth).max() > 20
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda picture: np.stack([picture[:, :, 0], picture[:, :, 0] // 2, picture[:, :, 0] // 3], axis=2),
+        lambda picture: np.repeat(np.repeat(picture, 3, axis=0), 3, axis=1),
+        lambda picture: picture[12:-11, 7:-8],
+    ],
+    ids=["colour", "large", "odd size"],
+)
+def test_any_picture_of_a_face_will_do(change: object) -> None:
+    """A tinted, an enlarged and a cropped picture are tracked as well."""
+    run = on(pictures(24, change, width=320))  # type: ignore[arg-type]
+    assert HEAD.report(run.diagnostics)["tracked_share"] == 1.0  # type: ignore[misc]
+    assert max(abs(angle) for angle in run.diagnostics[-1].estimate) < 12
+
+
+def smaller(picture: Picture, share: float) -> Picture:
+    """Return a picture of the same size in which everything is smaller, with a grey border."""
+    height, width = picture.shape[:2]
+    matrix = np.array([[share, 0.0, (1 - share) * width / 2], [0.0, share, (1 - share) * height / 2]])
+    return np.asarray(cv2.warpAffine(picture, matrix, (width, height), borderValue=(45, 45, 45)), np.uint8)
+
+
+def test_what_may_happen_between_two_pictures_follows_the_time_between_them() -> None:
+    """At 12 frames a second features may move 2.5 times as far in a frame as at 30, and further on a larger face."""
+    shown = pictures(3, width=320)
+    usual, slow = (
+        HEAD.on_video(Pictures(shown, frame_rate_hz=rate), None).parameters  # type: ignore[misc]
+        for rate in (30.0, 12.0)
+    )
+    for name in ("feature_noise_px", "camera_noise"):
+        assert getattr(slow, name) == pytest.approx(2.5 * getattr(usual, name))
+    assert slow.sd_floor_px == usual.sd_floor_px  # type: ignore[attr-defined]
+    large = HEAD.on_video(Pictures(pictures(3, width=640)), None).parameters  # type: ignore[misc]
+    assert large.feature_noise_px / usual.feature_noise_px == pytest.approx(2.0, abs=0.15)  # type: ignore[attr-defined]
+
+
+def test_who_enters_late_is_tracked_from_then_on() -> None:
+    """The run begins at the first picture with a face, which is where it says that it began."""
+    shown = pictures(12, width=320)
+    setup = HEAD.on_video(Pictures([empty(shown[0])] * 7 + shown), None)  # type: ignore[misc]
+    assert setup.footage.start == 7
+    run = Run(HEAD, setup)
+    assert run.frames == 12
+    assert run.finish().diagnostics.searching is False
+
+
+def test_who_leaves_and_comes_back_is_found_again() -> None:
+    """Without a face the state says so with growing uncertainty, and with one again it is small again."""
+    shown = pictures(40, width=320)
+    run = on([*shown[:10], *[empty(shown[0])] * 40, *shown[10:40]])
+    face = np.array([not row.searching for row in run.diagnostics])
+    sigma = np.array([row.sigma[1] for row in run.diagnostics])
+    assert face[:10].all()
+    assert not face[25:50].any()
+    assert face[60:].all()
+    assert sigma[45] > 3 * sigma[9]
+    assert sigma[45] > sigma[30]
+    assert sigma[79] < 2 * sigma[9]
+    assert abs(run.diagnostics[-1].estimate[1]) < 12
+    assert HEAD.report(run.diagnostics)["tracked_share"] == pytest.approx(face.mean())  # type: ignore[misc]
+
+
+def test_who_is_found_twice_has_the_size_of_the_last_time() -> None:
+    """Each time the size is that of the face relative to the first picture, not to the time before."""
+    shown = pictures(12, width=320)
+    further = [smaller(picture, 0.87) for picture in shown]
+    nobody = [empty(shown[0])] * 20
+    run = on([*shown, *nobody, *further, *nobody, *further])
+    scales = [run.seek(frame).state.solid.scale for frame in (11, 43, 75)]
+    assert not any(run.diagnostics[frame].searching for frame in (11, 43, 75))
+    assert np.divide(scales[1:], scales[0]) == pytest.approx(0.87, abs=0.03)
+
+
+def test_who_comes_back_much_further_away_is_looked_at_anew() -> None:
+    """Flat templates of a face of another size would not fit: they are cut again, and the pose begins there."""
+    shown = pictures(12, width=480)
+    back = [smaller(picture, 0.65) for picture in shown]
+    run = on([*shown, *[empty(shown[0])] * 20, *back], timeline=(Change(0, AS_PUBLISHED),))
+    first, last = (run.seek(frame).state.memory for frame in (11, 43))
+    assert not last.lost
+    assert last.enlarged == 1.0
+    sizes = [memory.templates(np.zeros(3), by_pose=False).sizes for memory in (first, last)]
+    assert np.median(sizes[1] / sizes[0]) == pytest.approx(0.65, abs=0.06)
+
+
+def test_where_no_truth_is_known_a_loss_is_what_the_tracker_says() -> None:
+    """On a recording without truth nothing is judged lost, and yet it is known when the face is."""
+    shown = pictures(40, width=320)
+    run = on([*shown[:10], *[empty(shown[0])] * 20, *shown[10:40]])
+    searching = np.array([row.searching for row in run.diagnostics])
+    assert {row.lost for row in run.diagnostics} == {None}
+    assert [row.is_lost for row in run.diagnostics] == searching.tolist()
+    first = int(np.argmax(searching))
+    assert 10 < first < 25
+    assert not searching[45:].any()
+
+
+def test_who_never_comes_back_leaves_wide_uncertainty() -> None:
+    """However long nobody is there, the estimate stays finite and its deviation stays below a turn."""
+    shown = pictures(6, width=320)
+    run = on([*shown, *[empty(shown[0])] * 300])
+    assert run.diagnostics[-1].searching is True
+    assert 40 < run.diagnostics[-1].sigma[1] < 90
+    drawing = HEAD.draw(run.current, run.diagnostics)
+    assert "no face" in drawing.caption
+    assert "particles" not in drawing.primitives
+
+
+def test_a_cover_that_comes_and_goes_is_survived() -> None:
+    """While an occluder covers the face uncertainty grows, and the face is found again behind it."""
+    cover = (Change(10, {"occlusion_width_px": 260}), Change(40, {"occlusion_width_px": 0}))
+    run = on(pictures(60, width=320), timeline=cover)
+    sigma = [row.sigma[1] for row in run.diagnostics]
+    assert sigma[39] > 3 * sigma[9]
+    assert sigma[45] < 3 * sigma[9]
+    assert run.diagnostics[-1].searching is False
+
+
+def test_marked_points_are_taken_as_they_are() -> None:
+    """Points that a person has marked stay where they were put; the others are placed by the model."""
+    first = simulated(1, width=320)[0].target
+    assert first is not None
+    assert first.landmarks is not None
+    marked = dict(zip(FEATURES, map(tuple, first.landmarks.points_px.tolist()), strict=True))
+    some = {name: marked[name] for name in ("leye", "reye", "nose")}
+    for points in (marked, some):
+        setup = HEAD.on_video(Pictures(pictures(3, width=320)), FacePoints.read({"points": points}))  # type: ignore[misc]
+        for name, place in points.items():
+            assert setup.footage.mark["points"][name] == pytest.approx(place)
+        assert len(setup.footage.mark["points"]) == 11
+        assert np.isfinite(Run(HEAD, setup).finish().diagnostics.estimate).all()
+
+
+def test_a_box_says_which_face() -> None:
+    """Of two faces the one in the box is tracked; a box without a face is refused."""
+    one = pictures(2, width=320)
+    both = [np.hstack([picture, picture]) for picture in one]
+    for left in (0, 320):
+        setup = HEAD.on_video(Pictures(both), FaceBox.of(left + 100.0, 40.0, 120.0, 150.0))  # type: ignore[misc]
+        xs = [x for x, _ in setup.footage.mark["points"].values()]
+        assert left < min(xs)
+        assert max(xs) < left + 320
+    with pytest.raises(FaceError):
+        HEAD.on_video(Pictures(both), FaceBox.of(0.0, 0.0, 40.0, 40.0))  # type: ignore[misc]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (empty, "found none"),
+        (lambda picture: picture[:8, :8], "at least 24 x 24 px"),
+        (lambda picture: picture[:, :165], "face"),
+        (lambda picture: picture[::-1], "face"),
+        (np.zeros_like, "found none"),
+    ],
+    ids=["nobody", "8x8", "half a face", "upside down", "black"],
+)
+def test_pictures_without_a_face_are_refused(change: object, message: str) -> None:
+    """What can be no face is refused with a sentence that says what was expected."""
+    with pytest.raises(FaceError, match=message):
+        HEAD.on_video(Pictures(pictures(3, change, width=320)), None)  # type: ignore[misc, arg-type]
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        ({"nose": (10.0, 10.0)}, "at least two"),
+        ({"leye": (1.0, 1.0), "ear": (2.0, 2.0)}, "one of nose"),
+        ({"leye": (190.0, 90.0), "reye": (140.0, 90.0), "nose": (9999.0, 90.0)}, "within the picture of 320 x 240 px"),
+        ({"leye": (190.0, 90.0), "reye": (190.0, 90.0)}, "all at one place"),
+        (dict.fromkeys(FEATURES, (100.0, 100.0)), "all at one place"),
+        ({name: (100.0 + 9 * index, 100.0) for index, name in enumerate(FEATURES)}, "one line or all in one place"),
+    ],
+)
+def test_points_that_make_no_face_are_refused(points: dict[str, tuple[float, float]], message: str) -> None:
+    """Too few, unknown, outside, in one place or on one line: each is said."""
+    shown = Pictures(pictures(3, width=320))
+    with pytest.raises(ValueError, match=message):
+        Run(HEAD, HEAD.on_video(shown, FacePoints.read({"points": points})))  # type: ignore[misc]
+
+
+def test_a_start_behind_the_end_is_refused() -> None:
+    """A start that is not within the recording is refused with its bounds."""
+    with pytest.raises(ValueError, match="0 to 2, got 3"):
+        HEAD.on_video(Pictures(pictures(3, width=320)), None, start=3)  # type: ignore[misc]
+    with pytest.raises(ValueError, match="within the picture of"):
+        HEAD.on_video(Pictures(pictures(3, width=320)), FaceBox.of(300.0, 0.0, 100.0, 50.0))  # type: ignore[misc]
+
+
+def test_a_ball_is_not_found_by_itself() -> None:
+    """An experiment that cannot find its target says that it needs the box."""
+    with pytest.raises(ValueError, match="mark must be a box around the target"):
+        BALL.on_video(Pictures(pictures(3, width=320)), None)  # type: ignore[misc]
+
+
+def test_the_real_clip_is_followed() -> None:
+    """On the sample clip yaw, pitch and roll stay within 5 degrees of the reference, without a loss."""
+    if not CLIP.exists():
+        pytest.skip("the sample clips are not beside this checkout")
+    sequence = open_sequence(CLIP / "clip.mp4")
+    setup = HEAD.on_video(sequence, None, truth=read_poses(CLIP / "reference_pose.csv"))  # type: ignore[misc]
+    run = Run(HEAD, setup, seed=0)
+    run.finish()
+    sequence.close()
+    report = HEAD.report(run.diagnostics)  # type: ignore[misc]
+    assert report["tracked_share"] == 1.0
+    assert max(report["mean_abs_error_deg"].values()) < 3.0
+    yaw = np.array(report["yaw_deg"])
+    truth = np.array([row.series["yaw_deg_true"] for row in run.diagnostics])
+    assert np.corrcoef(yaw, truth)[0, 1] > 0.9
+
+
+def test_a_face_first_seen_from_the_side_is_followed() -> None:
+    """The short sample, whose head turns by 65 degrees in half a second, is held from its first frontal picture on."""
+    if not CLIP.exists():
+        pytest.skip("the sample clips are not beside this checkout")
+    sequence = open_sequence(CLIP / "head_turn_short.gif")
+    truth = read_poses(CLIP / "head_turn_short_reference_pose.csv")
+    setup = HEAD.on_video(sequence, None, truth=truth)  # type: ignore[misc]
+    runs = [Run(HEAD, setup, seed=seed) for seed in range(3)]
+    for run in runs:
+        run.finish()
+    sequence.close()
+    assert abs(truth.poses[setup.footage.start][0]) < 10.0  # type: ignore[index]
+    assert np.median([HEAD.report(run.diagnostics)["tracked_share"] for run in runs]) > 0.7  # type: ignore[misc]
+
+
+def test_truth_of_another_kind_is_refused() -> None:
+    """A table of boxes is no truth for a head."""
+    with pytest.raises(ValueError, match="expected the truth of a head as a table of poses"):
+        HEAD.on_video(Pictures(pictures(3, width=320)), None, truth=TruthTable({0: (1, 2, 3, 4)}))  # type: ignore[misc]

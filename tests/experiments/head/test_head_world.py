@@ -1,0 +1,96 @@
+"""The head's model in its own world is the model that is assumed, seen from where the camera is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pftrack.core.geometry.rotation import rotation
+from pftrack.core.model.drawing import COLOURS, Arrows, Ellipsoids, Mesh, Points, Primitive
+from pftrack.experiments import find
+from pftrack.experiments.head.trackers.parameters import AS_PUBLISHED
+from pftrack.experiments.head.world import HEAD_WORLD, head_world
+from pftrack.experiments.shared.pose.state import PoseState
+from pftrack.runs.run import Change, Run
+
+HEAD = find("head")
+
+
+@pytest.fixture(scope="module", params=["parallel", "pinhole"])
+def run(request: pytest.FixtureRequest) -> Run:
+    """A driver who has turned his head, seen by either camera model."""
+    upper = {"parallel": "affine", "pinhole": "perspective"}[request.param]
+    return Run(HEAD, HEAD.simulate(), seed=3, frames=200, timeline=(Change(0, {**AS_PUBLISHED, "upper_layer": upper}),))
+
+
+def drawn(run: Run, frame: int) -> tuple[PoseState, dict[str, Primitive]]:
+    step = run.seek(frame)
+    (world,) = HEAD.draw(step, run.diagnostics).worlds
+    assert world.world is HEAD_WORLD
+    return step.state, world.primitives
+
+
+def seen(state: PoseState, points_mm: np.ndarray) -> np.ndarray:
+    """Where points of the model are seen in the picture, px."""
+    return state.project(points_mm.astype(np.float64) @ state.memory.turn.T)
+
+
+def test_the_points_are_those_of_the_model(run: Run) -> None:
+    """In mm in the head's frame, and the surface passes by them."""
+    state, primitives = drawn(run, 40)
+    points, surface = primitives["points"], primitives["surface"]
+    assert isinstance(points, Points)
+    assert isinstance(surface, Mesh)
+    np.testing.assert_allclose(points.positions, state.memory.model.points_mm, atol=1e-4)
+    apart = np.linalg.norm(points.positions[:, None] - surface.vertices, axis=2).min(axis=1)
+    assert apart.max() < 12.0
+
+
+def test_the_arrow_points_to_the_camera(run: Run) -> None:
+    """All of it lies on the ray on which the camera sees the head's origin."""
+    state, primitives = drawn(run, 60)
+    arrow = primitives["camera"]
+    assert isinstance(arrow, Arrows)
+    ends = seen(state, arrow.segments[0])
+    origin = seen(state, np.zeros((1, 3)))
+    np.testing.assert_allclose(ends, np.tile(origin, (2, 1)), atol=0.01)
+    depths = arrow.segments[0] @ (rotation(state.estimate) @ state.memory.turn)[2]
+    assert depths[1] < depths[0] < 0, "it leads away from the head, towards the camera"
+
+
+def test_features_stand_where_the_camera_sees_them(run: Run) -> None:
+    """At the depth of the model's point, with an uncertainty across the line of sight, in mm."""
+    state, primitives = drawn(run, 60)
+    features = primitives["features"]
+    assert isinstance(features, Ellipsoids)
+    np.testing.assert_allclose(seen(state, features.centres), state.feature_means, atol=0.5)
+    sight = (rotation(state.estimate) @ state.memory.turn)[2]
+    along = np.einsum("i,nij,j->n", sight, features.covariances, sight)
+    np.testing.assert_allclose(along, 0.0, atol=1e-4)
+    scale = state.solid.scale
+    spread = np.sqrt(np.trace(features.covariances, axis1=1, axis2=2))
+    in_picture = np.sqrt(np.trace(state.feature_covariances, axis1=1, axis2=2))
+    np.testing.assert_allclose(spread, in_picture / scale, rtol=0.3)
+
+
+def test_a_lost_head_has_no_features(run: Run) -> None:
+    """The model stays, in the colour of what is lost."""
+    step = run.seek(20)
+    state = replace(step.state, memory=replace(step.state.memory, lost_frames=3))
+    primitives = head_world(state, step.frame.target).primitives
+    assert "features" not in primitives
+    surface = primitives["surface"]
+    assert isinstance(surface, Mesh)
+    assert surface.colour == COLOURS["lost"]
+
+
+def test_what_is_not_known_at_all_does_not_hide_the_head() -> None:
+    """A tracker that has left the face believes its features to be anywhere; discs of that would cover the world."""
+    step = Run(HEAD, HEAD.simulate(), tracker="rb-pf", seed=3, frames=10).seek(5)
+    state, belief = step.state, step.state.belief
+    wide = belief.covariances.copy()
+    wide[2:] += 1e5 * np.eye(2)
+    state = replace(state, belief=replace(belief, particles=replace(belief.particles, feature_covariances=wide)))
+    features = head_world(state, step.frame.target).primitives["features"]
+    assert isinstance(features, Ellipsoids)
+    assert len(features.centres) == 2

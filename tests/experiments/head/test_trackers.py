@@ -1,0 +1,162 @@
+"""The head's own memory: templates by pose or renewed, and doubt."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pftrack.core.model.parameters import Value, revise
+from pftrack.core.numerics.gaussian import Gaussian
+from pftrack.experiments import find
+from pftrack.experiments.head.trackers import step as head
+from pftrack.experiments.head.trackers.memory import HeadMemory, around, eye_distance, widen
+from pftrack.experiments.head.trackers.parameters import AS_PUBLISHED
+from pftrack.runs.run import Change, Run
+from tests.experiments.head.moving_face import begun, grey, parameters, stepped
+
+HEAD = find("head")
+
+
+def memory_after(frames: int, **values: Value) -> tuple[HeadMemory, HeadMemory]:
+    timeline = (Change(0, {"image_width_px": 320, "feature_noise_px": 3, **values}),)
+    run = Run(HEAD, HEAD.simulate(), seed=1, frames=frames, timeline=timeline)
+    first = run.current.state.memory
+    return first, run.finish().state.memory
+
+
+def test_templates_stay_what_they_were() -> None:
+    """Without renewal and a bank the templates of frame 0 are used throughout: the very same."""
+    first, last = memory_after(20)
+    assert last.bank is first.bank
+    assert last.lost is False
+    assert last.template_likeness.tolist() == [1.0] * 11
+
+
+def test_templates_can_follow_what_is_seen() -> None:
+    """With renewal they change a little in every frame, and still have unit norm."""
+    first, last = memory_after(20, **AS_PUBLISHED, template_renewal=0.05)
+    old, new = (memory.templates(np.zeros(3), by_pose=False) for memory in (first, last))
+    assert not np.array_equal(old.pixels, new.pixels)
+    assert float(old.pixels @ new.pixels) > 0.8 * 11
+    assert float(new.pixels @ new.pixels) == pytest.approx(11, abs=1e-3)
+    assert last.template_likeness.sum() == pytest.approx(float(old.pixels @ new.pixels), abs=1e-3)
+
+
+def test_templates_can_be_gathered_by_pose() -> None:
+    """While the head turns, sets of other poses come to the frontal one."""
+    first, last = memory_after(90, **AS_PUBLISHED, templates_by_pose=True)
+    assert len(first.bank.sets) == 1
+    assert len(last.bank.sets) > 1
+
+
+def test_doubt_needs_patience() -> None:
+    """A face is lost after as many doubtful frames in a row as patience allows, never without; a good one resets."""
+    memory, _ = memory_after(1)
+    points = memory.sight.points_px + 5
+    for count in (1, 2):
+        memory = memory.judge(np.zeros(11), points, 3, doubtful=True)
+        assert (memory.doubtful_frames, memory.lost) == (count, False)
+    assert memory.judge(np.zeros(11), points, 3, doubtful=True).lost
+    assert not memory.judge(np.zeros(11), points, 0, doubtful=True).lost
+    good = memory.judge(np.ones(11), points, 3, doubtful=False)
+    assert good.doubtful_frames == 0
+    assert good.box == around(points)
+    assert memory.box != good.box
+
+
+def test_misfit_is_measured_in_distances_of_the_eyes() -> None:
+    """Features that are all one distance of the eyes away have a misfit of one."""
+    memory, _ = memory_after(1)
+    moved = memory.sight.points_px + np.array([eye_distance(memory.sight.points_px), 0.0])
+    assert memory.misfit(memory.sight.points_px, moved) == pytest.approx(1.0)
+
+
+def test_one_feature_out_of_place_is_no_misfit() -> None:
+    """The median counts: five of eleven may be anywhere, six make a misfit."""
+    memory, _ = memory_after(1)
+    expected = memory.sight.points_px
+    for count, misfit in ((5, 0.0), (6, 2.0)):
+        moved = expected.copy()
+        moved[:count, 0] += 2 * eye_distance(expected)
+        assert memory.misfit(expected, moved) == pytest.approx(misfit)
+
+
+def test_the_box_of_a_face_is_half_as_large_again_as_its_features() -> None:
+    """A square about the middle of the points, one and a half times as long as their longer extent."""
+    points = np.array([[10.0, 20.0], [50.0, 30.0], [30.0, 80.0]])
+    assert around(points) == pytest.approx((30 - 45, 50 - 45, 90, 90))
+
+
+def test_uncertainty_grows_to_a_bound() -> None:
+    """Unseen for long, the angles' deviation grows, and stops at that of not knowing."""
+    belief, last = Gaussian(np.ones(3), 1e-4 * np.eye(3)), 0.0
+    for _ in range(2000):
+        belief = widen(belief, 0.05)
+        assert belief.standard_deviations[0] >= last
+        last = float(belief.standard_deviations[0])
+    assert last == pytest.approx(np.deg2rad(60.0))
+    assert np.array_equal(belief.mean, np.ones(3))
+
+
+def test_the_bound_of_uncertainty_is_sixty_degrees() -> None:
+    """A belief that is a little surer than that stays what it is, with a frame's noise more."""
+    nearly = Gaussian(np.zeros(3), np.deg2rad(59.5) ** 2 * np.eye(3))
+    wider = widen(nearly, np.deg2rad(5.0))
+    assert np.rad2deg(wider.standard_deviations) == pytest.approx([np.hypot(59.5, 5.0)] * 3)
+    assert np.rad2deg(widen(wider, np.deg2rad(12.0)).standard_deviations) == pytest.approx([60.0] * 3)
+
+
+@pytest.mark.parametrize("tracker", ["pf-asd", "rb-pf"])
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("face_model", "personal"), ("upper_layer", "affine"), ("focal_widths", 1.0), ("template_scale", 0.6)],
+)
+def test_what_was_made_at_first_sight_can_be_chosen_anew(tracker: str, name: str, value: Value) -> None:
+    """Solid and templates are then those of a run that began so, and the pose goes on from where it was."""
+    beginning = {"face_model": "mean", "image_width_px": 320, "feature_noise_px": 3, "joint_sample_count": 500}
+    begun = Run(HEAD, HEAD.simulate(), tracker=tracker, frames=31, timeline=(Change(0, {**beginning, name: value}),))
+    run = Run(HEAD, HEAD.simulate(), tracker=tracker, frames=31, timeline=(Change(0, beginning),))
+    before = run.seek(29).state
+    run.change({name: value})
+    after = run.advance().state
+    wanted, got = begun.current.state.solid, after.solid
+    for field in ("points_mm", "reference", "focal_px", "principal_px", "translation_mm"):
+        np.testing.assert_array_equal(getattr(got, field), getattr(wanted, field))
+    sets = (state.memory.templates(np.zeros(3), by_pose=False) for state in (begun.current.state, after))
+    np.testing.assert_array_equal(*(templates.pixels for templates in sets))
+    # Five hundred joint particles of 22 numbers are few: they jump by some degrees from frame to frame.
+    assert np.rad2deg(np.abs(after.estimate - before.estimate)).max() < (4.0 if tracker == "pf-asd" else 8.0)
+
+
+@pytest.mark.parametrize(
+    ("tracker", "beginning", "name", "value"),
+    [
+        ("pf-asd", AS_PUBLISHED, "focal_widths", 1.2),
+        ("rb-pf", {**AS_PUBLISHED, "joint_sample_count": 500}, "focal_widths", 1.2),
+        ("rb-pf", {"joint_sample_count": 500}, "template_scale", 0.9),
+        ("pf-asd", {"upper_layer": "perspective"}, "template_scale", 0.9),
+    ],
+)
+def test_what_the_upper_layer_does_not_read_leaves_it_alone(
+    tracker: str, beginning: dict[str, Value], name: str, value: Value
+) -> None:
+    """Its motion is not interrupted by the slider of something else."""
+    timeline = (Change(0, {"image_width_px": 320, "feature_noise_px": 3, **beginning}),)
+    run = Run(HEAD, HEAD.simulate(), tracker=tracker, frames=12, timeline=timeline)
+    state, parameters = run.seek(10).state, run.parameters_at(10)
+    assert head._form(state, revise(parameters, {name: value})).belief is state.belief
+
+
+def test_a_method_has_its_ratios_in_both_filters() -> None:
+    """Who goes over to the solid alone draws all particles from it, in the filter that is not believed as well."""
+    given = parameters(hidden_weight=0.5)
+    state = stepped(begun("pf-asd", given), "pf-asd", given, 1, grey(1, 0))
+    alone = state.belief
+    state = stepped(state, "alpha-1", given, 2, grey(2, 0))
+    rival = state.belief.rival
+    assert (state.belief.ratios == 1.0).all()
+    assert (rival.layers.mixture.ratios == 1.0).all()
+    assert (rival.layers.features.upper_counts == given.sample_count).all()
+    # Two filters take twice the memory of one.
+    assert state.belief.nbytes == 2 * replace(state.belief, rival=None).nbytes
+    assert alone.nbytes == state.belief.nbytes

@@ -1,0 +1,106 @@
+"""Chains on the paths of the simulated scene, measured without a picture."""
+
+from collections.abc import Iterator, Sequence
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.model.frame import Frame, Measurements
+from pftrack.core.model.parameters import Value
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments.linkage.scene.parameters import LinkageSceneParameters
+from pftrack.experiments.linkage.scene.paths import LENGTH, PathName
+from pftrack.experiments.linkage.scene.source import LinkageSource
+from pftrack.experiments.linkage.scene.truth import LinkageTarget
+from pftrack.experiments.linkage.trackers.parameters import LinkageTrackerParameters
+from pftrack.experiments.linkage.trackers.regions import contains
+from pftrack.experiments.linkage.trackers.state import LinkageState
+from pftrack.experiments.linkage.trackers.step import TRACKERS
+
+Array = NDArray[np.float64]
+
+RUNS: dict[str, tuple[PathName, tuple[int, int, int], dict[str, Value]]] = {
+    "static": ("static", (70, 60, 50), {}),
+    "mirror3": ("mirror3", (70, 60, 50), {}),
+    "mirror2": ("mirror2", (70, 60, 50), {"motion_bound_rad": 0.1}),
+    "two-1": ("two", (65, 55, 45), {"motion_bound_rad": 0.08}),
+    "two-2": ("two", (75, 65, 55), {"motion_bound_rad": 0.08}),
+    "3d": (
+        "3d",
+        (68, 58, 48),
+        {
+            "motion_bound_rad": 0.035,
+            "error_bound_px": 0.5,
+            "start_angle_bound_rad": 0.08,
+            "start_length_bound_px": 15,
+        },
+    ),
+}
+"""Path, lengths and parameters that differ from the defaults."""
+
+
+def told(target: LinkageTarget) -> Array:
+    """Its (theta, r) or (omega, t, theta, r), rad and px."""
+    parts = [target.theta, target.r]
+    return np.concatenate(parts if target.omega is None or target.t is None else [target.omega, target.t, *parts])
+
+
+def frame_of(target: LinkageTarget, index: int, noise: Array) -> Frame:
+    """A frame in which its points are measured with some errors (3 or 4, 2)."""
+    assert target.landmarks is not None
+    points = target.landmarks.points_px[-len(noise) :] + noise
+    return Frame(index, index / 15, measurements=Measurements(points, np.ones_like(points)), target=target)
+
+
+def frames(
+    name: str, seed: int, count: int | None = None, spread: float = 1.0
+) -> Iterator[tuple[LinkageTarget, Frame]]:
+    """Truth and frames of a run; errors are normal, drawn again beyond three deviations."""
+    path, lengths, parameters = RUNS[name]
+    one, two, three = lengths
+    scene = LinkageSceneParameters(chain_path=path, true_length_1_px=one, true_length_2_px=two, true_length_3_px=three)
+    source = LinkageSource(seed, scene)
+    deviation = spread * float(parameters.get("error_bound_px", 3)) / 3
+    for index in range(min(count or LENGTH[path], LENGTH[path])):
+        rng = np.random.default_rng((seed, index))
+        noise = rng.normal(size=(4 if path == "3d" else 3, 2))
+        while (abs(noise) > 3).any():
+            noise = np.where(abs(noise) > 3, rng.normal(size=noise.shape), noise)
+        target = source.target(index)
+        yield target, frame_of(target, index, deviation * noise)
+
+
+@cache
+def tracked(
+    name: str, seed: int, tracker: str = "ellipsoids", count: int | None = None, **changes: Value
+) -> tuple[list[LinkageState], list[bool]]:
+    """The states of a run, and whether each holds the truth."""
+    parameters = LinkageTrackerParameters(**{**RUNS[name][2], **changes})
+    states: list[LinkageState] = []
+    held = []
+    for target, frame in frames(name, seed, count):
+        following = step(tracker, states, target, frame, parameters)
+        states.append(following)
+        held.append(contains(following, told(target)))
+    return states, held
+
+
+def step(
+    tracker: str,
+    states: Sequence[LinkageState],
+    target: LinkageTarget,
+    frame: Frame,
+    parameters: LinkageTrackerParameters,
+) -> LinkageState:
+    """The state after a further frame; the first is that of the start."""
+    chosen, rng = TRACKERS[tracker], Stream(0, frame.index, Purpose.TRACK)
+    state = chosen.step(states[-1], frame, parameters, rng) if states else chosen.start(target, frame, parameters, rng)
+    assert isinstance(state, LinkageState)
+    chosen.measure(state)
+    return state
+
+
+def lengths_of(state: LinkageState) -> Array:
+    """(3, 2) intervals of the lengths."""
+    return np.stack([state.low[-3:], state.high[-3:]], axis=1)

@@ -1,0 +1,203 @@
+"""The experiment of a chain of links: what its presets promise, what a run says of itself, and bad values."""
+
+import json
+from functools import cache
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from pftrack.cli.app import app
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.drawing import Points
+from pftrack.core.model.parameters import ParameterError, Value, revise
+from pftrack.experiments import find
+from pftrack.experiments.experiment import Setup
+from pftrack.experiments.linkage.truth import direction_error
+from pftrack.runs.run import Change, Run
+
+LINKAGE = find("linkage")
+FRAMES = {"cross": 51, "cross-one": 51, "mirror3": 91, "mirror2": 81}
+"""Of a run; of the others 201."""
+
+
+@cache
+def rows(preset: str, tracker: str = "", seed: int = -1) -> tuple[Diagnostics, ...]:
+    """Return the frames of a preset, with another tracker or another seed than its own if that is asked for."""
+    chosen = next(one for one in LINKAGE.presets if one.name == preset)
+    setup = LINKAGE.simulate()
+    setup = Setup(setup.open_source, revise(setup.parameters, chosen.parameters), success=setup.success)
+    run = Run(LINKAGE, setup, tracker=tracker or chosen.tracker, seed=chosen.seed if seed < 0 else seed)
+    run.finish()
+    return tuple(run.diagnostics)
+
+
+def errors(preset: str) -> list[float]:
+    return [row.error or 0.0 for row in rows(preset)]
+
+
+def length(row: Diagnostics, link: int) -> tuple[float, float]:
+    interval = row.vector(f"length_{link}")
+    assert interval is not None
+    low, high = interval
+    return low, high
+
+
+def width(row: Diagnostics, link: int) -> float:
+    low, high = length(row, link)
+    return high - low
+
+
+@pytest.mark.parametrize(("preset", "split", "refuted"), [("mirror3", 63, 75), ("mirror2", 50, 54)])
+def test_regions_split_and_one_is_refuted_when_it_is_said(preset: str, split: int, refuted: int) -> None:
+    """There are two regions from the one frame to the other, and both frames are marked."""
+    found = rows(preset)
+    assert [row.frame for row in found if row.number("split")] == [split]
+    assert [row.frame for row in found if row.number("refuted")] == [refuted]
+    assert {row.number("hypothesis_count") for row in found[split:refuted]} == {2.0}
+    assert {row.number("hypothesis_count") for row in found[refuted:]} == {1.0}
+
+
+@pytest.mark.parametrize("preset", [one.name for one in LINKAGE.presets if "ellipsoids" in one.tracker])
+def test_regions_always_hold_the_truth(preset: str) -> None:
+    """In every frame, whatever is not known."""
+    assert {row.number("contained") for row in rows(preset)} == {1.0}
+
+
+def test_regions_are_lost_by_what_they_exclude_and_filters_by_their_estimate() -> None:
+    """The middle of all that is possible may be far off while nothing true is excluded."""
+    regions = rows("mirror3")
+    assert max(errors("mirror3")) > 11.5
+    assert not any(row.lost for row in regions)
+    wrong = rows("mirror3", "ekf-truncated")
+    assert [row.lost for row in wrong] == [(row.error or 0.0) > 11.5 for row in wrong]
+
+
+def test_both_sides_are_followed_until_bounds_leave_one_behind() -> None:
+    """The wrong side is ahead up to frame 35 and refuted soon; from frame 36 on the estimate is within 5 degrees."""
+    found = errors("cross")
+    assert min(found[27:36]) > 30.0
+    assert max(found[36:]) < 5.0
+    assert [row.frame for row in rows("cross") if row.number("refuted")] == [38, 39]
+
+
+def test_one_filter_loses_the_third_link() -> None:
+    """It ends 120 degrees off."""
+    assert round(errors("cross-one")[50], -1) == 120.0
+
+
+def test_a_filter_is_sure_of_a_wrong_length_and_a_region_is_not() -> None:
+    """Of the same frames the filter makes half a pixel about 48 px, the region 14 px that hold the 50."""
+    low, high = length(rows("static")[-1], 3)
+    assert round(low) == round(high) == 48
+    assert 0.3 < high - low < 0.6
+    assert 13.0 < width(rows("static-regions")[-1], 3) < 15.0
+
+
+def test_two_objects_are_told_apart_by_two_of_their_lengths() -> None:
+    """Links 1 and 2 have intervals that do not overlap, some 9 and 8 px of 20, reached in the frames that are named."""
+    first, second = rows("two-1"), rows("two-2")
+    for link in (1, 2):
+        assert length(first[-1], link)[1] < length(second[-1], link)[0]
+    assert [round(width(first[-1], link)) for link in (1, 2, 3)] == [9, 8, 16]
+    assert length(first[7], 1) == length(first[-1], 1)
+    assert (length(first[54], 2), length(first[97], 2)) == ((50.0, 70.0), length(first[-1], 2))
+
+
+def test_the_documents_ellipsoids_learn_no_length() -> None:
+    """The intervals are as wide at the end as they were at first."""
+    found = rows("two-1-literal")
+    assert [length(found[-1], link) for link in (1, 2, 3)] == [length(found[0], link) for link in (1, 2, 3)]
+
+
+def test_lengths_in_space_come_within_a_pixel() -> None:
+    """Of the truth, all three."""
+    last = rows("3d")[-1]
+    for link, true in enumerate((68.0, 58.0, 48.0), 1):
+        assert np.abs(np.array(length(last, link)) - true).max() < 1.0
+
+
+def said(*options: str) -> dict[str, object]:
+    """Return what `pftrack run linkage --json` says."""
+    done = CliRunner().invoke(app, ["run", "linkage", "--json", *options])
+    assert done.exit_code == 0, done.output
+    found: dict[str, object] = json.loads(done.stdout.splitlines()[-1])
+    return found
+
+
+def test_a_run_says_what_it_came_to() -> None:
+    """Regions tell how often the truth was contained; all tell the intervals and the worst direction, in rad."""
+    regions = said("--tracker", "ellipsoids", "--frames", "12")
+    assert regions["contained_share"] == 1.0
+    assert np.shape(regions["intervals_px"]) == (3, 2)
+    worst = regions["max_angle_error_rad"]
+    assert isinstance(worst, float)
+    assert worst == pytest.approx(np.deg2rad(max(errors("mirror3")[:12])))
+    assert "contained_share" not in said("--tracker", "ekf", "--frames", "4")
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"length_1_low_px": 90}, "length_1_low_px must be at most length_1_high_px, 80"),
+        ({"joint_low_deg": 100}, "joint_low_deg must be at most joint_high_deg, 90"),
+        ({"length_difference_12_px": 0, "length_2_high_px": 55}, "length_difference_12_px must be at least 5"),
+        ({"measurement_noise_px": float("nan")}, "measurement_noise_px must be a finite number"),
+        ({"beam_width": 0}, "beam_width must be a whole number between 1 and"),
+    ],
+)
+def test_bad_values_are_refused_with_both_sides(values: dict[str, Value], said: str) -> None:
+    """Bounds in the wrong order or that nothing fulfils, NaN and what is out of range, by API and command line."""
+    with pytest.raises(ParameterError, match=said):
+        revise(LINKAGE.simulate().parameters, values)
+    options = [text for name, value in values.items() for text in ("--set", f"{name}={value}")]
+    done = CliRunner().invoke(app, ["run", "linkage", *options])
+    assert done.exit_code != 0
+    assert said in str(done.exception)
+
+
+@pytest.mark.parametrize("tracker", LINKAGE.trackers)
+def test_all_trackers_cope_with_what_is_not_seen_and_with_outliers(tracker: str) -> None:
+    """Points behind a strip are left out, frames that contradict all bounds are marked, and nothing ever ends a run."""
+    values: dict[str, Value] = {"motion_bound_rad": 0, "outlier_share": 0.5, "outlier_px": 200, "sample_count": 200}
+    strip = {"occlusion_width_px": 640}
+    timeline = (Change(0, values), Change(8, strip), Change(10, {"occlusion_width_px": 0}))
+    run = Run(LINKAGE, LINKAGE.simulate(), tracker=tracker, seed=2, frames=14, timeline=timeline).finish()
+    assert np.isfinite(run.diagnostics.estimate).all()
+
+
+def test_regions_count_an_observation_outside_every_bound() -> None:
+    """It is left out, the prediction stands, and the frame is marked."""
+    values: dict[str, Value] = {"outlier_share": 0.5, "outlier_px": 200}
+    run = Run(LINKAGE, LINKAGE.simulate(), tracker="ellipsoids", frames=10, timeline=(Change(0, values),))
+    run.finish()
+    assert sum(row.number("outlier") for row in run.diagnostics) > 2.0
+
+
+def test_errors_of_directions_are_those_of_vectors() -> None:
+    """A turn of one joint turns all that follow; in space a rotation turns all alike, and a full turn none."""
+    straight = np.array([10.0, 20.0, 30.0, 70.0, 60.0, 50.0])
+    bent = straight + np.array([0.0, 5.0, 10.0, 0.0, 0.0, 0.0])
+    assert direction_error(bent, straight) == pytest.approx(15.0)
+    assert direction_error(straight + np.array([360.0, 0, 0, 0, 0, 0]), straight) == pytest.approx(0.0, abs=1e-9)
+    space = np.concatenate([np.zeros(5), straight - np.array([10.0, 0, 0, 0, 0, 0])])
+    turned = space + np.array([0.0, 0.0, 25.0, *np.zeros(8)])
+    np.testing.assert_allclose(direction_error(np.stack([turned, space]), space), [25.0, 0.0], atol=1e-9)
+
+
+@pytest.mark.parametrize("preset", ["cross", "3d"])
+def test_particles_are_drawn_around_the_estimate(preset: str) -> None:
+    """Both worlds show a cloud, of joints in depth and of lengths, where the estimate is."""
+    chosen = next(one for one in LINKAGE.presets if one.name == preset)
+    setup = LINKAGE.simulate()
+    setup = Setup(setup.open_source, revise(setup.parameters, {**chosen.parameters, "sample_count": 60}))
+    run = Run(LINKAGE, setup, tracker="particles", seed=1, frames=2)
+    run.finish()
+    depth, lengths = LINKAGE.draw(run.current, run.diagnostics).worlds
+    for world, size in ((depth, 0.4), (lengths, 2.0)):
+        cloud, estimate = (world.primitives[name] for name in ("particles", "joints" if world is depth else "estimate"))
+        assert isinstance(cloud, Points)
+        assert isinstance(estimate, Points)
+        assert 20 < len(cloud.positions) <= 300
+        apart = np.linalg.norm(cloud.positions[:, None] - estimate.positions[None], axis=2).min(axis=1)
+        assert np.median(apart) < size

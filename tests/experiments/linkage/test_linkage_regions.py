@@ -1,0 +1,289 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pftrack.core.model.frame import Measurements, Target
+from pftrack.experiments.linkage.sets.regions import HIGH, LOW, SHAPE
+from pftrack.experiments.linkage.sets.regions import contains as in_region
+from pftrack.experiments.linkage.shape import directions
+from pftrack.experiments.linkage.trackers.parameters import LinkageTrackerParameters
+from pftrack.experiments.linkage.trackers.regions import ROOT, Region, begin, box_of, contains, known_bounds, union
+from pftrack.experiments.linkage.trackers.state import LinkageState
+from tests.experiments.linkage.chains import RUNS, frame_of, frames, lengths_of, step, told, tracked
+
+PLANE = [name for name in RUNS if name != "3d"]
+SETS = ["ellipsoids", "ellipsoids-literal", "box-guides"]
+WRONG = {"predicted_ellipsoid": "printed", "first_ellipsoid": "inscribed"}
+
+
+def split_at(states: list[LinkageState]) -> list[int]:
+    return [index for index, state in enumerate(states) if len(state.belief) > 1]
+
+
+@pytest.mark.parametrize("tracker", SETS)
+@pytest.mark.parametrize("name", PLANE)
+def test_the_truth_is_held_in_every_frame(name: str, tracker: str) -> None:
+    """Errors and motion within their bounds never exclude the truth, and the regions come down to one again."""
+    states, held = tracked(name, 0, tracker)
+    assert all(held)
+    assert not any(state.events.outlier for state in states)
+    if tracker != "ellipsoids-literal":
+        assert len(states[-1].belief) == 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tracker", SETS)
+@pytest.mark.parametrize("name", PLANE)
+def test_the_truth_is_held_with_twelve_seeds(name: str, tracker: str) -> None:
+    """The same for twelve seeds."""
+    assert all(all(tracked(name, seed, tracker)[1]) for seed in range(12))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tracker", SETS)
+@pytest.mark.parametrize("seed", range(5))
+def test_the_truth_is_held_in_space(seed: int, tracker: str) -> None:
+    """The same for 200 frames in space."""
+    assert all(tracked("3d", seed, tracker)[1])
+
+
+@pytest.mark.parametrize(("name", "first", "last"), [("mirror3", 60, 67), ("mirror2", 39, 54)])
+def test_a_link_that_passes_the_parallel_splits_the_region(name: str, first: int, last: int) -> None:
+    """It does where Shimada's experiment does, within eight frames, and one of the two is refuted later."""
+    states, _ = tracked(name, 1)
+    apart = split_at(states)
+    assert first - 8 <= apart[0] <= last + 8
+    assert sum(state.events.splits for state in states) == sum(state.events.refuted for state in states) > 0
+    assert apart[-1] < len(states) - 1
+    parents = [state.belief.parents for state in states[1:]]
+    assert all(
+        set(own.tolist()) <= set(range(len(before.belief))) for own, before in zip(parents, states, strict=False)
+    )
+
+
+def test_lengths_are_found_by_the_full_method_alone() -> None:
+    """Guides shrunk by intervals bound the lengths of both objects, with ellipsoids or not; ellipsoids alone do not."""
+    wanted = {
+        "two-1": [[63.8, 71.7], [51.4, 59.3], [41.4, 56.1]],
+        "two-2": [[73.7, 80.0], [61.3, 69.3], [51.4, 60.0]],
+    }
+    for name, intervals in wanted.items():
+        full = [lengths_of(tracked(name, seed)[0][-1]) for seed in range(2)]
+        assert np.allclose(np.mean(full, axis=0), intervals, atol=2.0)
+        alone = lengths_of(tracked(name, 0, "box-guides")[0][-1])
+        assert np.allclose(alone, full[0], atol=0.1)
+        literal = lengths_of(tracked(name, 0, "ellipsoids-literal")[0][-1])
+        assert literal[1:] == pytest.approx(np.array([[50, 70], [40, 60]]), abs=1.5)
+
+
+def test_a_pose_that_is_held_teaches_nothing_new() -> None:
+    """Of the third length, which a filter believes to know to 0.2 px, an interval of 14 px is left."""
+    states, _ = tracked("static", 0)
+    widths = [float(np.ptp(lengths_of(states[index])[2])) for index in (20, 299)]
+    assert widths == pytest.approx([16.0, 14.1], abs=1.5)
+
+
+@pytest.mark.parametrize("name", ["mirror3", "mirror2", "two-1"])
+def test_the_printed_prediction_loses_the_truth(name: str) -> None:
+    """P + du I holds it in the first frames alone, and then takes observations for wrong."""
+    states, held = tracked(name, 0, "ellipsoids-literal", **WRONG)
+    assert 0.05 < np.mean(held) < 0.17
+    assert sum(state.events.outlier for state in states) > 5
+
+
+def test_in_space_the_truth_is_held_and_lengths_shrink() -> None:
+    """So it is while the attitude is known well; the estimate is finite, and a box."""
+    states, held = tracked("3d", 0, count=40)
+    assert all(held)
+    assert np.all(np.isfinite(states[-1].mean))
+    assert np.ptp(lengths_of(states[-1])[0]) < 16
+    assert states[-1].mean[5] == 0.0
+
+
+@pytest.mark.parametrize("tracker", SETS)
+def test_nothing_moves_and_nothing_errs(tracker: str) -> None:
+    """With du = 0, dy = 0, exact observations and a start at the truth, a region shrinks to a point and stays there."""
+    parameters = LinkageTrackerParameters(
+        motion_bound_rad=0, error_bound_px=0, start_angle_bound_rad=0, start_length_bound_px=0
+    )
+    for start in (parameters, parameters.model_copy(update={"start_angle_bound_rad": 0.1, "start_length_bound_px": 5})):
+        states: list[LinkageState] = []
+        for target, frame in frames("static", 0, 150, spread=0.0):
+            states.append(step(tracker, states, target, frame, start))
+            assert contains(states[-1], told(target))
+        assert not any(state.events.outlier for state in states)
+
+
+@pytest.mark.parametrize("tracker", SETS)
+def test_points_that_were_not_seen_are_left_out(tracker: str) -> None:
+    """Without a point, some or all, the truth is held; without any the lengths stay as they were."""
+    parameters = LinkageTrackerParameters()
+    states: list[LinkageState] = []
+    for index, (target, frame) in enumerate(frames("mirror3", 2, 60)):
+        assert frame.measurements is not None
+        points = frame.measurements.points_px.copy()
+        points[index % 5 : index % 5 + 1] = np.nan
+        if 30 <= index < 40:
+            points[:] = np.nan
+        seen = replace(frame, measurements=Measurements(points, frame.measurements.sd_px))
+        states.append(step(tracker, states, target, seen, parameters))
+        assert contains(states[-1], told(target))
+    assert np.allclose(lengths_of(states[29]), lengths_of(states[39]), atol=1e-6)
+    assert np.ptp(states[39].low[:3] - states[29].low[:3]) >= 0
+
+
+def test_the_root_in_space_is_bounded_by_what_is_seen() -> None:
+    """A hidden root is as far from the first joint that is seen as links reach; with nothing to see it may move on."""
+    parameters = LinkageTrackerParameters(**RUNS["3d"][2])
+    states: list[LinkageState] = []
+    for index, (target, frame) in enumerate(frames("3d", 0, 5)):
+        assert frame.measurements is not None
+        points = frame.measurements.points_px.copy()
+        points[: {2: 1, 3: 2, 4: 4}.get(index, 0)] = np.nan
+        seen = replace(frame, measurements=Measurements(points, frame.measurements.sd_px))
+        states.append(step("ellipsoids", states, target, seen, parameters))
+        assert contains(states[-1], told(target)) or index == 4
+    widths = [float(np.ptp([state.low[ROOT], state.high[ROOT]], axis=0).max()) for state in states]
+    assert widths[1] == pytest.approx(1.0)
+    assert 100 < widths[2] < 165 < widths[3] < 305
+    assert widths[4] == pytest.approx(widths[3] + 2.0 * parameters.root_motion_bound_px)
+
+
+@pytest.mark.parametrize("tracker", SETS)
+def test_an_observation_outside_every_bound_is_left_out(tracker: str) -> None:
+    """One point 60 px off is counted as an outlier, the prediction stands, and the truth is held before and after."""
+    parameters = LinkageTrackerParameters()
+    states: list[LinkageState] = []
+    for index, (target, frame) in enumerate(frames("static", 0, 14)):
+        noise = np.zeros((3, 2))
+        noise[1, 0] = 60.0 * (index == 8)
+        seen = frame_of(target, index, noise) if index == 8 else frame
+        states.append(step(tracker, states, target, seen, parameters))
+        assert contains(states[-1], told(target))
+    assert [state.events.outlier for state in states] == [index == 8 for index in range(14)]
+    assert np.all(states[8].high - states[8].low >= states[7].high - states[7].low - 1e-9)
+
+
+def test_lengths_in_the_wrong_order_are_said_and_survived() -> None:
+    """A chain with links of 50, 60 and 70 px contradicts the bounds: observations are outliers, and nothing breaks."""
+    wrong = LinkageTrackerParameters()
+    states: list[LinkageState] = []
+    for target, frame in frames("static", 0, 40):
+        other = replace(target, r=target.r[::-1].copy())
+        assert frame.measurements is not None
+        points = frame.measurements.points_px.copy()
+        points[:, 0] = np.cumsum(other.r * np.cos(directions(other.theta))) + target.origin_px[0]
+        seen = replace(frame, measurements=Measurements(points, frame.measurements.sd_px))
+        states.append(step("ellipsoids", states, other, seen, wrong))
+    assert sum(state.events.outlier for state in states) > 5
+    assert all(np.all(np.isfinite(state.mean)) and np.all(state.low <= state.high) for state in states)
+
+
+@pytest.mark.parametrize("other", ["ekf-mirrors", "ekf", "box-guides", "ellipsoids-literal"])
+def test_trackers_take_over_in_mid_run(other: str) -> None:
+    """From regions to another belief and back, every state is finite, and those of regions know no parent first."""
+    parameters = LinkageTrackerParameters(start_angle_variance_rad2=0.01, observation_variance_px2=1)
+    states: list[LinkageState] = []
+    for index, (target, frame) in enumerate(frames("mirror3", 0, 30)):
+        name = other if 10 <= index < 20 else "ellipsoids"
+        states.append(step(name, states, target, frame, parameters))
+        assert np.all(np.isfinite(states[-1].mean))
+        assert np.all(states[-1].low <= states[-1].high)
+    assert states[20].belief.parents.tolist() == ([-1] if other.startswith("ekf") else [0])
+    assert states[20].belief.members[0].has_ellipsoid
+
+
+def test_parameters_change_in_mid_run() -> None:
+    """Whatever is turned, scale, passes, cells, or what is least, the truth is held."""
+    changes = [
+        {"angle_scale_px": 150},
+        {"region_passes": 1, "direction_cells": 16},
+        {"least_ellipsoid": "volume", "tightened": False},
+        {"split_regions": False},
+        {"angle_scale_px": 5},
+    ]
+    states: list[LinkageState] = []
+    for index, (target, frame) in enumerate(frames("mirror3", 0)):
+        parameters = LinkageTrackerParameters(**changes[index // 20])
+        states.append(step("ellipsoids", states, target, frame, parameters))
+        assert contains(states[-1], told(target))
+
+
+@pytest.mark.parametrize("tracker", ["ellipsoids", "ellipsoids-literal"])
+@pytest.mark.parametrize("count", [500, pytest.param(5000, marks=pytest.mark.slow)])
+def test_thousands_of_frames_leave_ellipsoids_positive(tracker: str, count: int) -> None:
+    """With a motion bound of 0 and of more, however long a pose is held, every shape has a root."""
+    cycle = list(frames("static", 0, 60))
+    for motion in (0.0, 0.05):
+        parameters = LinkageTrackerParameters(motion_bound_rad=motion)
+        states: list[LinkageState] = []
+        for turn in range(count):
+            states = [step(tracker, states, *cycle[turn % 60], parameters)]
+            if turn % 100 == 99:
+                for member in states[0].belief.members:
+                    np.linalg.cholesky(member.array[SHAPE:])
+                assert contains(states[0], told(cycle[0][0]))
+
+
+def test_the_box_of_the_start_is_its_region() -> None:
+    """Points of the box are in the region, in the plane and in space; an inscribed ellipsoid leaves out corners."""
+    rng = np.random.default_rng(0)
+    for size in (6, 11):
+        low = rng.normal(size=size)
+        low[-3:] += 50
+        high = low + rng.uniform(0, 0.5, size)
+        if size == 11:
+            low[5] = high[5] = 0.0
+        region = begin((low, high), 55.0)
+        inner = begin((low, high), 55.0, inscribed=True)
+        kept = []
+        for _ in range(200):
+            point = low + rng.choice([0.0, 1.0, *[0.5] * 8], size) * (high - low)
+            theta = np.cumsum(point[-6:-3])
+            place = np.concatenate([point[:3], theta[1:], point[-3:]] if size == 11 else [theta, point[-3:]])
+            place[:-3] *= 55.0
+            assert in_region(region.array, place)
+            kept.append(in_region(inner.array, place))
+        assert 0 < np.mean(kept) < 1
+
+
+def test_bounds_are_the_same_in_the_coordinates_of_regions() -> None:
+    """Rows of joints and lengths have the same values for poses as for regions' points, in the plane and in space."""
+    rng = np.random.default_rng(0)
+    bounds = LinkageTrackerParameters(first_joint_low_deg=-90, first_joint_high_deg=90).bounds
+    for in_space in (False, True):
+        theta, r = rng.normal(size=3), rng.uniform(40, 80, 3)
+        theta[0] *= not in_space
+        place = np.concatenate([rng.normal(size=3), np.cumsum(theta)[1:]] if in_space else [np.cumsum(theta)])
+        told_by = known_bounds(bounds, 55.0, 0.1, in_space=in_space)
+        constraints = bounds.constraints(in_space=in_space)
+        assert np.allclose(told_by.rows @ np.append(place * 55.0, r), constraints.rows @ np.append(theta, r))
+        assert (told_by.moved, told_by.radius) == (len(place), pytest.approx(5.5))
+
+
+def test_a_region_is_told_in_radians_and_pixels() -> None:
+    """Pose, guides and shape are those of its coordinates over the scale, also after a change of scale."""
+    states, _ = tracked("mirror3", 0, count=10)
+    region = states[-1].belief.members[0]
+    assert isinstance(region, Region)
+    other = region.rescale(150.0)
+    for name in ("pose", "low", "high", "shape"):
+        assert np.allclose(getattr(region, name), getattr(other, name))
+    assert np.allclose(region.low[:3] * 55.0, region.array[LOW, :3])
+    assert region.shape[0, 3] == pytest.approx(region.array[SHAPE, 3] / 55.0)
+    assert np.allclose(other.array[HIGH, :3], region.array[HIGH, :3] * 150 / 55)
+    least, most = union([region])
+    low, high = box_of([region], LinkageTrackerParameters().bounds, None)
+    assert np.all(low[3:] == least[3:])
+    assert high[1] == pytest.approx(min(most[1] - least[0], np.pi / 2))
+    boxes = tracked("mirror3", 0, "box-guides", 5)[0][-1].belief.members[0]
+    assert not boxes.shape.any()
+    assert np.allclose(boxes.pose, 0.5 * (boxes.low + boxes.high))
+
+
+def test_a_tracker_of_chains_begins_at_a_chain() -> None:
+    """Anything else is refused, with both kinds."""
+    _, frame = next(frames("static", 0, 1))
+    with pytest.raises(TypeError, match="got Target"):
+        step("ellipsoids", [], Target(np.zeros(2)), frame, LinkageTrackerParameters())

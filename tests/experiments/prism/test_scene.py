@@ -1,0 +1,91 @@
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+
+from pftrack.core.geometry.camera import pinhole
+from pftrack.core.geometry.rotation import rotation
+from pftrack.core.model.parameters import revise
+from pftrack.core.model.source import History
+from pftrack.sources.prism import FACES, FRAMES, REAR, VERTICES_MM, PrismParameters, PrismSource, Sight, sight
+
+SCENE = PrismParameters()
+
+
+def sights(**values: object) -> list[Sight]:
+    scene = revise(SCENE, values)
+    return [sight(0, t, scene) for t in range(FRAMES)]
+
+
+def test_rear_vertices_hide_as_often_as_they_should() -> None:
+    """Vertices with odd numbers are always seen, the others hidden in 31, 29, 32 and 29 %."""
+    visible = np.array([now.visible for now in sights()])
+    assert visible[:, [0, 2, 4, 6]].all()
+    assert np.allclose(1 - visible[:, REAR].mean(axis=0), [0.314, 0.290, 0.315, 0.286], atol=0.01)
+    assert np.bincount(8 - visible.sum(axis=1)).tolist() == [50, 397, 178]
+
+
+def test_a_vertex_is_hidden_if_the_solid_is_in_front_of_it() -> None:
+    """A vertex is hidden exactly if the line of sight, just before it, runs inside the convex hull."""
+    planes = ConvexHull(VERTICES_MM).equations
+    for t in range(0, FRAMES, 7):
+        now = sight(0, t, SCENE)
+        eye = -now.translation_mm @ rotation(now.theta_rad)
+        before = VERTICES_MM + 1e-3 * (eye - VERTICES_MM)
+        inside = (before @ planes[:, :3].T + planes[:, 3] < -1e-9).all(axis=1)
+        assert np.array_equal(inside, ~now.visible)
+
+
+def test_faces_are_the_hull_s() -> None:
+    """The six faces are plane, lie on the hull and are listed in order around."""
+    for corners in FACES:
+        points = VERTICES_MM[list(corners)]
+        normal = np.cross(points[1] - points[0], points[2] - points[0])
+        heights = (VERTICES_MM - points[0]) @ normal
+        assert abs(heights[list(corners)]).max() < 1e-9
+        assert (heights >= -1e-9).all() or (heights <= 1e-9).all()
+        turns = [np.cross(points[i - 1] - points[i - 2], points[i] - points[i - 1]) @ normal for i in range(4)]
+        assert (np.array(turns) > 0).all()
+
+
+def test_what_is_measured_is_the_truth_with_the_noise_that_is_said() -> None:
+    """Measurements less the truth, divided by their standard deviations, are standard normal, hidden or not."""
+    scores, hidden = [], []
+    for now in sights():
+        placed = VERTICES_MM @ rotation(now.theta_rad).T + now.translation_mm
+        assert np.allclose(now.true_px, pinhole(placed, 400.0))
+        assert np.array_equal(now.noise_sd_px, np.where(now.visible, 1.0, 100.0))
+        scores.append((now.points_px - now.true_px) / now.noise_sd_px[:, None])
+        hidden.append(~now.visible)
+    assert np.std(scores) == pytest.approx(1.0, abs=0.02)
+    assert np.std(np.array(scores)[np.array(hidden)]) == pytest.approx(1.0, abs=0.05)
+
+
+def test_the_motion_is_that_of_the_study() -> None:
+    """Angles and translation are the sinusoids of docs/methods/adaptive.md, from where it faces the camera."""
+    still = sight(0, 0, SCENE)
+    assert not still.theta_rad.any()
+    assert still.visible_faces.tolist() == [True, False, True, True, False, False]
+    for t, now in enumerate(sights(translation=1)):
+        u = t / 625
+        theta = [20 * np.sin(6 * np.pi * u), 40 * np.sin(8 * np.pi * u), 15 * np.sin(4 * np.pi * u)]
+        assert np.allclose(np.rad2deg(now.theta_rad), theta)
+        across, down = 20 * np.sin(4 * np.pi * u), 15 * np.sin(6 * np.pi * u)
+        assert np.allclose(now.translation_mm, [across, down, 80 * (1 + 0.15 * np.sin(3 * np.pi * u))])
+
+
+def test_a_frame_depends_on_seed_frame_and_parameters_only() -> None:
+    """The same arguments give the same frame to the bit, another seed other noise on the same truth."""
+    first, again, other = sight(1, 9, SCENE), sight(1, 9, SCENE), sight(2, 9, SCENE)
+    assert np.array_equal(first.points_px, again.points_px)
+    assert not np.array_equal(first.points_px, other.points_px)
+    assert np.array_equal(first.true_px, other.true_px)
+
+
+def test_a_change_of_speed_does_not_make_it_jump() -> None:
+    """When the speed changes in mid-run the motion goes on from where it was."""
+    fast = revise(SCENE, {"speed": 3})
+    source = PrismSource(0, SCENE)
+    history = History(((0, SCENE), (101, fast)))
+    assert np.array_equal(source.sight(100, history).theta_rad, sight(0, 100, SCENE).theta_rad)
+    assert np.allclose(source.sight(110, history).theta_rad, sight(0, 130, SCENE).theta_rad)
+    assert np.array_equal(source.sight(40, history).points_px, sight(0, 40, SCENE).points_px)

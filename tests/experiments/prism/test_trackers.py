@@ -1,0 +1,249 @@
+"""Trackers of a prism: how its camera and its solid are set up, and what they do with each measurement."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pftrack.core.geometry.camera import pinhole
+from pftrack.core.geometry.rotation import rotation
+from pftrack.core.model.frame import Frame, Measurements
+from pftrack.core.model.parameters import ParameterError, Value, revise
+from pftrack.core.model.source import History
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments import find
+from pftrack.experiments.prism import trackers as prism
+from pftrack.experiments.prism.trackers import TRACKERS, TrackedPrismParameters
+from pftrack.experiments.shared.pose.methods import METHODS, Method
+from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED
+from pftrack.experiments.shared.pose.state import PoseState
+from pftrack.runs.run import Change, Run
+from pftrack.sources.prism import NAMES, PRINCIPAL_PX, VERTICES_MM, PrismSource
+
+MIRROR = np.array([2, 3, 0, 1, 6, 7, 4, 5])
+"""Which vertex is the mirror image of each in the plane y = 0."""
+
+
+def parameters(**values: Value) -> TrackedPrismParameters:
+    return revise(TrackedPrismParameters(), {**AS_PUBLISHED, "joint_sample_count": 500, **values})
+
+
+def begun(method: Method, given: TrackedPrismParameters, seed: int = 1) -> PoseState:
+    source = PrismSource(seed, given)
+    return prism.start(method, source.start, source.frame(0, History(((0, given),))), given, rng(0))
+
+
+def rng(frame: int, seed: int = 2) -> Stream:
+    return Stream(seed, frame, Purpose.TRACK if frame else Purpose.START)
+
+
+def frame_of(points_px: NDArray[np.float64], frame: int = 1, sd_px: float | NDArray[np.float64] = 1.0) -> Frame:
+    return Frame(frame, frame / 30, measurements=Measurements(points_px, np.broadcast_to(sd_px, 8).astype(np.float64)))
+
+
+def posed(theta: tuple[float, float, float], given: TrackedPrismParameters) -> NDArray[np.float64]:
+    """Where the camera sees the vertices of a prism of this pose, px."""
+    place = np.array([0.0, 0.0, given.distance_mm])
+    turned = VERTICES_MM @ rotation(np.array(theta)).T
+    return pinhole(turned + place, given.focal_length_px) + PRINCIPAL_PX
+
+
+@pytest.mark.parametrize("distance", [60.0, 400.0])
+def test_the_affine_camera_sees_the_middle_plane_as_the_pinhole_does(distance: float) -> None:
+    """At theta = 0 both cameras agree on points at the prism's own distance; so does the scale."""
+    given = parameters(distance_mm=distance, focal_length_px=500)
+    state = begun("pf-asd", given)
+    plane = np.array([[0.0, 0.0, 0.0], [7.0, -3.0, 0.0], [-5.0, 9.0, 0.0]])
+    by_pinhole = pinhole(plane + np.array([0, 0, distance]), 500.0) + PRINCIPAL_PX
+    assert plane @ state.solid.reference[:, :3].T + state.solid.reference[:, 3] == pytest.approx(by_pinhole)
+    assert state.solid.scale == pytest.approx(500 / distance)
+    assert state.solid.translation_mm.tolist() == [0, 0, distance]
+    assert np.array_equal(state.solid.points_mm, VERTICES_MM)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_it_begins_at_the_true_vertices(method: Method) -> None:
+    """At frame 0 the angles are 0, the vertices where they are, and all of them count as seen."""
+    given = parameters(initial_sd_px=0)
+    state = begun(method, given)
+    assert state.estimate.tolist() == [0, 0, 0]
+    assert np.rad2deg(state.sigma) == pytest.approx([given.pose_noise_deg] * 3)
+    assert state.feature_means == pytest.approx(posed((0, 0, 0), given))
+    assert state.recognised.all()
+    assert not state.switched
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("angle", [0, 1, 2])
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_each_angle_turns_its_own_way(method: Method, angle: int, sign: int) -> None:
+    """Exact vertices of a prism that turns about one axis bring that angle and no other, to 2 degrees."""
+    given = parameters(distance_mm=800, focal_length_px=2000, sample_count=100, joint_sample_count=4000)
+    state = begun(method, given)
+    for frame in range(1, 13):
+        theta = [0.0, 0.0, 0.0]
+        theta[angle] = sign * np.deg2rad(min(frame, 10))
+        seen = frame_of(posed((theta[0], theta[1], theta[2]), given), frame, 0.5)
+        state = prism.step(method, state, seen, given, rng(frame))
+    found = np.rad2deg(state.estimate)
+    assert sign * found[angle] == pytest.approx(10, abs=2)
+    assert np.abs(np.delete(found, angle)).max() < 2
+
+
+def test_a_mirrored_prism_turns_the_other_way() -> None:
+    """With top and bottom exchanged the nod and the roll change sign and the turn does not, to 2 degrees."""
+    given = parameters(sample_count=1500)
+    up, down = (begun("pf-asd", given) for _ in range(2))
+    for frame in range(1, 9):
+        share = frame / 60
+        points = posed((share, 2 * share, -share), given)
+        mirrored = points[MIRROR] * [1, -1] + [0, 2 * PRINCIPAL_PX[1]]
+        up = prism.step("pf-asd", up, frame_of(points, frame), given, rng(frame))
+        down = prism.step("pf-asd", down, frame_of(mirrored, frame), given, rng(frame, seed=5))
+    assert np.abs(up.estimate).min() > 0.06
+    assert down.estimate == pytest.approx(up.estimate * [-1, 1, -1], abs=0.03)
+
+
+def test_a_vertex_is_recognised_by_its_noise() -> None:
+    """Measurements less than three times as noisy as the best one count as seen, the others as hidden."""
+    given = parameters()
+    state = begun("pf-asd", given)
+    noise = np.array([2.0, 2.5, 5.9, 6.0, 6.1, 100.0, 2.0, 3.0])
+    after = prism.step("pf-asd", state, frame_of(posed((0, 0, 0), given), 1, noise), given, rng(1))
+    assert after.recognised.tolist() == [True, True, True, False, False, False, True, True]
+    found = TRACKERS["pf-asd"].measure(after)
+    assert found["feature_recognised"] == (1, 1, 1, 0, 0, 0, 1, 1)
+    assert len(found["feature_sd_px"]) == len(NAMES)  # type: ignore[arg-type] # a vector
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_hidden_vertex_has_no_say(method: Method) -> None:
+    """A wild measurement with the noise of a hidden vertex leaves the pose as it would be without it, to 3 degrees."""
+    given = parameters(sample_count=300, joint_sample_count=4000)
+    plain = wild = begun(method, given)
+    noise = np.ones(8)
+    noise[1] = 500.0
+    for frame in range(1, 7):
+        points = posed((0, 0.01 * frame, 0), given)
+        thrown = points.copy()
+        thrown[1] += [200.0, -150.0]
+        plain = prism.step(method, plain, frame_of(points, frame, noise), given, rng(frame))
+        wild = prism.step(method, wild, frame_of(thrown, frame, noise), given, rng(frame))
+    assert np.rad2deg(np.abs(plain.estimate - wild.estimate)).max() < 3
+    assert np.abs(plain.feature_means - wild.feature_means).max() < 25
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_measurement_that_is_no_number_says_nothing(method: Method) -> None:
+    """One that is not finite, and all that are not, leave finite numbers; and the next ones are used again."""
+    given = parameters()
+    state = begun(method, given)
+    for frame, broken in enumerate((slice(2, 3), slice(0, 8)), 1):
+        points = posed((0, 0, 0), given)
+        points[broken] = np.nan
+        state = prism.step(method, state, frame_of(points, frame), given, rng(frame))
+        assert state.log_evidence == -np.inf
+        for values in (state.estimate, state.sigma, state.feature_means, state.feature_covariances):
+            assert np.isfinite(values).all()
+    state = prism.step(method, state, frame_of(posed((0, 0, 0), given), 3, 5.0), given, rng(3))
+    assert np.isfinite(state.log_evidence)
+
+
+def test_the_pinhole_knows_the_distance() -> None:
+    """With a pinhole above, a prism that comes nearer by a fifth is found there, to 2 mm; an affine camera stays."""
+    places = {}
+    for upper in ("perspective", "affine"):
+        given = parameters(upper_layer=upper, sample_count=200)
+        state = begun("pf-asd", given)
+        for frame in range(1, 25):
+            place = np.array([0.0, 0.0, 80.0 * (1 - 0.2 * min(frame / 20, 1.0))])
+            points = pinhole(VERTICES_MM + place, given.focal_length_px) + PRINCIPAL_PX
+            state = prism.step("pf-asd", state, frame_of(points, frame, 0.5), given, rng(frame))
+        places[upper] = state.translation_mm
+        if upper == "perspective":
+            assert np.rad2deg(np.abs(state.estimate)).max() < 3
+    assert places["perspective"] == pytest.approx([0, 0, 64], abs=2)
+    assert places["affine"] == pytest.approx([0, 0, 80], abs=1)
+
+
+def test_an_affine_camera_says_where_the_origin_is_across() -> None:
+    """What moves to the right by 25 px is 25 px times distance over focal length to the right."""
+    given = parameters(sample_count=300)
+    state = begun("alpha-0", given)
+    for frame in range(1, 20):
+        shift = np.array([min(2.5 * frame, 25.0), 0.0])
+        state = prism.step("alpha-0", state, frame_of(posed((0, 0, 0), given) + shift, frame), given, rng(frame))
+    assert state.translation_mm == pytest.approx([25 * 80 / 400, 0, 80], abs=0.6)
+    assert state.project(np.zeros((1, 3)))[0] == pytest.approx(PRINCIPAL_PX + np.array([25, 0]), abs=3)
+
+
+def test_a_solid_may_be_drawn_in_another_pose() -> None:
+    """`project` in a given pose is what it would be if that were believed, for both cameras."""
+    for upper in ("affine", "perspective"):
+        given = parameters(upper_layer=upper)
+        state = begun("pf-asd", given)
+        theta = np.array([0.1, -0.2, 0.3])
+        turned = replace(state, pose=replace(state.pose, mean=theta))
+        assert state.project(VERTICES_MM, theta) == pytest.approx(turned.project(VERTICES_MM))
+        if upper == "perspective":
+            assert state.project(VERTICES_MM, theta) == pytest.approx(posed((0.1, -0.2, 0.3), given), abs=1.0)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_tracker_s_functions_are_those_of_its_method(method: Method) -> None:
+    """What the registry has under a name steps by that method, to the bit."""
+    given = parameters()
+    source, history = PrismSource(1, given), History(((0, given),))
+    tracker = TRACKERS[method]
+    state = tracker.start(source.start, source.frame(0, history), given, rng(0))
+    after = tracker.step(state, source.frame(1, history), given, rng(1))
+    expected = prism.step(method, begun(method, given), source.frame(1, history), given, rng(1))
+    assert np.array_equal(after.estimate, expected.estimate)
+    assert tracker.measure(after).keys() == {series.name for series in tracker.series}
+    assert tracker.searching is None
+
+
+def test_the_place_is_that_of_this_frame() -> None:
+    """Of a prism that goes two mm to the right a frame the place is the present one, to 0.8 mm."""
+    given = parameters(upper_layer="perspective", sample_count=300)
+    state = begun("pf-asd", given)
+    for frame in range(1, 11):
+        place = np.array([2.0 * frame, 0.0, 80.0])
+        points = pinhole(VERTICES_MM + place, given.focal_length_px) + PRINCIPAL_PX
+        state = prism.step("pf-asd", state, frame_of(points, frame, 0.5), given, rng(frame))
+    assert state.translation_mm[:2] == pytest.approx([20.0, 0.0], abs=0.8)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_camera_may_change_in_mid_run(method: Method) -> None:
+    """From the affine camera to the pinhole and back the pose goes on, and the pinhole knows the place at once."""
+    given = parameters(sample_count=200)
+    state = begun(method, given)
+    for frame in range(1, 13):
+        upper = "perspective" if 5 <= frame <= 8 else "affine"
+        now = revise(given, {"upper_layer": upper})
+        state = prism.step(method, state, frame_of(posed((0, 0.01 * frame, 0), given), frame), now, rng(frame))
+        if method != "rb-pf":
+            assert (state.belief.place_mm is not None) == (upper == "perspective")
+        assert state.translation_mm == pytest.approx([0, 0, 80], abs=3)
+    assert state.estimate == pytest.approx([0, 0.12, 0], abs=0.08)
+
+
+def test_a_pose_may_turn_as_was_learned() -> None:
+    """Turns learned from a run guide the pose of another; what was learned in another experiment is refused."""
+    experiment = find("prism")
+    run = Run(experiment, experiment.simulate(), frames=40, timeline=(Change(0, AS_PUBLISHED),))
+    run.finish()
+    assert experiment.guidance is not None
+    learned = experiment.guidance.learn([experiment.guidance.states(run.diagnostics)])
+    turns = np.diff([row.estimate for row in run.diagnostics], axis=0) * np.pi / 180
+    assert learned.diffusion("fixed").covariance == pytest.approx(np.cov(turns.T))
+    values = {**AS_PUBLISHED, "learned": learned.text}
+    guided = Run(experiment, experiment.simulate(), frames=40, timeline=(Change(0, values),))
+    guided.finish()
+    assert guided.estimates_sha256 != run.estimates_sha256
+    assert guided.summary().verdict.mean_error < 1.2 * run.summary().verdict.mean_error
+    head = learned.text.replace('"prism"', '"head"')
+    with pytest.raises(ParameterError, match="it was learned in 'head', and this is 'prism'"):
+        Run(experiment, experiment.simulate(), timeline=(Change(0, {"learned": head}),))

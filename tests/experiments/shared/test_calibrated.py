@@ -1,0 +1,209 @@
+"""The calibrated band of the pose: what it changes, what it leaves alone, and how often it holds the truth."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy import stats
+
+from pftrack.core.geometry.camera import pinhole
+from pftrack.core.geometry.rotation import rotation
+from pftrack.core.model.parameters import Value, revise
+from pftrack.core.numerics.gaussian import Gaussian
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments import find
+from pftrack.experiments.shared.pose import layered
+from pftrack.experiments.shared.pose.beliefs import AffineLayers
+from pftrack.experiments.shared.pose.calibrated import (
+    Calibration,
+    depth_slopes,
+    nearness,
+    pin,
+    pose_and_band,
+    seen_moments,
+)
+from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
+from pftrack.experiments.shared.pose.solid import GAUSSIAN, STUDENT_4, STUDENT_8, Solid
+from pftrack.filters.affine import AffineLayer
+from pftrack.runs.run import Change, Run
+from pftrack.sources.prism import VERTICES_MM
+
+SLOPES = np.array([[4.0, 0.3, 0.2], [-0.1, 5.0, 0.4]])
+
+
+def run(experiment: str, frames: int, seed: int = 1, tracker: str = "pf-asd", **values: Value) -> Run:
+    found = find(experiment)
+    made = Run(found, found.simulate(), tracker=tracker, seed=seed, frames=frames, timeline=(Change(0, dict(values)),))
+    made.finish()
+    return made
+
+
+def shares(made: Run) -> tuple[float, float]:
+    rows = [row.series for row in made.diagnostics[1:]]
+    return tuple(float(np.mean([row[name] for row in rows])) for name in ("within_50", "within_95"))  # type: ignore[return-value]
+
+
+def test_a_point_is_pinned_to_where_it_was_seen() -> None:
+    """The camera sees it there, and it moved across the line of sight only."""
+    seen = VERTICES_MM @ SLOPES.T + np.arange(16.0).reshape(8, 2)
+    moved = pin(VERTICES_MM, seen, VERTICES_MM @ SLOPES.T, np.tile(SLOPES, (8, 1, 1)))
+    assert moved @ SLOPES.T == pytest.approx(seen)
+    assert (moved - VERTICES_MM) @ np.cross(*SLOPES) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_nearness_makes_an_affine_camera_a_pinhole() -> None:
+    """Scaled about the principal point, the pixels of the affine camera are those of the pinhole."""
+    theta, slopes = np.array([0.2, -0.5, 0.1]), np.ascontiguousarray(5.0 * np.eye(2, 3))
+    turned = VERTICES_MM @ rotation(theta).T
+    nearer = nearness(VERTICES_MM, theta, slopes, 80.0)
+    assert nearer[:, None] * (turned @ slopes.T) == pytest.approx(pinhole(turned + np.array([0.0, 0.0, 80.0]), 400.0))
+
+
+def test_a_wrong_depth_shows_only_when_the_solid_turns() -> None:
+    """At theta = 0 nothing moves, whatever the depth is."""
+    assert depth_slopes(VERTICES_MM, np.zeros(3), SLOPES) == pytest.approx(0.0, abs=1e-12)
+    assert np.abs(depth_slopes(VERTICES_MM, np.array([0.0, 0.5, 0.0]), SLOPES)).max() > 1.0
+
+
+def believe(hidden: NDArray[np.float64], points: int = 8) -> tuple[Solid, AffineLayers]:
+    """A belief in a prism whose points, where they are seen, are told by the same particles, however surely hidden."""
+    random = np.random.default_rng(3)
+    theta, count = np.array([0.1, -0.2, 0.05]), 50
+    camera = np.column_stack([SLOPES, [160.0, 120.0]])
+    solid = Solid(VERTICES_MM[:points], camera, 400.0, camera[:, 3], np.array([0.0, 0.0, 80.0]), depth_doubt=0.0)
+    seen = VERTICES_MM @ (SLOPES @ rotation(theta)).T + camera[:, 3] + random.normal(scale=2.0, size=(8, 2))
+    positions = seen[:, None] + random.normal(scale=3.0, size=(8, count, 2))
+    weights = random.random((8, count))
+    weights = (1.0 - hidden[:, None]) * weights / weights.sum(axis=1)[:, None] + hidden[:, None] / count
+    layer = AffineLayer(solid.points_mm, camera)
+    begun = layered.begin(layer, layer.begin(), seen[:points], layered.Settings(), Stream(0, 0, Purpose.START))
+    coordinates = np.concatenate([positions, positions], axis=2).transpose(0, 2, 1)[:points]
+    features = replace(begun.features, coordinates=coordinates, log_weights=np.log(weights[:points]))
+    pose = Gaussian(theta, np.eye(3))
+    return solid, AffineLayers(replace(begun, features=features, hidden=hidden[:points], pose=pose))
+
+
+def test_the_moments_of_a_hidden_point_are_those_of_it_seen() -> None:
+    """What all its particles have in common is taken off their weights."""
+    shown, doubted = (seen_moments(believe(np.full(8, hidden))[1]) for hidden in (0.0, 0.9))
+    for one, other in zip(shown, doubted, strict=True):
+        assert one == pytest.approx(other)
+
+
+def test_a_point_that_is_hidden_tells_nothing_of_the_pose() -> None:
+    """The more surely a point is hidden the wider the band, up to that of the other points alone."""
+    wanted = revise(PoseTrackerParameters(), {"pose_band": "calibrated", "upper_layer": "affine"})
+    hidden = [np.where(np.arange(8) == 7, how, 0.0) for how in (0.0, 0.8, 0.9999)]
+    sides = []
+    for known, belief in (*map(believe, hidden), believe(np.zeros(8), points=7)):
+        solid = replace(known, pinned_mm=known.points_mm)  # it is not known any more, so that no camera is mended
+        band, _ = pose_and_band(None, solid, belief, wanted)
+        sides.append(np.linalg.det(band.covariance))
+    assert sides[0] < sides[1] < sides[2]
+    assert sides[2] == pytest.approx(sides[3], rel=0.05)
+    assert sides[0] < 0.8 * sides[3]
+
+
+def test_where_too_few_points_are_seen_the_excess_stays_as_it_was() -> None:
+    """Six of eight points are hidden: how badly the others fit is not told, and the last excess still counts."""
+    wanted = revise(PoseTrackerParameters(), {"pose_band": "calibrated", "upper_layer": "affine"})
+    solid, belief = believe(np.where(np.arange(8) < 2, 0.0, 0.9999))
+    solid = replace(solid, pinned_mm=solid.points_mm)
+    narrow, kept = pose_and_band(Calibration(0.0), solid, belief, wanted)
+    wide, _ = pose_and_band(Calibration(50.0), solid, belief, wanted)
+    assert kept == Calibration(0.0)
+    assert np.linalg.det(wide.covariance) > np.linalg.det(narrow.covariance)
+    assert pose_and_band(None, solid, belief, wanted) == (belief.pose, None)
+
+
+@pytest.mark.parametrize("tracker", ["pf-asd", "rb-pf"])
+def test_only_the_band_of_a_head_changes(tracker: str) -> None:
+    """A head's estimate is Bando's to the bit; its band is another."""
+    small: dict[str, Value] = {"image_width_px": 160, "feature_noise_px": 2, "joint_sample_count": 100}
+    document = run("head", 8, tracker=tracker, pose_band="document", **small)
+    calibrated = run("head", 8, tracker=tracker, pose_band="calibrated", **small)
+    for one, other in zip(document.diagnostics[1:], calibrated.diagnostics[1:], strict=True):
+        assert one.estimate == other.estimate
+        assert one.sigma != other.sigma
+
+
+def test_it_may_be_turned_on_and_off() -> None:
+    """After a change of the band in mid-run the tracking underneath is the same."""
+    found = find("prism")
+    first = Change(0, {"pose_band": "document"})
+    changes = (first, Change(10, {"pose_band": "calibrated"}), Change(20, {"pose_band": "document"}))
+    changing, document = (
+        Run(found, found.simulate(), tracker="pf-asd", seed=1, frames=30, timeline=given)
+        for given in (changes, (first,))
+    )
+    rows = [(one, other) for one, other in zip(changing, document, strict=True)]
+    same = [one.diagnostics.sigma == other.diagnostics.sigma for one, other in rows]
+    assert same == [True] * 10 + [False] * 10 + [True] * 10
+
+
+def test_the_band_of_the_prism_holds_the_truth() -> None:
+    """Over a seed that nothing was chosen on, within 7 points of 50 and of 95 %; the error is not larger."""
+    document, calibrated = (
+        run("prism", 625, seed=2100, upper_layer="affine", pose_band=band) for band in ("document", "calibrated")
+    )
+    half, most = shares(calibrated)
+    assert half == pytest.approx(0.5, abs=0.07)
+    assert most == pytest.approx(0.95, abs=0.07)
+    assert shares(document)[1] < 0.5
+    errors = [np.mean([row.error for row in one.diagnostics[1:]]) for one in (document, calibrated)]
+    assert errors[1] < 0.7 * errors[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("upper", ["affine", "perspective"])
+def test_the_band_holds_the_truth_over_seeds(upper: str) -> None:
+    """Over ten seeds that nothing was chosen on, within 7 points of 50 and 5 of 95 %, the angles pooled."""
+    found = [
+        shares(run("prism", 625, seed=seed, pose_band="calibrated", upper_layer=upper)) for seed in range(2101, 2111)
+    ]
+    half, most = np.mean(found, axis=0)
+    assert half == pytest.approx(0.5, abs=0.07)
+    assert most == pytest.approx(0.95, abs=0.05)
+
+
+def test_the_tails_of_a_head_are_those_of_a_student() -> None:
+    """Where the band is calibrated a head's errors follow Student's t; a prism's, and Bando's, a Gaussian."""
+    for widths, law in ((GAUSSIAN, stats.norm()), (STUDENT_4, stats.t(4)), (STUDENT_8, stats.t(8))):
+        assert widths == pytest.approx((law.ppf(0.75) / law.std(), law.ppf(0.975) / law.std()), abs=1e-6)
+    small: dict[str, Value] = {"image_width_px": 160, "feature_noise_px": 2}
+    for experiment, band, widths, more in (
+        ("head", "document", GAUSSIAN, small),
+        ("head", "calibrated", STUDENT_8, small),
+        ("head", "calibrated", STUDENT_4, {**small, "templates": "flat"}),
+        ("prism", "calibrated", GAUSSIAN, {}),
+    ):
+        made = run(experiment, 6, pose_band=band, **more)
+        state = made.current.state
+        assert state.widths == widths
+        known = made.current.frame.target
+        off = np.abs(state.estimate - known.position) / state.sigma
+        assert made.diagnostics[-1].series["within_50"] == tuple((off <= widths.half).astype(float))
+        assert made.diagnostics[-1].series["within_95"] == tuple((off <= widths.most).astype(float))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("face_model", ["mean", "personal"])
+@pytest.mark.parametrize(
+    ("upper_layer", "templates"), [("affine", "flat"), ("perspective", "flat"), ("perspective", "relief")]
+)
+def test_the_band_of_heads_holds_the_truth(upper_layer: str, templates: str, face_model: str) -> None:
+    """On people that nothing was chosen on, within 10 points of 50 and 5 of 95 %, the angles pooled.
+
+    The band of the mean face in relief is too narrow: 95 % hold 91 (docs/explanation/calibration.md), and from person
+    to person it is off by 5 points (standard deviation), so that four people would not tell.
+    """
+    chosen: dict[str, Value] = {"upper_layer": upper_layer, "templates": templates, "face_model": face_model}
+    narrow = (templates, face_model) == ("relief", "mean")
+    found = [
+        shares(run("head", 600, seed=0, person=person, speed=1.5, pose_band="calibrated", **chosen))
+        for person in range(400, 412 if narrow else 404)
+    ]
+    half, most = np.mean(found, axis=0)
+    assert half == pytest.approx(0.5, abs=0.1)
+    assert most == pytest.approx(0.91 if narrow else 0.95, abs=0.05)

@@ -1,0 +1,107 @@
+"""Signals are read by roles, and features depend on the frames up to their own alone."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.series import Hypotheses, Series
+from pftrack.experiments.shared.loss_probability.features import KINDS, Memory, feature_names, remember
+from pftrack.experiments.shared.loss_probability.scenes import Scenes
+from pftrack.experiments.shared.loss_probability.signals import read_signals, signal_names
+
+SERIES = (
+    Series("size", "ESS", role="ess"),
+    Series("count", "particles", role="particles"),
+    Series("from", "samplers", shape="vector", role="share"),
+    Series("seen", "features that are seen", shape="vector", role="flag"),
+    Series("outlier", "outliers", role="event"),
+    Series("box", "box", shape="vector", role="extent"),
+    Series("poses", "poses", shape="hypotheses"),
+    Series("likeness", "likeness"),
+)
+ROW = Diagnostics(0, 0.0, (0.0, 0.0), (3.0, 4.0), -2.0, None, None, None, None, None, None, True, 0.0)
+MEASURED = replace(
+    ROW,
+    series={
+        "size": 50.0,
+        "count": 200.0,
+        "from": (30.0, 10.0),
+        "seen": (1.0, 0.0, 1.0, 1.0),
+        "outlier": 3.0,
+        "box": (4.0, 5.0),
+        "poses": Hypotheses(((0.0,), (1.0,)), (0.5, 0.5)),
+        "likeness": 0.9,
+    },
+)
+
+
+def _read(*rows: Diagnostics) -> dict[str, list[float]]:
+    names = signal_names(SERIES, searches=True, more=("poses",))
+    values = read_signals(names, {one.name: one for one in SERIES}, rows)
+    return dict(zip(names, values.T.tolist(), strict=True))
+
+
+def test_signals_are_read_by_role() -> None:
+    """Each role has its number, and a series without one is read where it is asked for."""
+    found = _read(MEASURED)
+    assert "likeness" not in found
+    assert found["evidence"] == [-2.0]
+    assert found["spread"] == pytest.approx([math.log(math.sqrt(12.5))])
+    assert found["searching"] == [1.0]
+    assert found["ess"] == pytest.approx([math.log(0.25)])
+    assert (found["from"], found["seen"], found["outlier"], found["poses"]) == ([0.75], [0.75], [1.0], [0.5])
+    assert found["box"] == pytest.approx([math.log(20.0)])
+
+
+def test_steps_and_jumps_are_in_deviations() -> None:
+    """A target that goes on evenly steps and does not jump; one that turns back jumps twice as far."""
+    deviation = math.sqrt(12.5)
+    rows = [replace(ROW, estimate=(x, 0.0)) for x in (0.0, 5.0, 10.0, 5.0)]
+    found = _read(*rows)
+    assert found["step"] == pytest.approx([0.0, *[math.log1p(5.0 / deviation)] * 3])
+    assert found["jump"] == pytest.approx([0.0, 0.0, 0.0, math.log1p(10.0 / deviation)])
+
+
+def test_what_a_frame_does_not_have_is_not_known() -> None:
+    """Evidence of minus infinity counts as far down as a number goes, and a deviation that is not known is none."""
+    found = _read(replace(ROW, log_evidence=-math.inf, sigma=(math.nan, math.nan), searching=None))
+    assert found["evidence"] == [-700.0]
+    assert all(math.isnan(found[name][0]) for name in ("spread", "step", "searching", "ess", "box", "seen", "poses"))
+
+
+def test_features_begin_with_plain_means() -> None:
+    """In the first frames all means are that of what was known, and the change is from the mean of the first five."""
+    values = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 11.0])
+    _, found = remember(Memory.empty(1), values[:, None])
+    now, fast, slow, change, lowest, highest = found[4]
+    assert (now, lowest, highest, change) == (5.0, 0.0, 0.0, 0.0)
+    assert (fast, slow) == pytest.approx((3.0, 3.0))
+    assert found[5] == pytest.approx([11.0, 3.0 + 8.0 / 5.0, 3.0 + 8.0 / 6.0, 8.0 / 5.0, 0.0, 8.0 / 5.0])
+    assert len(feature_names(("a",))) == len(KINDS) == len(found[5])
+
+
+def test_features_of_a_frame_do_not_hang_on_what_comes_later_nor_on_how_one_comes_there() -> None:
+    """Frames at once or one by one come to the same bits, and a value that is not known changes no memory."""
+    values = np.random.default_rng(3).normal(size=(40, 3))
+    values[7:9, 1] = np.nan
+    _, whole = remember(Memory.empty(3), values)
+    memory, found = Memory.empty(3), []
+    for row in values:
+        memory, features = remember(memory, row[None])
+        found.append(features[0])
+    assert np.array_equal(whole, np.array(found))
+    assert np.isfinite(whole).all()
+    assert whole[7, 7:12].tolist() == whole[6, 7:12].tolist()
+
+
+def test_a_scene_is_its_number() -> None:
+    """The same number draws the same values within bounds; whole bounds draw whole numbers, both ends included."""
+    scenes = Scenes({"width": (0.0, 10.0), "layout": (0, 2)}, {"path": ("a", "b")})
+    drawn = [scenes.draw(number) for number in range(60)]
+    assert drawn == [scenes.draw(number) for number in range(60)]
+    assert {one["layout"] for one in drawn} == {0, 1, 2}
+    assert {one["path"] for one in drawn} == {"a", "b"}
+    assert all(0.0 <= float(one["width"]) <= 10.0 for one in drawn)

@@ -1,0 +1,279 @@
+"""What is drawn of a solid: the camera that sees it, where it is, where it truly is and where a second run has it."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pftrack.core.geometry.camera import pinhole
+from pftrack.core.geometry.rotation import rotation
+from pftrack.core.model.drawing import COLOURS, Axes, Drawing, Frustum, Links, Mesh, Text
+from pftrack.experiments import find
+from pftrack.experiments.head.sketch import front
+from pftrack.experiments.head.trackers.parameters import AS_PUBLISHED
+from pftrack.experiments.shared.pose_placing import heights, place_points
+from pftrack.experiments.shared.pose_sketch import beside, dashes
+from pftrack.runs.run import Change, Run
+from pftrack.sources.prism import NAMES, VERTICES_MM
+from pftrack.vision.geometry.face_model import FEATURES, TITLES, FaceModel, mean_model
+from tests.experiments.head.heads import Pictures, empty, pictures
+
+BOTH = pytest.mark.parametrize("name", ["prism", "head"])
+Floats = NDArray[np.float64]
+
+
+@cache
+def run_of(name: str, upper: str = "affine", frame: int = 25) -> Run:
+    experiment = find(name)
+    changes = (Change(0, {**AS_PUBLISHED, "upper_layer": upper} if name == "head" else {"upper_layer": upper}),)
+    run = Run(experiment, experiment.simulate(), seed=2, frames=60, timeline=changes)
+    run.seek(frame)
+    return run
+
+
+def drawn(run: Run) -> Drawing:
+    return run.experiment.draw(run.current, run.diagnostics)
+
+
+def leant(points: Floats, camera: Frustum) -> Floats:
+    """Return where points of a drawing stand: on the way from their pixel to the camera."""
+    share = points[:, 2:] / camera.apex[2]
+    return np.column_stack([points[:, :2] + share * (camera.apex[:2] - points[:, :2]), points[:, 2]])
+
+
+def camera_of(drawing: Drawing) -> Frustum:
+    camera = drawing.primitives["camera"]
+    assert isinstance(camera, Frustum)
+    return camera
+
+
+def links(drawing: Drawing, name: str) -> Floats:
+    item = drawing.primitives[name]
+    assert isinstance(item, Links)
+    return item.segments.astype(np.float64)
+
+
+@BOTH
+def test_the_camera_stands_a_focal_length_before_the_principal_point(name: str) -> None:
+    """Its rays end in the picture's corners, and the drawing knows where it stands."""
+    run = run_of(name)
+    drawing = drawn(run)
+    camera = camera_of(drawing)
+    width, height = run.source.size
+    assert camera.apex == pytest.approx([width / 2, height / 2, run.current.state.solid.focal_px])
+    assert camera.corners[0] == pytest.approx([-0.5, -0.5, 0])
+    assert camera.corners[2] == pytest.approx([width - 0.5, height - 0.5, 0])
+    assert drawing.apex is camera.apex
+
+
+def test_the_camera_moves_with_the_focal_length() -> None:
+    """With half the widths it stands half as far away."""
+    head = find("head")
+    far, near = (
+        Run(head, head.simulate(), frames=2, timeline=(Change(0, {"focal_widths": widths}),)) for widths in (2, 1)
+    )
+    assert camera_of(drawn(far)).apex[2] == 2 * camera_of(drawn(near)).apex[2]
+
+
+@BOTH
+def test_camera_pixel_and_point_are_in_line_and_the_solid_has_its_proportions(name: str) -> None:
+    """With the pinhole every point stands where it is in the camera's frame, on one scale for all three directions."""
+    state = run_of(name, "perspective").current.state
+    camera = camera_of(drawn(run_of(name, "perspective")))
+    points = place_points(state, state.solid.points_mm)
+    there = state.solid.points_mm @ rotation(state.estimate).T + state.translation_mm
+    assert points[:, :2] == pytest.approx(pinhole(there, state.solid.focal_px) + state.solid.principal_px)
+    # From the camera, x right, y down and z away from it, px.
+    seen = (leant(points, camera) - camera.apex) * [1.0, 1.0, -1.0]
+    scale = np.linalg.norm(seen) / np.linalg.norm(there)
+    assert np.abs(seen - scale * there).max() < 0.01
+    assert scale == pytest.approx(state.solid.focal_px / there[:, 2].mean(), rel=0.4)
+
+
+def test_the_true_prism_keeps_its_edges_lengths() -> None:
+    """Drawn over an affine estimate it is still the prism: every edge that is seen is as long as one of its edges."""
+    run = run_of("prism")
+    drawing, state = drawn(run), run.current.state
+    edges = links(drawing, "true edges")
+    ends = leant(edges.reshape(-1, 3), camera_of(drawing)).reshape(-1, 2, 3)
+    px_per_mm = -float(np.diff(heights(state, np.array([80.0, 81.0])))[0])
+    lengths_mm = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / px_per_mm
+    true_mm = np.array([20.0, 30.0, np.hypot(5.0, 20.0)])
+    assert len(edges) >= 7
+    assert np.abs(lengths_mm[:, None] - true_mm).min(axis=1).max() < 1e-3
+
+
+@BOTH
+def test_the_solid_is_before_its_picture_and_before_the_camera(name: str) -> None:
+    """Nothing of it dips into the picture, however it is turned in the scene."""
+    run = Run(find(name), find(name).simulate(), seed=2, frames=130)
+    for frame in range(0, 130, 10):
+        run.seek(frame)
+        drawing = drawn(run)
+        for item in drawing.primitives.values():
+            if isinstance(item, Mesh):
+                assert item.vertices[:, 2].min() > 0
+                assert item.vertices[:, 2].max() < camera_of(drawing).apex[2]
+            elif isinstance(item, Links):
+                assert item.segments[..., 2].min(initial=np.inf) > 0
+
+
+def test_what_would_be_behind_the_camera_is_drawn_before_it() -> None:
+    """A face that fills the picture of a short lens looks past the camera, and stays in the drawing."""
+    state = run_of("head").current.state
+    assert heights(state, np.array([-1e4, 0.0])).max() < state.solid.focal_px
+
+
+@BOTH
+@pytest.mark.parametrize("upper", ["affine", "perspective"])
+def test_the_ghost_of_a_second_run_has_the_pose_of_its_row(name: str, upper: str) -> None:
+    """It is drawn in the pose that the other run's row tells, where this run's solid is, in the second run's colour."""
+    run = run_of(name, upper)
+    twin = run.branch(10, {"tracker": "alpha-1"})
+    other = twin.seek(run.position).diagnostics
+    assert other.estimate != run.current.diagnostics.estimate
+    drawing = run.experiment.draw(run.current, run.diagnostics, other)
+    state, theta = run.current.state, np.deg2rad(other.estimate)
+    if name == "prism":
+        corners = place_points(state, VERTICES_MM, theta)
+        ends = links(drawing, "second edges").reshape(-1, 3)
+        assert len(ends) >= 18
+        assert np.abs(ends[:, None] - corners).max(axis=2).min(axis=1).max() < 1e-3
+    else:
+        tip = state.memory.turn @ state.memory.model["nose"]
+        line = place_points(state, tip + np.array([[0, 0, 0], [0, 0, -110.0]]), theta)
+        assert links(drawing, "second look")[0] == pytest.approx(line, abs=1e-3)
+    second = [item for item in drawing.primitives.values() if item.layer == "second run"]
+    assert second
+    assert all(item.colour == COLOURS["second"] for item in second)  # type: ignore[union-attr]
+
+
+def test_the_ghost_of_the_truth_is_where_the_face_is() -> None:
+    """The head's lines in the true pose, moved so that its features lie where they truly are."""
+    run = run_of("head")
+    target = run.current.frame.target
+    drawing, state = drawn(run), run.current.state
+    assert target is not None
+    assert target.landmarks is not None
+    nose = links(drawing, "true look")[0, 0]
+    seen = state.project(state.solid.points_mm, target.position)
+    expected = seen[0] + (target.landmarks.points_px - seen).mean(axis=0)
+    assert nose[:2] == pytest.approx(expected, abs=1e-2)
+    assert {drawing.primitives[name].layer for name in ("true lines", "true lines rim", "true look")} == {"truth"}
+
+
+def test_truth_and_estimate_are_told_apart_where_they_coincide() -> None:
+    """The truth is painted after the estimate, and narrower."""
+    for name, estimated, true in (("prism", "estimated edges", "true edges"), ("head", "head lines", "true lines")):
+        primitives = drawn(run_of(name)).primitives
+        names = list(primitives)
+        assert names.index(estimated) < names.index(true)
+        assert primitives[estimated].width >= 2 * primitives[true].width  # type: ignore[union-attr]
+
+
+def test_the_axes_come_out_of_the_nose_as_the_head_looks() -> None:
+    """Its z axis lies on the line that shows where the head looks."""
+    drawing = drawn(run_of("head"))
+    axes, line = drawing.primitives["axes"], links(drawing, "look")[0]
+    assert isinstance(axes, Axes)
+    assert axes.origin == pytest.approx(line[0], abs=1e-3)
+    along, way = axes.rotation[:, 2], line[1] - line[0]
+    assert along / np.linalg.norm(along) == pytest.approx(way / np.linalg.norm(way), abs=1e-3)
+
+
+def test_ways_lead_from_the_picture_to_the_solid() -> None:
+    """Every feature has one, from where it is tracked to its point on the solid."""
+    run = run_of("head")
+    ways, state = links(drawn(run), "ways"), run.current.state
+    assert ways[:, 0, :2] == pytest.approx(state.feature_means, abs=1e-3)
+    assert ways[:, 1] == pytest.approx(place_points(state, state.solid.points_mm), abs=1e-3)
+
+
+@BOTH
+def test_names_do_not_cover_each_other(name: str) -> None:
+    """They stand in two columns beside the solid, with room between them, and a line leads to each feature."""
+    run = run_of(name)
+    drawing, state = drawn(run), run.current.state
+    names = [item for item in drawing.primitives.values() if isinstance(item, Text) and item.layer == "names"]
+    places = np.array([item.position for item in names])
+    assert [item.text for item in names] == list(FEATURES if run.experiment.id == "head" else NAMES)
+    assert np.array([item.point for item in names])[:, :2] == pytest.approx(state.feature_means, abs=1e-3)
+    left, right = np.unique(places[:, 0])
+    for x in (left, right):
+        assert np.diff(np.sort(places[places[:, 0] == x, 1])).min() == pytest.approx(drawing.height / 18, abs=1e-3)
+    solid = state.project(state.solid.points_mm)
+    assert left < solid[:, 0].min() < solid[:, 0].max() < right
+    assert links(drawing, "name lines")[:, 1, :2] == pytest.approx(state.feature_means, abs=1e-3)
+
+
+def test_names_of_a_face_are_written_out_away_from_it() -> None:
+    """Each short name carries the words for it, which end at the left column and begin at the right one."""
+    drawing = drawn(run_of("head"))
+    names = [item for item in drawing.primitives.values() if isinstance(item, Text) and item.layer == "names"]
+    assert [item.title for item in names] == [TITLES[name] for name in FEATURES]
+    middle = np.mean([item.position[0] for item in names])
+    assert all(item.anchor == ("end" if item.position[0] < middle else "start") for item in names)
+
+
+def test_names_keep_their_order_whatever_the_points_do() -> None:
+    """Side and order are the object's, so that a name does not jump when two points change places in the picture."""
+    plan = np.array([[-1.0, 0.0], [-1.0, 5.0], [1.0, 0.0]])
+    places = beside(np.array([[10.0, 50.0], [12.0, 40.0], [8.0, 45.0]]), plan, 360.0)
+    assert places[0, 0] == places[1, 0] < 8.0
+    assert places[2, 0] > 12.0
+    assert places[1, 1] - places[0, 1] == 20.0
+
+
+def test_dashes_cover_half_of_every_line() -> None:
+    """They begin where it begins, lie on it, and short lines keep one."""
+    lines = np.array([[[0, 0, 0], [60, 0, 0]], [[0, 5, 0], [0, 6, 0]]], dtype=np.float32)
+    pieces = dashes(lines, (0, 0, 0), 1.0, "x", length=6.0).segments
+    assert len(pieces) == 6
+    assert np.linalg.norm(pieces[:, 1] - pieces[:, 0], axis=1).sum() == pytest.approx(30.5)
+    assert pieces[0, 0] == pytest.approx([0, 0, 0])
+    assert pieces[4, 1] == pytest.approx([54, 0, 0])
+    assert len(dashes(lines[:0], (0, 0, 0), 1.0, "x").segments) == 0
+
+
+def test_a_lost_face_is_said_and_seen_and_so_is_its_return() -> None:
+    """The head turns vermilion and fades while it is looked for; that it is back is said for about a second."""
+    head = find("head")
+    shown = pictures(50, width=320)
+    setup = head.on_video(Pictures([*shown[:10], *[empty(shown[0])] * 20, *shown[10:50]]), None)  # type: ignore[misc]
+    run = Run(head, setup, seed=2)
+    run.finish()
+    found = [not row.searching for row in run.diagnostics]
+    lost = found.index(False)
+    again = found.index(True, lost)
+    run.seek(again - 1)
+    drawing = drawn(run)
+    mesh = drawing.primitives["head"]
+    assert isinstance(mesh, Mesh)
+    assert mesh.colour == COLOURS["lost"]
+    assert f"no face for {again - lost} frames, looking for it" in drawing.caption
+    run.seek(lost)
+    assert "no face for 1 frame, looking for it" in drawn(run).caption
+    said = []
+    for frame in range(again, run.frames):
+        run.seek(frame)
+        said.append("face found again" in drawn(run).caption)
+    assert 0.8 < sum(said) / run.source.frame_rate_hz < 1.2
+    assert said[: sum(said)] == [True] * sum(said)
+    before = drawn_at(run, lost - 1).primitives["head"]
+    assert isinstance(before, Mesh)
+    assert before.opacity > mesh.opacity
+    assert not np.array_equal(before.colour, COLOURS["lost"])
+
+
+def drawn_at(run: Run, frame: int) -> Drawing:
+    run.seek(frame)
+    return drawn(run)
+
+
+def test_a_face_that_is_built_again_is_not_meshed_again() -> None:
+    """A model with the points that it had costs no second surface, as where each frame brings a model of its own."""
+    points = mean_model().points_mm
+    before = front(FaceModel(points))
+    assert front(FaceModel(points.copy())) is before
+    assert front(FaceModel(points + 0.5)) is not before

@@ -1,0 +1,353 @@
+"""The methods of a solid against closed forms: with Gaussian measurements every one of them has an exact answer.
+
+From below only (alpha 0) each feature is a Kalman filter of its own; from above only (alpha 1) its prior is the solid's
+Gaussian; between them it is a mixture of both, whose evidence is the mixture of the evidences; and the joint particles
+are a Kalman filter of the camera.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.stats import multivariate_normal, norm
+
+from pftrack.core.model.parameters import Value, revise
+from pftrack.core.numerics.gaussian import Gaussian
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments.shared.pose import methods as pose
+from pftrack.experiments.shared.pose.beliefs import JointParticles, Layers
+from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED, PoseTrackerParameters
+from pftrack.experiments.shared.pose.reports import measurement, report
+from pftrack.experiments.shared.pose.solid import Solid
+from pftrack.experiments.shared.pose.state import PoseState
+from pftrack.filters.affine import ENTRY_NOISE, AffineBelief, AffineLayer
+from pftrack.filters.layers import Projection
+from pftrack.filters.learning import mixture_em
+from pftrack.filters.perspective import POSE_NOISE, PerspectiveLayer
+from pftrack.filters.rao_blackwell import SCATTER_PX
+from pftrack.sources.prism import NAMES, VERTICES_MM
+from tests.experiments.shared.always import always
+
+FOCAL, PRINCIPAL, PLACE = 400.0, np.array([160.0, 120.0]), np.array([0.0, 0.0, 80.0])
+SCALE = FOCAL / PLACE[2]
+SOLID = Solid(VERTICES_MM, np.column_stack([SCALE * np.eye(2, 3), PRINCIPAL]), FOCAL, PRINCIPAL, PLACE)
+AT_START = VERTICES_MM[:, :2] * SCALE + PRINCIPAL
+DRIFT = np.array([2.0, -1.0])
+NOISE_PX = 3.0
+MANY = 5000
+
+
+def parameters(**values: Value) -> PoseTrackerParameters:
+    return revise(PoseTrackerParameters(), {**AS_PUBLISHED, "sample_count": MANY, "feature_noise_px": 4.0, **values})
+
+
+def seen_at(frame: int, seed: int = 0) -> NDArray[np.float64]:
+    """What is measured of vertices that drift away, with noise."""
+    return AT_START + frame * DRIFT + NOISE_PX * np.random.default_rng((seed, frame)).standard_normal((8, 2))
+
+
+def log_likelihood(frame: int, noise_px: float = NOISE_PX) -> "pose.FeatureLikelihood":
+    seen = seen_at(frame)
+    return lambda positions: -0.5 * ((positions - seen[:, None]) ** 2).sum(axis=2) / noise_px**2
+
+
+def begun(method: pose.Method, given: PoseTrackerParameters) -> PoseState:
+    belief = pose.begin(SOLID, AT_START, given, method, Stream(7, 0, Purpose.START))
+    return PoseState(SOLID, belief, belief.pose, np.ones(8, np.bool_))
+
+
+def stepped(
+    state: PoseState, method: pose.Method, given: PoseTrackerParameters, frame: int, **more: float
+) -> PoseState:
+    rng = Stream(7, frame, Purpose.TRACK)
+    belief = pose.advance(state, always(log_likelihood(frame, **more)), given, method, rng)
+    return replace(state, belief=belief, pose=belief.pose)
+
+
+def apart(state: PoseState) -> Layers:
+    assert isinstance(state.belief, Layers)
+    return state.belief
+
+
+def unnormalised(variance: float) -> float:
+    """Log of what a Gaussian likelihood without its constant leaves out, on one axis."""
+    return 0.5 * float(np.log(2 * np.pi * variance))
+
+
+def test_from_below_each_feature_is_a_kalman_filter() -> None:
+    """Means, deviations and evidences of three frames are the exact ones, to 0.5 px, 8 % and 0.2 a feature."""
+    given, spread = parameters(initial_sd_px=2.0), 2.0
+    state = begun("alpha-0", given)
+    transition, noise = np.array([[2.0, -1.0], [1.0, 0.0]]), np.diag([4.0**2, 0.0])
+    # All have the same covariance, that of (x_t, x_{t-1}); one position of two frames, at rest.
+    means, covariance = np.stack([AT_START, AT_START]), spread**2 * np.ones((2, 2))
+    for frame in range(1, 4):
+        state, seen = stepped(state, "alpha-0", given, frame), seen_at(frame)
+        means = np.einsum("ij,jfk->ifk", transition, means)
+        covariance = transition @ covariance @ transition.T + noise
+        total = covariance[0, 0] + NOISE_PX**2
+        evidence = norm.logpdf(seen, means[0], np.sqrt(total)) + unnormalised(NOISE_PX**2)
+        gain = covariance[:, 0] / total
+        means = means + gain[:, None, None] * (seen - means[0])
+        covariance = covariance - np.outer(gain, covariance[0])
+        assert state.feature_means == pytest.approx(means[0], abs=0.5)
+        sigmas = np.sqrt(apart(state).layers.features.variances)
+        assert sigmas == pytest.approx(np.full((8, 2), np.sqrt(covariance[0, 0])), rel=0.08)
+        assert apart(state).layers.features.log_evidences == pytest.approx(evidence.sum(axis=1), abs=0.2)
+        assert state.log_evidence == pytest.approx(evidence.sum(), abs=0.4)
+        assert apart(state).upper_counts.tolist() == [0] * 8
+
+
+@pytest.mark.parametrize("upper", ["affine", "perspective"])
+def test_from_above_the_prior_is_the_solid_s(upper: str) -> None:
+    """Each feature's posterior is the solid's Gaussian times the likelihood, its evidence their integral."""
+    given = parameters(upper_layer=upper, camera_noise=0.3)
+    layer = upper_layer(upper, 0.3)
+    state, wide = begun("alpha-1", given), 10.0
+    for frame in (1, 2, 3):
+        projection = layer.project(layer.predict(apart(state).layers.upper))
+        prior, variances, seen = projection.positions, projection.variances, seen_at(frame)
+        gain = variances / (variances + wide**2)
+        evidence = norm.logpdf(seen, prior, np.sqrt(variances + wide**2)) + unnormalised(wide**2)
+        state = stepped(state, "alpha-1", given, frame, noise_px=wide)
+        assert state.feature_means == pytest.approx(prior + gain * (seen - prior), abs=0.5)
+        known = np.sqrt(variances * (1 - gain))
+        assert np.sqrt(apart(state).layers.features.variances) == pytest.approx(known, rel=0.08)
+        assert apart(state).layers.features.log_evidences == pytest.approx(evidence.sum(axis=1), abs=0.2)
+        assert apart(state).upper_counts.tolist() == [MANY] * 8
+
+
+def upper_layer(kind: str, noise: float = 1.0) -> AffineLayer | PerspectiveLayer:
+    if kind == "affine":
+        return AffineLayer(SOLID.points_mm, SOLID.reference, noise * np.array(ENTRY_NOISE))
+    start = np.concatenate([np.zeros(3), PLACE])
+    return PerspectiveLayer(SOLID.points_mm, FOCAL, start, PRINCIPAL, noise * np.array(POSE_NOISE))
+
+
+def test_between_them_evidences_mix_by_alpha() -> None:
+    """At alpha = 1/2 a feature's evidence is the mean of both, and its mean lies between theirs by their shares."""
+    given = parameters(initial_sd_px=2.0)
+    state = begun("pf-asd", given)
+    layer = upper_layer("affine")
+    projection: Projection = layer.project(layer.predict(apart(state).layers.upper))
+    # At rest with the spread s, where a point will be has the variance s^2 + b^2: it moves as far as it is off.
+    below = (AT_START, np.full((8, 2), 2.0**2 + 4.0**2))
+    seen = seen_at(1)
+    parts = []
+    for prior, variances in ((projection.positions, projection.variances), below):
+        gain = variances / (variances + NOISE_PX**2)
+        evidence = norm.logpdf(seen, prior, np.sqrt(variances + NOISE_PX**2)) + unnormalised(NOISE_PX**2)
+        parts.append((evidence.sum(axis=1), prior + gain * (seen - prior)))
+    both = np.logaddexp(parts[0][0], parts[1][0]) - np.log(2)
+    share = np.exp(parts[0][0] - np.log(2) - both)[:, None]
+    after = apart(stepped(state, "pf-asd", given, 1))
+    assert after.layers.features.log_evidences == pytest.approx(both, abs=0.15)
+    assert after.means == pytest.approx(share * parts[0][1] + (1 - share) * parts[1][1], abs=0.25)
+    # What survives is the posterior, and so the mean responsibility is the posterior share of the solid.
+    assert after.ratios == pytest.approx(np.clip(share[:, 0], 0.1, 0.9), abs=0.06)
+
+
+def test_what_is_learned_of_alpha_follows_the_settings() -> None:
+    """The ratios are adapted with the forgetting, the clip and the density that the parameters name."""
+    for values in ({"forgetting": 0.9}, {"alpha_clip": 0.3}, {"lower_density": "kernel"}, {"feature_noise_px": 9.0}):
+        given = parameters(**{"sample_count": 60, **values})
+        state = stepped(stepped(begun("pf-asd", given), "pf-asd", given, 1), "pf-asd", given, 2)
+        after = apart(stepped(state, "pf-asd", given, 3))
+        before, features = apart(state).layers, after.layers.features
+        assert after.layers.projection is not None
+        settings = mixture_em.Settings(given.forgetting, given.alpha_clip, given.lower_density)
+        survivors = np.take_along_axis(features.coordinates[:, :2], features.survivors[:, None], axis=2)
+        parents = np.take_along_axis(before.features.coordinates, before.features.survivors[:, None], axis=2)
+        projected = after.layers.projection
+        expected = mixture_em.adapt(
+            before.mixture,
+            survivors,
+            (projected.positions, projected.variances),
+            2 * parents[:, :2] - parents[:, 2:],
+            given.feature_noise_px,
+            settings,
+        )
+        assert after.ratios == pytest.approx(expected.ratios, abs=1e-9)
+        assert after.ratios.min() >= given.alpha_clip
+        assert after.ratios.max() <= 1 - given.alpha_clip
+
+
+@pytest.mark.parametrize("method", ["pf-asd", "alpha-1", "alpha-0"])
+def test_features_are_handed_up_with_their_variances(method: pose.Method) -> None:
+    """The camera is conditioned on the features' means with their variances, or the floor's if that is more."""
+    given = parameters(sample_count=100, sd_floor_px=1.5)
+    state = stepped(begun(method, given), method, given, 1)
+    after = apart(stepped(state, method, given, 2))
+    layer = upper_layer("affine")
+    variances = np.maximum(after.layers.features.variances, 1.5**2)
+    assert (variances == 1.5**2).any() == (after.layers.features.variances < 1.5**2).any()
+    expected = layer.update(
+        layer.predict(apart(state).layers.upper), after.means, variances, Stream(0, 0, Purpose.TRACK)
+    )
+    assert after.layers.upper.mean == pytest.approx(expected.mean)
+    assert after.layers.upper.covariance == pytest.approx(expected.covariance)
+    assert after.pose.mean == pytest.approx(expected.theta.mean)
+    assert np.array_equal(after.pose.mean, after.layers.upper.theta.mean)
+
+
+def test_joint_particles_are_a_kalman_filter_of_the_camera() -> None:
+    """Where the camera sees the vertices, and the evidence, are the Kalman filter's: to 0.4 px and 0.05."""
+    wide = 12.0
+    given = parameters(joint_sample_count=30_000)
+    layer = upper_layer("affine")
+    state, exact = begun("rb-pf", given), layer.begin()
+    assert isinstance(exact, AffineBelief)
+    assert state.belief.camera(SOLID) == pytest.approx(exact.camera)
+    row = np.column_stack([VERTICES_MM, np.ones(8)])
+    for frame in (1, 2, 3):
+        predicted = layer.predict(exact)
+        noise = wide**2 + SCATTER_PX**2
+        evidence = 0.0
+        for axis in range(2):
+            spread = row @ predicted.covariance[axis, :4, :4] @ row.T + noise * np.eye(8)
+            density = multivariate_normal(row @ predicted.mean[axis, :4], spread)
+            evidence += density.logpdf(seen_at(frame)[:, axis]) + 8 * unnormalised(wide**2)
+        exact = layer.update(predicted, seen_at(frame), np.full((8, 2), noise), Stream(0, 0, Purpose.TRACK))
+        state = stepped(state, "rb-pf", given, frame, noise_px=wide)
+        assert isinstance(state.belief, JointParticles)
+        assert state.log_evidence == pytest.approx(evidence, abs=0.05)
+        seen, known = (row @ camera.T for camera in (state.belief.camera(SOLID), exact.camera))
+        assert seen == pytest.approx(known, abs=0.4)
+
+
+@pytest.mark.parametrize("method", ["pf-asd", "alpha-1", "alpha-0", "rb-pf"])
+def test_a_constant_of_the_likelihood_goes_to_the_evidence(method: pose.Method) -> None:
+    """What is added to a feature's log likelihoods changes no particle, no pose, and the evidence by as much."""
+    given = parameters(sample_count=60, joint_sample_count=500)
+    state = stepped(begun(method, given), method, given, 1)
+    more = np.linspace(-30.0, 40.0, 8)
+    score = log_likelihood(2)
+    plain, raised = (
+        pose.advance(state, always(likelihood), given, method, Stream(7, 2, Purpose.TRACK))
+        for likelihood in (score, lambda positions: score(positions) + more[:, None])
+    )
+    assert raised.means == pytest.approx(plain.means, abs=1e-9)
+    assert raised.log_weights == pytest.approx(plain.log_weights, abs=1e-9)
+    assert raised.pose.mean == pytest.approx(plain.pose.mean, abs=1e-9)
+    assert raised.log_evidence - plain.log_evidence == pytest.approx(more.sum())
+
+
+@pytest.mark.parametrize("method", ["pf-asd", "alpha-1", "alpha-0", "rb-pf"])
+@pytest.mark.parametrize("upper", ["affine", "perspective"])
+def test_what_says_nothing_leaves_the_prediction(method: pose.Method, upper: str) -> None:
+    """Impossible particles, and likelihoods that are no numbers, leave equal weights and finite numbers."""
+    given = parameters(sample_count=60, joint_sample_count=300, upper_layer=upper)
+    state = begun(method, given)
+    for frame, worst in enumerate((-np.inf, np.nan, np.nan, -np.inf), 1):
+        rng = Stream(7, frame, Purpose.TRACK)
+        belief = pose.advance(state, always(lambda x, worst=worst: np.full(x.shape[:2], worst)), given, method, rng)
+        state = replace(state, belief=belief, pose=belief.pose)
+        assert belief.log_evidence == -np.inf
+        assert np.ptp(belief.log_weights) == 0
+        assert np.exp(belief.log_weights).sum(axis=-1) == pytest.approx(1.0)
+        for values in (state.estimate, state.sigma, state.feature_means, state.translation_mm):
+            assert np.isfinite(values).all()
+    good = stepped(state, method, given, 5)
+    assert np.isfinite(good.log_evidence)
+
+
+@pytest.mark.parametrize("method", ["pf-asd", "alpha-1", "rb-pf"])
+def test_a_feature_that_is_hidden_is_where_the_solid_has_it(method: pose.Method) -> None:
+    """With one vertex unseen for some frames its mean stays near the solid's prediction, and grows no surer."""
+    given = parameters(sample_count=200, joint_sample_count=5000)
+    state = begun(method, given)
+    hidden = 3
+    for frame in range(1, 7):
+        score = log_likelihood(frame, 3.0)
+        blind = np.where(np.arange(8) == hidden, 0.0, 1.0)[:, None]
+        rng = Stream(7, frame, Purpose.TRACK)
+        belief = pose.advance(state, always(lambda x, score=score, blind=blind: blind * score(x)), given, method, rng)
+        state = replace(state, belief=belief, pose=belief.pose)
+    sigma = np.sqrt(np.trace(state.feature_covariances, axis1=1, axis2=2))
+    where = (AT_START + 6 * DRIFT)[hidden]
+    assert np.abs(state.feature_means[hidden] - where).max() < 8.0
+    if method != "rb-pf":
+        assert sigma[hidden] == max(sigma)
+
+
+@pytest.mark.parametrize("method", ["pf-asd", "alpha-1", "alpha-0", "rb-pf"])
+def test_the_order_of_the_points_does_not_matter(method: pose.Method) -> None:
+    """Numbered the other way round, with as many particles, the solid has the same pose within what chance allows."""
+    given = parameters(sample_count=2000, joint_sample_count=20_000)
+    turned = replace(SOLID, points_mm=np.ascontiguousarray(VERTICES_MM[::-1]))
+    found = []
+    for solid, step in ((SOLID, 1), (turned, -1)):
+        belief = pose.begin(solid, AT_START[::step], given, method, Stream(7, 0, Purpose.START))
+        state = PoseState(solid, belief, belief.pose, np.ones(8, np.bool_))
+        for frame in (1, 2, 3):
+            target = seen_at(frame)[::step]
+            score = lambda x, target=target: -0.5 * ((x - target[:, None]) ** 2).sum(axis=2) / 8.0**2  # noqa: E731
+            belief = pose.advance(state, always(score), given, method, Stream(7, frame, Purpose.TRACK))
+            state = replace(state, belief=belief, pose=belief.pose)
+        found.append((state.estimate, state.feature_means[::step]))
+    assert found[1][0] == pytest.approx(found[0][0], abs=0.005)
+    assert found[1][1] == pytest.approx(found[0][1], abs=2.0 if method == "alpha-0" else 0.8)
+
+
+@pytest.mark.parametrize("method", ["pf-asd", "alpha-1", "alpha-0", "rb-pf"])
+@pytest.mark.parametrize("upper", ["affine", "perspective"])
+def test_a_step_leaves_its_state_alone(method: pose.Method, upper: str) -> None:
+    """A step taken twice gives the same, and no array of the state that it was taken from has changed."""
+    given = parameters(sample_count=40, joint_sample_count=200, upper_layer=upper, pose_estimator="particle")
+    state = stepped(stepped(begun(method, given), method, given, 1), method, given, 2)
+    held = {**state.arrays(), "means": state.feature_means, "pose": state.pose.covariance}
+    before = {name: np.array(array) for name, array in held.items()}
+    one, other = (stepped(state, method, given, 3) for _ in range(2))
+    for name, array in held.items():
+        assert np.array_equal(array, before[name]), name
+    assert np.array_equal(one.belief.positions, other.belief.positions)
+    assert np.array_equal(one.estimate, other.estimate)
+
+
+def test_counts_and_settings_may_change_in_mid_run() -> None:
+    """The next frame has as many particles as are asked for, and a narrower clip moves ratios that were beyond it."""
+    given = parameters(sample_count=60, joint_sample_count=300, alpha_clip=0.05)
+    state = begun("pf-asd", given)
+    for frame in range(1, 5):
+        state = stepped(state, "pf-asd", given, frame)
+    assert apart(state).ratios.max() > 0.6
+    fewer = revise(given, {"sample_count": 13, "alpha_clip": 0.5, "joint_sample_count": 77})
+    after = apart(stepped(state, "pf-asd", fewer, 5))
+    assert after.positions.shape == (8, 13, 2)
+    assert after.upper_counts.tolist() == [6] * 8
+    assert after.ratios.tolist() == [0.5] * 8
+    joint = stepped(begun("rb-pf", given), "rb-pf", fewer, 1).belief
+    assert joint.positions.shape == (8, 77, 2)
+
+
+@pytest.mark.parametrize("method", ["pf-asd", "rb-pf"])
+def test_the_deviation_of_a_feature_is_that_of_one_axis(method: pose.Method) -> None:
+    """What is reported is the root of the mean of both axes' variances, not of their sum."""
+    given = parameters(sample_count=60, joint_sample_count=500)
+    state = stepped(begun(method, given), method, given, 1)
+    found = measurement(report(method, NAMES))(state)["feature_sd_px"]
+    variances = state.feature_covariances[:, [0, 1], [0, 1]]
+    assert found == pytest.approx(np.sqrt(variances.mean(axis=1)))
+
+
+def test_a_pose_that_is_poorly_known_begins_so() -> None:
+    """Before a pinhole the angles begin as unsure as they are given, and never surer than a frame's own noise."""
+    for sd in (0.2, 1e-4):
+        known = Gaussian(np.array([0.1, 0.0, 0.0]), sd**2 * np.eye(3))
+        begun = pose.begin(
+            SOLID, AT_START, parameters(upper_layer="perspective"), "pf-asd", Stream(7, 0, Purpose.START), theta=known
+        )
+        assert np.sqrt(begun.pose.covariance.diagonal()) == pytest.approx([max(sd, POSE_NOISE[0])] * 3)
+        assert begun.pose.mean == pytest.approx([0.1, 0.0, 0.0])
+
+
+def test_another_focal_length_puts_the_solid_elsewhere() -> None:
+    """Before a pinhole of twice the focal length a solid of the same look and pose is twice as far away."""
+    given = parameters(upper_layer="perspective", sample_count=60)
+    state = begun("pf-asd", given)
+    far = replace(SOLID, focal_px=2 * FOCAL)
+    moved = pose.transfer(state, far, given)
+    assert moved.translation_mm[2] == pytest.approx(2 * state.translation_mm[2], rel=0.05)
+    assert moved.estimate == pytest.approx(state.estimate)
+    assert apart(moved).layers.features is apart(state).layers.features

@@ -1,0 +1,192 @@
+"""Trackers of a signal against the posterior that follows from the whole path at once, without any recursion."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.stats import multivariate_normal
+
+from pftrack.core.model.frame import Frame, Target
+from pftrack.core.model.parameters import revise
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments.shared.point_state import PointState
+from pftrack.experiments.sine.trackers import TRACKERS, SignalTrackerParameters
+
+START = 0.7
+SPREAD, STEP, NOISE = 0.3, 0.05, 0.2
+PARAMETERS = revise(
+    SignalTrackerParameters(), {"process_noise_sd": STEP, "assumed_noise_sd": NOISE, "initial_sd": SPREAD}
+)
+KALMAN, SAMPLED = TRACKERS["kalman"], TRACKERS["condensation"]
+
+
+def frames(values: Sequence[Sequence[float]]) -> list[Frame]:
+    return [Frame(index, index / 60, signal=np.array(value)) for index, value in enumerate(values, 1)]
+
+
+def followed(tracker: str, seen: list[Frame], parameters: SignalTrackerParameters, seed: int = 0) -> list[PointState]:
+    chosen, target = TRACKERS[tracker], Target(np.full(len(seen[0].signal), START))  # type: ignore[arg-type]
+    states = [chosen.start(target, Frame(0, 0.0), parameters, Stream(seed, 0, Purpose.START))]
+    for frame in seen:
+        states.append(chosen.step(states[-1], frame, parameters, Stream(seed, frame.index, Purpose.TRACK)))
+    return states  # type: ignore[return-value] # of points, all of them
+
+
+def path_moments(length: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return mean and covariance of the path (x_1, ..., x_L) before anything is seen.
+
+    X_0 = (x_0, x_-1) has independent coordinates; x_t = 2 x_{t-1} - x_{t-2} + b u_t is written out for all t as a
+    linear map of X_0 and u_1, ..., u_L.
+    """
+    rows = np.zeros((length + 2, 2 + length))
+    rows[0, 1], rows[1, 0] = 1.0, 1.0
+    for t in range(1, length + 1):
+        rows[t + 1] = 2 * rows[t] - rows[t - 1]
+        rows[t + 1, 1 + t] += STEP
+    chosen = rows[2:]
+    scales = np.concatenate([np.full(2, SPREAD**2), np.ones(length)])
+    return chosen[:, :2].sum(axis=1) * START, (chosen * scales) @ chosen.T
+
+
+@pytest.fixture(scope="module")
+def seen() -> list[Frame]:
+    values = START + 0.3 * np.sin(np.arange(1, 13) / 4) + NOISE * np.random.default_rng(2).standard_normal(12)
+    return frames(values[:, None].tolist())
+
+
+def test_the_kalman_filter_is_the_conditional_of_the_whole_path(seen: list[Frame]) -> None:
+    """Mean and deviation in each frame are those of the joint Gaussian of path and observations, given the latter."""
+    values = np.array([frame.signal[0] for frame in seen if frame.signal is not None])
+    for length, state in enumerate(followed("kalman", seen, PARAMETERS)[1:], 1):
+        mean, covariance = path_moments(length)
+        gain = covariance[-1] @ np.linalg.inv(covariance + NOISE**2 * np.eye(length))
+        assert state.estimate[0] == pytest.approx(mean[-1] + gain @ (values[:length] - mean), abs=1e-10)
+        assert state.sigma[0] == pytest.approx(np.sqrt(covariance[-1, -1] - gain @ covariance[-1]), abs=1e-10)
+
+
+def test_log_evidences_sum_to_that_of_all_observations(seen: list[Frame]) -> None:
+    """The product of the frames' evidences is the density of the observations as one Gaussian vector."""
+    values = np.array([frame.signal[0] for frame in seen if frame.signal is not None])
+    mean, covariance = path_moments(len(values))
+    whole = multivariate_normal(mean, covariance + NOISE**2 * np.eye(len(values))).logpdf(values)
+    states = followed("kalman", seen, PARAMETERS)[1:]
+    assert sum(state.log_evidence for state in states) == pytest.approx(whole, abs=1e-9)
+
+
+def test_the_particle_filter_comes_to_the_exact_answer(seen: list[Frame]) -> None:
+    """With many particles mean, deviation and evidence are the Kalman filter's, within what chance allows."""
+    many = revise(PARAMETERS, {"sample_count": 100_000})
+    for exact, state in zip(followed("kalman", seen, PARAMETERS), followed("condensation", seen, many), strict=True):
+        assert state.estimate == pytest.approx(exact.estimate, abs=0.01)
+        assert state.sigma == pytest.approx(exact.sigma, rel=0.03)
+        if state.particles is not None and exact.log_evidence:
+            assert state.log_evidence == pytest.approx(exact.log_evidence, abs=0.05)
+
+
+def test_the_estimated_evidence_is_not_biased(seen: list[Frame]) -> None:
+    """The mean of the estimated evidence itself, not of its logarithm, is the exact one, even with few particles."""
+    few = revise(PARAMETERS, {"sample_count": 100})
+    short = seen[:4]
+    exact = sum(state.log_evidence for state in followed("kalman", short, PARAMETERS))
+    totals = [sum(s.log_evidence for s in followed("condensation", short, few, seed)[1:]) for seed in range(1000)]
+    ratios = np.exp(np.array(totals) - exact)
+    assert ratios.mean() == pytest.approx(1.0, abs=4 * ratios.std() / np.sqrt(len(ratios)))
+    assert np.mean(totals) < exact
+
+
+def test_dimensions_are_copies(seen: list[Frame]) -> None:
+    """In three dimensions the exact answer is that of each alone, and the evidences multiply."""
+    alone = [np.array([frame.signal for frame in seen])[:, 0] * factor for factor in (1.0, 1.1, 0.8)]
+    together = followed("kalman", frames(np.stack(alone, axis=1).tolist()), PARAMETERS)
+    apart = [followed("kalman", frames(values[:, None].tolist()), PARAMETERS) for values in alone]
+    for place, state in enumerate(together):
+        ones = [states[place] for states in apart]
+        assert state.estimate == pytest.approx(np.concatenate([one.estimate for one in ones]))
+        assert state.sigma == pytest.approx(np.concatenate([one.sigma for one in ones]))
+        assert state.log_evidence == pytest.approx(sum(one.log_evidence for one in ones))
+
+
+def test_the_unit_of_the_signal_does_not_matter(seen: list[Frame]) -> None:
+    """A signal that is twice as large, with twice the noise, gives twice the estimates from the same random numbers."""
+    doubled = revise(
+        PARAMETERS, {"process_noise_sd": 2 * STEP, "assumed_noise_sd": 2 * NOISE, "initial_sd": 2 * SPREAD}
+    )
+    larger = [Frame(frame.index, frame.time_s, signal=2 * frame.signal) for frame in seen]  # type: ignore[operator]
+    chosen = SAMPLED
+    small = chosen.start(Target(np.array([START])), Frame(0, 0.0), PARAMETERS, Stream(1, 0, Purpose.START))
+    large = chosen.start(Target(np.array([2 * START])), Frame(0, 0.0), doubled, Stream(1, 0, Purpose.START))
+    for one, other in zip(seen, larger, strict=True):
+        small = chosen.step(small, one, PARAMETERS, Stream(1, one.index, Purpose.TRACK))
+        large = chosen.step(large, other, doubled, Stream(1, one.index, Purpose.TRACK))
+        assert large.estimate == pytest.approx(2 * small.estimate, rel=1e-9)
+        assert chosen.measure(large)["ess"] == pytest.approx(chosen.measure(small)["ess"], rel=1e-6)
+
+
+def test_a_particle_filter_that_takes_over_begins_at_the_exact_posterior(seen: list[Frame]) -> None:
+    """The exact answer goes on without a break, and the particles come near it at once."""
+    many = revise(PARAMETERS, {"sample_count": 50_000})
+    exact = followed("kalman", seen, PARAMETERS)
+    state = exact[5]
+    for frame, known in zip(seen[5:], exact[6:], strict=True):
+        state = SAMPLED.step(state, frame, many, Stream(1, frame.index, Purpose.TRACK))  # type: ignore[assignment]
+        assert SAMPLED.measure(state)["exact"] == tuple(known.estimate.tolist())
+        assert state.estimate == pytest.approx(known.estimate, abs=0.02)
+
+
+def test_each_reports_what_it_has(seen: list[Frame]) -> None:
+    """The Kalman filter tells its innovations beside its posterior; the particle filter counts its particles."""
+    state = followed("condensation", seen, PARAMETERS)[-1]
+    found = SAMPLED.measure(state)
+    assert found.keys() == {series.name for series in SAMPLED.series}
+    assert found["particles"] == PARAMETERS.sample_count
+    assert isinstance(found["ess"], float)
+    assert 1 <= found["ess"] <= PARAMETERS.sample_count
+    assert {series.role for series in KALMAN.series} == {"nis", "nis_freedom", "nis_limit"}
+    assert KALMAN.measure(followed("kalman", seen, PARAMETERS)[-1]).keys() == {series.name for series in KALMAN.series}
+    assert KALMAN.searching is None
+
+
+def test_a_tracker_of_signals_needs_one() -> None:
+    """A picture is refused in a sentence."""
+    state = KALMAN.start(Target(np.zeros(1)), Frame(0, 0.0), PARAMETERS, Stream(0, 0, Purpose.START))
+    with pytest.raises(ValueError, match="needs a signal, got a picture"):
+        KALMAN.step(state, Frame(1, 0.0), PARAMETERS, Stream(0, 1, Purpose.TRACK))
+
+
+def test_the_kalman_filter_takes_the_exact_answer_over(seen: list[Frame]) -> None:
+    """After the particle filter it goes on with the exact posterior that was carried beside the particles."""
+    exact = followed("kalman", seen, PARAMETERS)
+    state = followed("condensation", seen[:6], PARAMETERS)[-1]
+    for frame, known in zip(seen[6:], exact[7:], strict=True):
+        state = KALMAN.step(state, frame, PARAMETERS, Stream(0, frame.index, Purpose.TRACK))  # type: ignore[assignment]
+        assert np.array_equal(state.posterior.mean, known.posterior.mean)
+        assert np.array_equal(state.posterior.covariance, known.posterior.covariance)
+        assert state.particles is None
+
+
+@pytest.mark.parametrize("threshold", [0.3, 1.0])
+def test_in_three_dimensions_the_evidence_is_that_of_all(seen: list[Frame], threshold: float) -> None:
+    """The particle filter's evidence comes to the exact one in three dimensions too, resampled or not, to 0.1."""
+    values = np.array([frame.signal for frame in seen])[:4] * [[1.0, 1.1, 0.8]]
+    many = revise(PARAMETERS, {"sample_count": 100_000, "resampling_threshold": threshold})
+    exact = followed("kalman", frames(values.tolist()), PARAMETERS)
+    sampled = followed("condensation", frames(values.tolist()), many)
+    for known, state in zip(exact[1:], sampled[1:], strict=True):
+        assert state.log_evidence == pytest.approx(known.log_evidence, abs=0.1)
+    assert all(state.resampled for state in sampled[1:]) == (threshold == 1.0)
+
+
+def test_a_sample_that_is_no_number_says_nothing(seen: list[Frame]) -> None:
+    """Both filters then keep their prediction, without evidence, and go on with the next sample."""
+    broken = frames([[np.nan]])[0]
+    for name in ("kalman", "condensation"):
+        chosen, states = TRACKERS[name], followed(name, seen[:4], PARAMETERS)
+        lost = chosen.step(states[-1], broken, PARAMETERS, Stream(0, 5, Purpose.TRACK))
+        newest, older = states[-1].posterior.mean
+        assert lost.estimate[0] == pytest.approx(2 * newest - older, abs=1e-9 if name == "kalman" else 0.05)
+        assert lost.sigma[0] > states[-1].sigma[0]
+        assert lost.log_evidence == pytest.approx(0.0, abs=1e-12)
+        found = chosen.step(lost, seen[5], PARAMETERS, Stream(0, 6, Purpose.TRACK))
+        assert np.isfinite([found.log_evidence, *found.estimate, *found.sigma]).all()
+        assert found.sigma[0] < lost.sigma[0]

@@ -1,0 +1,252 @@
+"""The experiment `trajectories`: what its presets say, its errors, its files, and tables from elsewhere."""
+
+import csv
+import io
+import math
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pftrack.core.model.drawing import Links, Mesh, Points
+from pftrack.core.model.frame import Frame, Measurements
+from pftrack.core.model.parameters import ParameterError
+from pftrack.core.model.series import Interval
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments import find
+from pftrack.experiments.trajectories import exports
+from pftrack.experiments.trajectories.scene.reference import REFERENCE_PX
+from pftrack.experiments.trajectories.scene.scene import TRUE_PATH
+from pftrack.experiments.trajectories.scene.target import TrajectoriesTarget
+from pftrack.experiments.trajectories.trackers.parameters import TrajectoriesTrackerParameters
+from pftrack.experiments.trajectories.trackers.step import TRACKERS
+from pftrack.runs.run import Change, Run
+from pftrack.sources.sequence import open_sequence
+
+EXPERIMENT = find("trajectories")
+PRESETS = {preset.name: preset for preset in EXPERIMENT.presets}
+PICTURES = 50
+"""Length of a run on the lattice, whose pictures are dear: all that a preset speaks of has happened by then."""
+
+
+@cache
+def finished(name: str) -> Run:
+    preset = PRESETS[name]
+    timeline = (Change(0, dict(preset.parameters)),)
+    length = None if "trajectories_scene" in preset.parameters else PICTURES
+    run = Run(
+        EXPERIMENT, EXPERIMENT.simulate(), tracker=preset.tracker, seed=preset.seed, frames=length, timeline=timeline
+    )
+    run.finish()
+    return run
+
+
+def off(name: str, frame: int) -> float:
+    error = finished(name).diagnostics[frame].error
+    assert error is not None
+    return error
+
+
+def of_table(text: str, tmp_path: Path, tracker: str = "lg", **values: float) -> Run:
+    path = tmp_path / "path.csv"
+    path.write_text(text)
+    assert EXPERIMENT.on_video is not None
+    setup = EXPERIMENT.on_video(open_sequence(path), None)
+    run = Run(EXPERIMENT, setup, tracker=tracker, timeline=(Change(0, values),) if values else ())
+    run.finish()
+    return run
+
+
+def test_presets_do_what_they_say() -> None:
+    """What a sentence tells one to watch is there, in the frames that it names."""
+    assert off("known", 45) < 1.0
+    assert (off("dragged", 45), off("dragged", 48)) == (pytest.approx(26, abs=0.5), pytest.approx(1, abs=0.5))
+    assert off("trusting", 45) == pytest.approx(35, abs=0.5)
+    assert (off("stiff", 50), off("stiff", 55)) == (pytest.approx(1, abs=0.5), pytest.approx(26, abs=0.5))
+    assert off("drifting", 55) == pytest.approx(29, abs=0.5)
+    assert off("few", 15) == pytest.approx(11, abs=0.6)
+    assert max(off("long", 30), off("long", 31)) < 1.0
+    assert min(off("long", frame) for frame in range(33, 42)) > 30.0
+    widths = [finished("works").diagnostics[frame].series["noise_sd_px"] for frame in (0, 45)]
+    assert widths[0] == Interval(pytest.approx(0.7, abs=0.05), pytest.approx(3.1, abs=0.05))
+    assert isinstance(widths[1], Interval)
+    assert widths[1].low == widths[1].high
+
+
+# Statistics of whole runs.
+@pytest.mark.slow
+def test_presets_of_the_lattice_do_what_they_say() -> None:
+    """The light jumps in the frames that are named, and what that does to the ringed track is as it is told."""
+    lattice, light = finished("lattice").diagnostics, finished("light").diagnostics
+    for frame in (11, 27, 41, 45):
+        assert 0.5 < lattice[frame].series["mismatch_share"] < 0.7
+    for frame in (27, 41, 45):
+        assert light[frame].series["mismatch_share"] == pytest.approx(1 / 8, abs=0.03)
+    assert max(off("lattice", frame) for frame in range(PICTURES)) < 1.35
+    for frame in (11, 27):
+        assert (off("look-alike", frame), off("look-alike", frame + 1)) == (
+            pytest.approx(10, abs=0.7),
+            pytest.approx(5, abs=0.3),
+        )
+    assert min(off("lost-cell", frame) for frame in range(44, PICTURES)) > 20.0
+    assert off("slanted", 6) < 10.0
+    assert min(off("slanted", frame) for frame in range(7, 47)) > 10.0
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_presets_that_work_succeed(name: str) -> None:
+    """And those that break do not."""
+    title = PRESETS[name].title
+    if not title.startswith("worse"):
+        assert finished(name).summary().verdict.success == title.startswith("works")
+
+
+def test_series_are_beside_the_truth() -> None:
+    """Errors of all tracks by hand; the smoothed ones are of the frame a lag ago."""
+    run = finished("dragged")
+    state, row = run.current.state, run.diagnostics[-1]
+    assert row.number("smoothed_frame") == 74
+    first = TRUE_PATH[0] + np.array([[80.0 * number, 0.0] for number in range(6)])
+    for name, positions, frame in (
+        ("raw_rms_px", state.raw[0], 99),
+        ("filtered_rms_px", state.filtered[0], 99),
+        ("smoothed_rms_px", state.smoothed[25], 74),
+    ):
+        apart = positions - (first + TRUE_PATH[frame] - TRUE_PATH[0])
+        assert row.number(name) == pytest.approx(np.sqrt(np.square(apart).sum(axis=1).mean()))
+    np.testing.assert_allclose(state.history[0][:, 0, 0], REFERENCE_PX, atol=1e-4)
+    report = EXPERIMENT.report(run.diagnostics) if EXPERIMENT.report else {}
+    assert (report["tracks"], set(report)) == (
+        6, {"tracks", "false_motion_px", "raw_rms_px", "filtered_rms_px", "smoothed_rms_px"}
+    )  # fmt: skip
+
+
+def test_where_nothing_moves_motion_is_false(tmp_path: Path) -> None:
+    """Points at rest with outliers: heavy tails leave less motion than the Gaussian, and no truth is needed."""
+    rng = np.random.default_rng(0)
+    places = np.array([[50.0, 60.0], [300.0, 80.0], [200.0, 200.0]])
+    lines = ["frame,track,x,y"]
+    for frame in range(40):
+        for track, (x, y) in enumerate(places + 0.3 * rng.standard_normal((3, 2)) + 40.0 * (frame in {12, 20})):
+            lines.append(f"{frame},{track},{x},{y}")
+    found = {}
+    for tracker in ("lg", "lng"):
+        run = of_table("\n".join(lines), tmp_path, tracker, noise_variance_px2=0.25, drive_variance_px2=0.05)
+        assert EXPERIMENT.report is not None
+        found[tracker] = EXPERIMENT.report(run.diagnostics)
+        assert set(found[tracker]) == {"tracks", "raw_motion_px", "false_motion_px"}
+        assert run.diagnostics[12].number("outlier_share") == 1.0
+    assert found["lng"]["false_motion_px"] < 1.0 < found["lg"]["false_motion_px"]
+
+
+def test_gaps_are_bridged_and_files_are_in_the_units_that_came(tmp_path: Path) -> None:
+    """A path in metres with a gap: the table that is written has the file's frames, names and unit, and empty cells."""
+    lines = [f'{7 + frame},"a, b",{0.01 * frame},{0.02 * frame + 1}' for frame in range(110) if not 40 <= frame < 44]
+    run = of_table("frame,track,x,y\n" + "\n".join(lines), tmp_path)
+    (export,) = EXPERIMENT.exports
+    rows = list(csv.DictReader(io.StringIO(export.make(run.current.state, run.diagnostics).decode())))
+    assert [int(row["frame"]) for row in rows] == list(range(7, 117))
+    assert {row["track"] for row in rows} == {"a, b"}
+    assert (rows[41]["x"], rows[41]["outlier"]) == ("", "0")
+    for frame, row in enumerate(rows):
+        assert float(row["smoothed_x"]) == pytest.approx(0.01 * frame, abs=0.02)
+        assert float(row["smoothed_y"]) == pytest.approx(0.02 * frame + 1, abs=0.03)
+    # Where the run stands in the past, the table ends there.
+    run.seek(20)
+    assert len(export.make(run.current.state, run.diagnostics[:21]).splitlines()) == 22
+
+
+def test_a_spreadsheet_computes_no_name(tmp_path: Path) -> None:
+    """Tracks are named by whoever made the file, and a name that is a formula is shown as one."""
+    run = of_table("frame,track,x,y\n" + "\n".join(f"{frame},=1+1,{frame},5" for frame in range(6)), tmp_path)
+    (export,) = EXPERIMENT.exports
+    assert {row.split(",")[1] for row in export.make(run.current.state, run.diagnostics).decode().split()[1:]} == {
+        "'=1+1"
+    }
+
+
+def test_far_from_the_origin_places_keep_their_digits() -> None:
+    """A path in metres of a map has six digits before the point; parts of a millimetre are written behind it."""
+    assert exports._cell(np.float64(654321.1234)) == "654321.1234"
+    assert exports._cell(np.float64(0.25)) == "0.25"
+    assert not exports._cell(np.float64(np.nan))
+
+
+def test_a_selected_track_that_comes_late_has_no_estimate_before(tmp_path: Path) -> None:
+    """Unknown is unknown, in rows and in drawings; the other tracks are drawn."""
+    lines = [f"{frame},early,{100 + frame},50" for frame in range(12)]
+    lines += [f"{frame},late,{frame},{20 + frame}" for frame in range(6, 12)]
+    run = of_table("frame,track,x,y\n" + "\n".join(lines), tmp_path, "nlng", selected_track=1, sample_count=50)
+    assert math.isnan(run.diagnostics[5].estimate[0])
+    assert np.isfinite(run.diagnostics[6].estimate).all()
+    assert [run.diagnostics[frame].number("tracks") for frame in (0, 6)] == [1.0, 2.0]
+    for frame in (3, 11):
+        primitives = EXPERIMENT.draw(run.seek(frame), run.diagnostics).primitives
+        assert ("estimate" in primitives) == (frame == 11)
+        assert isinstance(primitives["raw points"], Points)
+        assert len(primitives["raw points"].positions) == 1 + (frame == 11)
+        assert isinstance(primitives["smoothed"], Links)
+    # 2 modulo two tracks is the first one.
+    assert of_table("frame,track,x,y\n" + "\n".join(lines), tmp_path, selected_track=2).current.state.selected == 0
+
+
+def test_scales_are_seen_in_a_world_of_their_own() -> None:
+    """The likelihood has its top where the grid has, given scales are a cross, and learned ones a shrinking cloud."""
+    run = finished("dragged")
+    (drawn,) = (one for one in EXPERIMENT.draw(run.current, run.diagnostics).worlds if one.world.name == "scales")
+    surface = drawn.primitives["likelihood"]
+    assert isinstance(surface, Mesh)
+    top = surface.vertices[surface.vertices[:, 2].argmax(), :2]
+    # Of the last 64 frames, with three outliers: sigma above that of the noise without them, tau about 0.5 px.
+    sigma, tau = 10.0 ** (top + np.array([0.25, -0.75]))
+    assert 1.5 < sigma < 8.0
+    assert 0.1 < tau < 2.0
+    assert "given" in drawn.primitives
+    counts = []
+    for frame in (0, 99):
+        step = finished("works").seek(frame)
+        (drawn,) = (one for one in EXPERIMENT.draw(step, []).worlds if one.world.name == "scales")
+        cloud = drawn.primitives["particles of the scales"]
+        assert isinstance(cloud, Points)
+        counts.append(len({tuple(place) for place in cloud.positions.tolist()}))
+    assert counts[0] > 500
+    assert counts[1] == 1
+
+
+def test_a_track_is_the_same_however_many_others_there_are() -> None:
+    """The first two of six simulated tracks are those of a scene with two."""
+    estimates = []
+    for count in (2, 6):
+        values = {"track_count": count, "selected_track": 1, "sample_count": 100}
+        run = Run(EXPERIMENT, EXPERIMENT.simulate(), seed=4, frames=12, timeline=(Change(0, values),))
+        run.finish()
+        estimates.append([row.estimate for row in run.diagnostics])
+    assert estimates[0] == estimates[1]
+
+
+def test_what_is_no_table_of_tracks_is_refused(tmp_path: Path) -> None:
+    """A start beyond the end is named with its bounds."""
+    path = tmp_path / "path.csv"
+    path.write_text("x,y\n1,2\n3,5\n9,9\n")
+    assert EXPERIMENT.on_video is not None
+    with pytest.raises(ParameterError, match="a frame of the recording, 0 to 2, got 3"):
+        EXPERIMENT.on_video(open_sequence(path), None, start=3)
+
+
+@pytest.mark.parametrize("name", ["nlng", "lng"])
+def test_particles_take_over_the_place_and_the_speed(name: str) -> None:
+    """After the Kalman filter a track that is not measured goes on as fast as before, and the other way round."""
+    target, nowhere = TrajectoriesTarget(np.full(2, np.nan), hidden=None), np.full((1, 2), np.nan)
+    parameters = TrajectoriesTrackerParameters(drive_variance_px2=0.5, noise_variance_px2=1)
+    for before, after in (("lg", name), (name, "lg")):
+        for index in range(12):
+            points = np.array([[100.0 + 2.0 * index, 80.0]]) if index < 10 else nowhere
+            frame = Frame(index, index / 30.0, measurements=Measurements(points, np.ones((1, 2))))
+            tracker = TRACKERS[before if index < 10 else after]
+            stream = Stream(0, index, Purpose.TRACK)
+            if index == 0:
+                state = tracker.start(target, frame, parameters, stream)
+            else:
+                state = tracker.step(state, frame, parameters, stream)
+        np.testing.assert_allclose(state.estimate, [122.0, 80.0], atol=5.0)

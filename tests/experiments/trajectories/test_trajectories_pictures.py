@@ -1,0 +1,179 @@
+"""Corners of recordings in the experiment `trajectories`: nothing is marked, and much may go wrong."""
+
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pftrack.core.model.drawing import Drawing, Mesh, Text, WorldDrawing
+from pftrack.core.model.marks import Box
+from pftrack.core.model.parameters import ParameterError
+from pftrack.experiments import find
+from pftrack.runs.run import Change, Run
+from pftrack.sources.sequence import open_sequence
+
+EXPERIMENT = find("trajectories")
+CLIPS = Path(__file__).parents[4] / "shared" / "data"
+
+
+def rectangles(seed: int = 0, size: tuple[int, int] = (240, 180)) -> NDArray[np.uint8]:
+    """A picture of rectangles in many greys."""
+    rng = np.random.default_rng(seed)
+    grey = np.full(size[::-1], 128, np.uint8)
+    for x, y, level in rng.integers(0, [*size, 256], (size[0] * size[1] // 300, 3)).tolist():
+        cv2.rectangle(grey, (x, y), (x + 14, y + 9), level, -1)
+    return grey
+
+
+def film(pictures: list[NDArray[np.uint8]], folder: Path) -> Path:
+    for number, grey in enumerate(pictures):
+        cv2.imwrite(str(folder / f"{number:03d}.png"), grey)
+    return folder
+
+
+def run_of(path: Path, tracker: str = "lg", *, start: int = 0, frames: int | None = None, **values: Any) -> Run:
+    assert EXPERIMENT.on_video is not None
+    setup = EXPERIMENT.on_video(open_sequence(path), None, start=start)
+    timeline = (Change(0, values),) if values else ()
+    return Run(EXPERIMENT, setup, tracker=tracker, frames=frames, timeline=timeline)
+
+
+def search_of(drawing: Drawing) -> WorldDrawing:
+    return next(each for each in drawing.worlds if each.world.name == "search")
+
+
+def report(run: Run) -> dict[str, Any]:
+    run.finish()
+    assert EXPERIMENT.report is not None
+    return dict(EXPERIMENT.report(run.diagnostics))
+
+
+@pytest.mark.parametrize("tracker", EXPERIMENT.trackers)
+def test_a_moving_picture_is_followed_with_nothing_marked(tracker: str, tmp_path: Path) -> None:
+    """From any picture on corners are found, and their smoothed positions move as the picture does."""
+    wide = rectangles(size=(300, 180))
+    run = run_of(film([wide[:, 2 * step : 2 * step + 240] for step in range(20)], tmp_path), tracker, start=4)
+    run.finish()
+    state = run.current.state
+    moved = state.raw[0] - state.first
+    assert state.raw.shape[1] == 100
+    assert np.nanmedian(moved, axis=0).tolist() == [-30.0, 0.0]
+    known = np.isfinite(moved[:, 0]) & (state.born == 0)
+    assert np.abs(state.filtered[0] - state.raw[0])[known].max() < 2.0
+
+
+def test_false_motion_is_that_of_what_rests(tmp_path: Path) -> None:
+    """Of a picture at rest with something moving in it, only what rests counts, though it is hidden for a while."""
+    still = rectangles()
+    pictures = [still.copy() for _ in range(40)]
+    for step, grey in enumerate(pictures):
+        grey[60:100, 4 * step : 4 * step + 30] = rectangles(5)[:40, :30]
+    found = report(run_of(film(pictures, tmp_path), corner_count=60))
+    assert found["tracks"] <= 60
+    assert found["false_motion_px"] < 1.0
+    wrong = report(run_of(tmp_path, corner_count=60, largest_cost=255, new_corners=False))
+    assert wrong["false_motion_px"] > 1.3 * found["false_motion_px"]
+
+
+def test_nothing_is_claimed_of_motion_where_nothing_rests(tmp_path: Path) -> None:
+    """With a moving camera there is no corner at rest, and no false motion to be told."""
+    wide = rectangles(size=(300, 180))
+    found = report(run_of(film([wide[:, 3 * step : 3 * step + 200] for step in range(24)], tmp_path)))
+    assert found["false_motion_px"] is None
+    assert found["tracks"] > 20
+
+
+@pytest.mark.parametrize("size", [(200, 150), (12, 9), (2, 300)])
+def test_a_recording_without_corners_is_refused(size: tuple[int, int], tmp_path: Path) -> None:
+    """A flat picture, and one that is hardly larger than a template, are refused in a sentence."""
+    path = film([np.full(size[::-1], 90, np.uint8)] * 3, tmp_path)
+    with pytest.raises(ValueError, match=rf"picture 0, {size[0]} x {size[1]} px, has no corner that can be followed"):
+        run_of(path)
+
+
+def test_marks_and_starts_beyond_the_end_are_refused(tmp_path: Path) -> None:
+    """Nothing is to be marked, and a recording begins within itself."""
+    path = film([rectangles()] * 3, tmp_path)
+    assert EXPERIMENT.on_video is not None
+    with pytest.raises(ParameterError, match="all corners"):
+        EXPERIMENT.on_video(open_sequence(path), Box.of(10, 10, 20, 20))
+    with pytest.raises(ParameterError, match="start"):
+        run_of(path, start=3)
+
+
+def test_parameters_that_leave_no_corner_are_refused(tmp_path: Path) -> None:
+    """A margin that leaves no room is told together with what it is."""
+    with pytest.raises(ValueError, match="nearer to the edge than 150 px"):
+        run_of(film([rectangles()] * 2, tmp_path), corner_margin_px=150).finish()
+
+
+@pytest.mark.parametrize("tracker", EXPERIMENT.trackers)
+def test_all_matches_may_be_wrong(tracker: str, tmp_path: Path) -> None:
+    """From a cut on nothing is found: tracks end, are drawn as far as they are known, and new corners take over."""
+    pictures = [rectangles()] * 3 + [np.full((180, 240), 60, np.uint8)] * 12 + [rectangles(9)] * 18
+    run = run_of(film(pictures, tmp_path), tracker, corner_count=20, sample_count=50)
+    seen = []
+    for step in run:
+        EXPERIMENT.draw(step, run.diagnostics)
+        seen.append(np.isfinite(step.state.filtered[0]).all(axis=1).sum())
+    assert seen[2] == 20
+    assert seen[14] == 0
+    assert seen[-1] == 20
+    assert (run.current.state.born >= 20).any()
+    assert run.diagnostics[14].number("seen_share") == 0.0
+
+
+def test_the_search_is_shown_beside_the_picture(tmp_path: Path) -> None:
+    """The world has the costs as a surface, the template and what was found; without pictures it says so."""
+    run = run_of(film([rectangles()] * 3, tmp_path), search_reach_px=30)
+    steps = list(run)
+    drawn = EXPERIMENT.draw(steps[-1], run.diagnostics)
+    world = search_of(drawn)
+    surface, piece = world.primitives["costs"], world.primitives["looked for"]
+    assert isinstance(surface, Mesh)
+    assert isinstance(piece, Mesh)
+    assert len(surface.vertices) == 41**2  # up to 20 px to all sides
+    assert surface.vertices[:, 2].max() == pytest.approx(7.0)
+    assert surface.vertices[surface.vertices[:, 2].argmax(), :2].tolist() == [0.0, 0.0]
+    assert len(piece.vertices) == 4 * 11**2
+    assert {"window", "template", "look-alikes"} <= drawn.primitives.keys()
+    table = tmp_path / "path.csv"
+    table.write_text("x,y\n1,2\n3,4\n5,6\n")
+    run = run_of(table)
+    world = search_of(EXPERIMENT.draw(next(iter(run)), run.diagnostics))
+    assert [type(item) for item in world.primitives.values()] == [Text]
+
+
+@pytest.mark.skipif(not CLIPS.exists(), reason="needs the sample clips in ../shared/data")
+def test_the_lattice_does_not_move() -> None:
+    """On a printed lattice at rest, which hands hide for a while, false motion is small where bad matches are none."""
+    clip = CLIPS / "corners_lattice_static" / "clip.mp4"
+    found = report(run_of(clip, frames=60, corner_count=60))
+    assert found["tracks"] >= 50
+    assert found["false_motion_px"] < 3.0
+    trusting = report(run_of(clip, frames=60, corner_count=60, largest_cost=255, new_corners=False))
+    assert trusting["false_motion_px"] > 1.3 * found["false_motion_px"]
+
+
+@pytest.mark.skipif(not CLIPS.exists(), reason="needs the sample clips in ../shared/data")
+def test_a_moving_camera_is_followed() -> None:
+    """Of a folder of pictures from a camera in motion, more than half of the tracks are measured, and none rests."""
+    run = run_of(CLIPS / "corners_moving_camera" / "img", frames=40)
+    assert report(run)["false_motion_px"] is None
+    assert np.mean([row.number("seen_share") for row in run.diagnostics]) > 0.5
+
+
+@pytest.mark.parametrize("tracker", EXPERIMENT.trackers)
+def test_a_corner_that_takes_a_place_at_once_begins_anew(tracker: str, tmp_path: Path) -> None:
+    """In the very frame in which a corner is gone another may take over: of the old one nothing is left, in any row."""
+    pictures = [rectangles()] * 101 + [np.full((180, 240), 60, np.uint8)] * 9 + [rectangles(9)]
+    run = run_of(film(pictures, tmp_path), tracker, corner_count=20, sample_count=50)
+    run.finish()
+    state = run.current.state
+    again = state.born == 110
+    assert again.any()
+    assert np.abs(state.filtered[0] - state.raw[0])[again].max() < 8.0
+    assert np.isnan(state.history[0][:110, again]).all()

@@ -1,0 +1,124 @@
+import numpy as np
+import pytest
+
+from pftrack.filters.dynamics import LinearDynamics, autoregression
+from pftrack.filters.learning import online_em
+
+ONE = np.eye(2)
+INITIAL = autoregression(2 * ONE, -ONE, np.zeros(2), 3 * ONE)
+SIZE = (320, 240)
+SETTINGS = online_em.Settings(forgetting=0.99, warm_up=15, ridge=1e-7, largest_spectral_radius=1.05)
+
+
+def swing(t: int) -> np.ndarray:
+    return np.array([160 - 100 * np.cos(2 * np.pi * t / 30), 120.0])
+
+
+def learned(frames: int, settings: online_em.Settings = SETTINGS, noise_px: float = 0.0) -> LinearDynamics:
+    rng = np.random.default_rng(0)
+    learner = online_em.begin(INITIAL, swing(0), noise_px, SIZE)
+    for t in range(1, frames + 1):
+        seen = swing(t) + noise_px * rng.normal(size=2)
+        learner = online_em.learn(learner, INITIAL, seen, np.full(2, noise_px), settings)
+    return online_em.dynamics(learner, 3 * ONE)
+
+
+def test_exact_positions_give_the_exact_model() -> None:
+    """On exact sinusoidal positions A1 and A0 reach 2 cos(12 deg) and -1 within 0.001 by frame 60."""
+    model = learned(60)
+    assert model.transition[0, 0] == pytest.approx(2 * np.cos(np.deg2rad(12)), abs=1e-3)
+    assert model.transition[0, 2] == pytest.approx(-1.0, abs=1e-3)
+    assert online_em.period_frames(model) == pytest.approx(30, abs=0.1)
+
+
+def test_the_learned_model_predicts_in_px() -> None:
+    """The learned model continues the path, centre and units included."""
+    model = learned(60)
+    for t in (61, 70, 83):
+        state = np.concatenate([swing(t), swing(t - 1)])[None]
+        assert np.allclose(model.predict(state)[0, :2], swing(t + 1), atol=0.3)
+
+
+def test_noise_is_allowed_for() -> None:
+    """With measurement noise of 2 px that the tracker knows of, the period is still found within 5 %."""
+    assert online_em.period_frames(learned(400, noise_px=2.0)) == pytest.approx(30, rel=0.05)
+
+
+def test_warm_up_keeps_the_initial_model() -> None:
+    """Before the warm-up is over the model is the initial one."""
+    model = learned(15)
+    assert np.allclose(model.transition, INITIAL.transition)
+    assert np.allclose(model.offset, INITIAL.offset)
+
+
+def test_guard_refuses_runaways() -> None:
+    """A model whose spectral radius is beyond the guard is never accepted."""
+    settings = online_em.Settings(0.99, 15, 1e-7, 1.02)
+    learner = online_em.begin(INITIAL, np.array([161.0, 121.0]), 0.0, SIZE)
+    for t in range(1, 30):
+        position = np.array([160 + 1.2**t, 120 + 1.2**t])
+        learner = online_em.learn(learner, INITIAL, position, np.zeros(2), settings)
+        model = online_em.dynamics(learner, ONE)
+        assert np.abs(np.linalg.eigvals(model.transition)).max() <= 1.02 + 1e-9
+
+
+def test_runaway_estimates_teach_nothing() -> None:
+    """An estimate far outside the picture, or one that is no number, leaves the statistics alone."""
+    learner = online_em.begin(INITIAL, swing(0), 1.0, SIZE)
+    for t in range(1, 20):
+        learner = online_em.learn(learner, INITIAL, swing(t), np.ones(2), SETTINGS)
+    far = online_em.learn(learner, INITIAL, np.array([9999.0, 0.0]), np.ones(2), SETTINGS)
+    assert np.array_equal(far.regressors, learner.regressors)
+    assert far.triples == learner.triples
+    for estimate, sigma in ((np.array([np.nan, 0.0]), np.ones(2)), (swing(20), np.array([np.inf, 1.0]))):
+        assert online_em.learn(learner, INITIAL, estimate, sigma, SETTINGS) is learner
+
+
+def test_a_ridge_without_motion_keeps_the_model() -> None:
+    """A target that never moves teaches nothing: the ridge holds the initial model where there is no evidence."""
+    settings = online_em.Settings(0.99, 15, 1e-4, 1.02)
+    learner = online_em.begin(INITIAL, np.array([160.0, 120.0]), 0.0, SIZE)
+    for _ in range(60):
+        learner = online_em.learn(learner, INITIAL, np.array([160.0, 120.0]), np.zeros(2), settings)
+    assert np.allclose(online_em.dynamics(learner, ONE).transition, INITIAL.transition, atol=2e-3)
+
+
+def test_real_roots_have_no_period() -> None:
+    """The period is undefined for a model that does not oscillate."""
+    assert np.isnan(online_em.period_frames(INITIAL))
+    assert np.isnan(online_em.period_frames(autoregression(0.5 * ONE, 0.2 * ONE, np.zeros(2), ONE)))
+
+
+@pytest.mark.parametrize("warm_up", [1, 4])
+def test_the_first_model_comes_with_the_last_frame_of_the_warm_up(warm_up: int) -> None:
+    """Positions count when the oldest is LAG frames old; as many triples as the warm-up has make a model."""
+    settings = online_em.Settings(0.99, warm_up, 1e-7, 1.05)
+    first = online_em.LAG + warm_up - 1
+    for frames in (first - 1, first):
+        kept = np.allclose(learned(frames, settings).transition, INITIAL.transition)
+        assert kept == (frames < first)
+
+
+def test_a_position_is_believed_as_far_as_the_tracker_is_sure() -> None:
+    """The newest smoothed position lies between prediction and estimate by their variances, and so does its own."""
+    sigma, noise = 4.0, 3.0
+    learner = online_em.begin(INITIAL, np.array([150.0, 110.0]), sigma, SIZE)
+    seen, unsure = np.array([170.0, 100.0]), np.array([5.0, 2.0])
+    after = online_em.learn(learner, INITIAL, seen, unsure, SETTINGS).positions
+    predicted = sigma**2 + noise**2
+    gain = predicted / (predicted + unsure**2)
+    expected = np.array([150.0, 110.0]) + gain * (seen - [150.0, 110.0])
+    assert 100 * after.mean[:2] + np.array(SIZE) / 2 == pytest.approx(expected, abs=0.01)
+    assert (100 * after.standard_deviations[:2]) ** 2 == pytest.approx(predicted * (1 - gain), rel=1e-3)
+
+
+def test_what_is_counted_is_the_oldest_triple() -> None:
+    """Of exact positions the statistics are those of the three that have been smoothed the longest."""
+    learner = online_em.begin(INITIAL, swing(0), 0.0, SIZE)
+    for t in range(1, online_em.LAG + 1):
+        learner = online_em.learn(learner, INITIAL, swing(t), np.zeros(2), SETTINGS)
+    oldest, middle, newest = ((swing(t) - np.array(SIZE) / 2) / 100 for t in (0, 1, 2))
+    regressor = np.concatenate([middle, oldest, [1.0]])
+    assert learner.triples == 1
+    assert learner.regressors == pytest.approx(np.outer(regressor, regressor), abs=1e-4)
+    assert learner.products == pytest.approx(np.outer(newest, regressor), abs=1e-4)

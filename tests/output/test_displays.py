@@ -1,0 +1,167 @@
+"""What a notebook shows of runs and comparisons, and the names that `pftrack` itself offers."""
+
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import pytest
+
+import pftrack
+from pftrack.core.model.parameters import ParameterError
+from pftrack.output.displays import run_html, summary_lines
+from pftrack.output.displays.sparkline import sparkline, track
+from pftrack.runs.comparison import ComparisonError
+from pftrack.runs.record import RecordError
+
+WIDE = {"occlusion_width_px": 70.0}
+
+
+@pytest.fixture(scope="module")
+def run() -> pftrack.Run:
+    return pftrack.run("ball", frames=60, seed=3, **WIDE)
+
+
+class _Words(HTMLParser):
+    """Reads text and pictures of a display, and holds every tag to being closed."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.words: list[str] = []
+        self.pictures: list[str] = []
+        self._open: list[str] = []
+        self.feed(html)
+        assert self._open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag == "img":
+            self.pictures.append(dict(attrs)["src"] or "")
+        else:
+            self._open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self._open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.words.append(data)
+
+
+def test_a_run_shows_its_frame_what_came_of_it_and_its_error(run: pftrack.Run) -> None:
+    """The summary's figures stand beside the picture, with their units, and the hash by which it is known again."""
+    shown = _Words(run._repr_html_())
+    summary = run.summary()
+    assert f"{summary.verdict.mean_error:.1f} px" in shown.words
+    assert "all 60 frames" in shown.words
+    assert any(word.startswith(summary.estimates_sha256[:16]) for word in shown.words)
+    assert shown.pictures[0].startswith("data:image/jpeg;base64,")
+    assert "60 of 60 frames computed, at frame 59" in repr(run)
+
+
+def test_a_sparkline_has_a_point_for_each_error_and_a_band_for_each_loss(run: pftrack.Run) -> None:
+    """It is SVG with one line through all errors, and as many bands as there are stretches hidden or lost."""
+    drawn = ET.fromstring(sparkline(run.diagnostics))  # noqa: S314 - made here
+    path = next(part for part in drawn if part.tag == "path")
+    assert len(path.get("d").split()) == 60
+    stretches = 0
+    for flags in ([row.hidden is True for row in run.diagnostics], [row.is_lost for row in run.diagnostics]):
+        stretches += sum(flag and not before for before, flag in zip([False, *flags], flags, strict=False))
+    assert len([part for part in drawn if part.tag == "rect"]) == stretches > 0
+
+
+def test_a_change_is_marked_on_the_track() -> None:
+    """A parameter that was turned in mid-run has a mark that says what and to which value."""
+    run = pftrack.run({"experiment": "ball", "frames": 20, "timeline": [{"frame": 8, "values": {"sample_count": 50}}]})
+    assert "Particles 50" in track(run)
+
+
+def test_a_comparison_shows_what_differs_and_what_one_gains(run: pftrack.Run) -> None:
+    """Trackers, errors and the paired difference with its interval are said as the comparison has them."""
+    other = pftrack.run("ball", tracker="condensation", frames=60, seed=3, **WIDE)
+    comparison = pftrack.compare(run, other)
+    words = " ".join(_Words(comparison._repr_html_()).words)
+    assert f"They differ from frame {comparison.first_difference} on." in words
+    assert f"{comparison.outcomes[1].mean_error:.1f}" in words
+    error = comparison.paired[0]
+    assert f"{error.mean:+.2f} px (95 % interval {error.low:+.2f} to {error.high:+.2f}) over 60 frames" in words
+    assert f"{100 * comparison.paired[1].mean:+.2f} points" in words
+
+
+def test_a_run_is_made_saved_and_loaded_again(run: pftrack.Run, tmp_path: Path) -> None:
+    """What was saved comes back computed as far as it was, to the same estimates; a preset may be changed."""
+    run.save(tmp_path / "run.pft")
+    again = pftrack.load(tmp_path / "run.pft")
+    assert again.estimates_sha256 == run.estimates_sha256
+    run.export(tmp_path / "run.json")
+    assert pftrack.load(tmp_path / "run.json").estimates_sha256 == run.estimates_sha256
+    few = pftrack.run("ball", preset="few", frames=3, seed=9, sample_count=77)
+    assert (few.seed, few.parameters_at(0).sample_count) == (9, 77)
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        ("{", "broken.json is no JSON"),
+        ("[1]", "recipe"),
+        ('{"experiment": "ball", "seed": "seven"}', "seed"),
+        (None, "broken.json cannot be read: No such file"),
+    ],
+)
+def test_a_file_that_is_no_recipe_is_told(tmp_path: Path, content: str | None, sentence: str) -> None:
+    """In a sentence with the file or the field, as errors of ours."""
+    file = tmp_path / "broken.json"
+    if content is not None:
+        file.write_text(content)
+    with pytest.raises((RecordError, ParameterError), match=sentence):
+        pftrack.load(file)
+
+
+def test_what_cannot_be_run_is_refused_with_a_sentence(run: pftrack.Run, tmp_path: Path) -> None:
+    """An experiment, preset, parameter or recording that does not exist is named, with those that there are."""
+    with pytest.raises(LookupError, match="no experiment 'bal'; there are ball"):
+        pftrack.run("bal")
+    with pytest.raises(LookupError, match="no preset 'best'; there are works"):
+        pftrack.run("ball", preset="best")
+    with pytest.raises(ParameterError, match="sample_count must be a whole number between 1 and"):
+        pftrack.run("ball", sample_count=-1)
+    with pytest.raises(RecordError, match="which is not there; say as `recording` where it is"):
+        pftrack.run("ball", recording=tmp_path / "none.mp4")
+    with pytest.raises(ParameterError, match="belong to a recording"):
+        pftrack.run("ball", mark={"kind": "box"})
+    with pytest.raises(ComparisonError, match="two to four runs"):
+        pftrack.compare(run)
+
+
+def test_a_table_says_titles_and_units(run: pftrack.Run) -> None:
+    """An Arrow table has a row a frame, and each column says what it is and in what unit."""
+    table = run.table()
+    assert table.num_rows == 60
+    assert table.schema.field("error").metadata[b"unit"] == b"px"
+    assert table["error"].to_pylist() == [row.error for row in run.diagnostics]
+
+
+def test_importing_the_library_loads_nothing_until_it_is_asked_for() -> None:
+    """`import pftrack` loads neither NumPy nor the runs; what it offers is listed all the same."""
+    program = "import sys, pftrack; assert 'numpy' not in sys.modules; assert 'run' in dir(pftrack); pftrack.Recipe"
+    subprocess.run([sys.executable, "-c", program], check=True)
+    assert set(pftrack.__all__) == set(dir(pftrack))
+    for name in pftrack.__all__:
+        assert getattr(pftrack, name) is not None
+    with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
+        _ = pftrack.nothing
+
+
+def test_what_would_have_saved_a_run_is_shown_once_it_was_asked() -> None:
+    """A lost run tells it after an explanation with seeds; its branches do not, and none is computed unasked."""
+    run = pftrack.run("ball", preset="too-wide", frames=20)
+    assert run.explain().what_if is None
+    assert (run.explained, "What if" in summary_lines(run)) == (None, False)
+    found = run.explain(seeds=1)
+    assert summary_lines(run)["What if"] == found.what_if.sentence
+    assert found.what_if.sentence in run_html(run)
+    twin = run.branch(17)
+    assert twin.explained is None
+    assert twin.explain(seeds=1) is twin.explained
+    twin.seek(twin.computed)
+    twin.change({"sample_count": 200})
+    assert twin.explained is None  # frames to come, which the trials had, are others now

@@ -1,0 +1,215 @@
+"""Exports: every kind of file is read back by another program, with the same names and the run's own numbers."""
+
+import errno
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import av
+import cv2
+import nbformat
+import numpy as np
+import pandas as pd
+import pytest
+from PIL import Image
+from pyarrow import parquet
+
+from pftrack import __version__
+from pftrack.core.model.export import ExportError
+from pftrack.core.model.recipe import Recipe
+from pftrack.experiments import EXPERIMENTS, find
+from pftrack.output.exports import films
+from pftrack.output.exports.formats import FORMATS, export_at, exporting, exports_of
+from pftrack.runs.run import Change, Run
+from pftrack.runs.table import columns_in, table_of
+
+FRAMES = 12
+
+
+@pytest.fixture(scope="module")
+def ball() -> Run:
+    """A run that was computed to frame 11 of 30, with a change on the way, and stands in frame 4."""
+    found = find("ball")
+    changes = (Change(0, {"sample_count": 60}), Change(5, {"process_noise_px": 4}))
+    run = Run(found, found.simulate(), seed=7, frames=30, timeline=changes)
+    run.seek(FRAMES - 1)
+    run.seek(4)
+    return run
+
+
+@pytest.fixture(scope="module")
+def files(ball: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of all its exports, called `run.` and the suffix."""
+    folder = tmp_path_factory.mktemp("exports")
+    for kind in FORMATS:
+        done = ball.export(folder / f"run.{kind.suffix}")
+        assert (done.frames, done.complete) == ("frames 0 to 11, 12 of 30", False)
+        assert all(file.stat().st_size > 0 for file in done.files)
+    assert ball.position == 4
+    return folder
+
+
+def manifests(folder: Path) -> dict[str, Any]:
+    """Return the manifests of all files that have one, each as its own format carries it."""
+    with av.open(str(folder / "run.mp4")) as film:
+        comment = film.metadata["comment"]
+    with np.load(folder / "run.npz") as arrays:
+        member = str(arrays["manifest"])
+    with Image.open(folder / "run.gif") as gif, Image.open(folder / "run.png") as png:
+        texts = {"gif": gif.info["comment"], "png": png.text["pftrack"]}  # type: ignore[attr-defined] - of a PNG
+    svg = (folder / "run.svg").read_text()
+    begin = svg.index("<dc:description>") + len("<dc:description>")
+    texts |= {
+        "mp4": comment,
+        "npz": member,
+        "parquet": parquet.read_metadata(folder / "run.parquet").metadata[b"pftrack"],
+        "svg": svg[begin : svg.index("</dc:description>")].replace("&quot;", '"'),
+        "csv": (folder / "run.csv.manifest.json").read_text(),
+        "jsonl": (folder / "run.jsonl.manifest.json").read_text(),
+        "itself": (folder / "run.manifest.json").read_text(),
+    }
+    return {name: json.loads(text) for name, text in texts.items()}
+
+
+def test_tables_have_the_same_columns_and_numbers(ball: Run, files: Path) -> None:
+    """CSV, Parquet, NPZ and JSON Lines, read by pandas and NumPy, are the run's rows to the bit."""
+    frames = {
+        "csv": pd.read_csv(files / "run.csv"),
+        "parquet": pd.read_parquet(files / "run.parquet"),
+        "jsonl": pd.read_json(files / "run.jsonl", lines=True, precise_float=True),
+    }
+    with np.load(files / "run.npz") as arrays:
+        frames["npz"] = pd.DataFrame({name: arrays[name] for name in arrays.files if name != "manifest"})
+    names = [column.name for column in columns_in(ball)]
+    assert {"estimate_0", "estimate_1", "error", "series_ess", "series_samples_observation"} <= set(names)
+    rows = ball.diagnostics
+    for form, table in frames.items():
+        assert list(table.columns) == names, form
+        assert table["frame"].tolist() == list(range(FRAMES)), form
+        assert table[["estimate_0", "estimate_1"]].to_numpy().tolist() == [list(row.estimate) for row in rows], form
+        assert table["series_ess"].tolist() == [row.number("ess") for row in rows], form
+        assert table["lost"].tolist() == [float(row.lost or 0) for row in rows], form
+    assert all(frames["csv"].select_dtypes("object").columns == [])
+
+
+def test_every_format_carries_the_same_manifest(ball: Run, files: Path) -> None:
+    """Version, recipe, hashes, units and what to cite; from its recipe the run comes to the same estimates."""
+    found = manifests(files)
+    told = found.pop("itself")
+    assert all(each == told for each in found.values())
+    assert (told["pftrack"], told["frames"]) == (__version__, {"computed": FRAMES, "of": 30, "rate_hz": 30.0})
+    columns = {column["name"]: column for column in told["columns"]}
+    assert (columns["estimate_1"]["unit"], columns["step_ms"]["unit"]) == ("px", "ms")
+    assert all(column["title"] for column in columns.values())
+    recipe = Recipe.read(told["recipe"])
+    assert recipe == Recipe.read(json.loads((files / "run.json").read_text()))
+    again = Run.from_recipe(recipe, ball.experiment, ball.experiment.simulate())
+    again.seek(FRAMES - 1)
+    assert again.estimates_sha256 == told["sha256"]["estimates"] == ball.estimates_sha256
+
+
+def test_films_have_a_picture_for_each_frame(ball: Run, files: Path) -> None:
+    """OpenCV reads every frame of the MP4, as large as the drawing; the GIF shows every second at the same speed."""
+    reader, pictures = cv2.VideoCapture(str(files / "run.mp4")), []
+    while (read := reader.read())[0]:
+        pictures.append(read[1])
+    assert len(pictures) == FRAMES
+    assert np.ptp([picture.mean() for picture in pictures]) > 0
+    with Image.open(files / "run.gif") as gif:
+        assert (gif.n_frames, gif.info["duration"], gif.info["loop"]) == (FRAMES // 2, 70, 0)  # type: ignore[attr-defined]
+        shown = np.asarray(gif.convert("RGB"), float)
+    assert shown.shape == pictures[0].shape
+    assert np.abs(shown - films._picture(ball.branch(0), 0)).mean() < 4
+
+
+def test_pictures_of_plots_are_at_print_size(ball: Run, files: Path) -> None:
+    """A PNG has 300 dots an inch over two columns, 7.2 inches; in an SVG letters are letters, with titles and units."""
+    with Image.open(files / "run.png") as picture:
+        assert picture.size[0] == 2160
+        assert picture.info["dpi"][0] == pytest.approx(300, abs=0.1)
+    svg = (files / "run.svg").read_text()
+    assert all(f">{words}</text>" in svg for words in ("error, px", "sigma, px", "ESS", "proposals", "frame"))
+
+
+def test_documents_name_version_and_sources(files: Path) -> None:
+    """The citation names the program, the run and the documents; the notebook is one."""
+    text, bibtex = (files / "run.txt").read_text(), (files / "run.bib").read_text()
+    for words in (f"pftrack {__version__}", "seed 7", "frames 0 to 11, 12 of 30", "Takashi Bando", "2007"):
+        assert words in text
+    assert f"version = {{{__version__}}}" in bibtex
+    assert "@phdthesis{bando2007," in bibtex
+    nbformat.validate(nbformat.read(files / "run.ipynb", as_version=4))
+
+
+def test_the_same_run_has_the_same_file(ball: Run, files: Path, tmp_path: Path) -> None:
+    """Nothing in a file tells when it was written."""
+    for suffix in ("csv", "parquet", "svg", "manifest.json"):
+        ball.export(tmp_path / f"again.{suffix}")
+        assert (tmp_path / f"again.{suffix}").read_bytes() == (files / f"run.{suffix}").read_bytes()
+
+
+def test_an_arrow_table_tells_title_and_unit(ball: Run) -> None:
+    """They stand in the metadata of its fields; what is not known is missing, not a number."""
+    table = table_of(ball)
+    field = table.schema.field("error")
+    assert field.metadata == {b"title": b"distance of the estimate from the truth", b"unit": b"px"}
+    assert table.num_rows == FRAMES
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_names_of_columns_and_suffixes_are_each_anothers(name: str) -> None:
+    """No two columns have one name, none has a sign that another program would stumble over, no suffix comes twice."""
+    found = EXPERIMENTS[name]
+    run = Run(found, found.simulate(), frames=2)
+    names = [column.name for column in columns_in(run)]
+    assert len(set(names)) == len(names)
+    assert all(each.isidentifier() for each in names)
+    offered = exports_of(found)
+    assert len({one.suffix for one in offered}) == len({one.name for one in offered}) == len(offered)
+
+
+@pytest.mark.parametrize(
+    ("place", "plot", "words"),
+    [
+        ("run.docx", None, "can be exported as .csv, .parquet, .npz, .jsonl"),
+        ("run.mot.txt", None, "would hold boxes (Believed boxes, MOTChallenge text), and runs of ball know of none"),
+        ("run.png", "eror", "has no plot 'eror', only error, sigma, ess, proposals"),
+        ("run.csv", "error", "a plot can be written as a picture, .png or .svg; got .csv"),
+        ("nowhere/run.csv", None, "there is no folder"),
+        (".", None, "can be exported as"),
+    ],
+)
+def test_what_cannot_be_is_refused(ball: Run, tmp_path: Path, place: str, plot: str | None, words: str) -> None:
+    """With a sentence that names what there is; nothing is left behind."""
+    with pytest.raises(ExportError) as refused:
+        ball.export(tmp_path / place, plot=plot)
+    assert words in str(refused.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_one_that_is_stopped_or_has_no_room_leaves_what_was_there(
+    ball: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The old file stays, nothing lies beside it, and the run stands where it stood."""
+    place = tmp_path / "old.mp4"
+    place.write_text("old")
+    steps = exporting(ball, place, export_at(ball.experiment, place))
+    assert next(steps) == (1, FRAMES)
+    steps.close()  # type: ignore[attr-defined] - it is a generator
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("pftrack.output.exports.formats.settle", full)
+    with pytest.raises(ExportError, match=r"old\.mp4 cannot be written: No space left on device; make room"):
+        ball.export(place)
+
+    def denied(*_: object) -> None:
+        raise OSError(errno.EACCES, "Failed to open local file '.old.mp4.part'")
+
+    monkeypatch.setattr("pftrack.output.exports.formats.settle", denied)
+    with pytest.raises(PermissionError, match=r"Permission denied: '.*/old\.mp4'"):
+        ball.export(place)
+    assert [(each.name, each.read_text()) for each in tmp_path.iterdir()] == [("old.mp4", "old")]
+    assert ball.position == 4

@@ -1,0 +1,103 @@
+"""Figures: what is drawn are the run's own numbers, of every kind of plot, and what cannot be drawn is told."""
+
+from typing import get_args
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from pftrack.core.model.export import ExportError
+from pftrack.core.model.plot import PlotKind
+from pftrack.experiments import EXPERIMENTS, find
+from pftrack.output.figures import sheet
+from pftrack.output.figures.kinds import KINDS
+from pftrack.output.figures.sheet import drawable, figure_of
+from pftrack.runs.run import Change, Run
+
+
+def finished(name: str, frames: int, **more: object) -> Run:
+    """Return a short run of an experiment."""
+    found = find(name)
+    run = Run(found, found.simulate(), frames=frames, **more)  # type: ignore[arg-type] - of Run
+    run.finish()
+    return run
+
+
+@pytest.fixture(scope="module")
+def ball() -> Run:
+    """Twelve frames, with another threshold from frame 6 on."""
+    return finished("ball", 12, seed=7, timeline=(Change(6, {"gamma_px": 9.0}),))
+
+
+def titles(figure: Figure) -> list[str]:
+    """Return what stands above the panels."""
+    return [axes.get_title("left") for axes in figure.axes]
+
+
+def test_every_kind_is_drawn_by_some_experiment() -> None:
+    """The table has all kinds, so that no declaration of an experiment is without a picture."""
+    declared = {plot.kind for experiment in EXPERIMENTS.values() for plot in experiment.plots}
+    assert declared == set(KINDS) == set(get_args(PlotKind))
+
+
+def test_lines_are_the_numbers_of_the_frames(ball: Run) -> None:
+    """Error and effective sample size against the frame; the samplers' shares on each other, up to all particles."""
+    figure = figure_of(ball)
+    assert titles(figure) == ["error, px", "sigma, px", "ESS", "proposals"]
+    error, sigma, ess, proposals = figure.axes
+    np.testing.assert_array_equal(error.lines[0].get_xydata()[:, 1], [row.error for row in ball.diagnostics])
+    np.testing.assert_array_equal(ess.lines[-1].get_ydata(), [row.number("ess") for row in ball.diagnostics])
+    tops = proposals.patches[-1].get_data().values  # type: ignore[attr-defined] - of stairs
+    np.testing.assert_array_equal(tops, [row.number("particles") for row in ball.diagnostics])
+    threshold = sigma.lines[-1]
+    np.testing.assert_array_equal(threshold.get_ydata(), [5.0, 9.0, 9.0])
+    assert list(threshold.get_xdata()) == [0, 6, 11]
+
+
+def test_bands_are_as_wide_as_the_frames_that_they_shade(ball: Run) -> None:
+    """Grey where the target is hidden: from half a frame before the first to half a frame after the last."""
+    (axes,) = figure_of(ball, "error").axes
+    shaded = {round(span.get_x() + 0.5) + at for span in axes.patches for at in range(round(span.get_width()))}  # type: ignore[attr-defined]
+    hidden = {row.frame for row in ball.diagnostics if row.hidden}
+    assert hidden
+    assert shaded == hidden | {row.frame for row in ball.diagnostics if row.is_lost}
+
+
+@pytest.mark.parametrize("name", ["linkage", "prism", "hand"])
+def test_plots_of_all_other_kinds_are_drawn(name: str) -> None:
+    """Bands, intervals, trees, hypotheses, features and frequencies; each has its title and something on it."""
+    run = finished(name, 4)
+    shown = drawable(run)
+    figure = figure_of(run)
+    assert [title.split(",")[0] for title in titles(figure)] == [plot.title for plot in shown]
+    assert all(axes.lines or axes.collections for axes in figure.axes)
+
+
+def test_the_way_back_of_a_tree_follows_the_parents() -> None:
+    """From the most probable hypothesis of the newest frame to its parent, and so on."""
+    run = finished("hand", 4)
+    (axes,) = figure_of(run, "hands").axes
+    known = [row.hypotheses("hands") for row in run.diagnostics]
+    place, way = int(np.argmax(known[-1].weights)), []
+    for frame in range(3, -1, -1):
+        way.append((frame, place + 1))
+        place = known[frame].parents[place] if known[frame].parents else -1
+    assert axes.lines[0].get_xydata().tolist() == [[float(x), float(y)] for x, y in way]
+
+
+def test_a_single_frame_is_drawn() -> None:
+    """A line has no length there, so it is a point."""
+    (axes,) = figure_of(finished("sine", 1), "error").axes
+    assert axes.lines[0].get_marker() == "."
+
+
+def test_what_cannot_be_drawn_is_told(ball: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A plot that is not there, one that the tracker measures nothing for, and a tree with more than can be seen."""
+    with pytest.raises(ExportError, match="ball has no plot 'gain', only error, sigma, ess, proposals"):
+        figure_of(ball, "gain")
+    kalman = finished("sine", 2, tracker="kalman")
+    with pytest.raises(ExportError, match=r"nothing for the plot 'ess'.*; it has error, sigma"):
+        figure_of(kalman, "ess")
+    monkeypatch.setattr(sheet, "MOST_MARKS", 2)
+    with pytest.raises(ExportError, match=r"has [0-9]+ marks, a picture shows at most 2; export another plot"):
+        figure_of(finished("hand", 3), "hands")

@@ -1,0 +1,84 @@
+"""A run as a notebook: it runs with the same numbers, and says what it does not carry."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pftrack.core.model.marks import Box
+from pftrack.core.model.recipe import Recipe
+from pftrack.experiments import EXPERIMENTS, find
+from pftrack.output.exports.formats import NOTEBOOK, exports_of
+from pftrack.output.exports.run_notebook import run_cells, run_notebook
+from pftrack.runs.run import Change, Run
+from pftrack.sources.sequence import open_sequence
+from pftrack.vision.rendering.film import FilmWriter
+from tests.notebooks import executed, executed_here
+
+SAME = "The same estimates as in the run that was exported.\n"
+
+
+def source(content: bytes) -> str:
+    return "\n".join("".join(cell["source"]) for cell in json.loads(content)["cells"])
+
+
+# tests/server/test_exports.py runs one of a session.
+@pytest.mark.slow
+def test_a_run_with_changes_comes_to_the_same_numbers() -> None:
+    """Executed in a kernel, it computes as far as the run had come, with the changes on the way."""
+    ball = find("ball")
+    changes = (Change(0, {"sample_count": 60}), Change(5, {"tracker": "apf", "process_noise_px": 4}))
+    run = Run(ball, ball.simulate(), tracker="condensation", seed=7, frames=40, timeline=changes)
+    run.seek(12)
+    run.seek(3)
+    printed = executed(run_notebook(run))
+    assert SAME in printed
+    table = next(text for text in printed if "log_evidence" in text).splitlines()
+    assert len(table) == 1 + 13
+    shown = dict(zip(table[0].split(), table[13].split(), strict=True))
+    assert float(shown["error"]) == pytest.approx(run.diagnostics[12].error, rel=1e-4)
+    assert "step_ms" not in shown
+
+
+def test_a_recording_is_named_and_not_carried(tmp_path: Path) -> None:
+    """Its name and content are said in words, and a notebook that lies beside it finds it; markup of a name is none."""
+    clip = tmp_path / "clip.mp4"
+    with FilmWriter(clip, 30) as film:
+        for number in range(6):
+            picture = np.full((60, 90, 3), 110, np.uint8)
+            picture[20:32, 10 + 2 * number : 22 + 2 * number] = (200, 50, 50)
+            film.write(picture)
+    ball = find("ball")
+    assert ball.on_video is not None
+    sequence = open_sequence(clip)
+    run = Run(ball, ball.on_video(sequence, Box.of(10, 20, 12, 12)), tracker="condensation")
+    run.finish()
+    content = run_notebook(run)
+    assert "not part of this notebook" in source(content)
+    assert str(sequence.sha256) in source(content)
+    assert str(tmp_path) not in source(content)
+    here = content.replace(b"Path('clip.mp4')", f"Path({str(clip)!r})".encode())
+    assert here != content
+    assert SAME in executed_here(here)
+    hostile = run.recipe.with_footage(name="`<img src=x>`\n# Head.mp4")
+    told = [cell.source for cell in run_cells(hostile, ball) if "not part" in cell.source]
+    assert len(told) == 1
+    assert not {"<", "\n"} & set(told[0])
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_every_experiment_has_one_whose_code_is_python(name: str) -> None:
+    """Each cell compiles, and each plot that the experiment declares is listed with columns that a run may have."""
+    experiment = EXPERIMENTS[name]
+    assert NOTEBOOK in exports_of(experiment)
+    cells = run_cells(Recipe(experiment=name), experiment, 3, "0" * 64)
+    for cell in cells:
+        if cell.kind == "code":
+            compile(cell.source, name, "exec")
+    listed: dict[str, Any] = {}
+    exec(cells[-1].source.split("\n\n")[1], listed)  # noqa: S102 - of the project's own making
+    declared = {f"series_{series.name}" for series in experiment.all_series()}
+    assert len(listed["plots"]) == len(experiment.plots)
+    assert {column for _, columns in listed["plots"] for column in columns} <= declared | {"error", "sigma"}

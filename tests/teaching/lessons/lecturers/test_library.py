@@ -1,0 +1,285 @@
+"""Files of lecturers: what makes a lesson, and what is said of a file that makes none."""
+
+import os
+import sys
+from collections.abc import Iterator
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import pytest
+
+from pftrack.core.model.parameters import declarations
+from pftrack.teaching.lessons import LESSONS, find, judge
+from pftrack.teaching.lessons.answers import answer_of, question_recipe
+from pftrack.teaching.lessons.lecturers import Library, library, read_lessons
+from pftrack.teaching.lessons.lecturers.document import LARGEST_BYTES, Document, DocumentError
+from pftrack.teaching.lessons.lesson import Demonstration, Lesson, Scenario
+from tests.teaching.lessons.demonstrations import DEMONSTRATIONS
+
+GOOD = """---
+id: my-lesson
+title: A ball in the dark
+experiment: ball
+tracker: condensation
+seed: 3
+frames: 12
+timeline:
+  - values: {occlusion_width_px: 60, sample_count: 50}
+  - frame: 5
+    values: {process_noise_px: 2}
+unlocked: [tracker, occlusion_width_px, seed]
+plots: [error]
+frame: 4
+question:
+  text: How far off is the estimate on average?
+  tolerance: 1
+  unit: px
+  bounds: [0, 100]
+  at: {sample_count: 60, seed: 4}
+  words: It is what it is.
+  mistakes:
+    - {given: [50, 100], words: That would be lost.}
+answer: mean(error[2:])
+tries: [Make the pillar wider.]
+notice: The error grows behind the pillar.
+---
+A ball goes behind a pillar, and $x$ is where it is.
+"""
+
+
+def read(folder: Path, text: str | bytes = GOOD, name: str = "mine.md") -> Library:
+    (folder / name).write_bytes(text if isinstance(text, bytes) else text.encode())
+    return read_lessons(folder)
+
+
+def test_a_file_makes_a_lesson(tmp_path: Path) -> None:
+    """Everything that it says is in the lesson; it is found beside the course, and names its file."""
+    found = read(tmp_path)
+    assert found.problems == ()
+    lesson = found.lessons["my-lesson"]
+    assert isinstance(lesson.body, Scenario)
+    recipe = lesson.body.recipe
+    assert (recipe.experiment, recipe.tracker, recipe.seed, recipe.frames) == ("ball", "condensation", 3, 12)
+    assert [(change.frame, dict(change.values)) for change in recipe.timeline] == [
+        (0, {"occlusion_width_px": 60, "sample_count": 50}),
+        (5, {"process_noise_px": 2}),
+    ]
+    assert (lesson.body.unlocked, lesson.body.plots, lesson.body.frame) == (
+        ("tracker", "occlusion_width_px", "seed"),
+        ("error",),
+        4,
+    )
+    assert (lesson.number, lesson.origin, lesson.tries) == (0, "mine.md", ("Make the pillar wider.",))
+    assert lesson.idea.startswith("A ball goes behind")
+    assert list(found.lessons)[: len(LESSONS)] == list(LESSONS)
+    assert find("my-lesson", found.lessons) is lesson
+
+
+def test_it_says_how_long_it_takes(tmp_path: Path) -> None:
+    """What its author says counts, and otherwise five minutes and one for each thing to try; yes is a word."""
+    lesson = read(tmp_path, changed("seed: 3", "seed: 3\nminutes: 7.5")).lessons["my-lesson"]
+    assert lesson.minutes == 7.5
+    lesson = read(tmp_path, changed("notice: ", "notice: yes #")).lessons["my-lesson"]
+    assert lesson.minutes == 5 + len(lesson.tries)
+    assert lesson.notice == "yes"
+
+
+def test_its_answer_is_computed_of_the_run_that_is_asked_about(tmp_path: Path) -> None:
+    """Values and seed at which it is asked are in force; the answer is right, and the check says so."""
+    lesson = read(tmp_path).lessons["my-lesson"]
+    assert (question_recipe(lesson).seed, question_recipe(lesson).frames) == (4, 12)
+    answer = answer_of(lesson)
+    assert isinstance(answer.exact, float)
+    assert judge(lesson.question, answer, answer.exact).right
+    assert "lost" in judge(lesson.question, answer, 80).words[1]
+    assert [check.run().passed for check in lesson.checks] == [True]
+
+
+def changed(old: str, new: str) -> str:
+    assert GOOD.count(old) == 1, old
+    return GOOD.replace(old, new)
+
+
+BAD = {
+    "unlocked": (
+        changed("unlocked: [tracker, occlusion_width_px", "unlocked: [tracker, occlusion_with_px"),
+        12,
+        "`unlocked` names occlusion_with_px, which ball does not have; did you mean occlusion_width_px?",
+    ),
+    "experiment": (changed("experiment: ball", "experiment: bowl"), 4, "there is no experiment 'bowl'; there are ball"),
+    "tracker": (changed("tracker: condensation", "tracker: condensatoin"), 5, "did you mean condensation?"),
+    "bounds": (changed("sample_count: 50", "sample_count: 0"), 9, "sample_count must be a whole number between"),
+    "parameter": (changed("process_noise_px: 2", "proces_noise_px: 2"), 11, "did you mean process_noise_px?"),
+    "frame": (changed("frame: 4", "frame: 12"), 14, "the last of 12 frames is 11"),
+    "late": (changed("frame: 5", "frame: 50"), 10, "comes in frame 50, and the last is 11"),
+    "plot": (changed("plots: [error]", "plots: [eror]"), 13, "did you mean error?"),
+    "layer": (changed("plots: [error]", "layers: [trial]"), 13, "did you mean trail?"),
+    "syntax": (changed("mean(error[2:])", "mean(error[2:]"), 24, "is no expression"),
+    "column": (changed("mean(error[2:])", "mean(eror[2:])"), 24, "no numbers called eror; did you mean error?"),
+    "no number": (changed("mean(error[2:])", "error[2:]"), 24, "it comes to 10 numbers, not to one"),
+    "text": (changed("mean(error[2:])", "\"'far'\""), 24, "where the question asks for a number"),
+    "attribute": (changed("mean(error[2:])", "error.__class__"), 24, "cannot be used"),
+    "course": (changed("id: my-lesson", "id: colour"), 2, "colour is taken by a lesson of the course"),
+    "shipped": (changed("id: my-lesson", "id: too-sure-to-return"), 2, "is taken by pftrack: too-sure"),
+    "id": (changed("id: my-lesson", "id: My Lesson"), 2, "must begin with a letter"),
+    "no question": (GOOD[: GOOD.index("question:")] + GOOD[GOOD.index("answer:") :], 2, "`question` is missing"),
+    "no tolerance": (changed("  tolerance: 1\n", ""), 15, "`question.tolerance` is missing"),
+    "typo": (changed("notice:", "notise:"), 26, "there is no `notise` in a lesson; did you mean notice?"),
+    "inner typo": (changed("  words: It", "  wrds: It"), 21, "did you mean words?"),
+    "both": (
+        changed("experiment: ball", "experiment: ball\nfigure: estimate"),
+        4,
+        "either an `experiment` or a `figure`",
+    ),
+    "figure": (changed("experiment: ball", "figure: estmate"), 4, "there is no lesson 'estmate'"),
+    "point": (changed("  tolerance: 1", "  tolerance: 1\n  kind: point"), 18, "a run is asked for a number"),
+    "choices": (changed("  tolerance: 1", "  kind: choice"), 15, "has `choices`"),
+    "mistake": (changed("given: [50, 100]", "given: far"), 23, "`given` must be a number"),
+    "seed": (changed("seed: 3", f"seed: {2**60}"), 6, "`seed` must be a whole number between 0 and"),
+    "too long": (GOOD + "word " * 100, 28, "fit beside the figure"),
+    "no text": (GOOD[: GOOD.rindex("---\n") + 4], 28, "there is no text"),
+    "no head": ("# A lesson\n", 1, "begins with a head"),
+    "no end": (GOOD[: GOOD.rindex("---\n")], 1, "has no end"),
+    "yaml": (changed("title: A", "title: : A"), 3, "the head is no YAML"),
+    "twice": (changed("seed: 3", "seed: 3\nseed: 4"), 7, "`seed` is there twice"),
+    "no mapping": ("---\n- 1\n---\nText.\n", 2, "made of lines such as"),
+    "empty": ("", 1, "begins with a head"),
+    "tag": (changed("seed: 3", "seed: !!python/object/apply:os.getcwd []"), 6, "the tag"),
+    "bomb": (changed("seed: 3", "seed: &a [3]\nframe: *a"), 6, "references"),
+    "deep": (changed("seed: 3", f"seed: {'[' * 400}{']' * 400}"), 6, "nested more than"),
+    "endless": (changed("seed: 3", f"seed: 0x{'f' * 5000}"), 6, "too large a number"),
+    "mistaken": (changed("given: [50, 100]", f"given: [0x{'f' * 5000}, 1]"), 23, "too large a number"),
+    "base 60": (changed("seed: 3", f"seed: 1:{'0:' * 300}0.5"), 6, "is no value"),
+    "signs": (changed("mean(error[2:])", f'"mean(error, {"-" * 370}1)"'), 24, "nested more than"),
+    "control": (changed("A ball in", "A\x07ball in"), 3, "character that YAML does not allow"),
+}
+
+
+@pytest.mark.parametrize(("text", "line", "words"), BAD.values(), ids=BAD)
+def test_a_wrong_file_is_told_with_line_and_remedy(tmp_path: Path, text: str, line: int, words: str) -> None:
+    """Each kind of error names its line and what to do, and another file in the folder stays."""
+    (tmp_path / "other.md").write_text(GOOD.replace("my-lesson", "my-other-lesson"))
+    found = read(tmp_path, text)
+    assert "my-other-lesson" in found.lessons
+    told = [(problem.line, problem.message) for problem in found.problems if problem.origin == "mine.md"]
+    assert any(line == place and words in message for place, message in told), told
+    assert all(words not in problem.message for problem in found.problems if problem.origin != "mine.md")
+
+
+def test_whatever_a_file_leads_to_harms_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What nobody has foreseen is told of that file, by the kind of what is raised."""
+    made = library.lesson_of
+
+    def make(document: Document, origin: str) -> Lesson | list[DocumentError]:
+        if origin == "mine.md":
+            raise ZeroDivisionError
+        return made(document, origin)
+
+    monkeypatch.setattr(library, "lesson_of", make)
+    (tmp_path / "other.md").write_text(GOOD.replace("my-lesson", "my-fine-lesson"))
+    found = read(tmp_path, GOOD.replace("my-lesson", "my-strange-lesson"))
+    assert "my-fine-lesson" in found.lessons
+    (problem,) = found.problems
+    assert problem.sentence.startswith("mine.md: no lesson can be made of this file: reading it raises ZeroDivision")
+
+
+def test_a_file_that_has_not_changed_is_not_made_into_a_lesson_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A server asks for all lessons at each request, and a folder may hold 200 files."""
+    first = read(tmp_path, GOOD.replace("my-lesson", "my-kept-lesson")).lessons["my-kept-lesson"]
+    monkeypatch.setattr(library, "lesson_of", None)
+    assert read_lessons(tmp_path).lessons["my-kept-lesson"] is first
+    monkeypatch.undo()
+    changed_file = read(tmp_path, GOOD.replace("my-lesson", "my-kept-lesson").replace("in the dark", "in the light"))
+    assert changed_file.lessons["my-kept-lesson"].title == "A ball in the light"
+
+
+def test_several_errors_are_told_at_once(tmp_path: Path) -> None:
+    """A file is mended in one go."""
+    text = changed("plots: [error]", "plots: [eror]").replace("sample_count: 50", "sample_count: -1")
+    assert len(read(tmp_path, text.replace("mean(error[2:])", "mean(")).problems) == 3
+
+
+def test_bytes_that_are_no_text_and_files_that_are_too_large(tmp_path: Path) -> None:
+    """Both are refused, the first with its line, the second before it is read."""
+    latin = read(tmp_path, GOOD.replace("A ball in", "Ein Bäll in").encode("latin-1")).problems
+    assert [(problem.line, "UTF-8" in problem.message) for problem in latin] == [(3, True)]
+    large = read(tmp_path, GOOD + "x" * LARGEST_BYTES).problems
+    assert [problem.message for problem in large] == [
+        f"the file is larger than {LARGEST_BYTES // 1024} KiB; its text fits on one screen"
+    ]
+
+
+def test_windows_saves_files_in_its_own_way(tmp_path: Path) -> None:
+    """A byte order mark and line ends of two characters do no harm."""
+    assert read(tmp_path, b"\xef\xbb\xbf" + GOOD.replace("\n", "\r\n").encode()).problems == ()
+
+
+def test_numbers_with_an_exponent_are_numbers(tmp_path: Path) -> None:
+    """YAML 1.1 takes 1e-1 for a text, which nobody means."""
+    lesson = read(tmp_path, changed("given: [50, 100]", "given: 1e1").replace("tolerance: 1", "tolerance: 1e-1"))
+    question = lesson.lessons["my-lesson"].question
+    assert (question.tolerance, question.mistakes[0].given) == (0.1, 10.0)
+
+
+def test_the_first_of_two_files_with_one_id_is_taken(tmp_path: Path) -> None:
+    """The other is told whose the id is."""
+    (tmp_path / "a.md").write_text(GOOD)
+    found = read(tmp_path, GOOD, "b.md")
+    assert found.lessons["my-lesson"].origin == "a.md"
+    assert [(it.origin, it.line) for it in found.problems] == [("b.md", 2)]
+    assert "taken by a.md" in found.problems[0].message
+
+
+def test_what_is_no_file_of_a_lesson_is_passed_over(tmp_path: Path) -> None:
+    """Folders, pipes and files of other kinds are not opened; a folder that is not there holds nothing."""
+    (tmp_path / "folder.md").mkdir()
+    (tmp_path / "notes.txt").write_text("nothing")
+    os.mkfifo(tmp_path / "pipe.md")
+    assert read_lessons(tmp_path, tmp_path / "missing").problems == ()
+
+
+@pytest.mark.skipif(not DEMONSTRATIONS, reason="the course has no demonstration")
+def test_a_figure_of_the_course_can_be_asked_about_anew(tmp_path: Path) -> None:
+    """With other parameters, another question, and an answer out of the figure's own numbers."""
+    name = DEMONSTRATIONS[0]
+    body = LESSONS[name].body
+    assert isinstance(body, Demonstration)
+    number = next(it for it in declarations(type(body.parameters)) if it.kind in {"number", "integer"})
+    head = GOOD[: GOOD.index("experiment:")] + f"figure: {name}\nparameters: {{{number.name}: {number.maximum}}}\n"
+    rest = GOOD[GOOD.index("question:") :].replace("  at: {sample_count: 60, seed: 4}\n", "")
+    text = (head + rest).replace("mean(error[2:])", "value[0]").replace("[0, 100]", "[-1e9, 1e9]")
+    found = read(tmp_path, text)
+    assert found.problems == ()
+    lesson = found.lessons["my-lesson"]
+    assert isinstance(lesson.body, Demonstration)
+    shown = lesson.body.show(lesson.body.parameters, lesson.body.seed)
+    assert answer_of(lesson).exact == shown.numbers[0].value
+    assert getattr(lesson.body.parameters, number.name) == number.maximum
+    beyond = text.replace(f"{number.name}: {number.maximum}}}", f"{number.name}: 1e300}}\nunlocked: [seed]")
+    wrong = read(tmp_path, beyond)
+    assert [problem.line for problem in wrong.problems if problem.origin == "mine.md"] == [6, 5]
+
+
+@pytest.fixture
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A package of lessons, installed."""
+    folder = tmp_path / "my_lessons"
+    folder.mkdir()
+    (folder / "__init__.py").write_text("")
+    (folder / "mine.md").write_text(GOOD)
+    monkeypatch.syspath_prepend(tmp_path)
+    entries = [EntryPoint("mine", "my_lessons", library.GROUP), EntryPoint("gone", "not_there_at_all", library.GROUP)]
+    monkeypatch.setattr(library, "entry_points", lambda group: entries if group == library.GROUP else [])
+    yield folder
+    sys.modules.pop("my_lessons", None)
+
+
+def test_packages_bring_lessons(package: Path) -> None:
+    """Those of a package are there; one that cannot be imported is told, and harms nothing."""
+    found = read_lessons()
+    assert found.lessons["my-lesson"].origin == "mine: mine.md"
+    assert [problem.sentence for problem in found.problems] == [
+        "gone: importing not_there_at_all raises ModuleNotFoundError; its lessons are left out"
+    ]

@@ -1,0 +1,35 @@
+"""Lesson 12: its question about a run, which is computed."""
+
+import numpy as np
+
+from pftrack.runs.record import make
+from pftrack.teaching.lessons.answers import answer_of, question_recipe
+from pftrack.teaching.lessons.course.colour import LESSON
+from pftrack.teaching.lessons.lesson import Scenario
+from pftrack.teaching.lessons.verdict import judge
+
+
+def test_the_question_is_about_a_sharper_likelihood_in_the_scenario() -> None:
+    """The run that is asked about is the scenario's own but for lambda."""
+    assert isinstance(LESSON.body, Scenario)
+    shown, about = (make(recipe).parameters_at(0) for recipe in (LESSON.body.recipe, question_recipe(LESSON)))
+    assert (shown.sharpness, about.sharpness) == (20, 200)
+    assert shown.model_copy(update={"sharpness": 200}) == about
+
+
+def test_the_answer_is_where_the_column_hides_the_target() -> None:
+    """It is lost for good while it is hidden; that is judged right, and usual mistakes are explained."""
+    answer = answer_of(LESSON)
+    assert 87 <= float(answer.exact) <= 96
+    assert judge(LESSON.question, answer, answer.exact).right
+    for said, words in ((120, "sharper"), (47, "look-alike"), (76, "begins to cover"), (107, "comes out"), (5, "few")):
+        verdict = judge(LESSON.question, answer, said)
+        assert not verdict.right
+        assert any(words in sentence for sentence in verdict.words)
+
+
+def test_an_answer_counts_the_frames_that_there_are() -> None:
+    """A run that holds its target is never lost, and one that never held it was lost from the start."""
+    held = {"lost": np.array([0.0, 1.0, 0.0]), "hidden": np.zeros(3)}
+    assert LESSON.question.answer(held).exact == 3
+    assert LESSON.question.answer({**held, "lost": np.ones(3)}).exact == 0

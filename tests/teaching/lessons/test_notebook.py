@@ -1,0 +1,150 @@
+"""Lessons as notebooks: they run, and come to the numbers that the library comes to."""
+
+import json
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from markdown_it import MarkdownIt
+
+from pftrack.core.model.parameters import revise
+from pftrack.core.model.recipe import Recipe
+from pftrack.output.exports.notebook import code, markdown, notebook
+from pftrack.runs.record import make
+from pftrack.teaching.lessons import LESSONS, Scenario
+from pftrack.teaching.lessons.answers import answer_of, question_recipe
+from pftrack.teaching.lessons.cells import lesson_cell
+from pftrack.teaching.lessons.lecturers import read_lessons
+from pftrack.teaching.lessons.notebook import demonstration_notebook, lesson_notebook
+from tests.notebooks import executed
+from tests.teaching.lessons.demonstrations import DEMONSTRATIONS, demonstration
+
+
+def cells(content: bytes, kind: str) -> list[str]:
+    return ["".join(cell["source"]) for cell in json.loads(content)["cells"] if cell["cell_type"] == kind]
+
+
+# A lecturer's scenario runs in one below.
+@pytest.mark.slow
+def test_a_notebook_runs_in_a_kernel() -> None:
+    """Executed as a person would, it prints the numbers and checks that the library computes."""
+    lesson = LESSONS["probability"]
+    body = demonstration(lesson)
+    parameters = revise(body.parameters, {"count": 1000, "low": -0.5})
+    printed = executed(demonstration_notebook(lesson, parameters, 5))
+    assert printed[-2].splitlines() == [str(number) for number in body.show(parameters, 5).numbers]
+    assert printed[-1].splitlines() == [line for it in lesson.checks for line in (it.title, f"    {it.run()}")]
+
+
+@pytest.mark.parametrize("name", DEMONSTRATIONS)
+def test_the_values_of_every_lesson_are_in_its_cells(name: str) -> None:
+    """The cell of the parameters, which alone differs from lesson to lesson, gives back what it was made of."""
+    lesson = LESSONS[name]
+    body = demonstration(lesson)
+    first, _, _, values, *_ = cells(demonstration_notebook(lesson, body.parameters, 17), "code")
+    known: dict[str, Any] = {}
+    exec(f"{first}\n{values}", known)  # noqa: S102 - it is the code that is tested
+    assert known["lesson"] is lesson
+    assert known["parameters"] == body.parameters
+    assert known["seed"] == 17
+
+
+def test_a_prediction_is_judged(capsys: pytest.CaptureFixture[str]) -> None:
+    """What is written in the place of None is judged, with the words that fit it."""
+    lesson = LESSONS["bayes"]
+    body = demonstration(lesson)
+    known: dict[str, Any] = {}
+    for source in cells(demonstration_notebook(lesson, body.parameters, body.seed), "code")[:3]:
+        exec(source.replace("prediction = None", "prediction = 'middle'"), known)  # noqa: S102 - see above
+    told = capsys.readouterr().out
+    assert told.startswith("The right answer is")
+    assert lesson.question.words in told
+
+
+@pytest.mark.parametrize("name", DEMONSTRATIONS)
+def test_words_stand_before_what_they_speak_of(name: str) -> None:
+    """Title and idea first, then the question with its choices, then what to notice and to try."""
+    lesson = LESSONS[name]
+    body = demonstration(lesson)
+    first, asked, seen, _ = cells(demonstration_notebook(lesson, body.parameters, body.seed), "markdown")
+    assert first.startswith(f"# {lesson.number}. {lesson.title}\n")
+    assert lesson.idea in first
+    assert lesson.question.text in asked
+    assert all(words in asked for words in (lesson.question.choices or {}).values())
+    assert lesson.question.words not in asked
+    assert all(sentence in seen for sentence in (lesson.notice, *lesson.tries))
+
+
+def test_a_run_is_no_demonstration() -> None:
+    """A lesson that shows a run is refused by name."""
+    lesson = replace(LESSONS["bayes"], body=Scenario(Recipe(experiment="sine", tracker="kalman")))
+    with pytest.raises(TypeError, match=lesson.id):
+        demonstration_notebook(lesson, demonstration(LESSONS["probability"]).parameters, 1)
+
+
+def test_a_lecturers_scenario_runs_in_a_kernel() -> None:
+    """The notebook carries the file and the recipe, and comes to the answer that the library computes."""
+    lesson = read_lessons().lessons["cost-of-a-threshold"]
+    printed = executed(lesson_notebook(lesson))
+    assert printed[-2] == f"{answer_of(lesson).exact}\n"
+    assert printed[-1].splitlines() == [line for it in lesson.checks for line in (it.title, f"    {it.run()}")]
+    assert any("log_evidence" in text for text in printed)
+
+
+@pytest.mark.parametrize("name", [name for name, it in read_lessons().lessons.items() if isinstance(it.body, Scenario)])
+def test_every_scenario_is_found_and_asked_about_in_its_cells(name: str) -> None:
+    """The lesson is the same again, the run is the one that the question is about, and all code is Python."""
+    lesson = read_lessons().lessons[name]
+    content = lesson_notebook(lesson)
+    known: dict[str, Any] = {}
+    sources = cells(content, "code")
+    for source in sources:
+        compile(source, name, "exec")
+    for source in (sources[0], *(source for source in sources if source.startswith("from pftrack.core.model.recipe"))):
+        exec(source, known)  # noqa: S102 - see above
+    assert known["lesson"].question.text == lesson.question.text
+    assert make(known["recipe"]).parameters_at(0) == make(question_recipe(lesson)).parameters_at(0)
+    first, question, *_ = cells(content, "markdown")
+    assert lesson.title in first
+    assert lesson.question.text in question
+    assert lesson.question.words not in question
+
+
+HOSTILE = "<script>alert(1)</script> <!-- </b> <img src=x onerror=alert(1)> $a<b$ `<i>`"
+
+
+def test_what_a_lecturer_writes_is_neither_markup_nor_code() -> None:
+    """HTML in any of its texts is shown as it was written, as on the page, and a unit stays in its comment."""
+    lesson = read_lessons().lessons["cost-of-a-threshold"]
+    asked = replace(lesson.question, text=HOSTILE, words=HOSTILE, choices={"<b>": HOSTILE}, unit="s\nraise KeyError")
+    written = replace(lesson, title=HOSTILE, idea=HOSTILE, tries=(HOSTILE,), notice=HOSTILE, question=asked)
+    words = "\n".join(cells(lesson_notebook(written), "markdown"))
+    assert words.count("script>") == 2 * 7
+    read = MarkdownIt("commonmark").parse(words)
+    kinds = {each.type for block in read for each in (block, *(block.children or ()))}
+    assert not kinds & {"html_block", "html_inline"}
+    asked = replace(asked, choices=None)
+    predicted = cells(lesson_notebook(replace(lesson, question=asked)), "code")[1]
+    exec(predicted, {})  # noqa: S102 - it is the code that is tested
+
+
+@pytest.mark.parametrize("text", ["quoted ''' in", "back\\", "a \u2028 sign", "it's \\alpha", "ends '"])
+def test_any_text_of_a_file_comes_back_from_its_cell(text: str) -> None:
+    """Quotes, LaTeX and odd signs are carried as they are."""
+    lesson = replace(read_lessons().lessons["cost-of-a-threshold"], source=text)
+    source = lesson_cell(lesson, "").source
+    read: list[str] = []
+    exec(source[source.index("lesson = ") :], {"read_lesson": read.append})  # noqa: S102 - see above
+    assert read == [text]
+
+
+def test_cells_become_a_file() -> None:
+    """Words and code in their order, with names by place, the same bytes for the same cells."""
+    content = notebook((markdown("# A"), code("1 + 1")))
+    assert content == notebook((markdown("# A"), code("1 + 1")))
+    book = json.loads(content)
+    assert book["nbformat"] == 4
+    assert [(cell["id"], cell["cell_type"], "".join(cell["source"])) for cell in book["cells"]] == [
+        ("cell-0", "markdown", "# A"),
+        ("cell-1", "code", "1 + 1"),
+    ]

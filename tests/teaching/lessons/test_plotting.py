@@ -1,0 +1,241 @@
+"""A lesson's figure as matplotlib draws it: every kind of trace in its ink, at its place, and every text with room."""
+
+import base64
+import io
+from typing import Any, get_args
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.collections import PathCollection
+from matplotlib.colors import to_hex
+from PIL import Image
+
+from pftrack.core.model.palette import COLOURS, hexadecimal
+from pftrack.teaching.lessons import LESSONS, Figure
+from pftrack.teaching.lessons import figure as parts
+from pftrack.teaching.lessons.figure import (
+    Axis,
+    Bars,
+    Curve,
+    Handle,
+    HeatMap,
+    Histogram,
+    Label,
+    Panel,
+    Picture,
+    Rule,
+    Scatter,
+    Stems,
+    StripChart,
+    Tree,
+)
+from pftrack.teaching.lessons.plotting import draw, encode
+from pftrack.teaching.lessons.traces import DRAWERS
+from tests.teaching.lessons.demonstrations import DEMONSTRATIONS, shown
+
+UNIT = Axis(title="x", low=0.0, high=4.0, unit="m")
+
+
+def panel(*traces: Any, **more: Any) -> Panel:
+    return Panel(
+        **{"id": "it", "title": "What it shows", "x": UNIT, "y": Axis(title="y", low=0.0, high=4.0), "traces": traces}
+        | more
+    )
+
+
+def drawn(*traces: Any, **more: Any) -> Axes:
+    return draw(Figure(panels=(panel(*traces, **more),))).axes[0]
+
+
+def picture() -> Picture:
+    content = io.BytesIO()
+    Image.fromarray(np.arange(12, dtype=np.uint8).reshape(3, 4)).save(content, "PNG")
+    return Picture(png=base64.b64encode(content.getvalue()).decode(), width=4, height=3)
+
+
+def test_every_kind_has_a_drawer() -> None:
+    """No kind of trace is forgotten."""
+    kinds = {kind.model_fields["kind"].default for kind in get_args(get_args(parts.Trace)[0])}
+    assert set(DRAWERS) == kinds
+
+
+def test_a_curve_is_drawn_in_its_ink_with_its_area() -> None:
+    """Points, colour, dashes and the shaded interval, which ends where it is said to, between points too."""
+    axes = drawn(Curve(title="curve", ink="observation", x=[0, 1, 2], y=[0, 2, 0], dashed=True, area=(0.5, 1.5)))
+    (line,) = axes.lines
+    assert line.get_xdata().tolist() == [0, 1, 2]
+    assert to_hex(line.get_color()) == hexadecimal(COLOURS["observation"])
+    assert line.get_linestyle() == "--"
+    shaded = axes.collections[0].get_paths()[0].vertices
+    assert (shaded[:, 0].min(), shaded[:, 0].max()) == (0.5, 1.5)
+    assert shaded[:, 1].max() == 2.0
+
+
+def test_axes_have_titles_units_limits_and_names() -> None:
+    """What is measured, in what unit, from where to where; names in place of numbers; a logarithmic axis."""
+    axes = drawn(
+        Bars(heights=[1, 2]),
+        x=Axis(title="", low=-0.5, high=1.5, names=("on", "off")),
+        y=Axis(title="error", low=0.1, high=9, unit="px", log=True),
+    )
+    assert axes.get_ylabel() == "error (px)"
+    assert axes.get_yscale() == "log"
+    assert (axes.get_xlim(), axes.get_ylim()) == ((-0.5, 1.5), (0.1, 9))
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["on", "off"]
+
+
+def test_a_hidden_axis_has_no_numbers() -> None:
+    """Where only the shape matters, no numbers stand beside it."""
+    axes = drawn(Curve(x=[0, 1], y=[0, 1]), y=Axis(title="", low=0, high=1, hidden=True))
+    assert list(axes.get_yticks()) == []
+
+
+def test_a_histogram_has_its_edges_and_heights() -> None:
+    """Bars adjoin, each as high as it is said to be."""
+    axes = drawn(Histogram(title="draws", edges=[0, 1, 3], heights=[2, 0.5]))
+    values, edges, _ = axes.patches[0].get_data()
+    assert values.tolist() == [2, 0.5]
+    assert edges.tolist() == [0, 1, 3]
+
+
+def test_a_heat_map_covers_its_cells() -> None:
+    """Cells reach half a step beyond their middles, the first row lies at the first y, nothing is the darkest."""
+    axes = drawn(HeatMap(x=[0, 1, 2], y=[0, 2], values=[[1, 2, 3], [4, 5, 6]]))
+    (image,) = axes.images
+    assert list(image.get_extent()) == [-0.5, 2.5, -1.0, 3.0]
+    assert image.origin == "lower"
+    assert image.get_array()[0].tolist() == [1, 2, 3]
+    assert image.get_clim() == (0.0, 6.0)
+
+
+def test_stems_rise_from_nothing_to_their_points() -> None:
+    """One line and one dot a stem."""
+    axes = drawn(Stems(title="draws", x=[1, 2], y=[3, 1]))
+    assert [segment.tolist() for segment in axes.collections[0].get_segments()] == [[[1, 0], [1, 3]], [[2, 0], [2, 1]]]
+    assert axes.lines[0].get_ydata().tolist() == [3, 1]
+
+
+def test_bars_stand_side_by_side_at_their_names() -> None:
+    """Two traces share the room of a name; along a y axis with names they lie."""
+    names = Axis(title="", low=-0.5, high=1.5, names=("a", "b"))
+    axes = drawn(Bars(title="one", heights=[1, 2]), Bars(title="two", heights=[3, 4]), x=names)
+    assert [bar.get_x() + bar.get_width() / 2 for bar in axes.patches] == pytest.approx([-0.2, 0.8, 0.2, 1.2])
+    assert [bar.get_height() for bar in axes.patches] == [1, 2, 3, 4]
+    lying = drawn(Bars(heights=[1, 2]), y=names)
+    assert [(bar.get_y() + bar.get_height() / 2, bar.get_width()) for bar in lying.patches] == [(0, 1), (1, 2)]
+
+
+def test_stacked_bars_lie_end_to_end() -> None:
+    """Shares of a whole follow each other along x, a row for each trace where the y axis has names."""
+    shares = Bars(title="shares", heights=[0.5, 0.3, 0.2], stacked=True)
+    whole = drawn(shares, y=Axis(title="", low=0, high=1))
+    assert [bar.get_x() for bar in whole.patches] == pytest.approx([0.0, 0.5, 0.8])
+    assert {(bar.get_y(), bar.get_height()) for bar in whole.patches} == {(0.0, 1.0)}
+    rows = drawn(shares, shares.model_copy(), y=Axis(title="", low=-0.5, high=1.5, names=("a", "b")))
+    assert sorted({round(bar.get_y(), 6) for bar in rows.patches}) == [-0.4, 0.6]
+    neighbours = [bar.get_alpha() for bar in whole.patches[:2]]
+    assert neighbours[0] != neighbours[1]
+
+
+def test_points_are_as_large_and_as_opaque_as_they_should_be() -> None:
+    """A diameter in pixels becomes an area in points; a weight becomes opacity."""
+    axes = drawn(Scatter(x=[1, 2], y=[1, 2], weights=[0.5, 1], size_px=8))
+    (points,) = axes.collections
+    assert isinstance(points, PathCollection)
+    assert points.get_offsets().tolist() == [[1, 1], [2, 2]]
+    assert points.get_sizes().tolist() == [36]
+    assert points.get_facecolors()[:, 3].tolist() == [0.5, 1]
+
+
+def test_a_strip_chart_leaves_gaps() -> None:
+    """Where there is no value there is no dot, and no line across."""
+    (line,) = drawn(StripChart(title="variance", x=[0, 1, 2], y=[1, np.nan, 2])).lines
+    assert line.get_marker() == "o"
+    assert np.isnan(line.get_ydata()).tolist() == [False, True, False]
+
+
+def test_a_tree_joins_each_particle_to_its_parent() -> None:
+    """A line from (generation before, row of the parent) to (generation, row)."""
+    axes = drawn(Tree(parents=[[np.nan, np.nan], [1, 1]], weights=[[1, 0.5], [1, 1]]))
+    lines, dots = axes.collections
+    assert [segment.tolist() for segment in lines.get_segments()] == [[[0, 1], [1, 0]], [[0, 1], [1, 1]]]
+    assert len(dots.get_offsets()) == 4
+
+
+def test_a_picture_stands_upright() -> None:
+    """From its upper left corner, y downwards, and what lies over it likewise."""
+    axes = drawn(picture(), Scatter(x=[1], y=[2]))
+    assert list(axes.images[0].get_extent()) == [0, 4, 3, 0]
+    assert axes.yaxis_inverted()
+
+
+def test_rules_labels_and_handles_stand_at_their_values() -> None:
+    """A rule across, words at a point, and a dotted line where a parameter can be turned on a screen."""
+    axes = drawn(
+        Rule(title="mean", at=2.5, along="y"),
+        Label(title="door", x=1, y=3),
+        handles=(Handle(parameter="z", at=1.5),),
+    )
+    rule, handle = axes.lines
+    assert set(rule.get_ydata()) == {2.5}
+    assert set(handle.get_xdata()) == {1.5}
+    assert handle.get_linestyle() == ":"
+    (words,) = axes.texts
+    assert (words.get_text(), words.get_position()) == ("door", (1, 3))
+
+
+def test_the_key_names_what_has_a_title() -> None:
+    """Traces without a title need no key; the panel's title stands over it."""
+    legend = drawn(Curve(title="density", x=[0, 1], y=[0, 1]), Curve(x=[0, 1], y=[1, 0])).get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["density"]
+    assert legend.get_title().get_text() == "What it shows"
+    alone = drawn(Curve(x=[0, 1], y=[1, 0]))
+    assert alone.get_legend() is None
+    assert alone.get_title(loc="left") == "What it shows"
+
+
+def test_rows_and_shares() -> None:
+    """Panels of a row stand side by side, rows below each other, each as large as its share."""
+    left, right, below = (
+        panel(Curve(x=[0, 1], y=[0, 1]), id=name, row=row, share=share)
+        for name, row, share in (("left", 0, (1.0, 3.0)), ("right", 0, (1.0, 1.0)), ("below", 1, (2.0, 1.0)))
+    )
+    figure = draw(Figure(panels=(left, right, below)))
+    figure.draw_without_rendering()
+    first, second, third = (axes.get_position() for axes in figure.axes)
+    assert first.x1 < second.x0
+    assert first.y0 == pytest.approx(second.y0)
+    assert third.y1 < first.y0
+    assert 2 < first.width / second.width < 4
+    assert 1.5 < third.height / first.height < 3
+
+
+@pytest.mark.parametrize(("suffix", "begins"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")])
+def test_files_are_the_same_again(suffix: str, begins: bytes) -> None:
+    """A file of each kind, whose bytes do not depend on when it was made."""
+    figure = Figure(panels=(panel(Curve(title="p", x=[0, 1], y=[0, 1])),))
+    content = encode(figure, suffix)
+    assert content.startswith(begins)
+    assert content == encode(figure, suffix)
+
+
+def test_other_files_are_refused() -> None:
+    """The sentence says what can be written."""
+    with pytest.raises(ValueError, match=r"\.png, \.svg, \.pdf, got '\.gif'"):
+        encode(Figure(panels=(panel(Curve(title="p", x=[0, 1], y=[0, 1])),)), ".gif")
+
+
+@pytest.mark.parametrize("name", DEMONSTRATIONS)
+def test_every_lesson_is_drawn_with_room_for_its_texts(name: str) -> None:
+    """Each panel has its axes, and no title or key reaches beyond the figure."""
+    figure = shown(LESSONS[name]).figure
+    made = draw(figure)
+    made.draw_without_rendering()
+    assert len(made.axes) == len(figure.panels)
+    for axes, each in zip(made.axes, figure.panels, strict=True):
+        legend = axes.get_legend()
+        box = (legend or axes.title).get_window_extent()
+        assert box.x1 <= made.bbox.x1 + 1, each.id
+        assert box.y1 <= made.bbox.y1 + 1, each.id

@@ -1,0 +1,99 @@
+"""How predictions are judged."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from pftrack.core.model.parameters import ParameterError
+from pftrack.teaching.lessons.lesson import Answer, Mistake, Question
+from pftrack.teaching.lessons.verdict import judge, read_answer
+
+HALVED = Question(
+    "By what factor does the error fall?",
+    "number",
+    lambda *_: Answer(2.0),
+    "The error goes with one over the root of N.",
+    tolerance=0.1,
+    bounds=(0, 100),
+    mistakes=(Mistake(4.0, "Four times the particles are not four times the accuracy."),),
+)
+COLOUR = Question(
+    "Which is it?", "choice", lambda *_: Answer("b"), "So it is.", choices={"a": "the first", "b": "the second"}
+)
+
+
+@pytest.mark.parametrize(("given", "right"), [(2, True), (2.1, True), (1.9, True), (2.11, False), (-0.0, False)])
+def test_a_number_is_right_within_the_tolerance(given: float, right: bool) -> None:
+    """The bounds of the tolerance belong to it; how far off a number is has a sign."""
+    verdict = judge(HALVED, Answer(2.0), given)
+    assert verdict.right is right
+    assert verdict.off == pytest.approx(given - 2)
+    assert verdict.words[-1] == HALVED.words
+
+
+def test_a_usual_mistake_is_explained() -> None:
+    """Who makes it reads why; who makes another does not."""
+    assert HALVED.mistakes[0].words in judge(HALVED, Answer(2.0), 4.0).words
+    assert HALVED.mistakes[0].words not in judge(HALVED, Answer(2.0), 9.0).words
+
+
+def test_a_choice_is_told_by_its_words() -> None:
+    """A wrong choice is named beside the right one, so that nobody takes the one for the other; both by their words."""
+    assert judge(COLOUR, Answer("b"), "b").words[0] == "Right."
+    assert judge(COLOUR, Answer("b"), "a").words[0] == "The right answer is “the second”, not “the first”."
+
+
+@pytest.mark.parametrize("given", ["two", None, True, math.nan, math.inf, 101, -1])
+def test_what_is_no_answer_is_refused_with_what_is(given: object) -> None:
+    """The refusal names what is allowed."""
+    with pytest.raises(ParameterError, match="between 0 and 100"):
+        judge(HALVED, Answer(2.0), given)  # type: ignore[arg-type]  # what a client may send
+
+
+def test_what_is_measured_does_not_contradict_what_is_right() -> None:
+    """Where a lesson tells of a measured number, too, the right one is said to be that of the theory."""
+    assert judge(HALVED, Answer(2.0, 2.04, "Measured: 2.04."), 2).words[0] == "Right: it is 2 in theory."
+    said = judge(HALVED, Answer(2.0, 2.04, "Measured: 2.04."), 4).words[0]
+    assert said == "You said 4; it is 2 in theory, which is 2 off."
+    assert judge(HALVED, Answer(2.0), 2).words[0] == "Right: it is 2."
+
+
+@pytest.mark.parametrize(
+    ("typed", "unit", "value"),
+    [
+        ("0.55", "", 0.55),
+        (" 55% ", "", 0.55),
+        ("55 %", "", 0.55),
+        ("55,5 %", "", 0.555),
+        ("0,125", "", 0.125),
+        ("55 %", "%", 55.0),
+        ("55", "%", 55.0),
+        ("2,5 m²", "m²", 2.5),
+        ("\N{MINUS SIGN}1", "m", -1.0),
+        ("+1e1", "", 10.0),
+    ],
+)
+def test_a_number_is_taken_as_people_type_it(typed: str, unit: str, value: float) -> None:
+    """With a comma or a point, with its unit, and as percent of what is a share."""
+    assert read_answer(replace(HALVED, unit=unit, bounds=(-10, 100)), typed) == pytest.approx(value)
+
+
+@pytest.mark.parametrize(
+    "typed", ["", "%", "1,000,000", "10,000", "-1,500", "half", "Infinity", "nan", "1 2", "5 km", "0x10"]
+)
+def test_other_texts_are_no_number(typed: str) -> None:
+    """They are refused as they were typed, and so is what is a thousand to some and a one to others."""
+    with pytest.raises(ParameterError, match=f"got '{typed}'"):
+        read_answer(HALVED, typed)
+
+
+def test_large_numbers_are_told_whole() -> None:
+    """Nobody has to read powers of ten: ten thousand is "10,000"."""
+    question = replace(HALVED, bounds=(0, 1e9))
+    assert judge(question, Answer(10_000.0), 1000).words[0] == "You said 1000; it is 10,000, which is 9,000 off."
+    assert judge(question, Answer(10_000.0), 9000.4).words[0] == "You said 9000; it is 10,000, which is 1,000 off."
+    assert judge(question, Answer(1234567.0), 1234567).words[0] == "Right: it is 1,234,567."
+    with pytest.raises(ParameterError, match="between 0 and 1,000,000,000, got 'many'"):
+        judge(question, Answer(10_000.0), "many")
+    assert judge(question, Answer(0.00123), 1).words[0] == "You said 1; it is 0.00123, which is 0.999 off."

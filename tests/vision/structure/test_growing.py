@@ -1,0 +1,82 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pftrack.vision.structure import growing
+from pftrack.vision.structure.alignment import shape_error
+from pftrack.vision.structure.growing import Growing, Settings
+from tests.vision.structure.views import FOCAL_PX, covariance, own, usual, views
+
+SETTINGS = Settings(FOCAL_PX)
+
+
+def grown(shape: np.ndarray, frames: int, settings: Settings = SETTINGS) -> list[Growing]:
+    state = growing.begin(usual(), covariance(), settings)
+    states = []
+    for positions, variances in views(shape, frames):
+        state = growing.step(state, positions, variances)
+        states.append(state)
+    return states
+
+
+def test_the_own_shape_takes_over_smoothly() -> None:
+    """For a body unlike the mean the weight rises to nearly 1, by no more than a thirtieth a frame."""
+    states = grown(own(), 100)
+    weights = np.array([0.0, *(state.weight for state in states)])
+    assert np.abs(np.diff(weights)).max() <= 1.0 / 30.0 + 1e-12
+    assert weights[1] == pytest.approx(0.01, abs=0.03)
+    assert weights[-1] > 0.9
+    assert shape_error(states[-1].shape, own(), "similarity") < 0.4 * shape_error(usual(), own(), "similarity")
+
+
+def test_a_body_like_the_mean_keeps_the_mean() -> None:
+    """Where the mean is the truth nothing predicts better, and the mean stays published."""
+    states = grown(usual(), 100)
+    assert max(state.weight for state in states) < 0.2
+    assert np.mean([state.advantage for state in states]) < 0.0
+
+
+def test_the_published_shape_lies_between() -> None:
+    """It is the mean and the own shape, aligned, in the proportion of the weight."""
+    for state in grown(own(), 40)[::13]:
+        between = usual() + state.weight * (state.onto_mean(state.own.shape) - usual())
+        assert np.allclose(state.shape, between)
+    assert np.array_equal(growing.begin(usual(), covariance(), SETTINGS).shape, usual())
+
+
+def test_a_body_that_changes_can_be_told() -> None:
+    """When another body, like the mean, comes, a shape that does not learn loses its weight again."""
+    state = grown(own(), 100)[-1]
+    state = replace(state, settings=replace(state.settings, frozen=True))
+    learned = state.own.shape
+    for positions, variances in views(usual(), 60):
+        state = growing.step(state, positions, variances)
+    assert np.array_equal(state.own.shape, learned)
+    assert state.weight < 0.1
+
+
+def test_it_has_what_a_tracker_asks_for() -> None:
+    """Shape, a covariance for each point, a free energy and a weight are there from the first frame on."""
+    state = grown(own(), 1)[0]
+    assert state.shape.shape == (8, 3)
+    assert state.shape_covariances.shape == (8, 3, 3)
+    assert np.isfinite([state.free_energy, state.weight, state.probability, state.advantage]).all()
+    assert 0.0 <= state.weight <= 1.0
+
+
+def test_frames_without_points_change_nothing() -> None:
+    """When nothing is seen neither shape has an advantage, and what is published stays finite."""
+    state = grown(own(), 20)[-1]
+    after = growing.step(state, np.full((8, 2), np.nan), np.full((8, 2), np.inf))
+    assert after.advantage == pytest.approx(0.0, abs=1.0)
+    assert np.allclose(after.own.shape, state.own.shape)
+    assert np.isfinite(after.shape).all()
+
+
+def test_settings_without_sense_are_refused() -> None:
+    """Probabilities outside of 0 to 1 are refused."""
+    with pytest.raises(ValueError, match="a first probability between 0 and 1"):
+        Settings(FOCAL_PX, first=0.0)
+    with pytest.raises(ValueError, match="at least one frame"):
+        Settings(FOCAL_PX, frames=0)

@@ -1,0 +1,189 @@
+import numpy as np
+import pytest
+
+from pftrack.core.geometry.rotation import rotation
+from pftrack.vision.structure import recursive
+from pftrack.vision.structure.alignment import shape_error
+from pftrack.vision.structure.cameras import fit_camera, frontal, residuals_and_slopes, steady_camera
+from pftrack.vision.structure.first_window import from_window
+from pftrack.vision.structure.recursive import Recursive, Settings
+from pftrack.vision.structure.tracks import Tracks
+from tests.vision.structure.views import FOCAL_PX, angles, covariance, own, usual, views
+
+SETTINGS = Settings(FOCAL_PX)
+
+
+def learned(shape: np.ndarray, frames: int, settings: Settings = SETTINGS, **how: float) -> Recursive:
+    state = recursive.begin(usual(), covariance(), settings)
+    for positions, variances in views(shape, frames, **how):  # type: ignore[arg-type] # a seed is whole
+        state = recursive.step(state, positions, variances)
+    return state
+
+
+def depths(state: Recursive) -> np.ndarray:
+    return np.sqrt(state.shape_covariances[:, 2, 2])
+
+
+def test_slopes_are_those_of_central_differences() -> None:
+    """The slopes by point and by translation are the derivatives, and those by rotation those of a small turn."""
+    shape = own()
+    camera = np.column_stack([rotation(np.array([0.2, -0.4, 0.1])), [5.0, -3.0, 400.0]])
+    rows = np.zeros((2, len(shape)))
+    _, by_point, by_camera = residuals_and_slopes(FOCAL_PX, camera, shape, rows)
+    step = 1e-5
+
+    def seen(camera: np.ndarray, shape: np.ndarray) -> np.ndarray:
+        return -residuals_and_slopes(FOCAL_PX, camera, shape, rows)[0]
+
+    for axis in range(3):
+        change = step * np.eye(3)[axis]
+        slope = (seen(camera, shape + change) - seen(camera, shape - change)) / (2 * step)
+        assert np.abs(slope - by_point[:, :, axis]).max() < 1e-6
+        moved = [np.column_stack([camera[:, :3], camera[:, 3] + sign * change]) for sign in (1, -1)]
+        slope = (seen(moved[0], shape) - seen(moved[1], shape)) / (2 * step)
+        assert np.abs(slope - by_camera[:, :, 3 + axis]).max() < 1e-6
+        cross = np.cross(np.eye(3), np.eye(3)[axis]).T * step
+        turned = [np.column_stack([(np.eye(3) + sign * cross.T) @ camera[:, :3], camera[:, 3]]) for sign in (-1, 1)]
+        slope = (seen(turned[0], shape) - seen(turned[1], shape)) / (2 * step)
+        assert np.abs(np.abs(slope) - np.abs(by_camera[:, :, axis])).max() < 1e-3
+
+
+def test_a_camera_is_found_exactly() -> None:
+    """From the front the camera of a noise-free view is found to 1e-7."""
+    shape, theta = own(), np.array([0.2, -0.4, 0.1])
+    camera = np.column_stack([rotation(theta), [5.0, -3.0, 400.0]])
+    placed = shape @ camera[:, :3].T + camera[:, 3]
+    rows = np.ascontiguousarray((FOCAL_PX * placed[:, :2] / placed[:, 2:]).T)
+    ones = np.ones_like(rows)
+    first = frontal(FOCAL_PX, shape, rows, ones)
+    found = fit_camera(FOCAL_PX, first, shape, rows, ones, first, 0.0, 30)
+    assert np.abs(found - camera).max() < 1e-7
+
+
+def test_noise_free_views_are_recovered() -> None:
+    """From nearly noise-free views of a body that turns the shape comes back, up to a similarity, to 1e-4."""
+    assert shape_error(learned(own(), 60, sd=1e-3).shape, own(), "similarity") < 1e-4
+
+
+def test_learning_beats_the_prior() -> None:
+    """With a pixel of noise sixty frames leave a tenth of the mean shape's error, and errors are as large as is said.
+
+    Bodies are drawn from the prior, so the distance by the joint covariance should be chi-square; that each frame's
+    slopes depend on what was learned before makes it up to twice as long.
+    """
+    errors, squares = [], []
+    for seed in range(1, 7):
+        body = own(seed)
+        state = learned(body, 60, seed=seed)
+        errors.append([shape_error(shape, body, "similarity") for shape in (state.shape, usual())])
+        apart = (state.shape - body).ravel()
+        squares.append(apart @ state.precision @ apart / apart.size)
+    ours, mean = np.mean(errors, axis=0)
+    assert ours < 0.1 * mean
+    assert 0.5 < np.mean(squares) < 4.0
+
+
+def test_a_body_at_rest_shows_no_depth() -> None:
+    """Without rotation the deviation of the depths stays that of the prior; what turns has it known after a while."""
+    still = learned(own(), 60, turn=0.0, approach=0.0)
+    assert (depths(still) > 2.5).all()
+    assert (depths(learned(own(), 60)) < 0.9 * depths(still)).all()
+    apart = shape_error(still.shape, own(), "similarity")
+    assert apart < shape_error(usual(), own(), "similarity")
+
+
+def test_a_turn_that_may_be_noise_is_taken_as_none() -> None:
+    """A rotation within its noise is shrunk to none, one far beyond it is kept."""
+    shape = usual()
+    front = np.column_stack([np.eye(3), [0.0, 0.0, 500.0]])
+    for theta, kept in ((1e-4, False), (0.5, True)):
+        camera = np.column_stack([rotation(np.array([0.0, theta, 0.0])), front[:, 3]])
+        rows = -residuals_and_slopes(FOCAL_PX, camera, shape, np.zeros((2, len(shape))))[0]
+        steady = steady_camera(FOCAL_PX, camera, front, shape, rows, np.ones_like(rows))
+        assert np.allclose(steady, camera if kept else front, atol=0.02 if kept else 1e-12)
+
+
+def test_the_mirror_image_is_told_by_perspective() -> None:
+    """Without a prior the first frames give the metric shape, not its mirror image, and later frames improve it."""
+    body = own()
+    frames = list(views(body, 80, sd=0.5))
+    window = Tracks(np.array([one[0] for one in frames[:60]]), np.array([one[1] for one in frames[:60]]))
+    state = from_window(window, SETTINGS)
+    first = shape_error(state.shape, body)
+    for positions, variances in frames[60:]:
+        state = recursive.step(state, positions, variances)
+    assert shape_error(state.shape, body) < max(first, 0.02)
+    cross = (state.shape - state.shape.mean(axis=0)).T @ (body - body.mean(axis=0))
+    assert np.linalg.det(cross) > 0.0
+    still = [frame for frame, _ in zip(views(body, 30, turn=0.0, approach=0.0), range(30), strict=True)]
+    with pytest.raises(ValueError, match="a body that turns"):
+        from_window(Tracks(np.array([one[0] for one in still]), np.array([one[1] for one in still])), SETTINGS)
+
+
+def test_points_that_are_not_seen_stay_as_they_were() -> None:
+    """A point never seen keeps its prior's uncertainty, and a frame in which nothing is seen changes nothing."""
+    state = recursive.begin(usual(), covariance(), SETTINGS)
+    for positions, variances in views(own(), 60):
+        variances[3] = np.inf
+        positions[3] = np.nan
+        state = recursive.step(state, positions, variances)
+    assert np.sqrt(np.trace(state.shape_covariances[3])) > 1.2 * np.sqrt(np.trace(state.shape_covariances[4]))
+    nothing = recursive.step(state, np.full((8, 2), np.nan), np.full((8, 2), np.inf))
+    assert np.allclose(nothing.shape, state.shape)
+    assert np.allclose(nothing.precision, state.precision)
+
+
+def test_what_is_hidden_is_not_forgotten() -> None:
+    """With forgetting, a point that is hidden keeps its precision, while one that is seen has a bounded one."""
+    state = recursive.begin(usual(), covariance(), Settings(FOCAL_PX, memory=0.9))
+    frames = list(views(own(), 80))
+    for positions, variances in frames[:40]:
+        state = recursive.step(state, positions, variances)
+    before = np.trace(state.precision[9:12, 9:12])
+    for positions, variances in frames[40:]:
+        variances[3] = np.inf
+        state = recursive.step(state, positions, variances)
+    assert np.trace(state.precision[9:12, 9:12]) == pytest.approx(before, rel=0.3)
+    assert shape_error(state.shape, own(), "similarity") < shape_error(usual(), own(), "similarity")
+    seen = np.arange(8) != 3
+    assert (depths(state)[seen] > depths(learned(own(), 80))[seen]).all()
+
+
+def test_states_are_values() -> None:
+    """The same state and frame give the same next state, to the bit, and the first is left as it was."""
+    state = learned(own(), 10)
+    shape, precision = state.shape.copy(), state.precision.copy()
+    positions, variances = next(views(own(), 1))
+    one, other = (recursive.step(state, positions, variances) for _ in range(2))
+    assert np.array_equal(one.precision, other.precision)
+    assert np.array_equal(state.shape, shape)
+    assert np.array_equal(state.precision, precision)
+    assert angles(3, 0.0).any() == 0
+
+
+def test_bad_input_is_refused() -> None:
+    """Too few points, arrays that do not fit, NaN and settings without sense are refused with a sentence."""
+    with pytest.raises(ValueError, match="at least 4 points"):
+        recursive.begin(usual()[:3], covariance()[:3], SETTINGS)
+    with pytest.raises(ValueError, match=r"expected a covariance \(24, 24\), got \(7, 3, 3\)"):
+        recursive.begin(usual(), covariance()[:7], SETTINGS)
+    with pytest.raises(ValueError, match="finite numbers"):
+        recursive.begin(usual() * np.nan, covariance(), SETTINGS)
+    with pytest.raises(ValueError, match=r"expected a camera \(3, 4\), got \(2, 4\)"):
+        recursive.begin(usual(), covariance(), SETTINGS, np.zeros((2, 4)))
+    with pytest.raises(ValueError, match="expected a focal length and a deviation of the rotation above 0"):
+        Settings(0.0)
+    state = recursive.begin(usual(), covariance(), SETTINGS)
+    with pytest.raises(ValueError, match="finite positions"):
+        recursive.step(state, np.full((8, 2), np.nan), np.ones((8, 2)))
+
+
+def test_the_first_frame_forgets_nothing() -> None:
+    """There the belief is the prior, so a memory below 1 changes shape and precision by no more than rounding does."""
+    positions, variances = next(iter(views(own(), 1)))
+    states = [
+        recursive.step(recursive.begin(usual(), covariance(), Settings(FOCAL_PX, memory=memory)), positions, variances)
+        for memory in (1.0, 0.5)
+    ]
+    np.testing.assert_allclose(states[0].shape, states[1].shape, atol=1e-9)
+    np.testing.assert_allclose(states[0].precision, states[1].precision, atol=1e-9)

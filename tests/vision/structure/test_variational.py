@@ -1,0 +1,217 @@
+"""Factorization by variational Bayes: the bound rises, and both passes are where it is stationary."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.vision.structure import variational
+from pftrack.vision.structure.alignment import shape_error
+from pftrack.vision.structure.factorization import factorize
+from pftrack.vision.structure.passes import free_energy, moments, posterior_points, posterior_rows
+from pftrack.vision.structure.positive import cholesky_log_det, cholesky_solve, invert
+from pftrack.vision.structure.tracks import Tracks
+from pftrack.vision.structure.variational import GAMMA, Initial, Variational
+from tests.vision.structure.bodies import body, cameras, seen
+
+BODY = body()
+SD = 10.0 ** np.random.default_rng(3).uniform(-0.5, 1.5, (20, 9))
+NOISY = seen(BODY, cameras(), SD, noise=1.0)
+INITIAL: tuple[Initial, ...] = ("svd", "zero", "random")
+
+
+def fitted(tracks: Tracks = NOISY, iterations: int = 10, initial: Initial = "svd") -> Variational:
+    return variational.fit(tracks, iterations=iterations, initial=initial, rng=Stream(0, 0, Purpose.START))
+
+
+def energy(tracks: Tracks, found: Variational) -> float:
+    logs = np.array([-np.linalg.slogdet(one)[1] for one in found.motion_covariances])
+    return free_energy(
+        tracks.matrix,
+        tracks.precisions,
+        found.shape,
+        found.shape_covariances,
+        found.motion,
+        found.motion_covariances,
+        logs,
+        GAMMA,
+        0,
+    )
+
+
+def test_inverses_are_exact() -> None:
+    """The inverse and the log determinant are those of LAPACK to rounding."""
+    root = np.random.default_rng(0).normal(size=(4, 4))
+    matrix, inverse = root @ root.T + np.eye(4), np.empty((4, 4))
+    assert invert(matrix, inverse) == pytest.approx(np.linalg.slogdet(matrix)[1])
+    assert np.allclose(inverse, np.linalg.inv(matrix), atol=1e-14)
+    lower, _ = cholesky_log_det(matrix)
+    assert np.allclose(lower @ lower.T, matrix)
+    assert np.allclose(cholesky_solve(lower, root[0].copy()), np.linalg.solve(matrix, root[0]))
+
+
+def test_the_information_form_is_the_gain_form() -> None:
+    """The points' beliefs agree with the gain form of Bando 2007, eq. 4.13 as corrected, to 1e-9."""
+    found = fitted()
+    rows, precisions = NOISY.matrix, NOISY.precisions
+    means, covariances = posterior_points(rows, precisions, found.motion, found.motion_covariances)
+    slopes = found.motion[:, :3]
+    for n in range(len(BODY)):
+        xi = np.diag([1.0, 1.0, 1.0, 0.0]) + np.einsum("d,dij->ij", precisions[:, n], found.motion_covariances)
+        prior = np.linalg.inv(xi[:3, :3])
+        expected = -prior @ xi[:3, 3]
+        spread = np.diag(1.0 / precisions[:, n]) + slopes @ prior @ slopes.T
+        gain = prior @ slopes.T @ np.linalg.inv(spread)
+        innovation = rows[:, n] - found.motion @ np.append(expected, 1.0)
+        assert np.abs(means[n] - expected - gain @ innovation).max() < 1e-9
+        assert np.abs(covariances[n] - (np.eye(3) - gain @ slopes) @ prior).max() < 1e-9
+
+
+def test_rows_are_a_regression_on_the_points() -> None:
+    """The rows' beliefs are those of Bayesian regression with the moments of the points."""
+    found = fitted()
+    second = moments(found.shape, found.shape_covariances)
+    means, covariances, logs = posterior_rows(NOISY.matrix, NOISY.precisions, second, GAMMA, 0)
+    for d in (0, 2, 3, 17):
+        weights = NOISY.precisions[d]
+        precision = GAMMA * np.eye(4) + np.einsum("n,nij->ij", weights, second)
+        prior = GAMMA * np.eye(40)[d, :4]
+        wanted = prior + np.einsum("n,n,ni->i", weights, NOISY.matrix[d], second[:, 3])
+        assert np.allclose(means[d], np.linalg.solve(precision, wanted))
+        assert np.allclose(covariances[d], np.linalg.inv(precision))
+        assert logs[d] == pytest.approx(np.linalg.slogdet(precision)[1])
+
+
+def test_the_free_energy_is_that_of_the_document() -> None:
+    """Computed as printed, with corrections C14 to C18, it is the same number."""
+    found = fitted()
+    rows, precisions = NOISY.matrix, NOISY.precisions
+    height, count = rows.shape
+    second = moments(found.shape, found.shape_covariances)
+    likelihood = -count * (3 + height) / 2 * np.log(2 * np.pi)
+    for n in range(count):
+        weights = precisions[:, n]
+        weighted = np.einsum("d,di,dj->ij", weights, found.motion, found.motion)
+        weighted += np.einsum("d,dij->ij", weights, found.motion_covariances)
+        likelihood += -0.5 * (found.shape[n] @ found.shape[n] + np.trace(found.shape_covariances[n]))
+        likelihood += 0.5 * np.log(weights).sum() - 0.5 * (weights * rows[:, n] ** 2).sum()
+        likelihood += (weights * rows[:, n] * (found.motion @ second[n, 3])).sum() - 0.5 * np.trace(
+            second[n] @ weighted
+        )
+    entropy = -1.5 * count * (1 + np.log(2 * np.pi)) - 0.5 * np.linalg.slogdet(found.shape_covariances)[1].sum()
+    away = found.motion - np.eye(height)[:, :4]
+    motion = 0.5 * GAMMA * (away**2).sum() - 2.0 * height * (1 + np.log(GAMMA))
+    motion += -0.5 * np.linalg.slogdet(found.motion_covariances)[1].sum()
+    motion += 0.5 * GAMMA * np.trace(found.motion_covariances, axis1=1, axis2=2).sum()
+    assert energy(NOISY, found) == pytest.approx(likelihood - entropy - motion, rel=1e-12)
+    assert found.free_energies[-1] == pytest.approx(energy(NOISY, found), rel=1e-12)
+
+
+@pytest.mark.parametrize("initial", INITIAL)
+def test_the_free_energy_never_falls(initial: Initial) -> None:
+    """Over forty passes from each beginning, and with points that are not seen at times, to 1e-8 of it."""
+    sd = np.where(np.random.default_rng(4).uniform(size=SD.shape) < 0.2, np.inf, SD)
+    for tracks in (NOISY, seen(BODY, cameras(), sd, noise=1.0)):
+        energies = fitted(tracks, 40, initial).free_energies
+        assert (np.diff(energies) >= -1e-8 * np.abs(energies[1:])).all()
+
+
+def test_the_passes_are_stationary() -> None:
+    """After a pass over the points dF/ds vanishes; after one over the rows any change of them lowers F."""
+    found = fitted()
+    shape, spread = posterior_points(NOISY.matrix, NOISY.precisions, found.motion, found.motion_covariances)
+    after = replace(found, shape=shape, shape_covariances=spread)
+    step = 1e-5
+    slope = energy(NOISY, replace(after, shape=(1 + step) * shape)) - energy(
+        NOISY, replace(after, shape=(1 - step) * shape)
+    )
+    assert abs(slope / (2 * step)) < 1e-2
+    slope = energy(NOISY, replace(after, shape_covariances=(1 + step) * spread))
+    slope -= energy(NOISY, replace(after, shape_covariances=(1 - step) * spread))
+    assert abs(slope / (2 * step)) < 1e-2
+    rng = np.random.default_rng(0)
+    for size in (1e-3, 1e-1):
+        moved = replace(found, motion=found.motion + size * rng.normal(size=found.motion.shape))
+        assert energy(NOISY, moved) < energy(NOISY, found)
+
+
+@pytest.mark.parametrize("initial", INITIAL)
+def test_noise_free_tracks_are_recovered(initial: Initial) -> None:
+    """From nearly noise-free tracks the shape comes back to 1e-8, whatever the beginning."""
+    tracks = seen(BODY, cameras(), 1e-5)
+    assert shape_error(fitted(tracks, 60, initial).shape, BODY) < 1e-8
+
+
+def test_missing_positions_are_a_matter_of_noise() -> None:
+    """With some positions unseen the shape comes back all the same; infinite and huge variances are alike."""
+    missing = np.random.default_rng(5).uniform(size=(20, 9)) < 0.05
+    for unseen in (np.inf, 1e6):
+        shape = fitted(seen(BODY, cameras(), np.where(missing, unseen, 0.01)), 50).shape
+        assert shape_error(shape, BODY) < 1e-6
+
+
+def test_a_point_that_was_never_seen_keeps_its_prior() -> None:
+    """Its belief is N(0, I), and the others are as if it were not there."""
+    sd = np.where(np.arange(9) == 4, np.inf, np.ones((20, 9)))
+    found = fitted(seen(BODY, cameras(), sd, noise=1.0), 60)
+    assert np.allclose(found.shape[4], 0.0)
+    assert np.allclose(found.shape_covariances[4], np.eye(3))
+    others = np.delete(np.arange(9), 4)
+    tracks = seen(BODY, cameras(), sd, noise=1.0)
+    without = fitted(Tracks(tracks.positions[:, others], tracks.variances[:, others]), 60)
+    assert shape_error(found.shape[others], without.shape) < 1e-3
+    assert np.isfinite(found.free_energies).all()
+
+
+def test_depth_that_was_not_seen_is_told() -> None:
+    """Without rotation, and for a flat body, the third strength is that of noise; otherwise it is far above."""
+    assert fitted(iterations=30).strengths[2] > 3.0
+    still = np.tile(cameras(1), (20, 1))
+    assert fitted(seen(BODY, still, 1.0, noise=1.0), 30).strengths[2] < 1.2
+    assert fitted(seen(BODY * [1.0, 1.0, 0.0], cameras(), 1.0, noise=1.0), 30).strengths[2] < 1.2
+    assert fitted(seen(BODY, still, 1e-3), 30).strengths[2] < 1e-3
+
+
+def test_uncertain_points_have_large_covariances() -> None:
+    """A point with ten times the noise has a hundred times the variance, and standard errors are what they say."""
+    sd = np.where(np.arange(9) == 2, 10.0, 1.0) * np.ones((20, 9))
+    found = fitted(seen(BODY, cameras(), sd, noise=1.0), 30)
+    traces = np.trace(found.shape_covariances, axis1=1, axis2=2)
+    assert traces[2] == pytest.approx(100.0 * traces[1], rel=0.1)
+
+
+def test_the_metric_shape_is_in_px() -> None:
+    """From noise-free tracks the metric shape has the distances of the body, and positions are the same as before."""
+    tracks = seen(BODY, cameras(), 1e-5)
+    found = fitted(tracks, 60)
+    upgraded = variational.metric(found)
+    centred = upgraded.shape - upgraded.shape.mean(axis=0)
+    truth = BODY - BODY.mean(axis=0)
+    assert np.abs(centred @ centred.T - truth @ truth.T).max() < 1e-6 * (truth**2).sum()
+    ones = np.ones((9, 1))
+    assert np.allclose(upgraded.motion @ np.hstack([upgraded.shape, ones]).T, tracks.matrix, atol=1e-3)
+    spread = np.einsum("di,nij,dj->dn", found.motion[:, :3], found.shape_covariances, found.motion[:, :3])
+    mapped = np.einsum("di,nij,dj->dn", upgraded.motion[:, :3], upgraded.shape_covariances, upgraded.motion[:, :3])
+    assert np.allclose(spread, mapped)
+
+
+def test_weights_beat_equal_ones() -> None:
+    """Where one position in five has thirty times the noise, the error is well below that of singular values."""
+    errors = []
+    for seed in range(6):
+        sd = np.where(np.random.default_rng(seed).uniform(size=(20, 9)) < 0.2, 30.0, 1.0)
+        tracks = seen(BODY, cameras(), sd, noise=1.0)
+        errors.append((shape_error(fitted(tracks, 30).shape, BODY), shape_error(factorize(tracks).shape, BODY)))
+    ours, equal = np.mean(errors, axis=0)
+    assert ours < 0.25 * equal
+
+
+def test_what_cannot_be_done_is_refused() -> None:
+    """No iterations, no prior and no generator are refused."""
+    with pytest.raises(ValueError, match="at least one iteration and gamma above 0, got 0"):
+        variational.fit(NOISY, iterations=0)
+    with pytest.raises(ValueError, match="gamma above 0"):
+        variational.fit(NOISY, gamma=0.0)
+    with pytest.raises(ValueError, match="needs a generator"):
+        variational.fit(NOISY, initial="random")

@@ -1,0 +1,156 @@
+"""Worlds are seen without perspective: turned, at one scale, with all that is near before all that is far."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from pftrack.core.model.drawing import (
+    COLOURS,
+    Arrows,
+    Axes,
+    Drawing,
+    Ellipse,
+    Ellipsoids,
+    Links,
+    Mesh,
+    Points,
+    Polyline,
+    Primitive,
+    Text,
+    WorldDrawing,
+)
+from pftrack.core.model.world import Viewpoint, World
+from pftrack.vision.rendering import render, render_beside
+from pftrack.vision.rendering.projection import Projection, look_at
+
+BLUE = COLOURS["estimate"]
+WORLD = World("w", "World", "mm", 50.0, middle=(10.0, 20.0, 30.0))
+
+
+def f32(*values: object) -> NDArray[np.float32]:
+    return np.array(values, np.float32)
+
+
+def blue(picture: NDArray[np.uint8]) -> NDArray[np.float64]:
+    return np.clip(picture[..., 2].astype(float) - picture[..., 0], 0, None)
+
+
+def centre(weights: NDArray[np.float64]) -> NDArray[np.float64]:
+    found: NDArray[np.float64] = (np.indices(weights.shape)[::-1] * weights).sum(axis=(1, 2)) / weights.sum()
+    return found
+
+
+def test_the_middle_of_a_world_is_the_middle_of_its_picture() -> None:
+    """And what is as far from it as the world extends is just within the picture, whichever way one looks."""
+    for azimuth, elevation in ((0, 0), (33, -20), (180, 90)):
+        view = Projection.of(WORLD, azimuth, elevation, 200)
+        np.testing.assert_allclose(view.points(f32(10, 20, 30)), [99.5, 99.5, 0], atol=1e-4)
+        rim = view.points(f32(10, 20, 30) + 50 * (view.turn[0] + view.turn[1]).astype(np.float32) / np.float32(2**0.5))
+        assert np.linalg.norm(rim[:2] - 99.5) == pytest.approx(200 / 2.08, abs=1e-3)
+
+
+@given(st.floats(-180, 180), st.floats(-90, 90))
+def test_turning_keeps_distances(azimuth: float, elevation: float) -> None:
+    """A projection is a turn, a scale and a shift, and takes depth along."""
+    view = Projection.of(WORLD, azimuth, elevation, 100)
+    points = f32([0, 0, 0], [30, 0, 0], [0, 40, 0], [0, 0, 25])
+    mapped = view.points(points)
+    for one in range(4):
+        np.testing.assert_allclose(
+            np.linalg.norm(mapped - mapped[one], axis=1),
+            view.scale * np.linalg.norm(points - points[one], axis=1),
+            atol=1e-3,
+        )
+
+
+def test_every_primitive_is_mapped_like_its_points() -> None:
+    """Positions, sizes in the world's unit and directions follow; widths of lines and colours stay."""
+    view = Projection.of(WORLD, 40, 25, 300)
+    ends = f32([0, 10, 20], [30, 5, 12])
+    axes = Axes(f32(1, 2, 3), np.eye(3, dtype=np.float32), 10.0, BLUE, 2.0, "l")
+    seen = view.primitive(axes)
+    assert isinstance(seen, Axes)
+    tips = seen.origin + seen.length * seen.rotation.T
+    np.testing.assert_allclose(tips, view.points(f32(1, 2, 3) + 10 * np.eye(3, dtype=np.float32)), atol=1e-3)
+    points = view.primitive(Points(ends, np.tile(np.uint8([BLUE]), (2, 1)), 3.0))
+    assert isinstance(points, Points)
+    assert points.size == pytest.approx(3.0 * view.scale)
+    for item in (Links(ends[None], BLUE, 2.0, "l"), Arrows(ends[None], BLUE, 2.0, "l")):
+        mapped = view.primitive(item)
+        assert isinstance(mapped, Links | Arrows)
+        np.testing.assert_allclose(mapped.segments[0], view.points(ends))
+        assert mapped.width == 2.0
+    line, text = view.primitive(Polyline(ends, BLUE, 1.0, "l")), view.primitive(Text(ends[0], "a", BLUE, "l"))
+    named = view.primitive(Text(ends[0], "a", BLUE, "l", point=ends[1]))
+    mesh = view.primitive(Mesh(f32(*ends, [0, 0, 0]), np.array([[0, 1, 2]], np.int32), BLUE, 1.0, "l"))
+    assert isinstance(line, Polyline)
+    assert isinstance(text, Text)
+    assert isinstance(mesh, Mesh)
+    np.testing.assert_allclose(line.positions, view.points(ends))
+    np.testing.assert_allclose(text.position, view.points(ends[0]))
+    assert isinstance(named, Text)
+    assert text.point is None
+    np.testing.assert_allclose(named.point, view.points(ends[1]))
+    np.testing.assert_allclose(mesh.vertices[:2], view.points(ends))
+
+
+def test_an_ellipsoid_keeps_its_spread() -> None:
+    """The variance across the line of sight is what a viewer sees, times the square of the scale."""
+    view = Projection.of(WORLD, 90, 0, 100)
+    spread = np.diag([1.0, 4.0, 9.0]).astype(np.float32)[None]
+    seen = view.primitive(Ellipsoids(f32([0, 0, 0]), spread, np.uint8([BLUE]), 0.5, "l"))
+    assert isinstance(seen, Ellipsoids)
+    # From the right z runs across, y upwards and x towards the viewer.
+    np.testing.assert_allclose(np.diag(seen.covariances[0]), np.array([9, 4, 1]) * view.scale**2, rtol=1e-5)
+
+
+def test_what_is_near_lies_above_what_is_far() -> None:
+    """Of points in one line of sight the nearest is seen, from either side."""
+    red, green = (255, 0, 0), (0, 255, 0)
+    cloud = Points(f32([10, 20, 10], [10, 20, 50]), np.array([red, green], np.uint8), 20.0, "points")
+    drawn = WorldDrawing(WORLD, {"cloud": cloud})
+    for azimuth, colour in ((0, green), (180, red)):
+        picture = render(look_at(drawn, Viewpoint("v", "V", azimuth, 0), 101), caption=False)
+        assert tuple(picture[50, 50]) == colour
+
+
+def test_a_world_has_a_ruler_in_its_unit() -> None:
+    """It is as long as it says, at the scale of the picture."""
+    drawing = look_at(WorldDrawing(WORLD), Viewpoint("v", "From here", 0, 0), 208)
+    line, text = drawing.primitives["ruler"], drawing.primitives["ruler length"]
+    assert isinstance(line, Links)
+    assert isinstance(text, Text)
+    assert np.linalg.norm(line.segments[0, 1] - line.segments[0, 0]) == pytest.approx(20.0 * 208 / 104)
+    assert text.text == "20 mm"
+    assert drawing.caption == "World, mm · From here"
+
+
+def test_a_film_shows_worlds_beside_the_picture() -> None:
+    """Each is a square as high as the picture, to the right of it; layers hold for both."""
+    ball = Points(f32([10, 20, 30]), np.uint8([BLUE]), 20.0, "points")
+    drawing = Drawing(60, 40, {"here": Points(f32([10, 10, 0]), np.uint8([BLUE]), 5.0, "points")})
+    both = Drawing(60, 40, drawing.primitives, "", (WorldDrawing(WORLD, {"ball": ball}),))
+    film = render_beside(both, scale=2.0)
+    assert film.shape == (80, 200, 3)
+    np.testing.assert_array_equal(film[:, :120], render(drawing, scale=2.0))
+    np.testing.assert_allclose(centre(blue(film[:, 120:])), [39.5, 39.5], atol=0.1)
+    assert not blue(render_beside(both, layers={"points": False})).any()
+
+
+def test_a_picture_has_no_place_in_a_world() -> None:
+    """What lies in the picture's plane cannot be looked at from aside there, and is refused."""
+    flat: Primitive = Ellipse(f32(0, 0, 0), np.eye(2, dtype=np.float32), BLUE, 1.0, "l")
+    with pytest.raises(TypeError, match="a Ellipse belongs to a picture"):
+        WorldDrawing(WORLD, {"it": flat})
+    with pytest.raises(TypeError, match="belongs to a picture"):
+        Projection.of(WORLD, 0, 0, 10).primitive(flat)
+
+
+def test_ellipsoids_have_a_covariance_and_a_colour_each() -> None:
+    """Arrays of other lengths are refused with both shapes."""
+    with pytest.raises(ValueError, match=r"covariances of shape \(2, 3, 3\), got \(1, 3, 3\)"):
+        Ellipsoids(np.zeros((2, 3), np.float32), np.zeros((1, 3, 3), np.float32), np.zeros((2, 3), np.uint8), 1.0, "l")
+    with pytest.raises(ValueError, match=r"colours of shape \(1, 3\), got \(2, 3\)"):
+        Ellipsoids(np.zeros((1, 3), np.float32), np.zeros((1, 3, 3), np.float32), np.zeros((2, 3), np.uint8), 1.0, "l")

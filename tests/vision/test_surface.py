@@ -1,0 +1,68 @@
+"""Surfaces that are written are read back by another program, with the same vertices, faces and colours."""
+
+from collections.abc import Callable
+from io import BytesIO
+
+import numpy as np
+import pytest
+
+from pftrack.experiments.head.sketch import front
+from pftrack.vision.geometry.face_model import mean_model, person
+from pftrack.vision.model_files.surface import Surface, as_glb, as_obj, as_ply, upright
+
+Written = Callable[[Surface], bytes]
+
+
+@pytest.fixture(scope="module")
+def surface() -> Surface:
+    """The front of a head, coloured by the place of the vertex."""
+    shape = front(person(102))
+    colours = (np.arange(len(shape.vertices_mm))[:, None] * (1, 3, 7) % 256).astype(np.uint8)
+    return Surface("a head", upright(shape.vertices_mm), shape.triangles[:, ::-1].copy(), colours)
+
+
+@pytest.mark.parametrize(
+    ("kind", "written", "scale"), [("obj", as_obj, 1.0), ("ply", as_ply, 1.0), ("glb", as_glb, 1e-3)]
+)
+def test_another_program_reads_it_back(surface: Surface, kind: str, written: Written, scale: float) -> None:
+    """Trimesh finds the same vertices, in the unit of the format, the same faces, and the colours beside them."""
+    trimesh = pytest.importorskip("trimesh")
+    read = trimesh.load(BytesIO(written(surface)), file_type=kind, process=False, force="mesh")
+    np.testing.assert_allclose(read.vertices, scale * surface.vertices_mm, atol=scale * 1e-4)
+    assert np.array_equal(read.faces, surface.faces)
+    if kind != "glb":
+        assert np.abs(read.visual.vertex_colors[:, :3].astype(int) - surface.colours).max() <= 1
+
+
+def test_it_stands_upright(surface: Surface) -> None:
+    """The nose looks to the viewer, the brows are above the mouth, and faces turn their outside outwards."""
+    mean = upright(mean_model().points_mm)
+    names = mean_model().names
+    assert mean[names.index("nose"), 2] == mean[:, 2].max()
+    assert mean[names.index("lbro"), 1] > mean[names.index("lmou"), 1]
+    a, b, c = (surface.vertices_mm[surface.faces[:, corner]] for corner in range(3))
+    normals = np.cross(b - a, c - a)
+    assert (normals[:, 2] > 0).mean() > 0.9
+
+
+@pytest.mark.parametrize("written", [as_obj, as_ply])
+def test_the_unit_is_stated(surface: Surface, written: Written) -> None:
+    """In a comment at the beginning, with the title."""
+    assert b"unit: mm" in written(surface)[:200]
+    assert b"a head" in written(surface)[:200]
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "count", "words"),
+    [
+        (np.zeros((3, 3)), [[0, 1, 2]], 2, r"expected colours of shape \(3, 3\), got \(2, 3\)"),
+        (np.full((3, 3), np.nan), [[0, 1, 2]], 3, "finite"),
+        (np.zeros((3, 3)), [[0, 1, 3]], 3, "vertices 0 to 2"),
+    ],
+)
+def test_what_cannot_be_read_back_is_refused(
+    vertices: np.ndarray, faces: list[list[int]], count: int, words: str
+) -> None:
+    """A colour that is missing, a vertex that is nowhere, a face of a vertex that is not there."""
+    with pytest.raises(ValueError, match=words):
+        Surface("none", vertices, np.array(faces, np.int32), np.zeros((count, 3), np.uint8))
