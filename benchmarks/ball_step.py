@@ -12,8 +12,9 @@ single_threaded()
 from statistics import median  # noqa: E402
 from time import perf_counter  # noqa: E402
 
+from pftrack.core.model.recipe import Change  # noqa: E402
 from pftrack.experiments import find  # noqa: E402
-from pftrack.runs.run import Change, Run  # noqa: E402
+from pftrack.runs.run import Run  # noqa: E402
 
 
 def measure(tracker: str, count: int, frames: int) -> dict[str, object]:

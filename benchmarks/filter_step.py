@@ -23,8 +23,11 @@ from time import perf_counter  # noqa: E402
 import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
-from pftrack.core.numerics.gaussian import Gaussian  # noqa: E402
-from pftrack.core.numerics.random import Purpose, Stream  # noqa: E402
+from pftrack.core.numerics.random import (  # noqa: E402
+    Gaussian,
+    Purpose,
+    Stream,
+)
 from pftrack.filters import bootstrap, kalman  # noqa: E402
 from pftrack.filters.dynamics import constant_velocity  # noqa: E402
 from pftrack.filters.particles import ParticleSet  # noqa: E402

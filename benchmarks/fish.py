@@ -21,10 +21,13 @@ from numpy.typing import NDArray  # noqa: E402
 from pftrack.core.model.parameters import revise  # noqa: E402
 from pftrack.core.model.source import History  # noqa: E402
 from pftrack.experiments import find  # noqa: E402
+from pftrack.experiments.fish.model import (  # noqa: E402
+    GOLDFISH,
+    largest_distances,
+    model_points,
+)
 from pftrack.experiments.fish.scene import FishSource  # noqa: E402
-from pftrack.experiments.fish.scene.edge_distance import largest_distances  # noqa: E402
-from pftrack.experiments.fish.shape import GOLDFISH, model_points  # noqa: E402
-from pftrack.experiments.fish.trackers.step import MOTIONS, begin_at, find_edges, step_frame  # noqa: E402
+from pftrack.experiments.fish.step import MOTIONS, begin_at, find_edges, step_frame  # noqa: E402
 
 LOOPED = 100
 """Particles that the plain loop is timed on; it is in proportion."""

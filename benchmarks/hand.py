@@ -18,15 +18,19 @@ import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
 from pftrack.core.geometry.polygons import convex_hull  # noqa: E402
+from pftrack.core.model.recipe import Change  # noqa: E402
 from pftrack.experiments import find  # noqa: E402
-from pftrack.experiments.hand.detection.protrusions import features_in  # noqa: E402
-from pftrack.experiments.hand.detection.silhouette import silhouette_of  # noqa: E402
+from pftrack.experiments.hand.candidates import palm_candidates  # noqa: E402
+from pftrack.experiments.hand.fingers import features_in  # noqa: E402
+from pftrack.experiments.hand.likelihood import (  # noqa: E402
+    contour_of,
+    tables_of,
+    x_p,
+)
+from pftrack.experiments.hand.parameters import Task, settings  # noqa: E402
 from pftrack.experiments.hand.shape import palm_points  # noqa: E402
-from pftrack.experiments.hand.trackers.candidates import palm_candidates  # noqa: E402
-from pftrack.experiments.hand.trackers.likelihood import x_p  # noqa: E402
-from pftrack.experiments.hand.trackers.picture_tables import contour_of, tables_of  # noqa: E402
-from pftrack.experiments.hand.trackers.settings import Task, settings  # noqa: E402
-from pftrack.runs.run import Change, Run  # noqa: E402
+from pftrack.experiments.hand.silhouette import silhouette_of  # noqa: E402
+from pftrack.runs.run import Run  # noqa: E402
 
 MOTIONS = "wrist", "bend", "occlusion"
 SEED = 100

@@ -19,10 +19,11 @@ import numpy as np  # noqa: E402
 
 from pftrack.core.model.parameters import revise  # noqa: E402
 from pftrack.core.model.source import History  # noqa: E402
-from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource  # noqa: E402
-from pftrack.experiments.head.trackers.templates import template_sizes  # noqa: E402
-from pftrack.vision.detection import detect, find_again  # noqa: E402
-from pftrack.vision.geometry.face_model import FEATURES  # noqa: E402
+from pftrack.experiments.head.appearance import template_sizes  # noqa: E402
+from pftrack.experiments.head.scene import HeadSource  # noqa: E402
+from pftrack.experiments.head.scene_parameters import HeadSceneParameters  # noqa: E402
+from pftrack.vision.detection.face import detect, find_again  # noqa: E402
+from pftrack.vision.geometry.face import FEATURES  # noqa: E402
 from pftrack.vision.likelihoods import template  # noqa: E402
 
 OCCLUDED = {"sunglasses": True, "hand_cover": 0.6, "pillar_width_px": 60}

@@ -18,13 +18,13 @@ import cv2  # noqa: E402
 import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
-from pftrack.core.model.frame import Frame, Target  # noqa: E402
 from pftrack.core.model.parameters import revise  # noqa: E402
+from pftrack.core.model.source import Frame, Target  # noqa: E402
 from pftrack.core.numerics.random import Purpose, Stream  # noqa: E402
 from pftrack.experiments import find  # noqa: E402
 from pftrack.experiments.histogram.experiment import RecordedHistogramParameters  # noqa: E402
 from pftrack.vision.likelihoods.background import NO_BACKGROUND  # noqa: E402
-from pftrack.vision.likelihoods.colour_bins import bin_table  # noqa: E402
+from pftrack.vision.likelihoods.counting import bin_table  # noqa: E402
 from pftrack.vision.likelihoods.histogram import Window, fit, similarities  # noqa: E402
 
 BOXES, REACH = 300, 20

@@ -15,12 +15,12 @@ from time import process_time  # noqa: E402
 import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
-from pftrack.core.model.frame import Frame  # noqa: E402
 from pftrack.core.model.parameters import revise  # noqa: E402
+from pftrack.core.model.setup import Setup  # noqa: E402
+from pftrack.core.model.source import Frame  # noqa: E402
 from pftrack.core.numerics.random import Purpose, Stream  # noqa: E402
 from pftrack.experiments import find  # noqa: E402
-from pftrack.experiments.experiment import Setup  # noqa: E402
-from pftrack.experiments.linkage.scene.truth import LinkageTarget  # noqa: E402
+from pftrack.experiments.linkage.scene import LinkageTarget  # noqa: E402
 from pftrack.runs.run import Run  # noqa: E402
 
 Array = NDArray[np.float64]

@@ -20,7 +20,7 @@ import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
 from pftrack.core.geometry.rotation import angles  # noqa: E402
-from pftrack.core.numerics.angles import wrap  # noqa: E402
+from pftrack.core.numerics.elementary import wrap  # noqa: E402
 from pftrack.core.numerics.random import Purpose, Stream  # noqa: E402
 from pftrack.experiments.shared.pose import layered  # noqa: E402
 from pftrack.filters import rao_blackwell  # noqa: E402

@@ -21,14 +21,17 @@ from scipy.optimize import least_squares  # noqa: E402
 from scipy.sparse import lil_matrix  # noqa: E402
 from scipy.spatial.transform import Rotation  # noqa: E402
 
-from pftrack.reproduce.structure.scenes import SimulatedTracks, head_tracks, prism_tracks  # noqa: E402
-from pftrack.vision.geometry.face_model import mean_model  # noqa: E402
-from pftrack.vision.structure import growing, online_variational, recursive, variational  # noqa: E402
-from pftrack.vision.structure.alignment import shape_error  # noqa: E402
+from pftrack.reproduce.structure.trials import SimulatedTracks, head_tracks, prism_tracks  # noqa: E402
+from pftrack.vision.geometry.face import mean_model  # noqa: E402
+from pftrack.vision.structure import growing, recursive, variational  # noqa: E402
 from pftrack.vision.structure.cameras import fit_camera  # noqa: E402
 from pftrack.vision.structure.factorization import factorize  # noqa: E402
-from pftrack.vision.structure.first_window import from_window  # noqa: E402
-from pftrack.vision.structure.tracks import Tracks, check_view  # noqa: E402
+from pftrack.vision.structure.recursive import from_window  # noqa: E402
+from pftrack.vision.structure.tracks import (  # noqa: E402
+    Tracks,
+    check_view,
+    shape_error,
+)
 
 WINDOW = 90
 HIDDEN_VARIANCE = 100.0
@@ -127,9 +130,9 @@ def rows_of(frames: int, repeats: int) -> list[dict[str, object]]:
     add("NumPy, singular values, filled in", *time_call(lambda: fill_hidden(tracks), 3))
     add("variational, 10 passes", *time_call(lambda: variational.fit(tracks).shape, repeats))
     for forgetting, memory in (("common", 0.5), ("by-information", 1.0)):
-        settings = online_variational.Settings(window=WINDOW, memory=memory, forgetting=forgetting)
-        online, _ = time_steps(online_variational.step, online_variational.begin(14, settings), window_of(tracks), 0)
-        online, ms = time_steps(online_variational.step, online, tracks, min(WINDOW, frames - 1))
+        settings = variational.Settings(window=WINDOW, memory=memory, forgetting=forgetting)
+        online, _ = time_steps(variational.step, variational.begin(14, settings), window_of(tracks), 0)
+        online, ms = time_steps(variational.step, online, tracks, min(WINDOW, frames - 1))
         add(f"online variational, forgetting {forgetting}", online.shape, ms)
     first = from_window(window_of(tracks), recursive.Settings(body.focal_px))
     last, ms = time_steps(recursive.step, first, tracks, min(WINDOW, frames - 1))

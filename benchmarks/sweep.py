@@ -17,6 +17,7 @@ from typing import Any  # noqa: E402
 import numpy as np  # noqa: E402
 
 from pftrack.core.model.parameters import revise  # noqa: E402
+from pftrack.core.model.recipe import Change  # noqa: E402
 from pftrack.core.model.source import History  # noqa: E402
 from pftrack.core.numerics.elementary import exponentials  # noqa: E402
 from pftrack.core.numerics.random import standard_normals  # noqa: E402
@@ -25,8 +26,9 @@ from pftrack.filters.dynamics import diffuse, predict  # noqa: E402
 from pftrack.filters.particles import moments, normalise  # noqa: E402
 from pftrack.filters.resampling import parents  # noqa: E402
 from pftrack.runs.batch import outcomes  # noqa: E402
-from pftrack.runs.run import Change, Run  # noqa: E402
-from pftrack.sweep import Axis, Plan, carry_out  # noqa: E402
+from pftrack.runs.run import Run  # noqa: E402
+from pftrack.sweep import Plan, carry_out  # noqa: E402
+from pftrack.sweep.axis import Axis  # noqa: E402
 from pftrack.vision.likelihoods.chromaticity import log_kernel  # noqa: E402
 
 Array = np.ndarray[Any, Any]

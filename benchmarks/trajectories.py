@@ -16,7 +16,7 @@ from time import process_time  # noqa: E402
 import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
-from pftrack.experiments.trajectories.scene.scene import TracksSceneParameters, simulate  # noqa: E402
+from pftrack.experiments.trajectories.scene import TracksSceneParameters, simulate  # noqa: E402
 from pftrack.filters.trajectories.whole import Method, Settings, follow, track_error  # noqa: E402
 
 Array = NDArray[np.float64]

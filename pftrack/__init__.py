@@ -19,13 +19,13 @@ from pftrack.core.numerics import machine
 from pftrack.core.version import __version__
 
 if TYPE_CHECKING:
-    from pftrack.analysis.fitting import fit
+    from pftrack.analysis.fitting.found import fit
     from pftrack.api import compare, load, record, run
     from pftrack.core.model.recipe import Recipe
     from pftrack.core.numerics.compiled import compiled
     from pftrack.experiments.experiment import Experiment
     from pftrack.experiments.own.sliders import slider
-    from pftrack.output.exports.viewers import show
+    from pftrack.output.exports.formats import show
     from pftrack.runs.comparison import Comparison
     from pftrack.runs.run import Run
 
@@ -56,7 +56,7 @@ _HOMES = {
     "load": "pftrack.api",
     "record": "pftrack.api",
     "run": "pftrack.api",
-    "show": "pftrack.output.exports.viewers",
+    "show": "pftrack.output.exports.formats",
     "slider": "pftrack.experiments.own.sliders",
 }
 """Where each name that is offered here comes from."""

@@ -5,7 +5,7 @@
     >>> run.export("ball.parquet")
 
 All that they do can be done step by step with what they call: experiments (`pftrack.experiments`), recipes and records
-(`pftrack.runs`), comparisons (`pftrack.runs.comparison`) and viewers (`pftrack.output.exports.viewers`).
+(`pftrack.runs`), comparisons (`pftrack.runs.comparison`) and viewers (`pftrack.output.exports.formats`).
 """
 
 import json
@@ -15,16 +15,18 @@ from pathlib import Path
 from typing import Any, Literal
 
 from pftrack.core.model.parameters import ParameterError, Value
-from pftrack.core.model.recipe import Footage, Recipe
-from pftrack.core.model.sequence import FrameSequence
+from pftrack.core.model.preset import Preset
+from pftrack.core.model.recipe import Change, Footage, Recipe
+from pftrack.core.model.source import FrameSequence
 from pftrack.experiments import find, find_for
-from pftrack.experiments.experiment import Experiment, Preset
-from pftrack.experiments.own import experiment_of, name_of, trust_filters
-from pftrack.output.exports.watching import Watcher
+from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.own.code import trust_filters
+from pftrack.experiments.own.extension import experiment_of, name_of
+from pftrack.output.exports.formats import Watcher
 from pftrack.runs import record as records
 from pftrack.runs.comparison import Comparison
 from pftrack.runs.record import OpenSequence
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 from pftrack.sources.beliefs.recorder import Recorder, Sources
 from pftrack.sources.formats import is_beliefs
 from pftrack.sources.limits import DEFAULT_LIMITS

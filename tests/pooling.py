@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 
 from pftrack.process import ForkServer
-from pftrack.sweep import pool
+from pftrack.sweep import work
 
 __all__ = ["fork_server", "shared_fork_server"]
 
@@ -20,7 +20,7 @@ class _Kept(ForkServer):
 @pytest.fixture(scope="session")
 def fork_server() -> Iterator[ForkServer]:
     """What every pool starts for itself, for all of them."""
-    server = _Kept(pool.PRELOAD)
+    server = _Kept(work.PRELOAD)
     yield server
     ForkServer.close(server)
 
@@ -28,4 +28,4 @@ def fork_server() -> Iterator[ForkServer]:
 @pytest.fixture(autouse=True)
 def shared_fork_server(fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
     """Have the pools of each test take that one."""
-    monkeypatch.setattr(pool, "_fresh", lambda: fork_server)
+    monkeypatch.setattr(work, "_fresh", lambda: fork_server)

@@ -24,9 +24,10 @@ if __name__ == "__main__" and "COMPILE_FOR" in os.environ:
 import numpy as np
 
 from pftrack.core.model.parameters import Value, declarations
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.experiment import Experiment
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 
 FRAMES, SEED = 12, 3
 

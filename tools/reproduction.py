@@ -11,10 +11,10 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from textwrap import fill
 
-from pftrack.core.model.cause import CAUSES
-from pftrack.reproduce import RESULTS, Entry, Finding, is_older, read_record
+from pftrack.core.model.preset import CAUSES
+from pftrack.reproduce import RESULTS, is_older
 from pftrack.reproduce.diagnosis.confusion import CELL, UNAIDED_CELL
-from pftrack.reproduce.finding import not_run
+from pftrack.reproduce.finding import Entry, Finding, not_run, read_record
 
 __all__ = [
     "DIAGNOSIS",

@@ -8,11 +8,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, cast
 
-from pftrack.analysis.counterfactuals import LossError, Report, what_if
-from pftrack.analysis.counterfactuals.trials import ROUNDS
-from pftrack.analysis.diagnosis import Diagnosis, diagnose
+from pftrack.analysis.counterfactuals.report import ROUNDS, LossError, Report, what_if
+from pftrack.analysis.diagnosis.diagnosis import Diagnosis, diagnose
 from pftrack.core.entry_points import PRESENTERS, load
-from pftrack.runs.ensemble import ReplayError
+from pftrack.runs.continuation import ReplayError
 from pftrack.runs.run import Run
 
 __all__ = ["Explanation", "explain"]

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pftrack.analysis.diagnosis import COLUMNS, Course, Diagnosis, Sign, course_of_run, diagnose_course
-from pftrack.analysis.diagnosis.moment import middle
+from pftrack.analysis.diagnosis.course import COLUMNS, Course, Sign, middle
+from pftrack.analysis.diagnosis.diagnosis import Diagnosis, course_of_run, diagnose_course
 from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.failure import ORDER, Failure
+from pftrack.core.model.preset import ORDER, Failure
 from pftrack.core.model.recipe import Recipe
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.run import Run

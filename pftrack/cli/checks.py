@@ -1,17 +1,29 @@
 """`reproduce`, `bench` and `doctor`: are the figures right, is it fast, does this machine have what it takes?"""
 
 import json as json_format
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from pftrack.cli.jobs import Jobs, read_jobs
 from pftrack.cli.listing import Json
-from pftrack.cli.output import FAILED, CommandError, emit, note, progress, suffix_of, table, whole, wrong_use
+from pftrack.cli.output import (
+    FAILED,
+    CommandError,
+    Jobs,
+    emit,
+    note,
+    progress,
+    read_jobs,
+    suffix_of,
+    table,
+    whole,
+    wrong_use,
+)
 from pftrack.core.version import __version__
-
-__all__ = ["register"]
 
 
 def register(app: typer.Typer) -> None:
@@ -42,8 +54,9 @@ def reproduce(
 ) -> None:
     """Compute published results again and compare them within their tolerances; `--quick` takes about a minute."""
     processes = read_jobs(jobs)
-    from pftrack.reproduce import RESULTS, Record, describe_verdicts
+    from pftrack.reproduce import RESULTS
     from pftrack.reproduce import reproduce as compute
+    from pftrack.reproduce.finding import Record, describe_verdicts
 
     for name in results or ():
         if name not in RESULTS:
@@ -132,3 +145,39 @@ def _measure(script: Path, *options: str) -> object:
 
 def _cell(value: object) -> str:
     return f"{value:.4g}" if isinstance(value, float) else "" if value is None else str(value)
+
+
+# Saying that a command compiles, which it does once on a machine and which takes longer than all else.
+
+EVERY_S = 3.0
+
+
+@contextmanager
+def compiling() -> Iterator[None]:
+    """Say on standard error that functions are compiled and how many; nothing if none is."""
+    from pftrack.core.numerics.compiled import FUNCTIONS
+    from pftrack.doctor.warming.watch import watch
+
+    begin = time.monotonic()
+    done: list[str] = []
+    said = 0.0
+
+    def on_begin(name: str) -> None:
+        nonlocal said
+        del name
+        if not said:
+            said = time.monotonic()
+            note("pftrack: compiling what this needs, only once; `pftrack doctor --warm` compiles everything")
+
+    def on_end(name: str, seconds: float) -> None:
+        nonlocal said
+        del seconds
+        done.append(name)
+        if time.monotonic() - said > EVERY_S:
+            said = time.monotonic()
+            note(f"pftrack: compiling, {len(done)} functions of at most {len(FUNCTIONS)}")
+
+    with watch(on_begin, on_end):
+        yield
+    if done:
+        note(f"pftrack: {len(done)} functions compiled in {time.monotonic() - begin:.0f} s")

@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pftrack.cli.compiling import compiling
+from pftrack.cli.checks import compiling
 from pftrack.cli.listing import Json, find_experiment
-from pftrack.cli.output import CommandError, emit, note, progress, table, whole, wrong_use
-from pftrack.cli.values import values_of
+from pftrack.cli.output import CommandError, emit, note, progress, table, values_of, whole, wrong_use
 
 if TYPE_CHECKING:
     from pftrack.analysis.evaluation import Score
@@ -60,7 +59,7 @@ def otb(
         published,
     )
     from pftrack.experiments import EXPERIMENTS
-    from pftrack.sources.errors import SourceError
+    from pftrack.sources.limits import SourceError
 
     chosen = experiment or next(one.id for one in EXPERIMENTS.values() if follows_boxes(one))
     followed, count = find_experiment(chosen), whole("--seeds", seeds, 1, 1000)

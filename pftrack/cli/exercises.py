@@ -6,13 +6,25 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pftrack.cli.compiling import compiling
-from pftrack.cli.jobs import Jobs, read_jobs
+from pftrack.cli.checks import compiling
 from pftrack.cli.listing import Json
-from pftrack.cli.output import FAILED, CommandError, emit, note, progress, suffix_of, table, whole, wrong_use
+from pftrack.cli.output import (
+    FAILED,
+    CommandError,
+    Jobs,
+    emit,
+    note,
+    progress,
+    read_jobs,
+    suffix_of,
+    table,
+    whole,
+    wrong_use,
+)
 
 if TYPE_CHECKING:
-    from pftrack.teaching.exercises import Exercise, Report
+    from pftrack.teaching.exercises.grading import Report
+    from pftrack.teaching.exercises.submission import Exercise
 
 __all__ = ["register"]
 
@@ -52,7 +64,7 @@ def start(
     folder: Folder = None,
 ) -> None:
     """Print what is asked, and write the file to begin with; one that is there is left alone."""
-    from pftrack.experiments.own import name_of
+    from pftrack.experiments.own.extension import name_of
 
     found = _exercise(exercise, _exercises(folder))
     values = ", ".join(f"{name} = {value}" for name, value in found.values.items())
@@ -89,10 +101,10 @@ def check(
     With --json the report has the form of Gradescope's results.json.
     """
     from pftrack.core.numerics.random import LARGEST_SEED
-    from pftrack.experiments.own import name_of
-    from pftrack.teaching.exercises import check as check_file
+    from pftrack.experiments.own.extension import name_of
     from pftrack.teaching.exercises import exercise_named_in
-    from pftrack.teaching.exercises.reports import results
+    from pftrack.teaching.exercises.grading import check as check_file
+    from pftrack.teaching.exercises.grading import results
 
     first = whole("--seed", seed, 0, LARGEST_SEED - 10_000)
     exercises = _exercises(folder)
@@ -140,13 +152,11 @@ def grade(
     """Check all submissions in a folder, each in a confined process without a network, and print a table of points."""
     from dataclasses import replace
 
-    from pftrack.core.files import write_whole
+    from pftrack.core.files import csv_text, write_whole
     from pftrack.core.numerics.random import LARGEST_SEED
-    from pftrack.core.spreadsheet import csv_text
     from pftrack.process import MEBIBYTE
-    from pftrack.teaching.exercises import grade as grade_files
-    from pftrack.teaching.exercises.grading import BUDGET, submissions_in
-    from pftrack.teaching.exercises.reports import table_of
+    from pftrack.teaching.exercises.grading import BUDGET, submissions_in, table_of
+    from pftrack.teaching.exercises.grading import grade as grade_files
 
     first = whole("--seed", seed, 0, LARGEST_SEED - 10_000)
     allowed = float(whole("--seconds", seconds, 1, 86_400))

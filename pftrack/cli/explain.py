@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from pftrack.cli.compiling import compiling
+from pftrack.cli.checks import compiling
 from pftrack.cli.exports import wanted_exports, write_exports
 from pftrack.cli.filters import Trust
 from pftrack.cli.listing import Json

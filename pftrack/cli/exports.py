@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from pftrack.cli.compiling import compiling
+from pftrack.cli.checks import compiling
 from pftrack.cli.footage import footage_of
 from pftrack.cli.listing import Json
 from pftrack.cli.output import CommandError, emit, note, progress, table, wrong_use
@@ -83,9 +83,9 @@ def _say(files: list[Path], details: dict[str, int], *, json: bool) -> None:
 
 def _sweep(file: Path, places: list[Path], plot: str | None) -> list[Path]:
     """Write files of the result of a sweep and return them."""
-    from pftrack.core.model.export import ExportError
+    from pftrack.core.model.setup import ExportError
     from pftrack.sweep import read_result
-    from pftrack.sweep.report import export_result
+    from pftrack.sweep.report.exports import export_result
 
     result = read_result(file)
     pictures = [place for place in places if place.suffix.lower() in {".png", ".svg"}] or places
@@ -117,7 +117,7 @@ def wanted_exports(
     """Return what is to be written where, by the suffixes of the files; refused before anything is computed."""
     if not places:
         return []
-    from pftrack.core.model.export import ExportError
+    from pftrack.core.model.setup import ExportError
     from pftrack.output.exports.formats import check_plot, export_at
 
     try:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pftrack.cli.compiling import compiling
+from pftrack.cli.checks import compiling
 from pftrack.cli.listing import Json
 from pftrack.cli.output import emit, note, suffix_of, table, whole, wrong_use
 
@@ -29,7 +29,7 @@ def register(app: typer.Typer) -> None:
 def list_(json: Json = False) -> None:
     """List the failures, by their numbers."""
     from pftrack.analysis.failures import gallery
-    from pftrack.core.model.failure import KINDS
+    from pftrack.core.model.preset import KINDS
     from pftrack.experiments import EXPERIMENTS
 
     entries = gallery(EXPERIMENTS)
@@ -93,8 +93,8 @@ def figure(
     """Draw the errors of the run that fails and of the cured one, in one column of a journal's page."""
     from pftrack.analysis.failures import run_failure
     from pftrack.core.files import write_whole
-    from pftrack.output.figures.failure import draw_failure
     from pftrack.output.figures.picture import SUFFIXES, encode_as
+    from pftrack.output.figures.style import draw_failure
 
     found = _entry(failure)
     suffix = suffix_of(out, tuple(SUFFIXES))

@@ -33,8 +33,7 @@ def filter_(
     experiment: Annotated[str, typer.Option(help="The experiment whose target it follows.")],
 ) -> None:
     """Write a filter that works, to be changed; `pftrack serve FILE` and `--tracker FILE` use it."""
-    from pftrack.experiments.own import name_of
-    from pftrack.experiments.own.example import example_of
+    from pftrack.experiments.own.extension import example_of, name_of
 
     found = find_experiment(experiment)
     try:
@@ -56,7 +55,8 @@ def filter_(
 
 def read_filters(named: Sequence[str]) -> tuple[tuple[str, ...], dict[str, tuple[str, ...]]]:
     """Return trackers by name, and texts of those that are files; whoever names one trusts it."""
-    from pftrack.experiments.own import name_of, trust
+    from pftrack.experiments.own.code import trust
+    from pftrack.experiments.own.extension import name_of
 
     names: list[str] = []
     filters: dict[str, tuple[str, ...]] = {}
@@ -81,7 +81,7 @@ def read_filters(named: Sequence[str]) -> tuple[tuple[str, ...], dict[str, tuple
 
 def chosen_tracker(recipe: "Recipe", tracker: str | None, *, trusted: bool) -> "tuple[Experiment, Recipe, str | None]":
     """Return the experiment of a recipe with the tracker that was chosen beside it, if one was, which may be a file."""
-    from pftrack.experiments.own import trust_filters
+    from pftrack.experiments.own.code import trust_filters
 
     if trusted:
         trust_filters(recipe)
@@ -97,6 +97,6 @@ def chosen_tracker(recipe: "Recipe", tracker: str | None, *, trusted: bool) -> "
 
 def with_filters(experiment: "Experiment", filters: "dict[str, tuple[str, ...]]") -> "Experiment":
     """Return an experiment with further trackers from files."""
-    from pftrack.experiments.own import extend
+    from pftrack.experiments.own.extension import extend
 
     return extend(experiment.id, {**experiment.filters, **filters})

@@ -5,13 +5,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pftrack.cli.compiling import compiling
+from pftrack.cli.checks import compiling
 from pftrack.cli.filters import Trust
 from pftrack.cli.listing import Json
 from pftrack.cli.output import emit, note, progress, suffix_of, table
 
 if TYPE_CHECKING:
-    from pftrack.analysis.fitting import Fit, Score
+    from pftrack.analysis.fitting.found import Fit
+    from pftrack.analysis.fitting.trials import Score
 
 __all__ = ["register"]
 
@@ -35,9 +36,9 @@ def fit(
     json: Json = False,
 ) -> None:
     """Fit numbers of a run's tracker to its first half, and judge them by its second."""
-    from pftrack.analysis.fitting import fit as fit_numbers
+    from pftrack.analysis.fitting.found import fit as fit_numbers
     from pftrack.api import load, run
-    from pftrack.core.model.timeline import Change
+    from pftrack.core.model.recipe import Change
 
     if out is not None:
         suffix_of(out, (".pft",))

@@ -13,10 +13,11 @@ from pftrack.cli.output import CommandError, note, wrong_use
 
 if TYPE_CHECKING:
     from pftrack.core.model.recipe import Footage, Recipe
-    from pftrack.core.model.sequence import FrameSequence, Kind
-    from pftrack.experiments.experiment import Experiment, Setup
+    from pftrack.core.model.setup import Setup
+    from pftrack.core.model.source import FrameSequence, Kind
+    from pftrack.experiments.experiment import Experiment
     from pftrack.runs.record import OpenSequence
-    from pftrack.sweep import Recording
+    from pftrack.sweep.recording import Recording
 
 __all__ = [
     "Box",
@@ -174,7 +175,7 @@ def swept_recording(experiment: "Experiment", said: FootageOptions, out: Path | 
         out: Where the result goes, from which the recording is found again.
     """
     from pftrack.core.model.recipe import Recipe
-    from pftrack.sweep import Recording
+    from pftrack.sweep.recording import Recording
 
     with ExitStack() as stack:
         setup, sequence = open_setup(stack, experiment, Recipe(experiment=experiment.id), said, Path())
@@ -201,7 +202,7 @@ def path_from(video: Path, out: Path) -> str:
 
 def open_footage(stack: ExitStack, path: Path, *, square: bool | None = None) -> "FrameSequence":
     """Open a recording, with pixels made square or not as a run says; it is closed with the stack."""
-    from pftrack.sources.errors import SourceError
+    from pftrack.sources.limits import SourceError
     from pftrack.sources.sequence import open_sequence
 
     try:

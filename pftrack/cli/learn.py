@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pftrack.cli.compiling import compiling
+from pftrack.cli.checks import compiling
 from pftrack.cli.listing import Json, PresetName, find_experiment, find_preset
 from pftrack.cli.output import CommandError, emit, note, progress, table, wrong_use
 from pftrack.cli.sweep import plan_of
@@ -59,7 +59,7 @@ def learn(
     import numpy as np
 
     from pftrack.core.files import write_whole
-    from pftrack.sweep import SweepError
+    from pftrack.sweep.axis import SweepError
 
     if out.is_dir() or not out.absolute().parent.is_dir():
         raise CommandError(f"{out} cannot be written: it is a folder, or in none")

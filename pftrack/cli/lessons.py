@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pftrack.cli.compiling import compiling
+from pftrack.cli.checks import compiling
 from pftrack.cli.listing import Json
-from pftrack.cli.output import FAILED, emit, note, progress, suffix_of, table, whole, wrong_use
-from pftrack.cli.values import assign, value_of
+from pftrack.cli.output import FAILED, assign, emit, note, progress, suffix_of, table, value_of, whole, wrong_use
 
 if TYPE_CHECKING:
     from pftrack.core.model.parameters import Parameters
-    from pftrack.teaching.lessons import Demonstration, Lesson, Number, Shown
+    from pftrack.teaching.lessons.lesson import Demonstration, Lesson, Number, Shown
 
 __all__ = ["register"]
 
@@ -99,7 +98,7 @@ def figure(
     from pftrack.core.files import write_whole
     from pftrack.core.model.parameters import flat
     from pftrack.output.figures.picture import SUFFIXES
-    from pftrack.teaching.lessons.plotting import encode
+    from pftrack.teaching.lessons.traces import encode
 
     found = _lesson(lesson, _lessons(folder))
     body = _demonstration(found)
@@ -131,7 +130,7 @@ def export(
 ) -> None:
     """Write a lesson as a Jupyter notebook, which computes the same numbers."""
     from pftrack.core.files import write_whole
-    from pftrack.teaching.lessons import Scenario
+    from pftrack.teaching.lessons.lesson import Scenario
     from pftrack.teaching.lessons.notebook import demonstration_notebook, lesson_notebook
 
     found = _lesson(lesson, _lessons(folder))
@@ -169,7 +168,7 @@ def _lesson(name: str, known: "Mapping[str, Lesson]") -> "Lesson":
 
 
 def _demonstration(lesson: "Lesson") -> "Demonstration":
-    from pftrack.teaching.lessons import Demonstration
+    from pftrack.teaching.lessons.lesson import Demonstration
 
     if not isinstance(lesson.body, Demonstration):
         raise wrong_use(

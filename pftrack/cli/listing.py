@@ -11,7 +11,8 @@ from pftrack.cli.output import emit, note, table, wrong_use
 
 if TYPE_CHECKING:
     from pftrack.core.model.parameters import Declaration, Value
-    from pftrack.experiments.experiment import Experiment, Preset
+    from pftrack.core.model.preset import Preset
+    from pftrack.experiments.experiment import Experiment
 
 __all__ = ["PresetName", "find_experiment", "find_preset", "register"]
 
@@ -67,7 +68,7 @@ def show(
     experiment: Annotated[str, typer.Argument(help="An experiment's name, as `list` prints it.")], json: Json = False
 ) -> None:
     """Show an experiment with every parameter: unit, bounds, default, help."""
-    from pftrack.core.model.calibration import TITLES
+    from pftrack.core.model.band import TITLES
     from pftrack.core.model.parameters import flat
     from pftrack.output.exports.formats import exports_of
 

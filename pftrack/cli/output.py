@@ -11,27 +11,18 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from difflib import get_close_matches
 from pathlib import Path
-from typing import TypeAlias
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
+import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
-__all__ = [
-    "FAILED",
-    "WRONG_USE",
-    "CommandError",
-    "emit",
-    "explain",
-    "note",
-    "progress",
-    "suffix_of",
-    "table",
-    "whole",
-    "wrong_use",
-]
+if TYPE_CHECKING:
+    from pftrack.core.model.parameters import Parameters, Value
 
 FAILED = 1
 WRONG_USE = 2
@@ -173,3 +164,75 @@ def _plain(value: object) -> object:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return str(value)
+
+
+# Values of parameters as a command line gives them: NAME=VALUE, and NAME=@FILE for one that is a file's text.
+
+
+def assign(assignment: str) -> tuple[str, str]:
+    """Return name and text of NAME=VALUE."""
+    name, separator, text = assignment.partition("=")
+    if not (separator and name):
+        raise wrong_use(f"--set expected name=value, got {assignment!r}")
+    return name, text
+
+
+def values_of(parameters: "Parameters", assignments: Sequence[str]) -> "dict[str, Value]":
+    """Return the values that assignments NAME=VALUE give to parameters; an unknown name is wrong use."""
+    from pftrack.core.model.parameters import declarations
+
+    model = type(parameters)
+    known = [declaration.name for declaration in declarations(model)]
+    values: dict[str, Value] = {}
+    for name, text in map(assign, assignments):
+        if name not in known:
+            near = get_close_matches(name, known, n=3)
+            hint = f"did you mean {' or '.join(near)}?" if near else "`pftrack show` lists them"
+            raise wrong_use(f"there is no parameter {name!r}; {hint}")
+        values[name] = value_of(model, name, text)
+    return values
+
+
+def value_of(model: "type[Parameters]", name: str, text: str) -> "Value":
+    """Read a value; that of a parameter which is a file's text may be the file, @FILE.
+
+    Raises:
+        ParameterError: The name is unknown or the text is no value of its kind.
+    """
+    from pftrack.core.model.parameters import declarations, parse
+
+    kinds = {declaration.name: declaration.kind for declaration in declarations(model)}
+    if kinds.get(name) == "file" and text.startswith("@"):
+        return text_of(Path(text[1:]))
+    return parse(model, name, text)
+
+
+def text_of(path: Path) -> str:
+    """Return the text of a file that is to be the value of a parameter."""
+    from pftrack.core.model.parameters import LONGEST_FILE
+
+    try:
+        if path.stat().st_size > 4 * LONGEST_FILE:  # of which a character takes four bytes at most
+            raise CommandError(f"{path} is too large: such a file has at most {LONGEST_FILE} characters")
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise CommandError(f"there is no file {path}") from None
+    except UnicodeDecodeError:
+        raise CommandError(f"{path} is no text") from None
+    if not text.strip():  # which as a value would mean that there is no file
+        raise CommandError(f"{path} is empty")
+    return text
+
+
+# `--jobs`: on how many processes a command computes.
+
+Jobs = Annotated[str | None, typer.Option(metavar="N", help="Processes that compute; one a core if not given.")]
+
+
+def read_jobs(jobs: str | None) -> int:
+    """Return the number that is said, or else that of the cores that this process may use."""
+    return _cores() if jobs is None else whole("--jobs", jobs, 1, 256)
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -10,12 +10,11 @@ import typer
 from pftrack.cli.exports import ExportOut, wanted_exports, write_exports
 from pftrack.cli.footage import open_footage
 from pftrack.cli.listing import Json
-from pftrack.cli.output import CommandError, note, whole, wrong_use
+from pftrack.cli.output import CommandError, note, values_of, whole, wrong_use
 from pftrack.cli.run import compute_run, print_summary
-from pftrack.cli.values import values_of
 
 if TYPE_CHECKING:
-    from pftrack.core.model.sequence import FrameSequence
+    from pftrack.core.model.source import FrameSequence
     from pftrack.sources.results.table import Form, ResultTable
 
 __all__ = ["register"]
@@ -52,9 +51,9 @@ def open_results(
     json: Json = False,
 ) -> None:
     """Look at what a loop of your own or any other tracker has computed: errors, overlap, identity switches."""
-    from pftrack.core.model.timeline import Change
+    from pftrack.core.model.recipe import Change
     from pftrack.experiments import find_for
-    from pftrack.output.exports.viewers import show as show_run
+    from pftrack.output.exports.formats import show as show_run
     from pftrack.runs.run import Run
     from pftrack.sources.results.table import FORMS
 
@@ -89,8 +88,7 @@ def open_results(
 
 
 def _open_together(stack: ExitStack, file: Path, video: Path | None, truth: Path | None) -> "FrameSequence":
-    from pftrack.sources.errors import SourceError
-    from pftrack.sources.limits import DEFAULT_LIMITS
+    from pftrack.sources.limits import DEFAULT_LIMITS, SourceError
     from pftrack.sources.results.parts import Part, open_parts
 
     named: dict[Part, Path | None] = {"clip": video, "results": file, "truth": truth}

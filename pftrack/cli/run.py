@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pftrack.cli.compiling import compiling
+from pftrack.cli.checks import compiling
 from pftrack.cli.exports import ExportOut, wanted_exports, write_exports
 from pftrack.cli.filters import Trust, chosen_tracker
 from pftrack.cli.footage import (
@@ -29,14 +29,15 @@ from pftrack.cli.footage import (
 )
 from pftrack.cli.learn import guidance_of
 from pftrack.cli.listing import Json, PresetName, find_experiment, find_preset
-from pftrack.cli.output import FAILED, CommandError, emit, note, progress, table, whole, wrong_use
-from pftrack.cli.values import text_of, values_of
+from pftrack.cli.output import FAILED, CommandError, emit, note, progress, table, text_of, values_of, whole, wrong_use
 
 if TYPE_CHECKING:
     from pftrack.core.model.parameters import Value
+    from pftrack.core.model.preset import Preset
     from pftrack.core.model.recipe import Recipe
-    from pftrack.core.model.sequence import FrameSequence
-    from pftrack.experiments.experiment import Experiment, Preset, Setup
+    from pftrack.core.model.setup import Setup
+    from pftrack.core.model.source import FrameSequence
+    from pftrack.experiments.experiment import Experiment
     from pftrack.runs.run import Run
 
 __all__ = ["compute_run", "print_summary", "register"]
@@ -90,9 +91,10 @@ def run(
     json: Json = False,
 ) -> None:
     """Run an experiment, or the recipe of a run, and say how it went."""
+    from pftrack.core.model.recipe import LONGEST_RUN, Change
     from pftrack.core.numerics.random import LARGEST_SEED
     from pftrack.runs.record import save
-    from pftrack.runs.run import LONGEST_RUN, Change, Run
+    from pftrack.runs.run import Run
 
     recipe, folder = _recipe(experiment)
     found, recipe, tracker = chosen_tracker(recipe, tracker, trusted=trust)
@@ -140,7 +142,7 @@ def replay(
     json: Json = False,
 ) -> None:
     """Compute a saved run again and check that it gives the same numbers."""
-    from pftrack.experiments.own import trust_filters
+    from pftrack.experiments.own.code import trust_filters
     from pftrack.runs.record import make, read_saved
     from pftrack.runs.reproduction import difference
 

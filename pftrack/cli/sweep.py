@@ -30,16 +30,16 @@ from pftrack.cli.footage import (
     Video,
     swept_recording,
 )
-from pftrack.cli.jobs import Jobs, read_jobs
 from pftrack.cli.listing import Json, PresetName, find_experiment, find_preset
-from pftrack.cli.output import CommandError, emit, note, table, whole, wrong_use
-from pftrack.cli.values import assign, value_of
+from pftrack.cli.output import CommandError, Jobs, assign, emit, note, read_jobs, table, value_of, whole, wrong_use
 
 if TYPE_CHECKING:
     from pftrack.core.model.parameters import Value
-    from pftrack.core.model.sequence import Kind
-    from pftrack.experiments.experiment import Experiment, Preset
-    from pftrack.sweep import Plan, Progress, Recording, Result
+    from pftrack.core.model.preset import Preset
+    from pftrack.core.model.source import Kind
+    from pftrack.experiments.experiment import Experiment
+    from pftrack.sweep import Plan, Progress, Result
+    from pftrack.sweep.recording import Recording
 
 __all__ = ["plan_of", "register"]
 
@@ -106,7 +106,7 @@ def run(
     With --video all runs are on a recording, each trial with a seed of its own. Where its truth is not given, runs are
     measured by what the trackers say of themselves. The word `run` may be left out.
     """
-    from pftrack.sweep import SweepError
+    from pftrack.sweep.axis import SweepError
 
     processes = read_jobs(jobs)
     if cluster is not None and jobs is not None:
@@ -191,9 +191,10 @@ def plan_of(
     Raises:
         SweepError: They make no sense together.
     """
+    from pftrack.core.model.recipe import LONGEST_RUN
     from pftrack.core.numerics.random import LARGEST_SEED
-    from pftrack.runs.run import LONGEST_RUN
-    from pftrack.sweep import MOST_RUNS, Plan, parse_axis
+    from pftrack.sweep import Plan
+    from pftrack.sweep.axis import MOST_RUNS, parse_axis
 
     kind = swept.kind if swept else None
     varied = tuple(parse_axis(experiment, text, kind) for text in axes)
@@ -223,8 +224,7 @@ def plan_of(
 
 def _values(experiment: "Experiment", assignments: list[str], kind: "Kind | None") -> "dict[str, Value]":
     from pftrack.core.model.parameters import ParameterError
-    from pftrack.sweep import SweepError
-    from pftrack.sweep.axis import find_declaration
+    from pftrack.sweep.axis import SweepError, find_declaration
 
     values: dict[str, Value] = {}
     model = type(experiment.parameters_on(kind))
@@ -258,8 +258,8 @@ def _place(resume: Path | None, out: Path | None) -> Path:
 
 def _recording_of(place: Path, video: Path | None) -> "Recording | None":
     """Return where the recording of a sweep that was begun is: where it is said to be now, else where its plan says."""
-    from pftrack.sweep import Recording
     from pftrack.sweep import resume as journal_of
+    from pftrack.sweep.recording import Recording
 
     footage = journal_of(place).plan.footage
     if footage is None:
@@ -288,7 +288,8 @@ def _estimate(plan: "Plan", jobs: int, recording: "Recording | None", *, json: b
 def _compute(
     plan: "Plan | None", out: Path, jobs: int, cluster: str | None, recording: "Recording | None", *, json: bool
 ) -> None:
-    from pftrack.sweep import SweepStopped, carry_out, summary
+    from pftrack.sweep import carry_out, summary
+    from pftrack.sweep.axis import SweepStopped
 
     begun = perf_counter()
     with _stoppable() as stop, _bar(plan.experiment if plan else out.stem) as show:
@@ -310,8 +311,8 @@ def _compute(
 
 
 def _print(result: "Result", seconds: float) -> None:
-    from pftrack.core.model.own_account import MEAN_LOSS_PROBABILITY
-    from pftrack.sweep import cells
+    from pftrack.core.model.measures import MEAN_LOSS_PROBABILITY
+    from pftrack.sweep.cells import cells
 
     rows = []
     plan, judged = result.plan, result.plan.has_truth

@@ -3,12 +3,20 @@
 A file is written beside its place under a hidden name of its own, brought to the disk, and only then renamed.
 """
 
+import csv
+import io
+import logging
 import os
+import re
 import secrets
 import shutil
+import threading
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Final
 
-__all__ = ["free_bytes", "part_of", "settle", "write_whole"]
+import numpy as np
+from numpy.typing import NDArray
 
 
 def free_bytes(folder: Path) -> int:
@@ -51,3 +59,70 @@ def write_whole(path: Path, data: bytes) -> None:
         settle(part, path)
     finally:
         part.unlink(missing_ok=True)
+
+
+# Tables as CSV that a spreadsheet shows and does not compute.
+#
+# Names in tables come from files of anybody. A spreadsheet takes a cell that begins with one of a few characters for a
+# formula, which may ask other machines and read other cells. So an apostrophe stands before such a text: a spreadsheet
+# shows what follows it, and other programs see it. Numbers stay as they are, whatever their sign.
+
+BEGINNING: Final = re.compile(r"(^\s*|[;\t\r\n])(?=[=+\-@＝＋－＠])")  # noqa: RUF001 - wide forms stand for the others
+"""Where a formula begins: with the cell, or where a spreadsheet of another language cuts it."""
+FIGURE: Final = r"[-+]?[\d.,]+(?:e[-+]?\d+)?"
+NUMBERS: Final = re.compile(rf"(?:{FIGURE}|[-+]?(?:inf|nan))(?: \({FIGURE} to {FIGURE}\))?")
+"""A number, and one with its interval."""
+
+
+def literal(text: str) -> str:
+    """Return the text of a cell that every spreadsheet shows as it is."""
+    return text if NUMBERS.fullmatch(text) else BEGINNING.sub(r"\1'", text)
+
+
+def csv_text(rows: Iterable[Iterable[str]]) -> str:
+    """Return rows of cells as CSV, quoted where needed."""
+    file = io.StringIO()
+    csv.writer(file, lineterminator="\n").writerows([literal(cell) for cell in row] for row in rows)
+    return file.getvalue()
+
+
+# Pictures as keys of caches: a frame is tracked first and drawn then, and what it comes to is needed both times.
+
+
+class PictureKey:
+    """A picture as a key: equal to itself alone. As long as it is kept, no other has its identity.
+
+    A picture that may be written should not be kept so: it may become another.
+    """
+
+    def __init__(self, image_rgb: NDArray[np.uint8]) -> None:
+        self.image_rgb = image_rgb
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, PictureKey) and other.image_rgb is self.image_rgb
+
+    def __hash__(self) -> int:
+        return id(self.image_rgb)
+
+
+# Warnings that are given once: what goes wrong in one frame mostly does in all that follow.
+
+logger = logging.getLogger(__name__)
+
+_warned: set[str] = set()
+_lock = threading.Lock()
+
+
+def warn_once(about: str, message: str, error: Exception | None = None) -> None:
+    """Log a warning, unless there was one about the same in this process.
+
+    Args:
+        about: What it is about; further ones about it are left out, whatever they say.
+        message: The warning, a sentence.
+        error: What was raised; the log then says where.
+    """
+    with _lock:
+        if about in _warned:
+            return
+        _warned.add(about)
+    logger.warning(message, exc_info=error)

@@ -16,9 +16,12 @@ else (command line, server, sweeps) finds an experiment through `find` or `EXPER
 - `trajectories`: points that are followed through outliers, each by itself (Ichimura and Ikoma).
 """
 
+from pftrack.core.model.diagnostics import Step
 from pftrack.core.model.plot import Plot, Reading
-from pftrack.core.model.sequence import Kind
-from pftrack.experiments.experiment import Experiment, Preset, Setup, Step
+from pftrack.core.model.preset import Preset
+from pftrack.core.model.setup import Setup
+from pftrack.core.model.source import Kind
+from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.registry import NAME, Plugin, Registry
 
 __all__ = [

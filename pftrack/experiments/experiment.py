@@ -10,31 +10,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.calibration import STANDARD_CALIBRATION, Calibration, Direction, reasons
-from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.export import Export
-from pftrack.core.model.failure import Failure
-from pftrack.core.model.finder import Finder
-from pftrack.core.model.frame import Frame, Target
-from pftrack.core.model.glossary import Section, Term
-from pftrack.core.model.layer import Layer
+from pftrack.core.model.band import STANDARD_CALIBRATION, Calibration, Direction, reasons
+from pftrack.core.model.diagnostics import Diagnostics, Draw, Step
+from pftrack.core.model.drawing import Layer, World
+from pftrack.core.model.glossary import Citation, Section, Term
 from pftrack.core.model.marks import Mark, read_mark
-from pftrack.core.model.measures import HIT_RATE, Measure
-from pftrack.core.model.own_account import MEAN_LOSS_PROBABILITY, own_account
+from pftrack.core.model.measures import HIT_RATE, MEAN_LOSS_PROBABILITY, Measure, own_account
 from pftrack.core.model.parameters import Declaration, ParameterError, Parameters, Value, declarations
 from pftrack.core.model.plot import STANDARD_PLOTS, STANDARD_READINGS, Plot, Reading
-from pftrack.core.model.preset import ExampleSweep, Preset
-from pftrack.core.model.recipe import Footage, Recipe
-from pftrack.core.model.references import Citation
-from pftrack.core.model.sequence import Kind
+from pftrack.core.model.preset import ExampleSweep, Failure, Preset
+from pftrack.core.model.recipe import NO_PARAMETERS, Footage, Recipe, check_tracker
 from pftrack.core.model.series import Series, SeriesValue, join
-from pftrack.core.model.setup import OnVideo, Setup, Suits
-from pftrack.core.model.step import Draw, Step
-from pftrack.core.model.timeline import NO_PARAMETERS, check_tracker
+from pftrack.core.model.setup import Export, Finder, OnVideo, Setup, Suits
+from pftrack.core.model.source import Frame, Kind, Target
 from pftrack.core.model.tracker import Tracker, with_readers
-from pftrack.core.model.world import World
-from pftrack.experiments.shared.filter_interface import FilterInterface
-from pftrack.experiments.shared.loss_probability.declaration import NOTHING_DECLARED, LossDeclaration
+from pftrack.experiments.shared.beliefs import FilterInterface
+from pftrack.experiments.shared.loss_probability import NOTHING_DECLARED, LossDeclaration
 from pftrack.filters.learning.guidance import Guidance
 from pftrack.sources.results.table import Box
 from pftrack.sources.truth import BOXES, TruthKind

@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 
 from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.compiled import compiled
-from pftrack.core.numerics.gaussian import Gaussian
 from pftrack.core.numerics.matrices import contiguous_copy
-from pftrack.core.numerics.random import Generator
+from pftrack.core.numerics.random import Gaussian, Generator
 from pftrack.filters import affine_pose
 from pftrack.filters.layers import Projection
 from pftrack.filters.sequential import condition, predict_second_order

@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from pftrack.core.geometry.rotation import derivatives, rotation
 from pftrack.core.numerics.checks import check, check_count
 from pftrack.core.numerics.compiled import compiled
-from pftrack.core.numerics.gaussian import Gaussian
 from pftrack.core.numerics.matrices import cholesky, multiply, product
-from pftrack.core.numerics.random import Generator
+from pftrack.core.numerics.random import Gaussian, Generator
 from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.filters.resampling import systematic
 from pftrack.filters.sequential import condition, decorrelate

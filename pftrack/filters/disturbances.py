@@ -16,11 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.linear import LinearChain
+from pftrack.core.model.tracker import LinearChain
 from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.compiled import compiled
-from pftrack.core.numerics.gaussian import log_densities
 from pftrack.core.numerics.matrices import contiguous_copy, multiply, solve
+from pftrack.core.numerics.random import log_densities
 
 __all__ = ["Disturbances", "smooth_disturbances"]
 

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.numerics.checks import check
-from pftrack.core.numerics.gaussian import Gaussian, symmetrise
 from pftrack.core.numerics.matrices import product
+from pftrack.core.numerics.random import Gaussian, symmetrise
 from pftrack.filters.kalman import condition
 
 __all__ = ["predict", "update"]

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.numerics.checks import check, check_count
-from pftrack.core.numerics.gaussian import Gaussian
 from pftrack.core.numerics.matrices import product
+from pftrack.core.numerics.random import Gaussian
 from pftrack.filters.dynamics import LinearDynamics
 from pftrack.filters.particles import ParticleSet
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.compiled import compiled
-from pftrack.core.numerics.gaussian import Gaussian, log_densities
 from pftrack.core.numerics.matrices import contiguous_copy, multiply, product, solve, solve_system
+from pftrack.core.numerics.random import Gaussian, log_densities
 from pftrack.filters.dynamics import LinearDynamics
 
 __all__ = [

@@ -15,8 +15,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.numerics.gaussian import Gaussian
-from pftrack.core.numerics.random import Generator
+from pftrack.core.numerics.random import Gaussian, Generator
 
 __all__ = ["Projection", "UpperLayer"]
 

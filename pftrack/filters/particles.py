@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials
-from pftrack.core.numerics.sums import inner_product, total
+from pftrack.core.numerics.matrices import inner_product, total
 
 __all__ = ["ParticleSet", "moments", "normalise"]
 

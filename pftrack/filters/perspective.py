@@ -12,13 +12,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.geometry.camera import pinhole, pinhole_jacobian
 from pftrack.core.geometry.rotation import derivatives, rotation, turn
 from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.compiled import compiled
-from pftrack.core.numerics.gaussian import Gaussian
-from pftrack.core.numerics.matrices import contiguous_copy, multiply
-from pftrack.core.numerics.random import Generator
+from pftrack.core.numerics.matrices import contiguous_copy, multiply, pinhole, pinhole_jacobian
+from pftrack.core.numerics.random import Gaussian, Generator
 from pftrack.filters.layers import Projection
 from pftrack.filters.sequential import condition, predict_second_order
 

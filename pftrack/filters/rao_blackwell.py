@@ -19,9 +19,8 @@ from numpy.typing import NDArray
 from pftrack.core.numerics.checks import check, check_count
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials
-from pftrack.core.numerics.gaussian import Gaussian
 from pftrack.core.numerics.matrices import factorise, multiply, substitute
-from pftrack.core.numerics.random import Generator
+from pftrack.core.numerics.random import Gaussian, Generator
 from pftrack.filters import affine_pose
 from pftrack.filters.affine import AffineLayer
 from pftrack.filters.particles import moments, normalise

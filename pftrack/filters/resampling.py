@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 from pftrack.core.numerics.checks import check, check_count
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials
+from pftrack.core.numerics.matrices import total
 from pftrack.core.numerics.random import Generator, uniforms
-from pftrack.core.numerics.sums import total
 from pftrack.filters.particles import ParticleSet
 
 __all__ = [

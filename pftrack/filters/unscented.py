@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.compiled import compiled
-from pftrack.core.numerics.gaussian import Gaussian, log_density, symmetrise
 from pftrack.core.numerics.matrices import factorise, multiply, solve
+from pftrack.core.numerics.random import Gaussian, log_density, symmetrise
 
 __all__ = ["Function", "predict", "transform", "update", "update_batch"]
 

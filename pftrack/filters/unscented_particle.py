@@ -20,9 +20,8 @@ from numpy.typing import NDArray
 
 from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.compiled import compiled
-from pftrack.core.numerics.gaussian import log_density
 from pftrack.core.numerics.matrices import factorise, multiply
-from pftrack.core.numerics.random import Generator
+from pftrack.core.numerics.random import Generator, log_density
 from pftrack.filters import bootstrap
 from pftrack.filters.dynamics import LinearDynamics
 from pftrack.filters.particles import ParticleSet, normalise

@@ -30,26 +30,21 @@ from functools import partial
 from pathlib import Path
 from time import process_time
 
-from pftrack.reproduce import calibration, loss_probability, signals
-from pftrack.reproduce.ball import counts, maps, motion, occlusion, oracle, other_scene, sensitivity
-from pftrack.reproduce.costs import SECONDS
+from pftrack.reproduce import calibration, hand, loss_probability, prism, signals, trajectories
+from pftrack.reproduce import hand as hand_steps
+from pftrack.reproduce import trajectories as corners
+from pftrack.reproduce.ball import motion, occlusion, study
 from pftrack.reproduce.diagnosis import confusion as diagnosis
-from pftrack.reproduce.finding import Finding, describe_verdicts, not_run
-from pftrack.reproduce.fish import learning as fish_learning
+from pftrack.reproduce.finding import Entry, Finding, Form, Record, describe_verdicts, not_run, read_record
 from pftrack.reproduce.fish import success as fish
-from pftrack.reproduce.hand import steps as hand_steps
-from pftrack.reproduce.hand import table as hand
+from pftrack.reproduce.fish import trials as fish_learning
 from pftrack.reproduce.head import pose as head
 from pftrack.reproduce.histogram import table as histogram
+from pftrack.reproduce.linkage import kalman, regions
 from pftrack.reproduce.linkage import kalman as linkage
-from pftrack.reproduce.linkage import lines, regions, set_algebra
-from pftrack.reproduce.pool import Pool
-from pftrack.reproduce.prism import pose as prism
-from pftrack.reproduce.record import Entry, Form, Record, read_record
+from pftrack.reproduce.pool import SECONDS, Pool
 from pftrack.reproduce.sources import hash_sources
 from pftrack.reproduce.structure import shape as structure
-from pftrack.reproduce.trajectories import pictures as corners
-from pftrack.reproduce.trajectories import tracks as trajectories
 
 __all__ = ["RESULTS", "Entry", "Finding", "Pool", "Record", "describe_verdicts", "is_older", "read_record", "reproduce"]
 
@@ -60,12 +55,12 @@ RESULTS: dict[str, Callable[[Pool, bool], list[Finding]]] = {
     "kalman-sine": signals.kalman_sine,
     "sample-count-signal": signals.sample_count,
     "dimension": signals.dimension,
-    "one-step": oracle.one_step,
+    "one-step": study.one_step,
     "occlusion": occlusion.coarse_map,
-    "sensitivity": sensitivity.variations,
-    "wide-swing": other_scene.wide_swing,
-    "sample-count": counts.sample_count,
-    "maps": maps.whole_protocol,
+    "sensitivity": study.variations,
+    "wide-swing": occlusion.wide_swing,
+    "sample-count": study.sample_count,
+    "maps": occlusion.whole_protocol,
     "learning": motion.unobstructed,
     "learning-clutter": motion.clutter,
     "prism": prism.pose,
@@ -95,12 +90,12 @@ RESULTS: dict[str, Callable[[Pool, bool], list[Finding]]] = {
     "linkage-confident": linkage.confident,
     "linkage-recovery": linkage.recovery,
     "linkage-space": linkage.space,
-    "linkage-strips": set_algebra.algebra,
+    "linkage-strips": regions.algebra,
     "linkage-regions": regions.containment,
     "linkage-ingredients": regions.ingredients,
     "linkage-regions-space": regions.space,
     "linkage-variants": regions.variants,
-    "linkage-lines": lines.lines,
+    "linkage-lines": kalman.lines,
     "diagnosis": diagnosis.confusion,
 }
 """All results by name: functions of a pool and of whether the whole protocol is to be run."""

@@ -10,11 +10,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pftrack.core.model.parameters import Value
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.experiments.head.trackers.parameters import AS_PUBLISHED
+from pftrack.experiments.head.parameters import AS_PUBLISHED
 from pftrack.reproduce.finding import OWN, Finding, Own, Unexplained, claim, compare
 from pftrack.reproduce.pool import Pool
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 
 __all__ = ["coverage"]
 

@@ -4,40 +4,113 @@ They are fitted on some scenes that are drawn at random, and judged here on othe
 where the expected calibration error in these is at most 0.05. No publication has such figures of these trackers.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.model.parameters import revise
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.experiments.experiment import Experiment
-from pftrack.experiments.shared.loss_probability import scores
-from pftrack.experiments.shared.loss_probability.declaration import MOST_ERROR
-from pftrack.experiments.shared.loss_probability.logistic import Logistic, fit
-from pftrack.experiments.shared.loss_probability.model import LossModel, Past, follow_features
-from pftrack.experiments.shared.loss_probability.scenes import FIRST_JUDGED, Scenes
-from pftrack.experiments.shared.loss_probability.signals import signal_names
+from pftrack.experiments.shared import loss_probability
+from pftrack.experiments.shared.loss_probability import (
+    FIRST_JUDGED,
+    MOST_ERROR,
+    Bin,
+    Delays,
+    Logistic,
+    LossModel,
+    Past,
+    Roc,
+    Scenes,
+    fit,
+    follow_features,
+)
+from pftrack.experiments.shared.signals import signal_names
 from pftrack.output.figures.picture import save
+from pftrack.output.figures.style import CURVE_COLOURS, INK, LETTERS_PT, TWO_COLUMNS_IN, new_figure
 from pftrack.reproduce.finding import Finding, Own, claim, not_run
-from pftrack.reproduce.loss_figures import draw_scores
 from pftrack.reproduce.pool import Pool
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 
-__all__ = [
-    "Case",
-    "Judgement",
-    "Witnessed",
-    "cases",
-    "fit_model",
-    "judge",
-    "loss_probabilities",
-    "scenes_of",
-    "signals_of",
-    "witness",
-]
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Figures of the probabilities by which trackers say that they have lost their target, a small panel a tracker.
+#
+# - Reliability: of the frames in which a probability is said, the share that are lost; a dot a bin, the larger the more
+#   frames it has, and all on the diagonal where the probability is true.
+# - Receiver operating characteristic: the share of the lost frames that a threshold tells, over the share of the others
+#   that it tells wrongly.
+# - Delays: the share of the losses that have been told so many frames after they began.
+
+Scores: TypeAlias = tuple[Sequence[Bin], Roc, Delays]
+"""Of a tracker: frames by their probability, what thresholds tell, and how soon losses were told."""
+
+FIGURES = ("loss-reliability", "loss-roc", "loss-delays")
+
+COLUMNS, HIGH_IN, FOOT_IN = 5, 1.5, 0.4
+LAST_FRAME = 20
+LARGEST_DOT, SMALLEST_DOT = 60.0, 4.0
+LINE_PT, TITLE_PT = 1.3, 7
+
+
+def draw_scores(found: Mapping[tuple[str, str], Scores]) -> "dict[str, Figure]":
+    """Return the figures by name, of trackers by experiment and name."""
+    drawings = (
+        (_draw_reliability, "probability that is said", "share that is lost"),
+        (_draw_roc, "share of the other frames", "share of the lost frames"),
+        (_draw_delays, "frames since the loss began", "share of the losses"),
+    )
+    experiments = list(dict.fromkeys(experiment for experiment, _ in found))
+    figures = {}
+    for name, (draw, across, up) in zip(FIGURES, drawings, strict=True):
+        rows = -(-len(found) // COLUMNS)
+        figure, panels = new_figure(
+            rows * HIGH_IN + FOOT_IN, width=TWO_COLUMNS_IN, rows=rows, columns=COLUMNS, share="xy"
+        )
+        for panel, ((experiment, tracker), scores) in zip(panels, found.items(), strict=False):
+            draw(panel, scores, CURVE_COLOURS[experiments.index(experiment) % len(CURVE_COLOURS)])
+            panel.set_title(f"{experiment}, {tracker}", fontsize=TITLE_PT)
+            panel.set_ylim(-0.04, 1.04)
+        for panel in panels[len(found) :]:
+            panel.set_visible(False)
+        for panel in panels[max(len(found) - COLUMNS, 0) : len(found)]:
+            panel.tick_params(labelbottom=True)
+        figure.supxlabel(across, fontsize=LETTERS_PT)
+        figure.supylabel(up, fontsize=LETTERS_PT)
+        figures[name] = figure
+    return figures
+
+
+def _draw_reliability(panel: "Axes", scores: Scores, colour: str) -> None:
+    bins, _, _ = scores
+    shares = np.array([one.frames for one in bins]) / sum(one.frames for one in bins)
+    said, lost = [one.probability for one in bins], [one.lost for one in bins]
+    panel.plot([0, 1], [0, 1], color=INK["frame"], linewidth=LINE_PT, linestyle="dashed")
+    panel.plot(said, lost, color=colour, linewidth=LINE_PT)
+    panel.scatter(said, lost, s=np.maximum(LARGEST_DOT * np.sqrt(shares), SMALLEST_DOT), color=colour)
+
+
+def _draw_roc(panel: "Axes", scores: Scores, colour: str) -> None:
+    _, roc, _ = scores
+    panel.plot([0, 1], [0, 1], color=INK["frame"], linewidth=LINE_PT, linestyle="dashed")
+    panel.plot(roc.false_alarms, roc.told, color=colour, linewidth=LINE_PT)
+    panel.text(1.0, 0.04, f"{roc.area:.3f}", fontsize=LETTERS_PT, ha="right")
+
+
+def _draw_delays(panel: "Axes", scores: Scores, colour: str) -> None:
+    _, _, delays = scores
+    frames = np.arange(LAST_FRAME + 1)
+    told = np.array([sum(one <= frame for one in delays.frames) for frame in frames]) / max(delays.losses, 1)
+    panel.step(frames, told, where="post", color=colour, linewidth=LINE_PT)
+    panel.text(LAST_FRAME, 0.04, f"{delays.losses} losses", fontsize=LETTERS_PT, ha="right")
+
 
 OURS = Own("this project, docs/explanation/loss.md")
 RIDGE = 10.0
@@ -82,16 +155,16 @@ class Judgement:
         delays: How soon losses were told.
     """
 
-    bins: tuple[scores.Bin, ...]
+    bins: tuple[loss_probability.Bin, ...]
     brier: float
     base: float
-    roc: scores.Roc
-    delays: scores.Delays
+    roc: loss_probability.Roc
+    delays: loss_probability.Delays
 
     @property
     def error(self) -> float:
         """Expected calibration error."""
-        return scores.calibration_error(self.bins)
+        return loss_probability.calibration_error(self.bins)
 
     @property
     def is_true(self) -> bool:
@@ -149,11 +222,11 @@ def judge(regression: Logistic, seen: Sequence[Witnessed]) -> Judgement:
     told = [(regression.probabilities(one.features), one.lost) for one in seen]
     probabilities, lost = (np.concatenate(column) for column in zip(*told, strict=True))
     return Judgement(
-        scores.reliability(probabilities, lost),
-        scores.brier(probabilities, lost),
-        scores.brier(np.full(len(lost), lost.mean()), lost),
-        scores.roc(probabilities, lost),
-        scores.delays(told),
+        loss_probability.reliability(probabilities, lost),
+        loss_probability.brier(probabilities, lost),
+        loss_probability.brier(np.full(len(lost), lost.mean()), lost),
+        loss_probability.roc(probabilities, lost),
+        loss_probability.delays(told),
     )
 
 

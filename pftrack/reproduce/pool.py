@@ -10,11 +10,10 @@ from time import monotonic, process_time
 from types import TracebackType
 from typing import Self, TypeVar
 
-from pftrack.sweep import Plan, Progress, Result, SweepError, carry_out, partial_of, read_result
+from pftrack.sweep import Plan, Progress, Result, carry_out, partial_of, read_result
+from pftrack.sweep.axis import SweepError
 from pftrack.sweep.driver import open_workers
-from pftrack.sweep.workers import Workers
-
-__all__ = ["Pool"]
+from pftrack.sweep.work import Workers
 
 Item = TypeVar("Item")
 Outcome = TypeVar("Outcome")
@@ -150,3 +149,55 @@ def _transform(function: Callable[[Item], Outcome], items: list[Item]) -> tuple[
     """Return the outcomes of a piece of work, and the processor time that it took, s."""
     began = process_time()
     return [function(item) for item in items], process_time() - began
+
+
+# What the results cost, so that the cheap ones come first and a bar can say how long is left.
+
+SECONDS: dict[str, tuple[float, float]] = {
+    "kalman-sine": (1.0, 24),
+    "sample-count-signal": (1.5, 24),
+    "dimension": (3.9, 69),
+    "one-step": (1.6, 3),
+    "occlusion": (3.3, 101),
+    "sensitivity": (2.3, 58),
+    "wide-swing": (1.5, 135),
+    "sample-count": (3.2, 56),
+    "maps": (0.0, 700),
+    "learning": (3.2, 19),
+    "learning-clutter": (0.0, 346),
+    "prism": (5.4, 30),
+    "prism-readings": (2.5, 5),
+    "prism-perspective": (1.8, 20),
+    "pose-filters": (0.3, 2),
+    "head": (7.4, 1800),
+    "calibration": (2.7, 900),
+    "loss": (0.0, 427),
+    "structure": (0.9, 21),
+    "structure-face": (2.2, 21),
+    "histogram": (5.0, 77),
+    "histogram-trackers": (0.0, 56),
+    "trajectories": (8.6, 45),
+    "corners": (4.7, 23),
+    "fish-offline": (0.0, 27),
+    "fish": (10.1, 500),
+    "fish-ablations": (0.0, 900),
+    "hand": (3.4, 56),
+    "hand-switches": (3.8, 12),
+    "hand-scoring": (0.0, 148),
+    "hand-particles": (0.0, 33),
+    "hand-steps": (0.0, 0),
+    "linkage-algebra": (0.0, 0),
+    "linkage-cross": (1.4, 111),
+    "linkage-static": (3.1, 7),
+    "linkage-confident": (1.2, 3),
+    "linkage-recovery": (0.3, 1),
+    "linkage-space": (1.4, 29),
+    "linkage-strips": (0.1, 0),
+    "linkage-regions": (3.4, 17),
+    "linkage-ingredients": (5.0, 12),
+    "linkage-regions-space": (1.0, 10),
+    "linkage-variants": (0.8, 5),
+    "linkage-lines": (1.9, 57),
+    "diagnosis": (0.0, 418),
+}
+"""Processor time in the quick form and in the full one, s, as measured on one core; 0 where there is no quick form."""

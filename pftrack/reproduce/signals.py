@@ -5,10 +5,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pftrack.core.model.parameters import Value
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.reproduce.finding import FEWER, PROTOCOL, TRIALS, Finding, claim, compare, three_errors
 from pftrack.reproduce.pool import Pool
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 
 __all__ = ["dimension", "kalman_sine", "sample_count"]
 

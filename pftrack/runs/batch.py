@@ -15,13 +15,15 @@ from numpy.typing import NDArray
 
 from pftrack.core.model.measures import EvaluatedRun, evaluate
 from pftrack.core.model.parameters import Parameters, Value, revise
+from pftrack.core.model.recipe import Change
 from pftrack.core.model.series import reduce
+from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import History, Source
 from pftrack.core.model.tracker import Tracker, TrackState
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.experiments.experiment import Experiment, Setup
+from pftrack.experiments.experiment import Experiment
 from pftrack.runs.loss_probability import measure_loss_probability
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 from pftrack.runs.scoring import allowed_loss, estimates_hash, extent_series, judge, reductions
 
 __all__ = ["Outcome", "outcomes"]

@@ -10,11 +10,12 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from pftrack.core.model.band import EstimateBand
 from pftrack.core.model.parameters import Parameters, Value, revise
+from pftrack.core.model.recipe import Change
+from pftrack.core.numerics.statistics import chi_square_limit
 from pftrack.experiments.experiment import Experiment
-from pftrack.runs.run import Change, Run
-
-__all__ = ["Counts", "Coverage", "count_held", "measured_parameters", "measured_run", "pool_counts"]
+from pftrack.runs.run import Run
 
 Counts: TypeAlias = Mapping[str, Mapping[float, tuple[int, int]]]
 """Of one run: how many numbers a band has held, and how many there were, by what it is about and by its share."""
@@ -109,3 +110,86 @@ def _pool(of: str, promised: float, pairs: Sequence[tuple[int, int]]) -> Coverag
     spread = float(np.square(held - share * total).sum())
     error = float(np.sqrt(spread * runs / (runs - 1)) / total.sum()) if runs > 1 else float("nan")
     return Coverage(of, promised, share, error, runs)
+
+
+# Consistency: whether a filter is as sure as it may be, by the squares of its errors in the deviations that it told.
+#
+# - NEES, the normalised estimation error squared, compares the estimate with the truth, where that is known;
+# - NIS, the normalised innovation squared, compares each measurement with what was expected of it, and needs no truth.
+#
+# Both are told for one number, so that each is 1 on average if the filter is right: above it is too sure of itself,
+# below it could be surer. Innovations of a right filter are independent, so the mean NIS has limits, from the
+# chi-square distribution of the sum. Errors of the estimate in frames in a row are alike, so a mean NEES of one run has
+# none (Bar- Shalom, Li, Kirubarajan 2001, section 5.4).
+
+LIMIT_DIGITS = 6
+"""The last digits of a quantile hang on the library that computes it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Consistency:
+    """How large errors are in the deviations that were told, squared.
+
+    Attributes:
+        nees: Mean over frames and coordinates; None where no truth is known, or the estimate has no deviation.
+        nis: Mean over all numbers that were measured; None of a tracker that tells no innovation.
+        nis_limits: Between which the mean NIS of a right filter is with a probability of 95 %; None without.
+    """
+
+    nees: float | None = None
+    nis: float | None = None
+    nis_limits: tuple[float, float] | None = None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON values by name."""
+        return {
+            "nees": self.nees,
+            "nis": self.nis,
+            "nis_limits": None if self.nis_limits is None else list(self.nis_limits),
+        }
+
+
+def measure_consistency(runs: Sequence[Run], first: int = 1, end: int | None = None) -> Consistency:
+    """Return how consistent some frames of several runs are.
+
+    Args:
+        runs: Of the same recording and settings with other random numbers.
+        first: The first frame that counts.
+        end: The frame after the last; after all that were computed if not given.
+    """
+    squares = [square for run in runs for square in _squared_errors(run, first, end)]
+    nees = float(np.mean(squares)) if squares else None
+    innovations = [_sum_innovations(run, first, end) for run in runs]
+    # Runs of the same recording share what was measured: together they tell no more of it than one.
+    freedom = round(float(np.mean([count for _, count in innovations]))) if innovations else 0
+    if freedom < 1:
+        return Consistency(nees)
+    low, high = (round(chi_square_limit(freedom, level) / freedom, LIMIT_DIGITS) for level in (0.025, 0.975))
+    return Consistency(nees, float(np.mean([total for total, _ in innovations])) / freedom, (low, high))
+
+
+def _squared_errors(run: Run, first: int, end: int | None) -> list[float]:
+    """Return the square of each coordinate's error in its deviations, where both are known."""
+    bands = [band for band in run.experiment.calibration.bands if isinstance(band, EstimateBand)]
+    found: list[float] = []
+    for row in run.diagnostics[first:end]:
+        tracker = run.tracker_at(row.frame)
+        if row.truth is None or not any(not band.trackers or tracker in band.trackers for band in bands):
+            continue
+        for estimate, sigma, truth in zip(row.estimate, row.sigma, row.truth, strict=False):
+            square = ((estimate - truth) / sigma) ** 2 if sigma > 0 else np.nan
+            if np.isfinite(square):
+                found.append(square)
+    return found
+
+
+def _sum_innovations(run: Run, first: int, end: int | None) -> tuple[float, float]:
+    """Return the sum of the normalised innovations squared, and of their degrees of freedom."""
+    total = count = 0.0
+    for row in run.diagnostics[first:end]:
+        known = {series.role: series.name for series in run.experiment.trackers[run.tracker_at(row.frame)].series}
+        if "nis" in known and "nis_freedom" in known:
+            squared, freedom = row.number(known["nis"]), row.number(known["nis_freedom"])
+            if np.isfinite(squared) and freedom > 0:
+                total, count = total + squared, count + freedom
+    return total, count

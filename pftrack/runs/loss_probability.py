@@ -6,22 +6,17 @@ It is told from the rows when it is asked for: a run costs nothing for it, and r
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.model import series
 from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.measures import evaluate
-from pftrack.core.model.own_account import MEAN_LOSS_PROBABILITY
-from pftrack.experiments.shared.loss_probability.model import Past
+from pftrack.core.model.measures import MEAN_LOSS_PROBABILITY, evaluate
+from pftrack.experiments.shared.loss_probability import LOSS_PROBABILITY, Past
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import evaluated_run
-
-__all__ = [
-    "LossAccount",
-    "loss_probabilities",
-    "measure_loss_probability",
-]
 
 
 def loss_probabilities(run: Run) -> NDArray[np.float64]:
@@ -65,3 +60,34 @@ class LossAccount:
                 self._past, told = models[tracker].follow(self._past, rows)
             self._told += told.tolist()
         return self._told
+
+
+# Columns: the numbers of a run's frames as arrays by name, as files hold them, notebooks show and lessons read them.
+#
+# What every frame has comes under the names of its diagnostics, and what tracker and experiment have measured under
+# `series_NAME`, with the probability that the target is lost, where the tracker has one. A number that is not known is
+# NaN; true and false are 1 and 0.
+
+PREFIX = "series_"
+"""Of the columns of what was measured beside what every frame has."""
+
+
+def columns_of(run: Run) -> dict[str, np.ndarray[Any, Any]]:
+    """Return the columns of all frames that were computed, one row a frame; what no frame has is left out."""
+    rows = [row.as_dict() for row in run.diagnostics]
+    columns = {name: _column([row[name] for row in rows]) for name in rows[0] if name != "series"}
+    for declared in run.experiment.all_series():
+        values = [row.series.get(declared.name) for row in run.diagnostics]
+        if any(value is not None for value in values):
+            columns |= {f"{PREFIX}{name}": column for name, column in series.columns(declared, values).items()}
+    said = loss_probabilities(run)
+    return columns if np.isnan(said).all() else columns | {f"{PREFIX}{LOSS_PROBABILITY.name}": said}
+
+
+def _column(values: list[Any]) -> np.ndarray[Any, Any]:
+    """Return one value a frame as an array; numbers that are missing become NaN."""
+    if any(isinstance(value, str) for value in values):
+        return np.array(values, dtype=np.str_)
+    width = max((len(value) for value in values if isinstance(value, list | tuple)), default=0)
+    missing = [np.nan] * width if width else np.nan
+    return np.array([missing if value is None else value for value in values], dtype=np.float64)

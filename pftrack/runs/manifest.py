@@ -9,8 +9,8 @@ import hashlib
 import json
 from typing import Any
 
-from pftrack.core.model.calibration import DIRECTIONS
-from pftrack.core.model.references import Citation
+from pftrack.core.model.band import DIRECTIONS
+from pftrack.core.model.glossary import Citation
 from pftrack.core.numerics import machine
 from pftrack.core.version import __version__
 from pftrack.runs.run import Run

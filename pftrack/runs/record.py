@@ -22,13 +22,15 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pftrack.core.files import part_of, settle
 from pftrack.core.model.parameters import ParameterError, Value, flat
 from pftrack.core.model.recipe import Footage, Recipe
-from pftrack.core.model.sequence import FrameSequence
-from pftrack.core.model.truth import Truth
+from pftrack.core.model.setup import Setup
+from pftrack.core.model.source import FrameSequence, Truth
 from pftrack.core.numerics import machine
 from pftrack.core.version import __version__
-from pftrack.experiments.experiment import Experiment, Setup
-from pftrack.experiments.own import FilterFileError, experiment_of, with_texts
-from pftrack.runs.columns import columns_of
+from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.own.code import with_texts
+from pftrack.experiments.own.extension import experiment_of
+from pftrack.experiments.own.sliders import FilterFileError
+from pftrack.runs.loss_probability import columns_of
 from pftrack.runs.run import Run
 from pftrack.sources.truth import TruthKind
 

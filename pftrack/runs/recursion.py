@@ -9,18 +9,15 @@ force in each frame; so whoever holds a state and a timeline can enter it at any
 from dataclasses import dataclass, field
 from typing import Any
 
-from pftrack.core.model.diagnostics import Diagnostics, diagnose
-from pftrack.core.model.frame import Frame
+from pftrack.core.model.diagnostics import Diagnostics, Step, diagnose
+from pftrack.core.model.recipe import Timeline
 from pftrack.core.model.series import Series
-from pftrack.core.model.source import Source
-from pftrack.core.model.timeline import Timeline
+from pftrack.core.model.setup import Setup
+from pftrack.core.model.source import Frame, Source
 from pftrack.core.model.tracker import Tracker, TrackState
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.experiments.experiment import Experiment, Setup, Step
-from pftrack.runs.measurements import measurements
-from pftrack.runs.scoring import judge_state
-
-__all__ = ["Recursion"]
+from pftrack.experiments.experiment import Experiment
+from pftrack.runs.scoring import judge_state, measurements
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,3 +109,55 @@ class Recursion:
 
     def _tracker(self, frame: Frame, timeline: Timeline) -> Tracker:
         return self.experiment.trackers[timeline.tracker_at(frame.index)]
+
+
+# Keyframes: whole states kept now and then, so that seeking repeats few steps.
+
+BUDGET_BYTES = 32 * 1024 * 1024
+
+
+class Keyframes:
+    """States at regular intervals, as many as the memory budget allows; the interval doubles when it is used up.
+
+    The newest state is kept beside them, so that coming back from the past repeats no step at all.
+    """
+
+    def __init__(self, interval: int = 8, budget_bytes: int = BUDGET_BYTES) -> None:
+        """Begin with a state every `interval` frames."""
+        self._interval = interval
+        self._budget_bytes = budget_bytes
+        self._states: dict[int, TrackState] = {}
+        self._newest: dict[int, TrackState] = {}
+        self._bytes = 0
+
+    def offer(self, frame: int, state: TrackState) -> None:
+        """Keep the state if its frame is due, as frame 0 always is, or until a newer one comes; once for each frame."""
+        if frame >= max(self._newest, default=0):
+            self._newest = {frame: state}
+        if frame % self._interval or frame in self._states:
+            return
+        self._states[frame] = state
+        self._bytes += state.nbytes
+        while self._bytes > self._budget_bytes and len(self._states) > 1:
+            self._interval *= 2
+            self._states = {index: kept for index, kept in self._states.items() if index % self._interval == 0}
+            self._bytes = sum(kept.nbytes for kept in self._states.values())
+
+    def latest(self, frame: int) -> tuple[int, TrackState]:
+        """Return the newest state that is kept at or before a frame, and its number."""
+        states = self.states
+        index = max(kept for kept in states if kept <= frame)
+        return index, states[index]
+
+    def until(self, frame: int) -> "Keyframes":
+        """Return the keyframes up to a frame; the states are shared."""
+        twin = Keyframes(self._interval, self._budget_bytes)
+        for index, state in self.states.items():
+            if index <= frame:
+                twin.offer(index, state)
+        return twin
+
+    @property
+    def states(self) -> dict[int, TrackState]:
+        """All states that are kept, by ascending frame."""
+        return self._states | self._newest

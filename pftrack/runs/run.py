@@ -6,36 +6,32 @@ restores the nearest one and repeats the few steps from there, to the same numbe
 in the next frame; the past is the past, and a change to it makes a `branch`.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pftrack.core.entry_points import PRESENTERS, load
-from pftrack.core.model.calibration import Direction
-from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.export import Exported
-from pftrack.core.model.measures import evaluate
+from pftrack.core.model.band import Direction
+from pftrack.core.model.diagnostics import Diagnostics, Step
+from pftrack.core.model.measures import LossVerdict, Witness, evaluate, judge_loss
 from pftrack.core.model.parameters import ParameterError, flat, with_role
-from pftrack.core.model.recipe import Recipe
-from pftrack.core.model.timeline import LONGEST_RUN, Change, Timeline
+from pftrack.core.model.recipe import LONGEST_RUN, Change, Recipe, Timeline
+from pftrack.core.model.setup import Exported, Setup
 from pftrack.core.model.tracker import TrackState
 from pftrack.core.numerics.random import LARGEST_KEY, LARGEST_SEED
-from pftrack.experiments.experiment import Experiment, Setup, Step
+from pftrack.experiments.experiment import Experiment
 from pftrack.runs.checkpoint import Checkpoint
-from pftrack.runs.keyframes import Keyframes
-from pftrack.runs.recursion import Recursion
-from pftrack.runs.scoring import estimates_hash, evaluated_run
-from pftrack.runs.summary import Summary, summarise
+from pftrack.runs.recursion import Keyframes, Recursion
+from pftrack.runs.scoring import Summary, estimates_hash, evaluated_run, summarise
 
 if TYPE_CHECKING:
     import pyarrow as pa
-
-
-__all__ = ["LONGEST_RUN", "Change", "EndOfRun", "PastError", "Run", "Timeline"]
 
 
 class EndOfRun(Exception):  # noqa: N818 - an end is not an error
@@ -463,3 +459,37 @@ def _check_length(wanted: int | None, available: int | None, usual: int) -> int:
     if not 1 <= frames <= longest:
         raise ParameterError("frames", frames, f"a whole number between 1 and {longest}")
     return frames
+
+
+# In which frames of a run the target is lost, and who says so.
+
+
+@dataclass(frozen=True)
+class LostFrames:
+    """What is said of the L frames that a run has computed.
+
+    Attributes:
+        verdicts: Of each frame.
+    """
+
+    verdicts: tuple[LossVerdict, ...]
+
+    @property
+    def lost(self) -> NDArray[np.bool_]:
+        """(L,) whether the target is lost; of frames of which nobody says anything it is not."""
+        return np.array([one.lost is True for one in self.verdicts], dtype=np.bool_)
+
+    @property
+    def witnesses(self) -> tuple[Witness, ...]:
+        """Who says so of each frame."""
+        return tuple(one.witness for one in self.verdicts)
+
+
+def find_lost_frames(run: Run) -> LostFrames:
+    """Return in which frames a run has lost its target, as far as it has been computed."""
+    return judge_rows(run.diagnostics)
+
+
+def judge_rows(rows: Sequence[Diagnostics]) -> LostFrames:
+    """Return what is said of the frames of some rows."""
+    return LostFrames(tuple(judge_loss(row.lost, row.searching) for row in rows))

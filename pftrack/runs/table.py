@@ -1,9 +1,9 @@
 """A run as a table: one row a frame, one number a cell, and of every column what it is and in what unit.
 
-CSV, Parquet, NPZ and JSON Lines hold this table, with the same names. They are those of `pftrack.runs.columns`; what is
-more than one number a frame has a column for each, `NAME_PART`: the component's name where it is declared, "low" and
-"high" of an interval, else its place, counted from 0. A number that is not known is missing; 1 is true, 0 is false.
-What no frame of the run has is left out.
+CSV, Parquet, NPZ and JSON Lines hold this table, with the same names. They are those of
+`pftrack.runs.loss_probability`; what is more than one number a frame has a column for each, `NAME_PART`: the
+component's name where it is declared, "low" and "high" of an interval, else its place, counted from 0. A number that is
+not known is missing; 1 is true, 0 is false. What no frame of the run has is left out.
 """
 
 import re
@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from pftrack.core.model.series import Series
 from pftrack.experiments.experiment import Experiment
-from pftrack.experiments.shared.loss_probability.declaration import LOSS_PROBABILITY
-from pftrack.runs.columns import PREFIX, columns_of
+from pftrack.experiments.shared.loss_probability import LOSS_PROBABILITY
+from pftrack.runs.loss_probability import PREFIX, columns_of
 from pftrack.runs.run import Run
 
 if TYPE_CHECKING:

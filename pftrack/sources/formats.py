@@ -10,10 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from pftrack.sources.errors import SourceError
-from pftrack.sources.limits import HEAD_BYTES
-from pftrack.sources.results.form import form_of
-from pftrack.sources.text import decode, delimiter_of
+from pftrack.sources.limits import HEAD_BYTES, SourceError, decode, delimiter_of
+from pftrack.sources.results.numbers import form_of
 
 __all__ = [
     "ALLOWED",

@@ -21,12 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageOps
 
-from pftrack.core.model.sequence import FrameIndex
-from pftrack.sources.cache import BoundedCache
-from pftrack.sources.errors import SourceError
+from pftrack.core.model.source import FrameIndex
 from pftrack.sources.formats import sniff
-from pftrack.sources.limits import HEAD_BYTES, Limits, check_bytes, check_pixels
-from pftrack.sources.ordering import natural_order
+from pftrack.sources.limits import HEAD_BYTES, Limits, SourceError, check_bytes, check_pixels, natural_order
+from pftrack.sources.sequence import BoundedCache
 
 __all__ = ["ImageSequence", "natural_order"]
 

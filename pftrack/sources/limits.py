@@ -1,10 +1,14 @@
 """How large a sequence may be, so that nothing that a stranger brings fills a machine."""
 
+import re
 from dataclasses import dataclass
 
-from pftrack.sources.errors import SourceError
+# What a source says when it cannot be used.
 
-__all__ = ["DEFAULT_LIMITS", "HEAD_BYTES", "Limits", "check_bytes", "check_pixels"]
+
+class SourceError(ValueError):
+    """A sequence of pictures that cannot be used; the message is one sentence: what was wrong, what is allowed."""
+
 
 HEAD_BYTES = 1024
 """How much of a file is looked at to tell what it is."""
@@ -53,3 +57,31 @@ def check_pixels(width: int, height: int, limits: Limits, subject: str) -> None:
         raise SourceError(
             f"{subject} {width} x {height} = {width * height:,} pixels; at most {limits.pixels:,} are allowed"
         )
+
+
+# Natural order: the order in which people number their files, `2.png` before `10.png`.
+
+
+def natural_order(name: str) -> tuple[tuple[int, str], ...]:
+    """Return a sorting key under which runs of digits count as numbers, and letters' case does not matter."""
+    parts = re.split(r"(\d+)", name.casefold(), flags=re.ASCII)
+    return (*((int(part), "") if part.isdecimal() else (-1, part) for part in parts), (-2, name))
+
+
+# Text of files that people have saved with one program or another.
+
+
+def decode(data: bytes) -> str:
+    """Return text, by its mark of byte order, as UTF-8, or else as Windows has it in Western Europe."""
+    for mark, encoding in ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16")):
+        if data.startswith(mark):
+            return data.decode(encoding, "replace")
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError:
+        return data.decode("cp1252", "replace")
+
+
+def delimiter_of(line: str) -> str:
+    """Return what separates the cells of a table's header: the most frequent of comma, semicolon and tab."""
+    return max(",;\t", key=line.count)

@@ -15,12 +15,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.geometry.camera import pinhole
 from pftrack.core.geometry.rotation import rotation
-from pftrack.core.model.frame import Frame, Landmarks, Measurements, Target
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.core.model.source import History
-from pftrack.core.numerics.matrices import product
+from pftrack.core.model.source import Frame, History, Landmarks, Measurements, Target
+from pftrack.core.numerics.matrices import pinhole, product
 from pftrack.core.numerics.random import Purpose, Stream
 
 __all__ = [

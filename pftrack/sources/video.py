@@ -23,13 +23,11 @@ import numpy as np
 from av.video.frame import VideoFrame
 from numpy.typing import NDArray
 
-from pftrack.core.model.sequence import FrameIndex
-from pftrack.sources.cache import BoundedCache
-from pftrack.sources.decoder import Decoder, orientation_of, stored_size
-from pftrack.sources.errors import SourceError
+from pftrack.core.model.source import FrameIndex
+from pftrack.sources.decoder import Decoder, measure, orientation_of, stored_size
 from pftrack.sources.formats import Format
-from pftrack.sources.limits import Limits, check_pixels
-from pftrack.sources.timing import measure
+from pftrack.sources.limits import Limits, SourceError, check_pixels
+from pftrack.sources.sequence import BoundedCache
 
 __all__ = ["VideoSequence"]
 

@@ -14,21 +14,26 @@ What methods are compared by is a *quantity*: success, the error, or a measure t
 In order of use: `parse_axis`, `Plan`, `begin` or `carry_out`, `resume`, `read_result`, `cells`, `samples`, `compare`.
 """
 
-from pftrack.sweep.axis import MOST_RUNS, Axis, parse_axis
+from pftrack.sweep.axis import MOST_RUNS, Axis, SweepError, SweepStopped, parse_axis
 from pftrack.sweep.cells import (
     CellMap,
     Code,
+    Counts,
+    Quantity,
+    Samples,
     Significance,
     cells,
+    columns,
+    count,
+    quantities,
+    quantity_named,
+    samples,
     significance,
 )
 from pftrack.sweep.comparison import Comparison, Paired, UsedTest, compare
-from pftrack.sweep.counts import Counts, columns, count
 from pftrack.sweep.driver import Estimate, Progress, carry_out, estimate
-from pftrack.sweep.errors import SweepError, SweepStopped
 from pftrack.sweep.journal import Journal, begin, partial_of, resume
 from pftrack.sweep.plan import Plan, Single
-from pftrack.sweep.quantities import Quantity, Samples, quantities, quantity_named, samples
 from pftrack.sweep.recording import Recording
 from pftrack.sweep.result import Result, csv_pieces, read_chunk, read_result, rows_of, summary
 

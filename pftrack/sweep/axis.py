@@ -22,11 +22,19 @@ from pftrack.core.model.parameters import (
     describe_allowed,
     parse,
 )
-from pftrack.core.model.sequence import Kind
+from pftrack.core.model.source import Kind
 from pftrack.experiments import Experiment
-from pftrack.sweep.errors import SweepError
 
-__all__ = ["MOST_RUNS", "TRACKER", "Axis", "check", "find_declaration", "parse_axis"]
+# What is wrong with a sweep, in one sentence.
+
+
+class SweepError(ValueError):
+    """A sweep that cannot be made, continued or read; the sentence says why and names both sides."""
+
+
+class SweepStopped(Exception):  # noqa: N818 - somebody asked for it
+    """The sweep was asked to stop; what was computed is kept."""
+
 
 MOST_RUNS = 2_000_000
 """The largest sweep; an axis alone cannot have more values than that."""

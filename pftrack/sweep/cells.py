@@ -7,24 +7,135 @@ chunk by chunk: `count` one table, add, and `cells` makes rates, intervals and m
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
+from itertools import chain, pairwise
 from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.numerics.statistics import chi_square, fisher_exact, holm, wilson
-from pftrack.sweep.axis import Axis
-from pftrack.sweep.counts import OF_MEASURE, SUMS, Counts, columns, count
+from pftrack.sweep import arrow
+from pftrack.sweep.axis import Axis, SweepError
+from pftrack.sweep.plan import Plan
 from pftrack.sweep.result import Result
 
-__all__ = [
-    "CellMap",
-    "Code",
-    "Significance",
-    "cells",
-    "code_significance",
-    "significance",
-]
+# Counts: the runs of a sweep added up by tracker and cell.
+#
+# Sums add up, so that a map can be filled chunk by chunk; `cells` makes rates, intervals and means of them.
+
+SUMS = ("runs", "judged", "successes", "measured", "error", "lost", "counted", "problems")
+"""What is added up: runs; runs with a verdict and those that succeeded; runs whose error counts and their errors; lost
+frames and the runs that know them; runs with a problem."""
+
+COLUMNS = ("tracker", "success", "mean_error", "lost_frames", "problem")
+
+OF_MEASURE = 2
+"""After those, for each measure of the experiment: the sum over the runs that have it, and how many these are."""
+
+
+@dataclass(frozen=True)
+class Counts:
+    """Sums over runs by tracker and cell.
+
+    Attributes:
+        plan: Of the sweep.
+        x: Axis across, or None for a single column.
+        y: Axis down, or None for a single row.
+        sums: (sums, trackers, values of y, values of x), in the order of `SUMS`, then those of the measures.
+    """
+
+    plan: Plan
+    x: Axis | None
+    y: Axis | None
+    sums: NDArray[np.float64]
+
+    def __add__(self, other: "Counts") -> "Counts":
+        return Counts(self.plan, self.x, self.y, self.sums + other.sums)
+
+
+def count(plan: Plan, table: arrow.Table | None, x: str | None, y: str | None = None) -> Counts:
+    """Add up the runs of a table by tracker and cell.
+
+    Args:
+        plan: Of the sweep.
+        table: Some of its rows; none gives sums of zero to begin with.
+        x: Name of the axis across; all values are pooled if None.
+        y: Name of the axis down; all values are pooled if None.
+
+    Raises:
+        SweepError: The sweep has no such axis, or both are the same.
+    """
+    if x is not None and x == y:
+        raise SweepError(f"a map needs two different axes, got {x} twice")
+    across, down = (None if name is None else plan.axis(name) for name in (x, y))
+    shape = len(plan.trackers), len(down.values) if down else 1, len(across.values) if across else 1
+    measures = plan.measures
+    sums = np.zeros((len(SUMS) + OF_MEASURE * len(measures), *shape))
+    if table is not None and len(table):
+        place = row_places(plan, table, across, down)
+        success = table["success"]
+        judged, succeeded = (
+            (~nulls(table, "success")).astype(float),
+            floats(arrow.compute.cast(success, arrow.float64())),
+        )
+        error = floats(table["mean_error"])
+        matters = ~nulls(table, "mean_error") & ((succeeded > 0) | (judged == 0))
+        weights = (
+            np.ones(len(table)),
+            judged,
+            succeeded,
+            matters.astype(float),
+            np.where(matters, error, 0.0),
+            floats(arrow.compute.cast(table["lost_frames"], arrow.float64())),
+            (~nulls(table, "lost_frames")).astype(float),
+            (~nulls(table, "problem")).astype(float),
+            *chain.from_iterable(_weights(table, measure.name) for measure in measures),
+        )
+        size = int(np.prod(shape))
+        for index, weight in enumerate(weights):
+            sums[index] = np.bincount(place, weight, size).reshape(shape)
+    return Counts(plan, across, down, sums)
+
+
+def columns(plan: Plan, x: str | None, y: str | None) -> list[str]:
+    """Return the columns that `count` reads; a result of an earlier version lacks some of the measures'."""
+    measures = (measure.name for measure in plan.measures)
+    return [*COLUMNS, *(name for name in (x, y) if name is not None), *measures]
+
+
+def row_places(plan: Plan, table: arrow.Table, x: Axis | None, y: Axis | None) -> NDArray[np.int64]:
+    """Return for each row its flat index among tracker, y and x."""
+    place = _index(table["tracker"], arrow.array(plan.trackers, arrow.string()))
+    for axis in (y, x):
+        if axis is not None:
+            column = table[axis.name]
+            place = place * len(axis.values) + _index(column, arrow.array(axis.values, column.type))
+    return place
+
+
+def _index(column: arrow.Array, values: arrow.Array) -> NDArray[np.int64]:
+    found: NDArray[np.int64] = arrow.compute.index_in(column, value_set=values).to_numpy().astype(np.int64)
+    return found
+
+
+def _weights(table: arrow.Table, measure: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return for each row its value of a measure, 0 where there is none, and 1 where there is one."""
+    if measure not in table.column_names:  # a table of an earlier version
+        return np.zeros(len(table)), np.zeros(len(table))
+    return floats(table[measure]), (~nulls(table, measure)).astype(float)
+
+
+def nulls(table: arrow.Table, name: str) -> NDArray[np.bool_]:
+    """Return which rows have no value in a column."""
+    missing: NDArray[np.bool_] = arrow.compute.is_null(table[name]).to_numpy()
+    return missing
+
+
+def floats(column: arrow.Array) -> NDArray[np.float64]:
+    """Return a column as numbers, 0 where there is none."""
+    numbers: NDArray[np.float64] = arrow.compute.fill_null(column, 0.0).to_numpy()
+    return numbers
+
 
 CONFIDENCE = 0.95
 
@@ -164,4 +275,150 @@ def _map(counts: Counts, tracker: int) -> CellMap:
     )
     return CellMap(
         counts.x, counts.y, runs, judged, successes, rate, low, high, mean_error, mean_lost, problems, measures
+    )
+
+
+# Quantities: what the trackers of a sweep are compared by, and the values that the runs have of one.
+#
+# They are success, the error, and every measure that the experiment declares. What is shown of one, tested and written
+# down is the same wherever a sweep is looked at: on its page, in its report, and by who asks the library.
+
+COMMON = SUCCESS, ERROR = "success", "error"
+"""Names of the quantities that do not hang on the experiment: no measure may be called so."""
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """Something that every run has one number of, unless it lacks what that needs.
+
+    Attributes:
+        name: "success", "error", or that of a measure.
+        title: What it is, a few words.
+        description: Its definition, one sentence.
+        unit: Of the number; empty for a share, 0..1, or a pure number.
+        better: Whether a "higher" or a "lower" number is better.
+        share: Whether it is between 0 and 1.
+        column: Of the sweep's table.
+        successful: Whether the runs that failed are left out.
+    """
+
+    name: str
+    title: str
+    description: str
+    unit: str
+    better: Literal["higher", "lower"]
+    share: bool
+    column: str
+    successful: bool = False
+
+    @property
+    def label(self) -> str:
+        """Title and unit, as an axis or a column says them."""
+        return f"{self.title}, {self.unit}" if self.unit else self.title
+
+    def means(self, cells: CellMap) -> NDArray[np.float64]:
+        """Return the mean over the runs of each cell, NaN where none has it."""
+        match self.name:
+            case "success":
+                return cells.rate
+            case "error":
+                return cells.mean_error
+            case _:
+                return cells.measures[self.name]
+
+    def gain(self, first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return by how much the first numbers are better than the second."""
+        return first - second if self.better == "higher" else second - first
+
+
+@dataclass(frozen=True)
+class Samples:
+    """The values of a quantity that the runs of every cell have; cells are in row-major order, y before x.
+
+    Attributes:
+        values: By tracker, (n,) for each cell, by number of the run.
+        scenes: By tracker, (n,) for each cell: the scenes that these runs met. Runs of different trackers with the same
+            number met the same scene.
+        shape: (values of y, values of x).
+    """
+
+    values: dict[str, list[NDArray[np.float64]]]
+    scenes: dict[str, list[NDArray[np.int64]]]
+    shape: tuple[int, ...]
+
+
+def quantities(plan: Plan) -> tuple[Quantity, ...]:
+    """Return what the trackers of a sweep can be compared by: success, the error, and the measures as declared."""
+    judged = plan.wiring.judges_loss
+    error = "Mean error of successful runs" if judged else "Mean error"
+    return (
+        Quantity(
+            SUCCESS, "Success rate", "Share of the runs that succeeded.", "", "higher", share=True, column=SUCCESS
+        ),
+        Quantity(
+            ERROR,
+            error,
+            f"Mean over the frames of {'a run that succeeded' if judged else 'a run'}.",
+            plan.wiring.unit,
+            "lower",
+            share=False,
+            column="mean_error",
+            successful=True,
+        ),
+        *(
+            Quantity(it.name, it.title, it.description, it.unit, it.better, share=it.how == "share", column=it.name)
+            for it in plan.measures
+        ),
+    )
+
+
+def quantity_named(plan: Plan, name: str) -> Quantity:
+    """Return a quantity by name.
+
+    Raises:
+        SweepError: The sweep has none of that name.
+    """
+    known = {quantity.name: quantity for quantity in quantities(plan)}
+    if name not in known:
+        raise SweepError(f"the sweep has no measure {name!r}; it has {', '.join(known)}")
+    return known[name]
+
+
+def samples(result: Result, quantity: Quantity, x: str | None, y: str | None = None) -> Samples:
+    """Return the values of a quantity by tracker and cell.
+
+    Args:
+        result: Of the sweep; one of an earlier version may lack a measure.
+        quantity: Of the sweep.
+        x: Name of the axis across; all values are pooled if None.
+        y: Name of the axis down; all values are pooled if None.
+
+    Raises:
+        SweepError: The sweep has no such axis, both are the same, or its files are damaged.
+    """
+    plan, column = result.plan, quantity.column
+    empty = count(plan, None, x, y)
+    shape = empty.sums.shape[2:]
+    wanted = ["run", "tracker", "success", column, *(name for name in (x, y) if name is not None)]
+    places, scenes, values = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros(0)]
+    for piece in result.pieces(list(dict.fromkeys(wanted))):
+        if column not in piece.column_names:
+            continue
+        matters = ~nulls(piece, column)
+        if quantity.successful:
+            matters &= nulls(piece, "success") | (floats(arrow.compute.cast(piece["success"], arrow.float64())) > 0)
+        places.append(row_places(plan, piece, empty.x, empty.y)[matters])
+        # Runs are numbered by condition, trial and tracker, in this order.
+        scenes.append(piece["run"].to_numpy()[matters] // len(plan.trackers))
+        values.append(floats(arrow.compute.cast(piece[column], arrow.float64()))[matters])
+    place, scene, value = np.concatenate(places), np.concatenate(scenes), np.concatenate(values)
+    order = np.argsort(place, kind="stable")
+    width = int(np.prod(shape))
+    edges = np.searchsorted(place[order], np.arange(width * len(plan.trackers) + 1))
+    cells = [order[start:stop] for start, stop in pairwise(edges)]
+    mine = {name: cells[index * width : (index + 1) * width] for index, name in enumerate(plan.trackers)}
+    return Samples(
+        {name: [value[rows] for rows in found] for name, found in mine.items()},
+        {name: [scene[rows] for rows in found] for name, found in mine.items()},
+        shape,
     )

@@ -13,10 +13,9 @@ from time import monotonic
 from typing import Any
 
 from pftrack.core.version import __version__
-from pftrack.sweep.errors import SweepError
+from pftrack.sweep.axis import SweepError
 from pftrack.sweep.recording import Recording, pack
-from pftrack.sweep.work import one_thread, version
-from pftrack.sweep.workers import Done
+from pftrack.sweep.work import Done, one_thread, version
 
 try:
     import dask

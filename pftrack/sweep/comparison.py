@@ -13,9 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.numerics.statistics import paired_mean_interval, paired_rate_interval, rank_sum
-from pftrack.sweep.cells import CONFIDENCE, CellMap, Correction, Significance, Test, code_significance, significance
-from pftrack.sweep.errors import SweepError
-from pftrack.sweep.quantities import Quantity, Samples
+from pftrack.sweep.axis import SweepError
+from pftrack.sweep.cells import (
+    CONFIDENCE,
+    CellMap,
+    Correction,
+    Quantity,
+    Samples,
+    Significance,
+    Test,
+    code_significance,
+    significance,
+)
 
 __all__ = ["TEST_TITLES", "Comparison", "Paired", "UsedTest", "compare"]
 

@@ -11,15 +11,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic
 
-from pftrack.sweep.chunks import Chunks
-from pftrack.sweep.errors import SweepError, SweepStopped
+from pftrack.sweep.axis import SweepError, SweepStopped
 from pftrack.sweep.journal import Journal, begin, resume
 from pftrack.sweep.plan import Plan
-from pftrack.sweep.pool import LocalWorkers
 from pftrack.sweep.recording import Recording
 from pftrack.sweep.result import Result, read_result
-from pftrack.sweep.work import as_text, compute_chunk, measure
-from pftrack.sweep.workers import Workers
+from pftrack.sweep.table import Chunks
+from pftrack.sweep.work import LocalWorkers, Workers, as_text, compute_chunk, measure
 
 __all__ = ["Estimate", "Progress", "carry_out", "estimate", "open_workers"]
 

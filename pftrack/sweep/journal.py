@@ -16,10 +16,9 @@ from typing import Any
 from pftrack.core.files import write_whole
 from pftrack.core.version import __version__
 from pftrack.sweep import arrow
-from pftrack.sweep.chunks import Chunk, Chunks
-from pftrack.sweep.errors import SweepError
+from pftrack.sweep.axis import SweepError
 from pftrack.sweep.plan import Plan
-from pftrack.sweep.table import conform, schema
+from pftrack.sweep.table import Chunk, Chunks, conform, schema
 
 __all__ = ["Journal", "begin", "plan_of", "resume"]
 

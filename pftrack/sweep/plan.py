@@ -16,15 +16,16 @@ from typing import Any, Self, get_args
 
 from pftrack.core.model.measures import Measure
 from pftrack.core.model.parameters import ParameterError, Parameters, Value, revise
-from pftrack.core.model.recipe import Footage, Recipe
-from pftrack.core.model.sequence import Kind
+from pftrack.core.model.recipe import LONGEST_RUN, Change, Footage, Recipe
+from pftrack.core.model.setup import Setup
+from pftrack.core.model.source import Kind
 from pftrack.core.numerics.random import LARGEST_SEED
-from pftrack.experiments import Experiment, Setup
-from pftrack.experiments.own import FilterFileError, extend, outline
+from pftrack.experiments import Experiment
+from pftrack.experiments.own.extension import extend, outline
+from pftrack.experiments.own.sliders import FilterFileError
 from pftrack.runs.record import OpenSequence, wire
-from pftrack.runs.run import LONGEST_RUN, Change, Run
-from pftrack.sweep.axis import MOST_RUNS, TRACKER, Axis, check, find_declaration, value_of
-from pftrack.sweep.errors import SweepError
+from pftrack.runs.run import Run
+from pftrack.sweep.axis import MOST_RUNS, TRACKER, Axis, SweepError, check, find_declaration, value_of
 
 __all__ = ["Plan", "Single"]
 

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from pftrack.core.files import csv_text, literal
 from pftrack.core.model.parameters import Value
-from pftrack.core.spreadsheet import csv_text, literal
 from pftrack.sweep import arrow
-from pftrack.sweep.errors import SweepError
+from pftrack.sweep.axis import SweepError
 from pftrack.sweep.journal import chunk_files, partial_of, plan_of
 from pftrack.sweep.plan import Plan
 from pftrack.sweep.table import conform, schema

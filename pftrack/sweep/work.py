@@ -6,25 +6,27 @@ as text and is understood once in a process.
 
 import json
 import threading
+from collections.abc import Callable
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import islice
 from time import perf_counter
-from typing import TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 import cv2
 
+from pftrack.core.model.setup import Setup
 from pftrack.core.version import __version__
-from pftrack.experiments import Setup
-from pftrack.experiments.own import trust
+from pftrack.experiments.own.code import trust
+from pftrack.process import UNLIMITED, BlockingPool, CallError, ForkServer, WorkerLostError
 from pftrack.runs.batch import outcomes
 from pftrack.sweep import arrow
-from pftrack.sweep.chunks import Chunks
+from pftrack.sweep.axis import SweepError
 from pftrack.sweep.journal import metadata
 from pftrack.sweep.plan import Plan
 from pftrack.sweep.recording import Packed, Recording, setup_of
-from pftrack.sweep.table import compute
-
-__all__ = ["as_text", "compute_chunk", "measure", "one_thread", "version"]
+from pftrack.sweep.table import Chunks, compute
 
 Given: TypeAlias = "Recording | Packed | None"
 
@@ -119,3 +121,119 @@ def _setup(text: str, recording: Given, thread: int) -> Setup:
     """Return what a plan's runs are on; each thread has a decoder of its own."""
     del thread
     return setup_of(_plan(text), recording)
+
+
+# Workers: whoever computes for the driver, here or elsewhere.
+#
+# The driver hands out tasks by number, as many as there are free workers, and takes back what is done. A worker that is
+# lost gives its task back; the driver decides whether it is tried again.
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """What became of a task.
+
+    Attributes:
+        number: Of the task.
+        value: What it returned.
+        lost: How its worker was lost, in words, or empty.
+    """
+
+    number: int
+    value: Any = None
+    lost: str = ""
+
+
+class Workers(Protocol):
+    """A pool of processes or a cluster."""
+
+    def free(self) -> int:
+        """Return how many more tasks can be given out without keeping them waiting for long."""
+
+    def share(self, recording: Recording | None) -> object:
+        """Return what tasks are given in the place of a recording of this machine, so that all workers have it."""
+
+    def start(self, number: int, function: Callable[..., Any], *arguments: object) -> None:
+        """Give out a task: a function of a module and plain values.
+
+        Raises:
+            SweepError: There is nobody to take it any more.
+        """
+
+    def collect(self, timeout_s: float) -> list[Done]:
+        """Return what was done since the last call, after waiting for something at most so long.
+
+        Raises:
+            SweepError: A task failed, or all workers are gone.
+        """
+
+    def close(self) -> None:
+        """Let all workers go, whatever they are doing."""
+
+
+# The pool: processes of this machine that compute for a sweep or a study.
+#
+# The loss of one is seen at once and costs its own task alone, and when the driver is lost, all of them end.
+
+PRELOAD = "pftrack.sweep.preload"
+
+_PREPARED: list[ForkServer] = []
+
+
+def prepare() -> None:
+    """Fork the server of the next pool off this process, which has imported everything and started no thread."""
+    made = _fresh()
+    made.fork_off()
+    _PREPARED.append(made)
+
+
+def open_pool(jobs: int) -> BlockingPool:
+    """Return a pool of `jobs` processes that compute with one thread each."""
+    fork_server = _PREPARED.pop() if _PREPARED else _fresh()
+    return BlockingPool(fork_server, processes=jobs, budget=UNLIMITED, prepare=one_thread)
+
+
+def _fresh() -> ForkServer:
+    return ForkServer(PRELOAD)
+
+
+class LocalWorkers:
+    """Some processes; each takes one task at a time."""
+
+    def __init__(self, jobs: int) -> None:
+        """Begin with `jobs` processes."""
+        self._pool = open_pool(jobs)
+        self._numbers: dict[Future[Any], int] = {}
+
+    def free(self) -> int:
+        """Return how many processes have nothing to do."""
+        return self._pool.processes - len(self._numbers)
+
+    def share(self, recording: Recording | None) -> Recording | None:
+        """Return the recording: a process of this machine opens it where it is."""
+        return recording
+
+    def start(self, number: int, function: Callable[..., Any], *arguments: object) -> None:
+        """Give a task to a process that has nothing to do; one that was lost meanwhile is replaced."""
+        self._numbers[self._pool.submit(function, *arguments)] = number
+
+    def collect(self, timeout_s: float) -> list[Done]:
+        """Return what was done; a process that was lost is replaced.
+
+        Raises:
+            SweepError: A task failed, or the system makes no process.
+        """
+        return [self._take(each) for each in wait(self._numbers, timeout_s, FIRST_COMPLETED).done]
+
+    def close(self) -> None:
+        """End all processes."""
+        self._pool.close()
+
+    def _take(self, future: "Future[Any]") -> Done:
+        number = self._numbers.pop(future)
+        try:
+            return Done(number, future.result())
+        except WorkerLostError as error:
+            return Done(number, lost=str(error))
+        except (CallError, MemoryError, OSError) as error:
+            raise SweepError(f"the computation failed: {error}") from None

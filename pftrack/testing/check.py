@@ -8,9 +8,11 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.model.diagnostics import Step
 from pftrack.core.model.drawing import Drawing
-from pftrack.experiments.experiment import Experiment, Step
-from pftrack.runs.run import Change, Run
+from pftrack.core.model.recipe import Change
+from pftrack.experiments.experiment import Experiment
+from pftrack.runs.run import Run
 
 __all__ = [
     "FRAMES",

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from pftrack.analysis.counterfactuals import alternatives
-from pftrack.core.model.timeline import Change
+from pftrack.core.model.recipe import Change
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.continuation import Continuation, read_stretches
 from pftrack.testing.check import FRAMES, SEED, Check, demand, each_tracker, straight

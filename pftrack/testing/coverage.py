@@ -2,7 +2,7 @@
 
 A band of 50 % should hold the truth in 45 to 55 % of the reports, one of 95 % in 92 to 98 %, and a region that promises
 to hold it in all. What is further off than three standard errors, over seeds, must be declared
-(`pftrack.core.model.calibration.Miscalibration`), with the direction in which it is: too narrow, if any of a band's
+(`pftrack.core.model.band.Miscalibration`), with the direction in which it is: too narrow, if any of a band's
 shares is; else too wide. A declaration that is needed no more must go.
 
 The quick check looks at the first frames of a few runs of the default scene, where trackers still know how they began.
@@ -14,8 +14,7 @@ from functools import partial
 
 import numpy as np
 
-from pftrack.core.model.band import ALL, HALF, MOST
-from pftrack.core.model.calibration import Direction, Miscalibration
+from pftrack.core.model.band import ALL, HALF, MOST, Direction, Miscalibration
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.coverage import Coverage, count_held, measured_parameters, measured_run, pool_counts
 from pftrack.testing.check import FRAMES, Check, demand, each_tracker

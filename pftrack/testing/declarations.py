@@ -4,15 +4,17 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 
-from pftrack.core.model.layer import legend
+from pftrack.core.model.drawing import legend
 from pftrack.core.model.parameters import Declaration, ParameterError, Parameters, declarations, revise, with_role
 from pftrack.core.model.plot import Plot
+from pftrack.core.model.recipe import Change
 from pftrack.core.model.series import SeriesShape
 from pftrack.experiments import NAME, find
 from pftrack.experiments.experiment import Experiment
-from pftrack.runs.run import Change, Run
-from pftrack.sweep import Axis, Plan, SweepError
-from pftrack.sweep.quantities import COMMON
+from pftrack.runs.run import Run
+from pftrack.sweep import Plan
+from pftrack.sweep.axis import Axis, SweepError
+from pftrack.sweep.cells import COMMON
 from pftrack.sweep.table import FIXED
 from pftrack.testing.check import Check, CheckError, begin_run, demand, named_checks
 

@@ -6,9 +6,8 @@ from dataclasses import fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.drawing import Drawing, Ellipsoids, Picture, Primitive, WorldDrawing
+from pftrack.core.model.drawing import Drawing, Ellipsoids, Picture, Primitive, World, WorldDrawing
 from pftrack.core.model.faults import faults
-from pftrack.core.model.world import World
 from pftrack.experiments.experiment import Experiment
 from pftrack.testing.check import FRAMES, Check, CheckError, demand, each_tracker, straight
 from pftrack.vision.rendering import render_beside

@@ -4,9 +4,10 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
-from pftrack.analysis.diagnosis import course_of, diagnose_course
+from pftrack.analysis.diagnosis.course import course_of
+from pftrack.analysis.diagnosis.diagnosis import diagnose_course
 from pftrack.analysis.failures import Entry, FailureRun, run_failure
-from pftrack.core.model.cause import CAUSES
+from pftrack.core.model.preset import CAUSES
 from pftrack.experiments.experiment import Experiment
 from pftrack.testing.check import Check, demand
 from pftrack.testing.numbers import UNKNOWN

@@ -6,10 +6,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.cloud import Cloud
-from pftrack.core.model.likelihood import ObservationLikelihood
-from pftrack.core.model.part import Contributions, Histograms
-from pftrack.experiments.experiment import Experiment, Step
+from pftrack.core.model.diagnostics import Step
+from pftrack.core.model.likelihood import Cloud, Contributions, Histograms, ObservationLikelihood
+from pftrack.experiments.experiment import Experiment
 from pftrack.filters.particles import normalise
 from pftrack.testing.check import Check, copy_arrays, demand, each_tracker, straight
 

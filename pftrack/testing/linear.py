@@ -5,8 +5,8 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.linear import LinearChain
 from pftrack.core.model.parameters import Value, flat, revise
+from pftrack.core.model.tracker import LinearChain
 from pftrack.experiments.experiment import Experiment
 from pftrack.filters.disturbances import smooth_disturbances
 from pftrack.testing.check import Check, demand, each_tracker, straight

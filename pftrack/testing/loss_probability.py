@@ -12,8 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from pftrack.experiments.experiment import Experiment
-from pftrack.experiments.shared.loss_probability.features import feature_names
-from pftrack.experiments.shared.loss_probability.model import Past
+from pftrack.experiments.shared.loss_probability import Past, feature_names
 from pftrack.testing.check import Check, demand, each_tracker, straight
 
 __all__ = ["checks"]

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from pftrack.analysis.diagnosis import course_of, diagnose_course
+from pftrack.analysis.diagnosis.course import course_of
+from pftrack.analysis.diagnosis.diagnosis import diagnose_course
 from pftrack.core.model.series import check_value, columns
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.scoring import evaluated_run

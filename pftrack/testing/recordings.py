@@ -16,14 +16,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.model.diagnostics import Step
 from pftrack.core.model.drawing import Picture
 from pftrack.core.model.faults import faults
-from pftrack.core.model.frame import Target
 from pftrack.core.model.marks import Mark
 from pftrack.core.model.parameters import ParameterError
-from pftrack.core.model.sequence import FrameSequence
-from pftrack.core.model.suitability import Suitability
-from pftrack.experiments.experiment import PICTURES, Experiment, Setup, Step
+from pftrack.core.model.setup import Setup, Suitability
+from pftrack.core.model.source import FrameSequence, Target
+from pftrack.experiments.experiment import PICTURES, Experiment
 from pftrack.runs.record import RecordError, load, save
 from pftrack.runs.run import Run
 from pftrack.sources.beliefs.recorder import Recorder

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pftrack.core.model.frame import Frame
 from pftrack.core.model.parameters import Value, declarations, flat, with_role
-from pftrack.core.model.source import History
+from pftrack.core.model.source import Frame, History
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs import batch
 from pftrack.runs.record import RecordError, load, save

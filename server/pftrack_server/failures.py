@@ -1,9 +1,9 @@
 """The gallery of failures: what is declared of each."""
 
 from pftrack.analysis.failures import Entry, entry, gallery
-from pftrack.core.model.failure import KINDS
 from pftrack.core.model.parameters import Value, declarations, flat, revise
-from pftrack.core.model.timeline import parameter_values
+from pftrack.core.model.preset import KINDS
+from pftrack.core.model.recipe import parameter_values
 from pftrack.experiments import EXPERIMENTS
 from pftrack_server.errors import NotFoundError
 from pftrack_server.schemas.failures import DifferencePublic, FailureNeighbour, FailurePublic

@@ -17,8 +17,8 @@ import structlog
 from pftrack.core.files import write_whole
 from pftrack.core.model.recipe import Recipe
 from pftrack.experiments import find
-from pftrack.experiments.own import digest_of, name_of
-from pftrack.experiments.own.hints import HINTS
+from pftrack.experiments.own.code import HINTS, digest_of
+from pftrack.experiments.own.extension import name_of
 from pftrack_server.errors import ConflictError, NotFoundError
 from pftrack_server.schemas.filters import ComponentPublic, FilterPublic, HintPublic
 from pftrack_server.store.files import DataDirectory

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 import pftrack
-from pftrack.analysis.diagnosis import course_of
+from pftrack.analysis.diagnosis.course import course_of
 from pftrack.core.model.series import Series
 
 RUN = pftrack.run("ball", tracker="kalman", frames=3)

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 import pftrack
-from pftrack.analysis.diagnosis import Course, Diagnosis, course_of, diagnose, diagnose_course
-from pftrack.analysis.diagnosis.looks import wrong_find
-from pftrack.core.model.cause import CAUSES, CauseId
+from pftrack.analysis.diagnosis.course import Course, course_of
+from pftrack.analysis.diagnosis.diagnosis import Diagnosis, diagnose, diagnose_course
+from pftrack.analysis.diagnosis.motion import wrong_find
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.parameters import Value
+from pftrack.core.model.preset import CAUSES, CauseId
 from pftrack.core.model.recipe import Recipe
 from pftrack.core.model.series import Series
 from pftrack.experiments import find

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from pftrack.analysis.failures import entry, gallery, measure, run_failure
-from pftrack.core.model.failure import KINDS, ORDER, Cure, Failure
-from pftrack.core.model.timeline import Change
+from pftrack.core.model.preset import KINDS, ORDER, Cure, Failure
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.testing import CheckError, experiment_checks
 

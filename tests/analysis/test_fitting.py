@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import pftrack
-from pftrack.analysis.fitting import FitError, fit, fittable
+from pftrack.analysis.fitting.found import FitError, fit, fittable
 from pftrack.analysis.fitting.search import maximise
 from pftrack.runs.run import Run
 

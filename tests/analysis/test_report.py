@@ -1,7 +1,8 @@
 import pytest
 
-from pftrack.analysis.counterfactuals import Alternative, Finding, Report
+from pftrack.analysis.counterfactuals import Alternative
 from pftrack.analysis.counterfactuals.alternatives import BASELINE
+from pftrack.analysis.counterfactuals.report import Finding, Report
 
 
 def finding(alternative: Alternative, held: str, step_ms: float = 1.0) -> Finding:

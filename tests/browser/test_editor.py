@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from pftrack.experiments import find
-from pftrack.experiments.own.example import example_of
+from pftrack.experiments.own.extension import example_of
 from tests.browser.host import Server
 from tests.browser.views import SessionPage, View
 

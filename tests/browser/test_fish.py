@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from pftrack.experiments.fish.shape import FishShape, body_points, tail_corners
+from pftrack.experiments.fish.model import FishShape, body_points, tail_corners
 from tests.browser.host import Server
 from tests.browser.views import Gallery, SessionPage
 

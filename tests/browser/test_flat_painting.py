@@ -11,7 +11,6 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.model.drawing import (
-    COLOURS,
     Arrows,
     Axes,
     Drawing,
@@ -25,9 +24,11 @@ from pftrack.core.model.drawing import (
     Polyline,
     Primitive,
     Text,
+    Viewpoint,
+    World,
     WorldDrawing,
 )
-from pftrack.core.model.world import Viewpoint, World
+from pftrack.core.model.palette import COLOURS
 from pftrack.vision.rendering import render
 from pftrack.vision.rendering.projection import look_at
 from pftrack_server.flat.codec import DrawingEncoder

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.experiments.head.sketch import front
-from pftrack.vision.geometry.face_model import FEATURES, mean_model, person
-from pftrack.vision.model_files.points import as_json
+from pftrack.experiments.head.draw import front
+from pftrack.vision.geometry.face import FEATURES, mean_model, person
+from pftrack.vision.model_files import as_json
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server, until
 from tests.browser.views import SessionPage

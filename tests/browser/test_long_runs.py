@@ -8,9 +8,10 @@ from typing import Any
 
 import pytest
 
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.runs import record
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 from tests.browser.conftest import Complaints
 from tests.browser.host import Server, until
 from tests.browser.views import Gallery, SessionPage

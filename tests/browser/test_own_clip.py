@@ -9,8 +9,9 @@ import pytest
 from playwright.sync_api import expect
 
 from pftrack.core.model.parameters import Value
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 from tests.browser.accessible import check, fits
 from tests.browser.host import Server
 from tests.browser.views import SessionPage

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.experiments import find
-from pftrack.vision.geometry.face_model import FEATURES
+from pftrack.vision.geometry.face import FEATURES
 from tests.browser.host import Server
 from tests.browser.views import SessionPage
 from tests.experiments.head.heads import empty, simulated

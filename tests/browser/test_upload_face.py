@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.vision.geometry.gaze import gaze
+from pftrack.vision.geometry.face import gaze
 from tests.browser.host import Server
 from tests.browser.test_flat import OCCLUDER
 from tests.browser.views import Gallery, SessionPage, View

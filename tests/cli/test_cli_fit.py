@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pftrack
 from pftrack.core.model.parameters import flat
-from pftrack.core.model.timeline import Change
+from pftrack.core.model.recipe import Change
 from tests.cli.commands import Call, refused
 
 

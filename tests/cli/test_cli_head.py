@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pftrack.core.geometry.rotation import rotation
-from pftrack.vision.geometry.face_model import FEATURES
+from pftrack.vision.geometry.face import FEATURES
 from pftrack.vision.rendering.film import FilmWriter
 from tests.cli.commands import Call, refused
 from tests.experiments.head.heads import empty, pictures, simulated

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.core.model.recipe import Recipe
-from pftrack.core.model.timeline import Change
+from pftrack.core.model.recipe import Change, Recipe
 from pftrack.experiments import find
 from pftrack.runs.record import make, read, save
 from pftrack.sweep import Plan, read_result

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from pftrack.core.model.recipe import Recipe
-from pftrack.teaching.lessons import LESSONS, Demonstration, Figure, Outcome, Scenario
+from pftrack.teaching.lessons import LESSONS, Figure
 from pftrack.teaching.lessons.course import probability
+from pftrack.teaching.lessons.lesson import Demonstration, Outcome, Scenario
 from tests.cli.commands import Call, refused
 
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.core.numerics.angles import circular_mean, direction, less_turns, wrap
+from pftrack.core.numerics.elementary import circular_mean, direction, less_turns, wrap
 
 
 def test_whole_turns_do_not_count() -> None:

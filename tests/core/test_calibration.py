@@ -9,12 +9,13 @@ import pytest
 from typer.testing import CliRunner
 
 from pftrack.cli.app import app
-from pftrack.core.model.calibration import TITLES, Calibration, Direction, Miscalibration
+from pftrack.core.model.band import TITLES, Calibration, Direction, Miscalibration
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.experiments.experiment import Experiment
-from pftrack.output.displays.run import summary_lines
+from pftrack.output.displays import summary_lines
 from pftrack.runs.manifest import manifest_of
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 
 BALL = find("ball")
 FIRST, SECOND = list(BALL.trackers)[:2]

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pftrack.core.geometry.camera import NEAREST_MM, affine_fit, affine_projection, pinhole, pinhole_jacobian
+from pftrack.core.numerics.matrices import NEAREST_MM, affine_fit, affine_projection, pinhole, pinhole_jacobian
 
 POINTS = np.random.default_rng(0).normal(size=(11, 3)) * 20
 AHEAD = POINTS + np.array([0.0, 0.0, 100.0])

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pftrack.core.model.genealogy import count_descendants, trace
+from pftrack.core.model.likelihood import count_descendants, trace
 
 FAMILY = [np.array([0, 1, 2, 3]), np.array([0, 0, 2, 2]), np.array([1, 1, 1, 2])]
 """Four particles over three frames: the last three generations of frames 5 to 8."""

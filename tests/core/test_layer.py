@@ -2,7 +2,7 @@
 
 import pytest
 
-from pftrack.core.model.layer import Key, Layer, legend
+from pftrack.core.model.drawing import Key, Layer, legend
 
 
 def test_a_layer_is_called_by_its_name_unless_told_otherwise() -> None:

@@ -2,9 +2,7 @@
 
 import numpy as np
 
-from pftrack.core.model.drawing import Drawing, Points, Polyline
-from pftrack.core.model.layer import Key, Layer
-from pftrack.core.model.legend import drawn_keys
+from pftrack.core.model.drawing import Drawing, Key, Layer, Points, Polyline, drawn_keys
 from pftrack.core.model.palette import COLOURS
 
 PREDICTED, OBSERVED = Key("prediction", "predicted"), Key("observation", "observed")

@@ -5,9 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pftrack.core.model.cloud import Cloud
-from pftrack.core.model.frame import Frame
-from pftrack.core.model.likelihood import Component, LikelihoodMap, ObservationLikelihood, anchor_at, lattice
+from pftrack.core.model.likelihood import Cloud, Component, LikelihoodMap, ObservationLikelihood, anchor_at, lattice
+from pftrack.core.model.source import Frame
 
 FRAME = Frame(3, 0.1, image_rgb=np.zeros((6, 8, 3), np.uint8))
 HILL = ObservationLikelihood(

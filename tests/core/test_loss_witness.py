@@ -2,7 +2,7 @@
 
 import pytest
 
-from pftrack.core.model.loss_witness import Witness, judge_loss
+from pftrack.core.model.measures import Witness, judge_loss
 
 
 @pytest.mark.parametrize(

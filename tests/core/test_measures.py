@@ -16,9 +16,10 @@ from pftrack.core.model.measures import (
     evaluate,
     is_success,
 )
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import EXPERIMENTS
 from pftrack.runs.batch import outcomes
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 from pftrack.sources.truth import TruthTable
 
 NAN = np.nan

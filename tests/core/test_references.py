@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.core.model import references
-from pftrack.core.model.references import BANDO, BANDO_2006, Citation, Reference
+from pftrack.core.model import glossary
+from pftrack.core.model.glossary import BANDO, BANDO_2006, Citation, Reference
 from pftrack.experiments import EXPERIMENTS
 
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "references.md"
@@ -46,7 +46,7 @@ def test_an_experiment_cites_by_name_not_by_number(name: str) -> None:
 def test_the_page_has_every_reference_and_every_experiment() -> None:
     """The documentation has the text of each reference, and where each experiment comes from."""
     page = PAGE.read_text(encoding="utf-8")
-    for reference in vars(references).values():
+    for reference in vars(glossary).values():
         if isinstance(reference, Reference):
             assert f"| `{reference.key}` | {reference.text} |" in page
     for name in EXPERIMENTS.own:

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.core.geometry.rotation import angles, derivatives, rotation
-from pftrack.core.numerics.angles import wrap
+from pftrack.core.numerics.elementary import wrap
 
 ANGLE = st.floats(-np.pi, np.pi)
 TILT = st.floats(-1.5, 1.5)

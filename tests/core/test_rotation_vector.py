@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.core.geometry.rotation_vector import (
+from pftrack.core.geometry.rotation import (
     compose,
     cross_matrix,
     matrix,

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.core.numerics.singular import eigenvalues, singular_values
+from pftrack.core.numerics.matrices import eigenvalues, singular_values
 
 SIZE = st.integers(1, 9)
 

@@ -5,15 +5,15 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.core.spreadsheet import csv_text, literal
+from pftrack.core.files import csv_text, literal
 
 ROOT = Path(__file__).parents[2]
 WRITERS = {
-    "pftrack/core/spreadsheet.py": "the one place",
-    "pftrack/output/exports/table_files.py": "numbers alone, under names of letters",
+    "pftrack/core/files.py": "the one place",
+    "pftrack/output/exports/files.py": "numbers alone, under names of letters",
     "pftrack/sweep/result.py": "Arrow's, with its texts as `literal`",
     "pftrack/sources/results/writing.py": "numbers alone",
-    "pftrack/sweep/source_code.py": "options of a command, no table",
+    "pftrack/sweep/recording.py": "options of a command, no table",
 }
 
 

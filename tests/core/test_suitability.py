@@ -2,7 +2,7 @@
 
 import math
 
-from pftrack.core.model.suitability import SETTLED, describe_course
+from pftrack.core.model.setup import SETTLED, describe_course
 
 
 def test_it_says_since_when() -> None:

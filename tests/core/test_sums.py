@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from pftrack.core.numerics.compiled import compiled
-from pftrack.core.numerics.sums import LANES, inner_product, total
+from pftrack.core.numerics.matrices import LANES, inner_product, total
 
 
 @compiled

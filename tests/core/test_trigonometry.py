@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.core.numerics.trigonometry import sines_cosines
+from pftrack.core.numerics.elementary import sines_cosines
 
 
 @given(st.floats(-1e6, 1e6))

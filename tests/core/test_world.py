@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.core.model.world import FRONT_SIDE_TOP, Viewpoint, World
+from pftrack.core.model.drawing import FRONT_SIDE_TOP, Viewpoint, World
 
 
 def world(**other: Any) -> World:

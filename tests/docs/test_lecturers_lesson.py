@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.teaching.lessons.answers import numbers_of
 from pftrack.teaching.lessons.lecturers import read_lessons
+from pftrack.teaching.lessons.lecturers.document import Head
 from pftrack.teaching.lessons.lecturers.expression import FUNCTIONS
-from pftrack.teaching.lessons.lecturers.head import Head
+from pftrack.teaching.lessons.lesson import numbers_of
 
 PAGE = (Path(__file__).parents[2] / "docs" / "how-to" / "lessons.md").read_text(encoding="utf-8")
 PART = PAGE[PAGE.index("## A lecturer's lesson") :]

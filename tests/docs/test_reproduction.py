@@ -6,8 +6,9 @@ from datetime import date
 
 import pytest
 
-from pftrack.reproduce import RESULTS, Finding, Pool, read_record
-from pftrack.reproduce.costs import SECONDS
+from pftrack.reproduce import RESULTS
+from pftrack.reproduce.finding import Finding, read_record
+from pftrack.reproduce.pool import SECONDS, Pool
 from tools.reproduction import (
     DIAGNOSIS,
     PAGE,

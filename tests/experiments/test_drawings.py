@@ -1,9 +1,11 @@
 import numpy as np
 import pytest
 
-from pftrack.core.model.drawing import COLOURS, Ellipse, Links, Picture, Points, Polyline
+from pftrack.core.model.drawing import Ellipse, Links, Picture, Points, Polyline
+from pftrack.core.model.palette import COLOURS
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import EXPERIMENTS, Experiment, find
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 from pftrack.vision.rendering import render
 
 ALL = pytest.mark.parametrize("experiment", EXPERIMENTS.values(), ids=EXPERIMENTS)

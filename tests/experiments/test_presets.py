@@ -1,8 +1,10 @@
 import pytest
 
 from pftrack.core.model.parameters import declarations, flat
-from pftrack.experiments import EXPERIMENTS, Experiment, Preset, find
-from pftrack.runs.run import Change, Run
+from pftrack.core.model.preset import Preset
+from pftrack.core.model.recipe import Change
+from pftrack.experiments import EXPERIMENTS, Experiment, find
+from pftrack.runs.run import Run
 
 BALL = find("ball")
 

@@ -6,11 +6,12 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from pftrack.core.model.calibration import Direction
+from pftrack.core.model.band import Direction
 from pftrack.core.model.parameters import Value
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.runs.coverage import count_held, pool_counts
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 from pftrack.testing.coverage import find_contradictions, judge
 
 CLEAR: Mapping[str, Value] = {"occlusion_width_px": 0, "distracter_radius_px": 0, "clutter_count": 0}

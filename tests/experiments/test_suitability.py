@@ -10,13 +10,11 @@ import pytest
 
 from pftrack.core.model.marks import Box
 from pftrack.core.model.parameters import revise
-from pftrack.core.model.sequence import FrameSequence
-from pftrack.core.model.source import History
-from pftrack.core.model.suitability import NOT_AT_ALL, WELL, Suitability, grade
+from pftrack.core.model.setup import NOT_AT_ALL, WELL, Setup, Suitability, grade
+from pftrack.core.model.source import FrameSequence, History
 from pftrack.experiments import find
 from pftrack.experiments.ball.scene import BallSceneParameters, BallSource
-from pftrack.experiments.experiment import Setup
-from pftrack.experiments.head.marks import FacePoints
+from pftrack.experiments.head.recording import FacePoints
 from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthTable, read_truth

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.core.numerics.gaussian import Gaussian
-from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.filters import adaptive, kalman
 from pftrack.filters.dynamics import autoregression
 from pftrack.filters.layers import Projection

@@ -3,10 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pftrack.core.geometry.camera import affine_projection
 from pftrack.core.geometry.rotation import rotation
-from pftrack.core.numerics.gaussian import Gaussian
-from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.core.numerics.matrices import affine_projection
+from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.filters import kalman
 from pftrack.filters.affine import AffineBelief, AffineLayer
 from pftrack.filters.dynamics import autoregression

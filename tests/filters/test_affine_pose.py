@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from pftrack.core.geometry.rotation import rotation
-from pftrack.core.numerics.gaussian import Gaussian
-from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.filters import affine_pose, extended
 
 REFERENCE = np.array([[5.0, 0.2, -0.3], [0.1, 4.8, 0.4]])

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.model.linear import LinearChain
+from pftrack.core.model.tracker import LinearChain
 from pftrack.core.numerics.compiled import FUNCTIONS
-from pftrack.core.numerics.gaussian import log_density
+from pftrack.core.numerics.random import log_density
 from pftrack.filters import disturbances
 from pftrack.filters.disturbances import smooth_disturbances
 

@@ -9,8 +9,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from pftrack import filters
-from pftrack.core.model.linear import LinearChain
-from pftrack.core.numerics.gaussian import Gaussian
+from pftrack.core.model.tracker import LinearChain
+from pftrack.core.numerics.random import Gaussian
 from pftrack.filters import bootstrap, dynamics, particles, resampling
 from pftrack.filters.dynamics import LinearDynamics, random_walk
 from pftrack.filters.particles import ParticleSet

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pftrack.core.numerics.gaussian import Gaussian, log_density
+from pftrack.core.numerics.random import Gaussian, log_density
 from pftrack.filters import bootstrap, fixed_lag, kalman
 from pftrack.filters.dynamics import autoregression, random_walk
 from pftrack.filters.particles import ParticleSet

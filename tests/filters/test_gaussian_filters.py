@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.numerics.gaussian import Gaussian, log_density
+from pftrack.core.numerics.random import Gaussian, log_density
 from pftrack.filters import extended, kalman, unscented
 from pftrack.filters.dynamics import autoregression, constant_velocity
 

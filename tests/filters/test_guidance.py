@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.export import ExportError
 from pftrack.core.model.parameters import ParameterError
+from pftrack.core.model.setup import ExportError
 from pftrack.filters.learning.charts import Chart
 from pftrack.filters.learning.diffusion import LearnedError, learn
 from pftrack.filters.learning.guidance import Guidance

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from pftrack.core.numerics.gaussian import log_density
-from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.core.numerics.random import Purpose, Stream, log_density
 from pftrack.filters import adaptive
 from pftrack.filters.layers import Projection
 from pftrack.filters.learning import mixture_em

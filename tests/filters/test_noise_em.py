@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from pftrack.analysis.fitting.search import maximise
-from pftrack.core.model.linear import LinearChain, NoiseScale
+from pftrack.core.model.tracker import LinearChain, NoiseScale
 from pftrack.filters.disturbances import smooth_disturbances
 from pftrack.filters.dynamics import autoregression, random_walk
-from pftrack.filters.learning.noise_em import fit_noise
+from pftrack.filters.learning.online_em import fit_noise
 
 WIDE = {"process": (1e-6, 1e6), "observation": (1e-6, 1e6)}
 

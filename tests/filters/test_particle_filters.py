@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.numerics.gaussian import Gaussian, log_density
+from pftrack.core.numerics.random import Gaussian, log_density
 from pftrack.filters import auxiliary, bootstrap, kalman, unscented_particle
 from pftrack.filters.dynamics import LinearDynamics, autoregression, random_walk
 from pftrack.filters.particles import ParticleSet

@@ -1,8 +1,7 @@
 import numpy as np
 
 from pftrack.core.geometry.rotation import derivatives, rotation
-from pftrack.core.numerics.gaussian import Gaussian
-from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.filters import extended
 from pftrack.filters.perspective import PerspectiveLayer, features
 

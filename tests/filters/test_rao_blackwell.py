@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pftrack.core.geometry.camera import affine_projection
+from pftrack.core.numerics.matrices import affine_projection
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.filters import rao_blackwell
 from pftrack.filters.affine import AffineLayer

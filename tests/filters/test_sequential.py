@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pftrack.core.numerics.gaussian import Gaussian
+from pftrack.core.numerics.random import Gaussian
 from pftrack.filters import kalman
 from pftrack.filters.dynamics import autoregression
 from pftrack.filters.sequential import condition, decorrelate, predict_second_order

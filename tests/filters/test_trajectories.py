@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.numerics.gaussian import Gaussian
-from pftrack.experiments.trajectories.scene.reference import REFERENCE_PX
-from pftrack.experiments.trajectories.scene.scene import TRUE_PATH
+from pftrack.core.numerics.random import Gaussian
+from pftrack.experiments.trajectories.scene import REFERENCE_PX, TRUE_PATH
 from pftrack.filters import kalman
 from pftrack.filters.dynamics import LinearDynamics
 from pftrack.filters.trajectories import cloud, gaussian
 from pftrack.filters.trajectories.cloud import MOST_PARTICLES, Cloud
-from pftrack.filters.trajectories.modes import locate, logs_mode
+from pftrack.filters.trajectories.gaussian import locate, logs_mode
 from pftrack.filters.trajectories.whole import Method, Settings, beginnings, follow, likelihood_surface, track_error
 
 OUTLIERS = (15, 30, 45, 60, 75, 90)

@@ -10,8 +10,7 @@ import pytest
 
 import pftrack
 from pftrack.core.model.parameters import ParameterError
-from pftrack.output.displays import run_html, summary_lines
-from pftrack.output.displays.sparkline import sparkline, track
+from pftrack.output.displays import run_html, sparkline, summary_lines, track
 from pftrack.runs.comparison import ComparisonError
 from pftrack.runs.record import RecordError
 

@@ -16,12 +16,12 @@ from PIL import Image
 from pyarrow import parquet
 
 from pftrack import __version__
-from pftrack.core.model.export import ExportError
-from pftrack.core.model.recipe import Recipe
+from pftrack.core.model.recipe import Change, Recipe
+from pftrack.core.model.setup import ExportError
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.output.exports import films
 from pftrack.output.exports.formats import FORMATS, export_at, exporting, exports_of
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 from pftrack.runs.table import columns_in, table_of
 
 FRAMES = 12

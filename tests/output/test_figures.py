@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from pftrack.core.model.export import ExportError
 from pftrack.core.model.plot import PlotKind
+from pftrack.core.model.recipe import Change
+from pftrack.core.model.setup import ExportError
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.output.figures import sheet
 from pftrack.output.figures.kinds import KINDS
 from pftrack.output.figures.sheet import drawable, figure_of
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 
 
 def finished(name: str, frames: int, **more: object) -> Run:

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.marks import Box
-from pftrack.core.model.recipe import Recipe
+from pftrack.core.model.recipe import Change, Recipe
 from pftrack.experiments import EXPERIMENTS, find
 from pftrack.output.exports.formats import NOTEBOOK, exports_of
-from pftrack.output.exports.run_notebook import run_cells, run_notebook
-from pftrack.runs.run import Change, Run
+from pftrack.output.exports.notebook import run_cells, run_notebook
+from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 from pftrack.vision.rendering.film import FilmWriter
 from tests.notebooks import executed, executed_here

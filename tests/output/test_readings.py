@@ -9,7 +9,7 @@ from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.plot import Reading, ReadingKind
 from pftrack.core.model.series import Hypotheses, Interval
 from pftrack.experiments import EXPERIMENTS
-from pftrack.output.displays.readings import MISSING, format_reading, quantity, readings_of
+from pftrack.output.displays import MISSING, format_reading, quantity, readings_of
 
 ROW = Diagnostics(
     frame=1,

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 import pftrack
-from pftrack.output.exports import watching
+from pftrack.output.exports import formats
 from pftrack.runs.run import Run
 
 
@@ -35,7 +35,7 @@ class Scene:
 def test_the_scene_follows_the_loop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each frame that was written is shown before the loop has ended, at the newest one, and the last one after it."""
     scene = Scene()
-    monkeypatch.setattr(watching, "show", scene.show)
+    monkeypatch.setattr(formats, "show", scene.show)
     with pftrack.record(tmp_path / "mine.pft", watch=True) as rec:
         for t in range(3):
             rec(t, mean=[float(t), 1.0])

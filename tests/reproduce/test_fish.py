@@ -3,12 +3,18 @@
 import numpy as np
 import pytest
 
-from pftrack.experiments.fish.trackers.learned import GUIDANCE
+from pftrack.experiments.fish.trackers import GUIDANCE
 from pftrack.reproduce.fish import trials
-from pftrack.reproduce.fish.figures import draw
-from pftrack.reproduce.fish.learning import learn_from_tracks
-from pftrack.reproduce.fish.success import COUNTS, TABLE, VARIANTS, VARIED
-from pftrack.reproduce.fish.trials import Clip, Condition, Successes, follow, learn_from_truth, track_training_clip
+from pftrack.reproduce.fish.success import COUNTS, TABLE, VARIANTS, VARIED, draw
+from pftrack.reproduce.fish.trials import (
+    Clip,
+    Condition,
+    Successes,
+    follow,
+    learn_from_tracks,
+    learn_from_truth,
+    track_training_clip,
+)
 
 
 @pytest.mark.slow

@@ -4,14 +4,12 @@ from itertools import product
 
 import pytest
 
+from pftrack.core.model.preset import Preset
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.experiments.experiment import Preset
-from pftrack.reproduce.hand.figures import right_figure
-from pftrack.reproduce.hand.steps import steps
-from pftrack.reproduce.hand.table import RANKINGS, REFERENCE
-from pftrack.reproduce.hand.trials import Outcome, mean
+from pftrack.reproduce.hand import RANKINGS, REFERENCE, Outcome, mean, right_figure, steps
 from pftrack.reproduce.pool import Pool
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 
 HAND = find("hand")
 

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.parameters import Value, revise
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.experiments.head.trackers.memory import eye_distance
-from pftrack.experiments.head.trackers.parameters import AS_PUBLISHED
-from pftrack.experiments.head.trackers.templates import EYE_DISTANCE_PX
-from pftrack.reproduce.head import curves as head_curves
-from pftrack.reproduce.head.figures import draw
+from pftrack.experiments.head.appearance import EYE_DISTANCE_PX, eye_distance
+from pftrack.experiments.head.parameters import AS_PUBLISHED
+from pftrack.reproduce.head import pose as head_curves
+from pftrack.reproduce.head.pose import draw
 from pftrack.reproduce.head.trials import Model, Trial, TrialResult, VideoTrials, distance_mm, run_trials
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 
 FAST = 225
 """Frames of the shortest video that the scene can show."""

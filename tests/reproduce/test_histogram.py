@@ -1,6 +1,6 @@
 """What is claimed for a window by its colours, on few runs, and its figures."""
 
-from pftrack.reproduce.histogram.figures import draw
+from pftrack.reproduce.histogram.table import draw
 from pftrack.reproduce.histogram.trials import Case, Outcome, runs
 
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from pftrack.experiments.shared.loss_probability.scores import delays, reliability, roc
-from pftrack.reproduce.loss_figures import FIGURES, LAST_FRAME, draw_scores
+from pftrack.experiments.shared.loss_probability import delays, reliability, roc
+from pftrack.reproduce.loss_probability import FIGURES, LAST_FRAME, draw_scores
 
 
 def test_each_tracker_has_a_panel_that_shows_its_numbers() -> None:

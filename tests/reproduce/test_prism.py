@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pftrack.reproduce.prism.trials import Method, Trial, TrialResult, run_trial
+from pftrack.reproduce.prism import Method, Trial, TrialResult, run_trial
 
 
 def errors(method: Method, trials: int) -> list[float]:

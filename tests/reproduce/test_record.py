@@ -5,10 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.reproduce import RESULTS, Record, is_older, read_record, reproduce
-from pftrack.reproduce.finding import PROTOCOL, Finding, claim, compare
+from pftrack.reproduce import RESULTS, is_older, reproduce
+from pftrack.reproduce.finding import PROTOCOL, Finding, Form, Record, claim, compare, read_record
 from pftrack.reproduce.pool import Pool
-from pftrack.reproduce.record import Form
 
 NAMES = ("one-step", "hand-steps")
 

@@ -7,10 +7,10 @@ from typing import TypeVar
 
 import pytest
 
-from pftrack.reproduce import RESULTS, Pool
-from pftrack.reproduce.ball import maps, study
+from pftrack.reproduce import RESULTS, trajectories
+from pftrack.reproduce.ball import occlusion, study
 from pftrack.reproduce.head import pose
-from pftrack.reproduce.trajectories import tracks
+from pftrack.reproduce.pool import Pool
 from pftrack.sweep import Plan, Result
 from pftrack.sweep.work import compute_chunk
 from tests.pooling import fork_server, shared_fork_server
@@ -49,11 +49,13 @@ class FirstPieces(Pool):
 @pytest.fixture(autouse=True)
 def short(monkeypatch: pytest.MonkeyPatch) -> None:
     """A run of the ball has two frames, the head is as fast as may be, and the maps have few cells."""
-    plans = maps.plans
+    plans = occlusion.plans
     monkeypatch.setattr(study, "FRAMES", 2)
     monkeypatch.setattr(pose, "VideoTrials", partial(pose.VideoTrials, frames=225))
-    monkeypatch.setattr(maps, "plans", lambda _full: plans(full=False))
-    monkeypatch.setattr(tracks, "METHODS", tracks.METHODS[::-1])  # one that is run more than once comes first
+    monkeypatch.setattr(occlusion, "plans", lambda _full: plans(full=False))
+    monkeypatch.setattr(
+        trajectories, "TRACKS_METHODS", trajectories.TRACKS_METHODS[::-1]
+    )  # one that is run more than once comes first
 
 
 @pytest.mark.parametrize("name", RESULTS)

@@ -17,11 +17,11 @@ def names_of(result: str) -> set[str]:
     [
         (
             "occlusion",
-            ("reproduce/ball/study", "trackers/ball/likelihood", "experiments/ball/experiment"),
-            "trackers/hand",
+            ("reproduce/ball/study", "experiments/ball/model", "experiments/ball/experiment"),
+            "experiments/hand",
         ),
-        ("hand", ("reproduce/hand/table", "trackers/hand/likelihood", "experiments/hand/experiment"), "trackers/ball"),
-        ("diagnosis", ("diagnosis/weights", "experiments/ball/experiment", "experiments/hand/experiment"), "lessons"),
+        ("hand", ("reproduce/hand", "experiments/hand/likelihood", "experiments/hand/experiment"), "experiments/ball"),
+        ("diagnosis", ("analysis/diagnosis/weights", "experiments/ball/experiment"), "teaching"),
     ],
 )
 def test_a_result_depends_on_what_it_imports(result: str, inside: tuple[str, ...], outside: str) -> None:
@@ -33,7 +33,7 @@ def test_a_result_depends_on_what_it_imports(result: str, inside: tuple[str, ...
 
 def test_data_beside_the_code_count() -> None:
     """What a tracker has learned beforehand is among the sources."""
-    assert "pftrack/experiments/fish/trackers/learned.json" in names_of("fish")
+    assert "pftrack/experiments/fish/learned.json" in names_of("fish")
 
 
 def test_a_change_anywhere_below_changes_the_hash(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pftrack.reproduce.structure.figures import draw
+from pftrack.reproduce.structure.shape import draw
 from pftrack.reproduce.structure.trials import Trial, grow, online, run_trial
 
 PRISM = [Trial("prism", seed) for seed in range(2)]

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from pftrack.reproduce.structure.scenes import head_tracks, prism_tracks
-from pftrack.reproduce.structure.scenes.prism import CENTRES
-from pftrack.vision.structure.alignment import shape_error
+from pftrack.reproduce.structure.trials import CENTRES, head_tracks, prism_tracks
 from pftrack.vision.structure.factorization import factorize
+from pftrack.vision.structure.tracks import shape_error
 from pftrack.vision.structure.variational import fit
 
 

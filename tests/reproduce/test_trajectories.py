@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from pftrack.experiments.trajectories.scene.reference import REFERENCE_PX
+from pftrack.experiments.trajectories.scene import REFERENCE_PX
 from pftrack.filters.trajectories.whole import Method, Settings, follow, likelihood_surface
-from pftrack.reproduce.trajectories import pictures, tracks
-from pftrack.reproduce.trajectories.figures import draw
+from pftrack.reproduce import trajectories
+from pftrack.reproduce.trajectories import draw
 
 
 def test_the_table_within_the_tolerances_for_few_runs() -> None:
@@ -17,26 +17,29 @@ def test_the_table_within_the_tolerances_for_few_runs() -> None:
         found[method] = follow(
             method, np.repeat(REFERENCE_PX[:, None], count, axis=1), Settings(noise, 1.0, count=1000)
         )
-    table = {name: tracks._medians(one) for name, one in found.items()}
-    assert [finding.verdict for finding in tracks._compare("lg", table["lg"])] == ["reproduced", "reproduced"]
+    table = {name: trajectories._medians(one) for name, one in found.items()}
+    assert [finding.verdict for finding in trajectories._compare_tracks("lg", table["lg"])] == [
+        "reproduced",
+        "reproduced",
+    ]
     # Ichimura and Ikoma's own figure for the smoothed linear filter comes out by no reading.
-    assert [finding.verdict for finding in tracks._orderings(table)][:4] == ["reproduced"] * 4
-    assert tracks._orderings(table)[-1].verdict == "differs"
+    assert [finding.verdict for finding in trajectories._orderings(table)][:4] == ["reproduced"] * 4
+    assert trajectories._orderings(table)[-1].verdict == "differs"
     surface = likelihood_surface("lg", REFERENCE_PX, Settings())
-    assert tracks._maximum("lg", surface, (10.0, 1.0), "").verdict == "reproduced"
+    assert trajectories._maximum("lg", surface, (10.0, 1.0), "").verdict == "reproduced"
     assert set(draw(found, {"lg": surface})) == {"trajectories-track", "trajectories-likelihood"}
 
 
 @pytest.mark.slow
 def test_the_scale_of_outliers_is_read_as_its_root() -> None:
     """Taken literally, the likelihood would have its maximum in the corner of the grid nearly always."""
-    pairs = [tracks._best_pair(tracks.Trial(seed, 2500.0)) for seed in range(30)]
+    pairs = [trajectories._best_pair(trajectories.Trial(seed, 2500.0)) for seed in range(30)]
     assert np.mean([pair == (20, 20) for pair in pairs]) > 0.7
 
 
 def test_corners_are_smoothed_in_the_order_of_the_laws() -> None:
     """In a scene of pictures each law of the noise does better than the one before, and than the measurements."""
-    found = pictures.scene(9)
+    found = trajectories.scene(9)
     errors = [found.errors[name][0] for name in ("raw", "lg", "lng", "nlng")]
     assert errors == sorted(errors, reverse=True)
     assert found.points == 60
@@ -47,4 +50,4 @@ def test_corners_are_smoothed_in_the_order_of_the_laws() -> None:
 
 def test_the_search_is_drawn_beside_the_sequence() -> None:
     """The figure is the picture of the sequence, and to its right the world of the search."""
-    assert pictures.search_figure().shape == (432, 540 + 432, 3)
+    assert trajectories.search_figure().shape == (432, 540 + 432, 3)

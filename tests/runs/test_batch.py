@@ -5,15 +5,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.core.model.calibration import Calibration
-from pftrack.core.model.frame import Frame
+from pftrack.core.model.band import Calibration
 from pftrack.core.model.marks import Box
 from pftrack.core.model.parameters import ParameterError, Value
+from pftrack.core.model.recipe import Change
+from pftrack.core.model.setup import Setup
+from pftrack.core.model.source import Frame
 from pftrack.experiments import find
-from pftrack.experiments.experiment import Experiment, Setup
+from pftrack.experiments.experiment import Experiment
 from pftrack.runs import batch, scoring
 from pftrack.runs.loss_probability import loss_probabilities
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 from tests.experiments.head.heads import Pictures, pictures
 
 CONDITION: dict[str, Value] = {"occlusion_width_px": 55, "distracter_radius_px": 11, "layout": 3, "sample_count": 120}

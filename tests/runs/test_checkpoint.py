@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import EXPERIMENTS
 from pftrack.runs import checkpoint
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 
 FRAMES, FAR = 24, 17
 EVERY = [(name, tracker) for name, experiment in EXPERIMENTS.items() for tracker in experiment.trackers]

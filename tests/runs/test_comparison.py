@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pftrack.core.model.export import ExportError
 from pftrack.core.model.marks import Box
+from pftrack.core.model.recipe import Change
+from pftrack.core.model.setup import ExportError
 from pftrack.experiments import find
 from pftrack.output.exports.comparisons import export_comparison
 from pftrack.runs.comparison import Comparison, ComparisonError, align
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 from tests.experiments.head.heads import Pictures
 
 SINE, BALL, PRISM = find("sine"), find("ball"), find("prism")

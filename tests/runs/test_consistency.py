@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 import pftrack
-from pftrack.core.model.band import EstimateBand
-from pftrack.core.model.calibration import Calibration
+from pftrack.core.model.band import Calibration, EstimateBand
 from pftrack.core.numerics.statistics import chi_square_limit
-from pftrack.runs.consistency import Consistency, measure_consistency
+from pftrack.runs.coverage import Consistency, measure_consistency
 from pftrack.runs.run import Run
 
 

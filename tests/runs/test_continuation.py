@@ -3,11 +3,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.experiments.fish.scene.edge_distance import _cached_edges
-from pftrack.runs.continuation import Continuation, read_stretches
-from pftrack.runs.ensemble import Ensemble, ensemble, ensembling, other_seeds
-from pftrack.runs.run import Change, Run
+from pftrack.experiments.fish.model import _cached_edges
+from pftrack.runs.continuation import Continuation, Ensemble, ensemble, ensembling, other_seeds, read_stretches
+from pftrack.runs.run import Run
 
 FRAMES = 24
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from pftrack.runs.loss_intervals import approach, before_loss, first_loss, loss_start, losses
+from pftrack.runs.scoring import approach, before_loss, first_loss, loss_start, losses
 
 
 def flags(*spans: tuple[int, int], frames: int = 100) -> list[bool]:

@@ -8,12 +8,11 @@ import pytest
 
 import pftrack
 from pftrack.core.model.parameters import Value
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.experiments.shared.loss_probability.declaration import describe_models, read_declaration, write_models
-from pftrack.experiments.shared.loss_probability.scenes import Scenes
-from pftrack.runs.columns import columns_of
-from pftrack.runs.loss_probability import LossAccount, loss_probabilities
-from pftrack.runs.run import Change, Run
+from pftrack.experiments.shared.loss_probability import Scenes, describe_models, read_declaration, write_models
+from pftrack.runs.loss_probability import LossAccount, columns_of, loss_probabilities
+from pftrack.runs.run import Run
 
 BALL = find("ball")
 FRAMES = 40

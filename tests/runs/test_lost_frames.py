@@ -7,16 +7,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.analysis.counterfactuals import LossError, find_loss, what_if
-from pftrack.analysis.diagnosis import diagnose
-from pftrack.core.model.frame import Target
+from pftrack.analysis.counterfactuals.report import LossError, find_loss, what_if
+from pftrack.analysis.diagnosis.diagnosis import diagnose
 from pftrack.core.model.marks import Box
+from pftrack.core.model.recipe import Change
+from pftrack.core.model.source import Target
 from pftrack.experiments import find
-from pftrack.runs.columns import columns_of
-from pftrack.runs.ensemble import ensemble
-from pftrack.runs.loss_probability import loss_probabilities, measure_loss_probability
-from pftrack.runs.lost_frames import find_lost_frames
-from pftrack.runs.run import Change, Run
+from pftrack.runs.continuation import ensemble
+from pftrack.runs.loss_probability import columns_of, loss_probabilities, measure_loss_probability
+from pftrack.runs.run import Run, find_lost_frames
 from pftrack.sources.truth import TruthTable
 from tests.experiments.head.heads import Pictures
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.core import once
+from pftrack.core import files
 from pftrack.core.model.diagnostics import diagnose
 from pftrack.core.model.measures import Measure
 from pftrack.core.model.series import Series
@@ -28,7 +28,7 @@ def failing(*_: object) -> Any:
 
 @pytest.fixture(autouse=True)
 def _warned_of_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(once, "_warned", set())
+    monkeypatch.setattr(files, "_warned", set())
 
 
 def finished(experiment: Experiment, frames: int = 6) -> Run:

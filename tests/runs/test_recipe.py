@@ -7,13 +7,12 @@ from typing import Any
 import pytest
 
 from pftrack.core.model.parameters import ParameterError
-from pftrack.core.model.recipe import Footage, Recipe
-from pftrack.core.model.sequence import FrameSequence
+from pftrack.core.model.recipe import Change, Footage, Recipe
+from pftrack.core.model.source import FrameSequence
 from pftrack.core.numerics.random import LARGEST_SEED
 from pftrack.experiments import find
-from pftrack.experiments.own import trust
+from pftrack.experiments.own.code import trust
 from pftrack.runs.record import load, make, read, save
-from pftrack.runs.run import Change
 from pftrack_server.schemas.sessions import SessionCreate
 from pftrack_server.schemas.snapshot import RunSnapshot
 from pftrack_server.schemas.spec import BranchSpec, SessionSpec

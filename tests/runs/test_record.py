@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.marks import Box
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.runs import record
 from pftrack.runs.record import RecordError, load, read, read_saved, save
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 from tests.experiments.head.heads import Pictures, pictures
 from tests.sources.conftest import film

@@ -7,11 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from pftrack.core.model.diagnostics import Step
 from pftrack.core.model.parameters import ParameterError
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.experiments.experiment import Step
-from pftrack.runs.keyframes import Keyframes
-from pftrack.runs.run import Change, EndOfRun, PastError, Run
+from pftrack.runs.recursion import Keyframes
+from pftrack.runs.run import EndOfRun, PastError, Run
 
 BALL = find("ball")
 TRACKERS = pytest.mark.parametrize("tracker", BALL.trackers)

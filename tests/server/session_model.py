@@ -5,7 +5,7 @@ from functools import cache
 from typing import Any
 
 from pftrack.core.model.parameters import flat
-from pftrack.core.model.timeline import Change
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.runs.run import Run
 

@@ -11,9 +11,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.output.exports.formats import FORMATS, exports_of
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 from tests.notebooks import executed
 from tests.server.host import begin, error_of, steer
 from tests.waiting import wait_for

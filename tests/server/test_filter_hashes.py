@@ -14,8 +14,8 @@ import yaml
 
 from pftrack.core.model.parameters import LONGEST_FILE
 from pftrack.experiments import find
-from pftrack.experiments.own import digest_of
-from pftrack.experiments.own.example import example_of
+from pftrack.experiments.own.code import digest_of
+from pftrack.experiments.own.extension import example_of
 from pftrack_server.settings import Settings
 from tests.server.host import begin, error_of, running
 from tests.waiting import wait_for

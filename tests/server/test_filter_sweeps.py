@@ -9,7 +9,7 @@ import pytest
 
 import pftrack
 from pftrack.experiments import find
-from pftrack.experiments.own.example import example_of
+from pftrack.experiments.own.extension import example_of
 from pftrack_server.settings import Settings
 from tests.server.host import error_of, running
 from tests.server.sweeping import rows, show, until_state

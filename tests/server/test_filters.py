@@ -9,7 +9,7 @@ import httpx
 import pytest
 
 from pftrack.experiments import find
-from pftrack.experiments.own.example import example_of
+from pftrack.experiments.own.extension import example_of
 from pftrack_server.settings import Settings
 from tests.server.host import Server, begin, error_of, running, steer
 from tests.waiting import wait_for

@@ -7,9 +7,10 @@ import httpx
 import psutil
 import pytest
 
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.runs import record
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 from tests.server.host import Server, error_of
 from tests.waiting import wait_for
 

@@ -8,7 +8,8 @@ from typing import Any
 import httpx
 import pytest
 
-from pftrack.teaching.lessons import LESSONS, Demonstration
+from pftrack.teaching.lessons import LESSONS
+from pftrack.teaching.lessons.lesson import Demonstration
 from tests.server.host import Server, error_of
 from tests.waiting import wait_for
 

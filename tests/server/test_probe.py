@@ -10,10 +10,9 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from pftrack.core.model.sequence import FrameIndex
+from pftrack.core.model.source import FrameIndex
 from pftrack.process import Budget
-from pftrack.sources.errors import SourceError
-from pftrack.sources.limits import DEFAULT_LIMITS, Limits
+from pftrack.sources.limits import DEFAULT_LIMITS, Limits, SourceError
 from pftrack.sources.sequence import open_sequence
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.queue import Queues

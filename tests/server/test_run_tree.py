@@ -9,9 +9,8 @@ import pytest
 
 from pftrack.core.model.drawing import Text
 from pftrack.core.model.parameters import ParameterError
-from pftrack.core.model.recipe import Recipe
+from pftrack.core.model.recipe import Change, Recipe
 from pftrack.experiments import EXPERIMENTS, find
-from pftrack.runs.run import Change
 from pftrack_server.schemas.description import SessionDescription
 from pftrack_server.schemas.snapshot import RunSnapshot
 from pftrack_server.worker.protocol import WorkerConfig

@@ -8,9 +8,10 @@ from typing import Any
 import httpx
 import pytest
 
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.runs import record
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 from pftrack_server.runs.service import outcome
 from tests.server.host import Server, begin, error_of, steer
 from tests.server.test_uploads import send, video

@@ -8,8 +8,7 @@ import pytest
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from pftrack.core.model.marks import Mark
-from pftrack.core.model.recipe import Footage, Recipe
-from pftrack.core.model.timeline import Change
+from pftrack.core.model.recipe import Change, Footage, Recipe
 from pftrack_server.schemas.body import RequestBody
 from tests.server.host import Server, begin, error_of, steer
 from tests.session_requests import session_request

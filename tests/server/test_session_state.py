@@ -6,10 +6,9 @@ from typing import Any
 
 import pytest
 
-from pftrack.core.model.recipe import Recipe
+from pftrack.core.model.recipe import Change, Recipe
 from pftrack.experiments import find
-from pftrack.runs.loss_intervals import approach
-from pftrack.runs.run import Change
+from pftrack.runs.scoring import approach
 from pftrack_server.schemas.description import SessionDescription, TrackerPublic
 from pftrack_server.schemas.snapshot import ChangePublic, RunSnapshot
 from pftrack_server.schemas.spec import BranchSpec, SessionSpec

@@ -8,9 +8,10 @@ from typing import Any
 import httpx
 import pytest
 
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.runs.loss_intervals import before_loss
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
+from pftrack.runs.scoring import before_loss
 from tests.server.asking import columns, get, timeline_of
 from tests.server.host import begin, error_of, steer
 from tests.session_requests import session_request

@@ -18,13 +18,13 @@ from typer.testing import CliRunner
 from pftrack.analysis.failures import gallery
 from pftrack.cli.app import app
 from pftrack.core.model.parameters import ParameterError
-from pftrack.core.model.recipe import Footage, Recipe
+from pftrack.core.model.recipe import Change, Footage, Recipe
 from pftrack.experiments import find
 from pftrack.runs.record import make
-from pftrack.runs.run import Change
-from pftrack.runs.source_code import run_code
-from pftrack.sweep import Axis, Plan
-from pftrack.sweep.source_code import sweep_code
+from pftrack.runs.reproduction import run_code
+from pftrack.sweep import Plan
+from pftrack.sweep.axis import Axis
+from pftrack.sweep.recording import sweep_code
 from tests.server.host import begin, error_of, steer
 
 

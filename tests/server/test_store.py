@@ -11,7 +11,7 @@ from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 
 from pftrack.core.model.recipe import Recipe
-from pftrack.experiments.own import digest_of
+from pftrack.experiments.own.code import digest_of
 from pftrack_server.errors import NotFoundError
 from pftrack_server.schemas.spec import SessionSpec
 from pftrack_server.settings import Settings

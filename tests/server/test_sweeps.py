@@ -15,7 +15,8 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from pftrack.experiments import EXPERIMENTS
-from pftrack.sweep import cells, compare, quantity_named, read_result, samples, significance
+from pftrack.sweep import compare, read_result
+from pftrack.sweep.cells import cells, quantity_named, samples, significance
 from pftrack_server.settings import Settings
 from tests.server.host import Server, error_of, running, steer
 from tests.server.sweeping import RUNS, SMALL, begin_sweep, rows, show, until_state

@@ -7,7 +7,7 @@ import av
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.sequence import FrameIndex
+from pftrack.core.model.source import FrameIndex
 from pftrack.sources.limits import Limits
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.video import VideoSequence

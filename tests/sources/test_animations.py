@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pftrack.sources.errors import SourceError
+from pftrack.sources.limits import SourceError
 from pftrack.sources.sequence import open_sequence
 from tests.sources.test_images import saved
 

@@ -7,12 +7,7 @@ import numpy as np
 import pytest
 
 import pftrack
-from pftrack.sources.beliefs.adapters import (
-    ParticlesCollector,
-    record_filterpy,
-    record_pfilter,
-    record_stone_soup,
-)
+from pftrack.sources.beliefs.recorder import ParticlesCollector, record_filterpy, record_pfilter, record_stone_soup
 
 FRAMES, COUNT = 6, 60
 MEASURED = np.arange(FRAMES, dtype=float)

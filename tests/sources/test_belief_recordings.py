@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import pftrack
-from pftrack.runs.ensemble import ReplayError, ensemble
+from pftrack.runs.continuation import ReplayError, ensemble
 from pftrack.sources.beliefs import content
 from pftrack.sources.beliefs.archive import header_of
-from pftrack.sources.errors import SourceError
+from pftrack.sources.limits import SourceError
 from pftrack.sources.sequence import open_sequence
 from pftrack.vision.rendering.film import FilmWriter
 

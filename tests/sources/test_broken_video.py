@@ -8,8 +8,7 @@ import av
 import numpy as np
 import pytest
 
-from pftrack.sources.errors import SourceError
-from pftrack.sources.limits import Limits
+from pftrack.sources.limits import Limits, SourceError
 from pftrack.sources.sequence import open_sequence
 from tests.sources.films import Draw, Film, Read, opened
 

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.sources.cache import BoundedCache
+from pftrack.sources.sequence import BoundedCache
 
 
 def test_the_least_recently_used_goes_first() -> None:

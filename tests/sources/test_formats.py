@@ -2,8 +2,8 @@
 
 import pytest
 
-from pftrack.sources.errors import SourceError
 from pftrack.sources.formats import sniff
+from pftrack.sources.limits import SourceError
 
 
 @pytest.mark.parametrize(

@@ -15,11 +15,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from PIL import Image
 
-from pftrack.core.model.sequence import FrameIndex
-from pftrack.sources.errors import SourceError
+from pftrack.core.model.source import FrameIndex
 from pftrack.sources.images import ImageSequence
-from pftrack.sources.limits import Limits
-from pftrack.sources.ordering import natural_order
+from pftrack.sources.limits import Limits, SourceError, natural_order
 from pftrack.sources.sequence import open_sequence
 
 Draw = Callable[..., NDArray[np.uint8]]

@@ -6,11 +6,11 @@ import pytest
 
 from pftrack.core.model.marks import Box
 from pftrack.core.model.parameters import revise
-from pftrack.core.model.sequence import FrameSequence
-from pftrack.core.model.source import History
+from pftrack.core.model.recipe import Change
+from pftrack.core.model.source import FrameSequence, History
 from pftrack.experiments import find
 from pftrack.experiments.ball.experiment import RecordedBallParameters
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 from pftrack.sources.recording import RecordingSource
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthTable, read_truth

@@ -5,9 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pftrack.sources.errors import SourceError
 from pftrack.sources.formats import sniff
-from pftrack.sources.limits import HEAD_BYTES
+from pftrack.sources.limits import HEAD_BYTES, SourceError
 from pftrack.sources.results.parts import part_names
 from pftrack.sources.sequence import open_sequence
 from pftrack.vision.rendering.film import FilmWriter

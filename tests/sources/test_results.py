@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 import pftrack
-from pftrack.sources.errors import SourceError
-from pftrack.sources.results.form import form_of
+from pftrack.sources.limits import SourceError
+from pftrack.sources.results.numbers import form_of
 from pftrack.sources.results.reading import read_results
-from pftrack.sources.results.spreadsheet import rename
-from pftrack.sources.results.table import FORMS, Box
+from pftrack.sources.results.table import FORMS, Box, rename
 from pftrack.sources.results.writing import write_results
 from pftrack.sources.sequence import open_sequence
 

@@ -8,7 +8,7 @@ import pytest
 import pftrack
 from pftrack.sources.limits import DEFAULT_LIMITS
 from pftrack.sources.results.parts import open_parts
-from pftrack.sources.truth_bounds import boxes_outside
+from pftrack.sources.truth import boxes_outside
 
 INSIDE = (10.0, 20.0, 30.0, 40.0)
 PARTLY = (-29.5, 118.0, 30.0, 40.0)

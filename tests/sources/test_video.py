@@ -11,10 +11,9 @@ import av
 import numpy as np
 import pytest
 
-from pftrack.core.model.sequence import FrameIndex
+from pftrack.core.model.source import FrameIndex
 from pftrack.sources.decoder import Decoder
-from pftrack.sources.errors import SourceError
-from pftrack.sources.limits import Limits
+from pftrack.sources.limits import Limits, SourceError
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.video import VideoSequence
 from tests.sources.films import Draw, Film, Read, decoded, opened

@@ -2,7 +2,8 @@
 
 import pytest
 
-from pftrack.sweep import Axis, Plan, Result, carry_out
+from pftrack.sweep import Plan, Result, carry_out
+from pftrack.sweep.axis import Axis
 from pftrack.sweep.report import Report, write_report
 from tests.pooling import fork_server, shared_fork_server
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from pftrack.core.model.parameters import declarations
 from pftrack.experiments import find
-from pftrack.sweep import Axis, SweepError, parse_axis
+from pftrack.sweep.axis import Axis, SweepError, parse_axis
 
 BALL = find("ball")
 

@@ -4,16 +4,9 @@ import numpy as np
 import pytest
 
 from pftrack.core.numerics.statistics import chi_square, fisher_exact, holm, wilson
-from pftrack.sweep import (
-    CellMap,
-    Code,
-    Plan,
-    Result,
-    SweepError,
-    cells,
-    count,
-    significance,
-)
+from pftrack.sweep import Plan, Result
+from pftrack.sweep.axis import SweepError
+from pftrack.sweep.cells import CellMap, Code, cells, count, significance
 
 X, Y = "occlusion_width_px", "distracter_radius_px"
 

@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.sweep import Axis, Plan
-from pftrack.sweep.chunks import MOST_CHUNKS, Chunks
+from pftrack.sweep import Plan
+from pftrack.sweep.axis import Axis
+from pftrack.sweep.table import MOST_CHUNKS, Chunks
 
 
 def plan_of(widths: int, radii: int, trackers: int, trials: int) -> Plan:

@@ -16,8 +16,10 @@ import pytest
 from pftrack.core.model.recipe import Footage
 from pftrack.reproduce.pool import Pool
 from pftrack.sources.sequence import open_sequence
-from pftrack.sweep import Plan, Progress, Recording, Result, SweepError, begin, carry_out, resume
-from pftrack.sweep.chunks import Chunks
+from pftrack.sweep import Plan, Progress, Result, begin, carry_out, resume
+from pftrack.sweep.axis import SweepError
+from pftrack.sweep.recording import Recording
+from pftrack.sweep.table import Chunks
 from tests.server.test_uploads import video
 
 # Looked for and not imported, which takes a second: each worker of pytest would do so to collect these tests.

@@ -6,19 +6,9 @@ import numpy as np
 import pytest
 
 from pftrack.core.numerics.statistics import paired_mean_interval, paired_rate_interval, rank_sum
-from pftrack.sweep import (
-    Code,
-    Comparison,
-    Plan,
-    Result,
-    SweepError,
-    cells,
-    compare,
-    quantities,
-    quantity_named,
-    samples,
-    significance,
-)
+from pftrack.sweep import Comparison, Plan, Result, compare
+from pftrack.sweep.axis import SweepError
+from pftrack.sweep.cells import Code, cells, quantities, quantity_named, samples, significance
 
 X, Y = "occlusion_width_px", "distracter_radius_px"
 TRACKERS = "h-spf", "condensation"

@@ -14,9 +14,9 @@ import psutil
 import pyarrow as pa
 import pytest
 
-from pftrack.sweep import Axis, Plan, Progress, Result, SweepError, SweepStopped, begin, carry_out, estimate, resume
-from pftrack.sweep.chunks import Chunks
-from pftrack.sweep.table import TIMING
+from pftrack.sweep import Plan, Progress, Result, begin, carry_out, estimate, resume
+from pftrack.sweep.axis import Axis, SweepError, SweepStopped
+from pftrack.sweep.table import TIMING, Chunks
 from tests.waiting import wait_for
 
 
@@ -275,7 +275,7 @@ def test_the_driver_holds_no_rows() -> None:
 
 def test_workers_have_the_environment_of_one_thread() -> None:
     """Compiled libraries start no threads of their own beside the processes."""
-    from pftrack.sweep.pool import LocalWorkers
+    from pftrack.sweep.work import LocalWorkers
 
     workers = LocalWorkers(1)
     try:
@@ -293,7 +293,7 @@ def test_workers_have_the_environment_of_one_thread() -> None:
 
 def test_a_lost_fork_server_is_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
     """A pool whose fork server is killed gives the task back, and goes on with another."""
-    from pftrack.sweep.pool import LocalWorkers
+    from pftrack.sweep.work import LocalWorkers
 
     monkeypatch.undo()  # its own, not the one that tests share
     workers = LocalWorkers(1)

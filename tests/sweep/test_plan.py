@@ -7,9 +7,11 @@ from itertools import product
 
 import pytest
 
-from pftrack.sweep import Axis, Plan, SweepError, quantity_named
+from pftrack.sweep import Plan
+from pftrack.sweep.axis import Axis, SweepError
+from pftrack.sweep.cells import quantity_named
 from pftrack.sweep.plan import Single
-from pftrack.sweep.source_code import sweep_code
+from pftrack.sweep.recording import sweep_code
 
 WIDTHS = Axis("occlusion_width_px", (10.0, 20.0, 30.0))
 LAYOUTS = Axis("layout", (0, 5))

@@ -12,20 +12,10 @@ import pytest
 from pftrack.core.model.recipe import Footage
 from pftrack.experiments import find
 from pftrack.sources.sequence import open_sequence
-from pftrack.sweep import (
-    Axis,
-    Plan,
-    Recording,
-    SweepError,
-    SweepStopped,
-    carry_out,
-    cells,
-    compare,
-    quantity_named,
-    read_result,
-    samples,
-)
-from pftrack.sweep.recording import _open, pack, setup_of
+from pftrack.sweep import Plan, carry_out, compare, read_result
+from pftrack.sweep.axis import Axis, SweepError, SweepStopped
+from pftrack.sweep.cells import cells, quantity_named, samples
+from pftrack.sweep.recording import Recording, _open, pack, setup_of
 from pftrack.sweep.report import write_report
 from tests.server.test_uploads import video
 

@@ -13,28 +13,16 @@ import pyarrow.compute as pc
 import pytest
 from PIL import Image
 
-from pftrack.core.model.export import ExportError
+from pftrack.core.model.setup import ExportError
 from pftrack.experiments import EXPERIMENTS
-from pftrack.sweep import (
-    Axis,
-    Plan,
-    Result,
-    SweepError,
-    begin,
-    carry_out,
-    cells,
-    compare,
-    quantities,
-    quantity_named,
-    read_result,
-    samples,
-)
-from pftrack.sweep.report import Report, export_result, write_report
-from pftrack.sweep.report.colours import amounts, largest_difference, scale_of
-from pftrack.sweep.report.figures import figures
-from pftrack.sweep.report.page import page
+from pftrack.sweep import Plan, Result, begin, carry_out, compare, read_result
+from pftrack.sweep.axis import Axis, SweepError
+from pftrack.sweep.cells import cells, quantities, quantity_named, samples
+from pftrack.sweep.report import Report, write_report
+from pftrack.sweep.report.exports import export_result, figures
+from pftrack.sweep.report.frame import amounts, largest_difference, scale_of
+from pftrack.sweep.report.page import page, tables
 from pftrack.sweep.report.study import Study
-from pftrack.sweep.report.tables import tables
 
 
 def test_a_report_has_all_its_files(report: Report) -> None:

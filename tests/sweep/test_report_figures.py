@@ -13,9 +13,11 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 from PIL import Image
 
-from pftrack.sweep import Axis, Plan, Result, carry_out, quantity_named, samples
+from pftrack.sweep import Plan, Result, carry_out
+from pftrack.sweep.axis import Axis
+from pftrack.sweep.cells import quantity_named, samples
 from pftrack.sweep.report.curves import curves
-from pftrack.sweep.report.figures import figures
+from pftrack.sweep.report.exports import figures
 from pftrack.sweep.report.maps import mean_maps
 from pftrack.sweep.report.study import Study
 

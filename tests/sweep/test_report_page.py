@@ -11,11 +11,11 @@ from matplotlib.colors import to_hex
 from playwright.sync_api import Browser
 
 from pftrack.output.figures.style import diverging
-from pftrack.sweep import Axis, Code, Result, cells, quantities, significance
+from pftrack.sweep import Result
+from pftrack.sweep.axis import Axis
+from pftrack.sweep.cells import Code, cells, quantities, significance
 from pftrack.sweep.report import Report
-from pftrack.sweep.report.colours import CODES, amounts, largest_difference, scale_of
-from pftrack.sweep.report.frame import Frame
-from pftrack.sweep.report.labels import number
+from pftrack.sweep.report.frame import CODES, Frame, amounts, largest_difference, number, scale_of
 from pftrack.sweep.report.page import STYLE
 from pftrack.sweep.report.study import Study
 from pftrack_server.sweeps.results import Results

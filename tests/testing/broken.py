@@ -9,23 +9,20 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from pydantic import field_validator
 
-from pftrack.core.model.band import ALL, FlagBand
-from pftrack.core.model.calibration import Calibration
-from pftrack.core.model.drawing import Points, Primitive, WorldDrawing
-from pftrack.core.model.failure import Cure
-from pftrack.core.model.frame import Frame
+from pftrack.core.model.band import ALL, Calibration, FlagBand
+from pftrack.core.model.diagnostics import Step
+from pftrack.core.model.drawing import Points, Primitive, World, WorldDrawing
 from pftrack.core.model.likelihood import anchor_at
-from pftrack.core.model.linear import NoiseScale
 from pftrack.core.model.marks import Editor, Handle, Mark
 from pftrack.core.model.measures import PICTURE_MEASURES
 from pftrack.core.model.parameters import parameter
+from pftrack.core.model.preset import Cure, ExampleSweep, Preset
 from pftrack.core.model.series import Series
-from pftrack.core.model.world import World
+from pftrack.core.model.source import Frame
+from pftrack.core.model.tracker import NoiseScale
 from pftrack.experiments import find
-from pftrack.experiments.experiment import ExampleSweep, Experiment, Preset, Step
-from pftrack.experiments.shared.loss_probability.declaration import LossDeclaration
-from pftrack.experiments.shared.loss_probability.logistic import Logistic
-from pftrack.experiments.shared.loss_probability.model import LossModel
+from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.shared.loss_probability import Logistic, LossDeclaration, LossModel
 from pftrack.experiments.sine.experiment import SineParameters
 from pftrack.experiments.sine.scene import SignalSource
 

@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.core.model.calibration import Calibration, Direction, Miscalibration
+from pftrack.core.model.band import Calibration, Direction, Miscalibration
 from pftrack.core.model.drawing import Ellipsoids
 from pftrack.core.model.measures import PICTURE_MEASURES
 from pftrack.core.model.parameters import parameter
-from pftrack.core.model.suitability import Suitability
+from pftrack.core.model.preset import Preset
+from pftrack.core.model.setup import Suitability
 from pftrack.experiments import EXPERIMENTS, find
-from pftrack.experiments.experiment import Experiment, Preset
+from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.sine.experiment import SineParameters
 from pftrack.testing import Check, CheckError, check_experiment, experiment_checks
 from tests.installing import environment, install
@@ -219,7 +220,7 @@ def test_an_estimate_that_depends_on_the_process_is_found(tmp_path: Path, monkey
     """What differs from process to process, such as its number, does not pass."""
     source = (
         "import os\nfrom dataclasses import replace\nimport numpy as np\n"
-        "from pftrack.experiments import find\nfrom pftrack.core.model.calibration import Calibration\n"
+        "from pftrack.experiments import find\nfrom pftrack.core.model.band import Calibration\n"
         "SINE = find('sine')\nKALMAN = SINE.trackers['kalman']\n"
         "def start(target, frame, parameters, rng):\n"
         "    state = KALMAN.start(target, frame, parameters, rng)\n"

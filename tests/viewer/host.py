@@ -16,10 +16,9 @@ from fastapi import FastAPI, Response, WebSocket
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
-from pftrack.core.model.drawing import COLOURS, Drawing, Ellipse, Picture, Points, Polyline, Text
-from pftrack.core.model.layer import Key, Layer
+from pftrack.core.model.drawing import Drawing, Ellipse, Key, Layer, Picture, Points, Polyline, Text, World
+from pftrack.core.model.palette import COLOURS
 from pftrack.core.model.parameters import Declaration, Value
-from pftrack.core.model.world import World
 from pftrack_server.pictures import PictureEncoder
 from pftrack_server.schemas.panel import PanelDescription, PanelValues
 from pftrack_server.viewer import CONTENT_SECURITY_POLICY, Viewer, bridge, client_asset, client_page

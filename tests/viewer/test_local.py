@@ -9,7 +9,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 from pftrack.core.model.recipe import Recipe
-from pftrack.output.exports import viewers
+from pftrack.output.exports import formats
 from pftrack.runs.record import make
 from pftrack.runs.run import Run
 from pftrack_server.viewer.player import Player
@@ -76,7 +76,7 @@ def test_a_scene_is_shown_to_its_own_page_alone(chromium: Any) -> None:
     """A browser at the address sees the frame that is asked for; other pages, addresses and hosts see nothing."""
     run = _made()
     run.seek(20)
-    with viewers.show(run, browser=False) as scene:
+    with formats.show(run, browser=False) as scene:
         context = chromium.new_context(viewport={"width": 900, "height": 600})
         context.add_init_script(FRUGAL)
         page = context.new_page()

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.model.drawing import COLOURS, Arrows, Drawing, Ellipsoids, Links, Points, Text, WorldDrawing
-from pftrack.core.model.world import Viewpoint, World
+from pftrack.core.model.drawing import Arrows, Drawing, Ellipsoids, Links, Points, Text, Viewpoint, World, WorldDrawing
+from pftrack.core.model.palette import COLOURS
 from pftrack_server.viewer import bodies, worlds
 from pftrack_server.viewer.camera import Box
 from pftrack_server.viewer.shapes import FREE, Stance

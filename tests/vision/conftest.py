@@ -3,7 +3,8 @@ import pytest
 
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import History
-from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource
+from pftrack.experiments.head.scene import HeadSource
+from pftrack.experiments.head.scene_parameters import HeadSceneParameters
 
 
 def picture(index: int = 0, **values: object) -> tuple[np.ndarray, np.ndarray]:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pftrack.vision.likelihoods.background import NO_BACKGROUND, Background, background_of
-from pftrack.vision.likelihoods.colour_bins import BINS, bin_table
+from pftrack.vision.likelihoods.counting import BINS, bin_table
 from pftrack.vision.likelihoods.histogram import Window, fit, roots_of, shares, similarity
 
 RED, GREEN, BLUE = (200, 30, 30), (30, 160, 40), (30, 40, 200)

@@ -5,8 +5,9 @@ import cv2
 import numpy as np
 import pytest
 
-from pftrack.vision.detection import FaceError, cascades, detect, find_again
-from pftrack.vision.geometry.face_model import FEATURES, FaceModel, mean_model
+from pftrack.vision.detection import face as cascades
+from pftrack.vision.detection.face import FaceError, detect, find_again
+from pftrack.vision.geometry.face import FEATURES, FaceModel, mean_model
 
 CLIP = Path(__file__).parents[2] / ".." / "shared" / "data" / "face_turning"
 LEFT, RIGHT = FEATURES.index("leye"), FEATURES.index("reye")
@@ -32,7 +33,7 @@ def test_eye_boxes_are_where_the_eyes_are(frontal: tuple) -> None:
     """The cascades' eye boxes on the simulated frontal frame are within 4 px of the true eye centres (section 8)."""
     grey, truth = frontal
     (face,) = cascades.faces(grey)
-    boxes = cascades.eyes(grey, face)
+    boxes = cascades.find_eyes(grey, face)
     centres = np.array([(x + (w - 1) / 2, y + (h - 1) / 2) for x, y, w, h in boxes])
     assert len(centres) == 2
     for eye in (LEFT, RIGHT):

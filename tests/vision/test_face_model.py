@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.core.geometry.rotation import rotation
-from pftrack.vision.geometry.face_model import (
+from pftrack.vision.geometry.face import (
     FEATURES,
     FaceModel,
     Similarity,

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.core.geometry.rotation import rotation
-from pftrack.vision.geometry.gaze import gaze, theta_of
+from pftrack.vision.geometry.face import gaze, theta_of
 
 right_angles = st.floats(-1.5, 1.5)
 

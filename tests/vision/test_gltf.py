@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.vision.model_files.gltf import glb
+from pftrack.vision.model_files import glb
 
 TETRAHEDRON = np.array(((0, 0, 0), (4, 0, 0), (0, 4, 0), (0, 0, 4)), dtype=np.float32)
 OUTWARDS = np.array(((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)), dtype=np.uint32)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from pftrack.vision.likelihoods import histogram
 from pftrack.vision.likelihoods.background import NO_BACKGROUND
-from pftrack.vision.likelihoods.colour_bins import BINS, SPACES, Space, bin_table
+from pftrack.vision.likelihoods.counting import BINS, SPACES, Space, bin_table
 from pftrack.vision.likelihoods.histogram import Window, fit, rho_map, shares, similarities, similarity
 
 SIZE = (96, 64)

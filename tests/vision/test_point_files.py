@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.vision.geometry.face_model import FEATURES, mean_model
-from pftrack.vision.model_files.points import LONGEST_CHARACTERS, as_json, read_points
+from pftrack.vision.geometry.face import FEATURES, mean_model
+from pftrack.vision.model_files import LONGEST_CHARACTERS, as_json, read_points
 
 GOOD = as_json(FEATURES, mean_model().points_mm, frames=3)
 

@@ -1,6 +1,6 @@
 import numpy as np
 
-from pftrack.core.numerics.gaussian import log_density
+from pftrack.core.numerics.random import log_density
 from pftrack.vision.likelihoods import points
 
 

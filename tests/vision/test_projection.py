@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from pftrack.core.model.drawing import (
-    COLOURS,
     Arrows,
     Axes,
     Drawing,
@@ -19,9 +18,11 @@ from pftrack.core.model.drawing import (
     Polyline,
     Primitive,
     Text,
+    Viewpoint,
+    World,
     WorldDrawing,
 )
-from pftrack.core.model.world import Viewpoint, World
+from pftrack.core.model.palette import COLOURS
 from pftrack.vision.rendering import render, render_beside
 from pftrack.vision.rendering.projection import Projection, look_at
 

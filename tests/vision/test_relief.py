@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from pftrack.vision.likelihoods import relief
-from pftrack.vision.likelihoods.relief import Reliefs
+from pftrack.vision.likelihoods import separation
+from pftrack.vision.likelihoods.separation import Reliefs
 
 SIDE = 15
 FRONTAL = np.array([[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]])
@@ -37,8 +37,8 @@ def turned(degrees: float, scale: float = 1.0) -> np.ndarray:
 
 
 def test_as_it_was_seen_it_fits() -> None:
-    views = relief.project_views(plate(), FRONTAL)
-    assert relief.correlations(picture(FRONTAL[0]), PLACE, views)[0, 0] == pytest.approx(1.0, abs=1e-6)
+    views = separation.project_views(plate(), FRONTAL)
+    assert separation.correlations(picture(FRONTAL[0]), PLACE, views)[0, 0] == pytest.approx(1.0, abs=1e-6)
     assert views.levels.sum() == pytest.approx(0.0, abs=1e-9)
     assert np.square(views.levels).sum() == pytest.approx(1.0)
 
@@ -47,41 +47,41 @@ def test_as_it_was_seen_it_fits() -> None:
 def test_bent_with_the_surface_it_fits_where_a_flat_one_does_not(degrees: float, scale: float) -> None:
     slopes = turned(degrees, scale)
     seen = picture(slopes[0])
-    bent = relief.correlations(seen, PLACE, relief.project_views(plate(), slopes))[0, 0]
-    flat = relief.correlations(seen, PLACE, relief.project_views(plate(), FRONTAL))[0, 0]
+    bent = separation.correlations(seen, PLACE, separation.project_views(plate(), slopes))[0, 0]
+    flat = separation.correlations(seen, PLACE, separation.project_views(plate(), FRONTAL))[0, 0]
     assert bent > 0.85
     assert flat < 0.75
 
 
 def test_gain_and_offset_change_nothing() -> None:
     seen = picture(FRONTAL[0]).astype(float)
-    views = relief.project_views(plate(), FRONTAL)
+    views = separation.project_views(plate(), FRONTAL)
     darker = (0.5 * seen + 20).astype(np.uint8)
-    assert relief.correlations(darker, PLACE, views)[0, 0] > 0.999
+    assert separation.correlations(darker, PLACE, views)[0, 0] > 0.999
 
 
 def test_what_has_turned_away_says_nothing() -> None:
     """Seen from the edge or from behind there is no template, and every place is as good as any other."""
     for degrees in (85.0, 180.0):
-        views = relief.project_views(plate(), turned(degrees))
+        views = separation.project_views(plate(), turned(degrees))
         assert np.diff(views.ends).tolist() == [0]
-        assert (relief.correlations(picture(FRONTAL[0]), PLACE, views) == 0.0).all()
+        assert (separation.correlations(picture(FRONTAL[0]), PLACE, views) == 0.0).all()
 
 
 def test_what_has_no_contrast_says_nothing() -> None:
-    views = relief.project_views(plate(np.full(SIDE * SIDE, 90.0)), FRONTAL)
+    views = separation.project_views(plate(np.full(SIDE * SIDE, 90.0)), FRONTAL)
     assert np.diff(views.ends).tolist() == [0]
 
 
 @pytest.mark.parametrize("place", [(3.0, 50.0), (60.0, 97.0), (-1e9, 0.0), (np.nan, 20.0), (np.inf, 20.0)])
 def test_beyond_the_picture_nothing_fits(place: tuple[float, float]) -> None:
-    views = relief.project_views(plate(), FRONTAL)
-    assert relief.correlations(picture(FRONTAL[0]), np.array([[place]]), views)[0, 0] == -1.0
+    views = separation.project_views(plate(), FRONTAL)
+    assert separation.correlations(picture(FRONTAL[0]), np.array([[place]]), views)[0, 0] == -1.0
 
 
 def test_a_flat_picture_fits_nothing() -> None:
-    views = relief.project_views(plate(), FRONTAL)
-    assert relief.correlations(np.full((100, 120), 77, np.uint8), PLACE, views)[0, 0] == -1.0
+    views = separation.project_views(plate(), FRONTAL)
+    assert separation.correlations(np.full((100, 120), 77, np.uint8), PLACE, views)[0, 0] == -1.0
 
 
 @pytest.mark.parametrize("count", [1, 2, 7])
@@ -89,25 +89,25 @@ def test_each_place_is_judged_by_itself(count: int) -> None:
     """However many places are looked at, and with some of them beyond the picture, each has what it has alone."""
     rng = np.random.default_rng(count)
     places = rng.uniform((-10.0, -10.0), (130.0, 110.0), (1, count, 2))
-    seen, views = rng.integers(0, 255, (100, 120), np.uint8), relief.project_views(plate(), turned(20.0))
-    alone = [relief.correlations(seen, places[:, [i]], views)[0, 0] for i in range(count)]
-    assert relief.correlations(seen, places, views)[0].tolist() == alone
+    seen, views = rng.integers(0, 255, (100, 120), np.uint8), separation.project_views(plate(), turned(20.0))
+    alone = [separation.correlations(seen, places[:, [i]], views)[0, 0] for i in range(count)]
+    assert separation.correlations(seen, places, views)[0].tolist() == alone
 
 
 def test_beyond_its_reach_the_picture_does_not_matter() -> None:
     """Templates see the part of the picture within reach and nothing else, and no smaller part will do."""
     rng = np.random.default_rng(3)
-    seen, views = rng.integers(0, 255, (100, 120), np.uint8), relief.project_views(plate(), turned(30.0, 1.3))
+    seen, views = rng.integers(0, 255, (100, 120), np.uint8), separation.project_views(plate(), turned(30.0, 1.3))
     places = rng.uniform((20.0, 30.0), (50.0, 60.0), (1, 40, 2))
-    left, top, right, bottom = relief.reach(places, views, seen.shape)
+    left, top, right, bottom = separation.reach(places, views, seen.shape)
     other = rng.integers(0, 255, seen.shape, np.uint8)
     other[top:bottom, left:right] = seen[top:bottom, left:right]
-    found = relief.correlations(seen, places, views)
-    assert np.array_equal(relief.correlations(other, places, views), found)
+    found = separation.correlations(seen, places, views)
+    assert np.array_equal(separation.correlations(other, places, views), found)
     for edge in ((slice(None), left), (slice(None), right - 1), (top, slice(None)), (bottom - 1, slice(None))):
         less = seen.copy()
         less[edge] ^= 255
-        assert not np.array_equal(relief.correlations(less, places, views), found)
+        assert not np.array_equal(separation.correlations(less, places, views), found)
 
 
 @pytest.mark.parametrize(
@@ -121,5 +121,5 @@ def test_beyond_its_reach_the_picture_does_not_matter() -> None:
         ((20.0, np.inf), (0, 0, 120, 100)),
     ],
 )
-def test_the_reach_ends_with_the_picture(place: tuple[float, float], part: relief.Part) -> None:
-    assert relief.reach(np.array([[place]]), relief.project_views(plate(), FRONTAL), (100, 120)) == part
+def test_the_reach_ends_with_the_picture(place: tuple[float, float], part: separation.Part) -> None:
+    assert separation.reach(np.array([[place]]), separation.project_views(plate(), FRONTAL), (100, 120)) == part

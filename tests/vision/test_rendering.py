@@ -10,7 +10,6 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.model.drawing import (
-    COLOURS,
     Arrows,
     Axes,
     Drawing,
@@ -25,6 +24,7 @@ from pftrack.core.model.drawing import (
     Primitive,
     Text,
 )
+from pftrack.core.model.palette import COLOURS
 from pftrack.vision.rendering import png, render
 
 BLUE = COLOURS["estimate"]

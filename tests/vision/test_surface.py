@@ -6,9 +6,9 @@ from io import BytesIO
 import numpy as np
 import pytest
 
-from pftrack.experiments.head.sketch import front
-from pftrack.vision.geometry.face_model import mean_model, person
-from pftrack.vision.model_files.surface import Surface, as_glb, as_obj, as_ply, upright
+from pftrack.experiments.head.draw import front
+from pftrack.vision.geometry.face import mean_model, person
+from pftrack.vision.model_files import Surface, as_glb, as_obj, as_ply, upright
 
 Written = Callable[[Surface], bytes]
 

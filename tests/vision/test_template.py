@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.vision.likelihoods import template
-from pftrack.vision.likelihoods.template_bank import TURN_RAD, TemplateBank
+from pftrack.vision.likelihoods.template import TURN_RAD, TemplateBank
 
 SIZES = np.array([[64, 42], [36, 36], [24, 24], [7, 9]])
 POINTS = np.array([[80.0, 60.0], [40.4, 50.6], [120.0, 90.0], [15.0, 15.0]])

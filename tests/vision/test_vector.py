@@ -5,7 +5,8 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from pftrack.core.model.drawing import COLOURS, Drawing, Picture, Text
+from pftrack.core.model.drawing import Drawing, Picture, Text
+from pftrack.core.model.palette import COLOURS
 from pftrack.vision.rendering.vector import svg
 from tests.vision.test_rendering import EVERY, f32
 

@@ -5,18 +5,19 @@ from functools import partial
 
 import numpy as np
 
-from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.drawing import COLOURS, Drawing, Mesh, Picture
-from pftrack.core.model.layer import Key, Layer
+from pftrack.core.model.diagnostics import Diagnostics, Step
+from pftrack.core.model.drawing import Drawing, Key, Layer, Mesh, Picture
+from pftrack.core.model.glossary import Citation, Reference
 from pftrack.core.model.marks import Mark
+from pftrack.core.model.palette import COLOURS
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.plot import ERROR, Plot, Reading
+from pftrack.core.model.preset import ExampleSweep, Preset
 from pftrack.core.model.recipe import Footage
-from pftrack.core.model.references import Citation, Reference
-from pftrack.core.model.sequence import FrameSequence
+from pftrack.core.model.setup import Setup
+from pftrack.core.model.source import FrameSequence, Truth
 from pftrack.core.model.tracker import Tracker
-from pftrack.core.model.truth import Truth
-from pftrack.experiments.experiment import ExampleSweep, Experiment, Preset, Setup, Step
+from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.shared.sketch import SECOND_RUN, at_height, circle
 from pftrack.sources.recording import RecordingSource
 from pftrack_turning.mark import Circle

@@ -6,8 +6,9 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from pftrack.core.model.drawing import COLOURS, Ellipse, Primitive
+from pftrack.core.model.drawing import Ellipse, Primitive
 from pftrack.core.model.marks import Editor, Handle, Mark, MarkNumber
+from pftrack.core.model.palette import COLOURS
 from pftrack.core.model.parameters import ParameterError
 
 

@@ -11,11 +11,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.frame import Frame, Target
 from pftrack.core.model.parameters import parameter
 from pftrack.core.model.series import Hypotheses, Interval, Series, SeriesValue
-from pftrack.core.numerics.gaussian import Gaussian
-from pftrack.core.numerics.random import Stream
+from pftrack.core.model.source import Frame, Target
+from pftrack.core.numerics.random import Gaussian, Stream
 from pftrack.filters import kalman
 from pftrack.filters.dynamics import LinearDynamics
 from pftrack.sources.recording import RecordingParameters

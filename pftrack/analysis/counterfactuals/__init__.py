@@ -1,7 +1,7 @@
 """Counterfactuals: what would have saved a run that lost its target, found by experiment.
 
 A run can be repeated from any of its frames, to the same numbers. So one goes back to shortly before the loss
-(`pftrack.runs.loss_intervals`), changes one thing, and lets the run go on with many other seeds: does it then hold?
+(`pftrack.runs.scoring`), changes one thing, and lets the run go on with many other seeds: does it then hold?
 The changes (`alternatives`) are found by what parameters declare of themselves, their roles, so that they exist for
 every tracker. First of all nothing is changed: of the same settings with other seeds many may hold, and then it was
 bad luck.
@@ -12,8 +12,16 @@ question for a sweep.
 """
 
 from pftrack.analysis.counterfactuals.alternatives import Alternative, alternatives
-from pftrack.analysis.counterfactuals.report import Finding, Report, join, read_record, record
-from pftrack.analysis.counterfactuals.trials import LossError, find_loss, what_if
+from pftrack.analysis.counterfactuals.report import (
+    Finding,
+    LossError,
+    Report,
+    find_loss,
+    join,
+    read_record,
+    record,
+    what_if,
+)
 
 __all__ = [
     "Alternative",

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
 
 from pftrack.core.model.parameters import Declaration, ParameterError, Parameters, Role, Value, revise
-from pftrack.core.model.timeline import parameter_values
+from pftrack.core.model.recipe import parameter_values
 from pftrack.runs.run import Run
 
 __all__ = ["KINDS", "Allow", "Alternative", "Kind", "allow_all", "alternatives"]

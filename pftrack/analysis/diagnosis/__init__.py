@@ -1,7 +1,8 @@
 """Why a target was lost: a diagnosis from a run's own numbers, by the declared roles of what it reports."""
 
-from pftrack.analysis.diagnosis.course import COLUMNS, Course, course_of
+from pftrack.analysis.diagnosis.course import COLUMNS, Course, Rule, Sign, course_of
 from pftrack.analysis.diagnosis.diagnosis import (
+    RULES,
     Diagnosis,
     Evidence,
     course_of_run,
@@ -9,8 +10,6 @@ from pftrack.analysis.diagnosis.diagnosis import (
     diagnose_course,
     picture_size,
 )
-from pftrack.analysis.diagnosis.rules import RULES
-from pftrack.analysis.diagnosis.sign import Rule, Sign
 
 __all__ = [
     "COLUMNS",

@@ -13,8 +13,7 @@ the recording is least surprising (Särkkä 2013, chapter 12). This package look
   which was not used, with other random numbers.
 """
 
-from pftrack.analysis.fitting.found import Fit, FitError, Fitted, Half, Method
-from pftrack.analysis.fitting.halves import MOST_NUMBERS, fit, fittable
-from pftrack.analysis.fitting.scores import Score
+from pftrack.analysis.fitting.found import MOST_NUMBERS, Fit, FitError, Fitted, Half, Method, fit, fittable
+from pftrack.analysis.fitting.trials import Score
 
 __all__ = ["MOST_NUMBERS", "Fit", "FitError", "Fitted", "Half", "Method", "Score", "fit", "fittable"]

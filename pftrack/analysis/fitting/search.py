@@ -9,13 +9,18 @@ their evidence is a function of the settings, but one with small steps, where re
 import contextlib
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-import scipy  # it loads its parts when they are asked for: scipy.optimize takes half a second
+import scipy
 from numpy.typing import NDArray
 
-__all__ = ["Objective", "maximise"]
+from pftrack.core.model.tracker import LinearChain, NoiseScale
+from pftrack.filters.learning.online_em import fit_noise
+
+# it loads its parts when they are asked for: scipy.optimize takes half a second
+
 
 Objective: TypeAlias = Callable[[tuple[float, ...]], float]
 
@@ -88,3 +93,37 @@ def _descend(ask: Loss, start: NDArray[np.float64], limits: NDArray[np.float64])
 def _section(ask: Loss, between: NDArray[np.float64]) -> float:
     found = scipy.optimize.minimize_scalar(ask, bounds=tuple(between), method="bounded", options={"xatol": TOLERANCE})
     return float(found.x)
+
+
+# The numbers of a linear Gaussian model that make what was seen most probable, by expectation maximisation.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LinearHalf:
+    """The half of a run that numbers are fitted to, as a linear model.
+
+    Attributes:
+        chains: The model, with the values to begin with.
+        scales: What each number scales.
+    """
+
+    chains: tuple[LinearChain, ...]
+    scales: tuple[NoiseScale, ...]
+
+
+def maximise_linear(
+    half: LinearHalf, begin: Sequence[float], bounds: Sequence[tuple[float, float]]
+) -> tuple[tuple[float, ...], int]:
+    """Return the values under which the half is most probable, and how many steps they took.
+
+    Args:
+        half: What was seen.
+        begin: The values with which its chains were made, positive.
+        bounds: Least and largest value of each number.
+    """
+    numbers = tuple(zip(half.scales, begin, bounds, strict=True))
+    reach = {scale.kind: (scale.factor(value, low), scale.factor(value, high)) for scale, value, (low, high) in numbers}
+    found = fit_noise(half.chains, reach)
+    values = (scale.scale(value, found.factors[scale.kind]) for scale, value, _ in numbers)
+    inside = (min(max(value, low), high) for value, (low, high) in zip(values, bounds, strict=True))
+    return tuple(inside), found.steps

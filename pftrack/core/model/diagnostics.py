@@ -1,18 +1,18 @@
 """Diagnostics: what is written down of every frame, small enough to keep for all of them."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.frame import Frame
-from pftrack.core.model.loss_witness import judge_loss
+from pftrack.core.model.drawing import Drawing
+from pftrack.core.model.measures import judge_loss
 from pftrack.core.model.series import Hypotheses, SeriesValue, to_json
+from pftrack.core.model.source import Frame
 from pftrack.core.model.tracker import TrackState
-
-__all__ = ["Diagnostics", "diagnose"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,3 +125,40 @@ def diagnose(
 
 def _scale(values: NDArray[np.float64], scale: float) -> tuple[float, ...]:
     return tuple((scale * values).tolist())
+
+
+# A step: one frame of a run as everything that shows it is given it, and what draws it.
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One frame of a run: what was seen, what is believed, and the numbers of both.
+
+    Attributes:
+        frame: What the source showed.
+        state: The tracker's posterior, of the kind that the experiment's trackers have.
+        diagnostics: The numbers.
+        parameters: In force in this frame.
+        tracker: Name of the tracker that took the step.
+        tracker_title: Its title, as the experiment of the run has it.
+    """
+
+    frame: Frame
+    state: Any
+    diagnostics: Diagnostics
+    parameters: Any
+    tracker: str
+    tracker_title: str
+
+
+class Draw(Protocol):
+    """Draw a frame."""
+
+    def __call__(self, step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = None) -> Drawing:
+        """Return what is to be seen.
+
+        Args:
+            step: The frame.
+            past: The run's diagnostics up to this frame, or further.
+            other: The diagnostics of the same frame in a second run, if there is one to compare with.
+        """

@@ -7,42 +7,205 @@ px, towards the viewer. A renderer without depth ignores z. Where a drawing show
 stands at a height stands on the way from its pixel to the camera, so that looked at from aside all has its true
 proportions.
 
-Beside the picture there may be worlds of their own (`pftrack.core.model.world`), in which a drawing shows the same
+Beside the picture there may be worlds of their own (`pftrack.core.model.drawing`), in which a drawing shows the same
 primitives in the world's coordinates: lengths are in its unit, right-handed; only widths of lines stay px of the
 screen.
 
 Each primitive names its layer; a viewer lets people switch layers on and off. Colours are the palette's.
 """
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.layer import Key
 from pftrack.core.model.palette import COLOURS, Colour
-from pftrack.core.model.world import World
 
-__all__ = [
-    "COLOURS",
-    "TITLES_FROM_PX",
-    "Arrows",
-    "Axes",
-    "Colour",
-    "Drawing",
-    "Ellipse",
-    "Ellipsoids",
-    "Frustum",
-    "Links",
-    "Mesh",
-    "Picture",
-    "Points",
-    "Polyline",
-    "Primitive",
-    "Text",
-    "WorldDrawing",
-]
+# Layers of a drawing, declared as data: what can be switched on and off, and what its colours mean.
+#
+# An experiment lists its layers in the order in which they are shown, as it lists its plots. Each primitive of its
+# drawings names one of them. Whoever shows drawings, a viewer or a film, needs to know the roles below and nothing of
+# the experiment.
+
+LayerRole: TypeAlias = Literal["", "through time", "flat only"]
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """An entry of the legend.
+
+    Attributes:
+        colour: Name of a colour in `pftrack.core.model.palette.COLOURS`.
+        meaning: What it stands for, a few words.
+
+    Raises:
+        ValueError: There is no such colour.
+    """
+
+    colour: str
+    meaning: str
+
+    def __post_init__(self) -> None:
+        """Refuse a colour that has no meaning."""
+        if self.colour not in COLOURS:
+            raise ValueError(f"there is no colour {self.colour!r}; there are {', '.join(COLOURS)}")
+
+
+@dataclass(frozen=True, slots=True)
+class Layer:
+    """What can be switched on and off in a drawing.
+
+    A layer "through time" has the frames of the run as its third direction, which is worth seeing from aside only;
+    there it takes the place of layers that are "flat only". A viewer without depth shows the latter.
+
+    Attributes:
+        name: What primitives call it.
+        title: What it is called on the screen; its name with a capital letter by default.
+        shown: Whether it is at first.
+        legend: What colours mean on it, where that is not plain.
+        role: What a viewer with depth may do with it.
+    """
+
+    name: str
+    title: str = ""
+    shown: bool = True
+    legend: tuple[Key, ...] = ()
+    role: LayerRole = ""
+
+    def __post_init__(self) -> None:
+        """Make a title from the name."""
+        if not self.title:
+            object.__setattr__(self, "title", self.name[:1].upper() + self.name[1:])
+
+
+def legend(layers: Iterable[Layer]) -> tuple[Key, ...]:
+    """Return what the colours of some layers mean, each meaning once, in the palette's order."""
+    return sort_keys(key for layer in layers for key in layer.legend)
+
+
+def sort_keys(keys: Iterable[Key]) -> tuple[Key, ...]:
+    """Return keys, each once, in the palette's order."""
+    return tuple(sorted(dict.fromkeys(keys), key=lambda key: list(COLOURS).index(key.colour)))
+
+
+# Worlds: spaces of their own beside the picture, declared as data.
+#
+# A drawing lives in the picture's space. What has a shape of its own, such as the model of a head, is better seen in
+# another one as well: in its own coordinates and unit, at rest while the picture moves, from all sides. An experiment
+# declares its worlds, as it declares its layers; each drawing then says what there is in them.
+#
+# A world is right-handed. It is seen without perspective, so that equal lengths look equal and a ruler holds
+# everywhere: what lies within `radius` of its middle is seen from each side and at one scale.
+
+Vector: TypeAlias = tuple[float, float, float]
+
+RULERS = (5.0, 2.0, 1.0)
+"""A ruler's length is one of these times a power of ten."""
+RULER_SHARE = 0.5
+"""The longest ruler, as a share of the world's radius."""
+SQUARE = 1e-6
+"""How far from a right angle `front` and `up` may be, as a cosine."""
+
+
+@dataclass(frozen=True, slots=True)
+class Viewpoint:
+    """A side from which to look at a world.
+
+    Attributes:
+        name: Name in commands and addresses.
+        title: On its button.
+        azimuth_deg: How far to the right of the front the viewer stands, going round the upright axis.
+        elevation_deg: How far above the middle, -90 to 90.
+
+    Raises:
+        ValueError: An angle is not finite, or the elevation is beyond the poles.
+    """
+
+    name: str
+    title: str
+    azimuth_deg: float
+    elevation_deg: float
+
+    def __post_init__(self) -> None:
+        """Refuse a viewpoint that is nowhere."""
+        if not (np.isfinite(self.azimuth_deg) and -90.0 <= self.elevation_deg <= 90.0):
+            raise ValueError(
+                f"expected a finite azimuth and an elevation of -90 to 90 degrees, got {self.azimuth_deg} and "
+                f"{self.elevation_deg}"
+            )
+
+
+FRONT_SIDE_TOP = (
+    Viewpoint("front", "Front", 0.0, 0.0),
+    Viewpoint("side", "Side", 60.0, 15.0),
+    Viewpoint("top", "Top", 0.0, 90.0),
+)
+"""Three viewpoints that suit most objects."""
+
+
+@dataclass(frozen=True)
+class World:
+    """A space with a unit, an extent, an upright axis and sides from which to look at it.
+
+    Attributes:
+        name: Name in drawings.
+        title: What it is called on the screen.
+        unit: Of its coordinates, such as "mm".
+        middle: (x, y, z) around which it turns.
+        radius: How far from there it extends.
+        up: Direction that is shown upwards.
+        front: Direction from the middle towards somebody who looks from the front, at right angles to `up`.
+        viewpoints: Where to look from; the first is the one to begin with.
+
+    Raises:
+        ValueError: A number is not finite, the radius is not positive, `up` and `front` are not at right angles, or
+            there is no viewpoint or two of one name.
+    """
+
+    name: str
+    title: str
+    unit: str
+    radius: float
+    middle: Vector = (0.0, 0.0, 0.0)
+    up: Vector = (0.0, 1.0, 0.0)
+    front: Vector = (0.0, 0.0, 1.0)
+    viewpoints: tuple[Viewpoint, ...] = FRONT_SIDE_TOP
+
+    def __post_init__(self) -> None:
+        """Refuse a world that cannot be shown."""
+        if not (np.isfinite([*self.middle, *self.up, *self.front]).all() and 0.0 < self.radius < np.inf):
+            raise ValueError(f"the world {self.name!r} must have a finite place and a radius above 0")
+        lengths = float(np.linalg.norm(self.up) * np.linalg.norm(self.front))
+        if lengths <= 0.0 or abs(float(np.dot(self.up, self.front))) > SQUARE * lengths:
+            raise ValueError(f"up and front must be at right angles, got {self.up} and {self.front}")
+        names = [viewpoint.name for viewpoint in self.viewpoints]
+        if not names or len(set(names)) < len(names):
+            raise ValueError(f"expected viewpoints with different names, got {', '.join(names) or 'none'}")
+
+    @property
+    def ruler(self) -> float:
+        """Length of the ruler that is drawn beside it, a round number in its unit."""
+        longest = RULER_SHARE * self.radius
+        power = 10.0 ** np.floor(np.log10(longest))
+        return float(next(length for length in RULERS if length * power <= longest * (1.0 + 1e-9)) * power)
+
+    def turn(self, azimuth_deg: float, elevation_deg: float) -> NDArray[np.float64]:
+        """Return the directions (3, 3) that a viewer sees to the right, downwards and towards himself, as rows."""
+        front, up, right = self._axes
+        azimuth, elevation = np.deg2rad((azimuth_deg, elevation_deg))
+        level = np.cos(azimuth) * front + np.sin(azimuth) * right
+        towards = np.cos(elevation) * level + np.sin(elevation) * up
+        across = np.cos(azimuth) * right - np.sin(azimuth) * front
+        return np.stack((across, np.cross(across, towards), towards))
+
+    @cached_property
+    def _axes(self) -> NDArray[np.float64]:
+        front, up = (np.array(axis) / np.linalg.norm(axis) for axis in (self.front, self.up))
+        return np.stack((front, up, np.cross(up, front)))
+
 
 TITLES_FROM_PX = 520.0
 """Width of a picture, where letters are 12 px high, from which on there is room for names that are written out."""
@@ -293,3 +456,43 @@ class Drawing:
     def apex(self) -> NDArray[np.float32] | None:
         """Where the camera stands, (3,) px; None if it is not drawn, and as good as infinitely far away."""
         return next((item.apex for item in self.primitives.values() if isinstance(item, Frustum)), None)
+
+
+# The legend of a drawing: what its colours mean, of the layers and colours that it really has.
+#
+# An experiment declares keys for all that any of its trackers may draw. A Kalman filter draws no particles, and a
+# filter without observation proposals none in that colour; so keys are looked up among what was drawn.
+
+EXTENTS = ("positions", "segments", "centres", "vertices")
+"""Fields of primitives that hold as many places as there are to draw."""
+
+
+def drawn_keys(drawing: Drawing, layers: Iterable[Layer]) -> tuple[tuple[str, Key], ...]:
+    """Return the keys of a legend that a drawing needs, each with the name of its layer.
+
+    Args:
+        drawing: What is to be seen.
+        layers: As its experiment declares them. A layer that shows something, but in none of its keys' colours, as with
+            shades of them, needs all its keys.
+    """
+    items = [*drawing.primitives.values(), *(item for world in drawing.worlds for item in world.primitives.values())]
+    return tuple((layer.name, key) for layer in layers if layer.legend for key in _keys(layer, items))
+
+
+def _keys(layer: Layer, items: Iterable[Primitive]) -> tuple[Key, ...]:
+    drawn = [colours for item in items if item.layer == layer.name for colours in _colours(item)]
+    found = tuple(key for key in layer.legend if any(_has(colours, COLOURS[key.colour]) for colours in drawn))
+    return found or (layer.legend if drawn else ())
+
+
+def _colours(item: Primitive) -> Iterator[NDArray[np.uint8]]:
+    """Yield the colours (n, 3) RGB of a primitive, if anything of it is seen."""
+    if any(len(getattr(item, name, "?")) == 0 for name in EXTENTS):
+        return
+    colours = getattr(item, "colours", getattr(item, "colour", None))
+    if colours is not None:
+        yield np.atleast_2d(np.asarray(colours, dtype=np.uint8))
+
+
+def _has(colours: NDArray[np.uint8], colour: tuple[int, int, int]) -> bool:
+    return bool((colours == np.array(colour, dtype=np.uint8)).all(axis=1).any())

@@ -35,24 +35,12 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pftrack.core.once import warn_once
-
-__all__ = [
-    "HIT_RATE",
-    "MEAN_IOU",
-    "PICTURE_MEASURES",
-    "POSE_MEASURES",
-    "EvaluatedRun",
-    "How",
-    "Measure",
-    "evaluate",
-    "is_success",
-]
+from pftrack.core.files import warn_once
 
 How: TypeAlias = Literal["share", "median", "mean", "until"]
 
@@ -343,3 +331,100 @@ POSE_MEASURES = (
     ),
 )
 """Of a target whose pose is estimated, in degrees: what has no box cannot be inside one."""
+
+# What a tracker says of itself, as measures of a run: of all that are on a recording of which no truth is known.
+#
+# It may be wrong: a tracker that follows the wrong thing says that it follows. So these numbers compare trackers and
+# parameters, and prove nothing. How true its probability is that the target is lost was measured in simulated scenes
+# (`pftrack.experiments.shared.loss_probability`); it is a measure of a run there where a sweep asks for it.
+
+
+def own_account(unit: str) -> tuple[Measure, ...]:
+    """Return the measures of a run by the tracker's own account.
+
+    Args:
+        unit: Of its estimates.
+    """
+    return (
+        Measure(
+            "following_share",
+            "Says that it follows",
+            "Share of the frames in which the tracker does not look for its target; unknown for one that never looks.",
+            "share",
+            _following,
+        ),
+        Measure(
+            "mean_deviation",
+            "Stated deviation",
+            "Mean over the frames of the posterior standard deviation, over all components (root mean square).",
+            "mean",
+            _deviation,
+            unit=unit,
+            better="lower",
+        ),
+    )
+
+
+def _loss_probability(course: EvaluatedRun) -> NDArray[np.float64]:
+    if course.loss_probabilities is None:
+        return np.full(len(course.errors), np.nan)
+    return course.loss_probabilities
+
+
+MEAN_LOSS_PROBABILITY = Measure(
+    "mean_loss_probability",
+    "Probability that the target is lost",
+    "Mean over the frames after the first of the probability that the target is lost, as the tracker can tell without "
+    "a look at the truth; unknown for one that cannot, and on recordings, where it is not calibrated.",
+    "mean",
+    _loss_probability,
+    better="lower",
+)
+
+
+def _following(course: EvaluatedRun) -> NDArray[np.float64]:
+    return 1.0 - course.searching if course.searching is not None else np.full(len(course.errors), np.nan)
+
+
+def _deviation(course: EvaluatedRun) -> NDArray[np.float64]:
+    if course.deviations is None:
+        return np.full(len(course.errors), np.nan)
+    return np.where(np.isfinite(course.deviations), course.deviations, np.nan)
+
+
+# Who says that a target is lost: the one rule by which everything goes that asks.
+#
+# A target is lost where the truth says so, and where the tracker looks for it by its own account: then there is nothing
+# that it follows, wherever its last place was. Else the truth says that it is held. Where that is not known, the
+# tracker says that it follows, if it gives such an account; else nobody says.
+
+Witness: TypeAlias = Literal["truth", "tracker", ""]
+"""The truth, the tracker's own account, or nobody."""
+
+
+class LossVerdict(NamedTuple):
+    """What is said of a frame.
+
+    Attributes:
+        lost: Whether the target is lost; None where nobody says.
+        witness: Who says so.
+    """
+
+    lost: bool | None
+    witness: Witness
+
+
+def judge_loss(lost: bool | None, searching: bool | None) -> LossVerdict:
+    """Return whether a target is lost in a frame, and who says so.
+
+    Args:
+        lost: By the truth; None where that is not known.
+        searching: Whether the tracker looks for the target by its own account; None for one that always follows.
+    """
+    if lost:
+        return LossVerdict(True, "truth")
+    if searching:
+        return LossVerdict(True, "tracker")
+    if lost is not None:
+        return LossVerdict(False, "truth")
+    return LossVerdict(searching, "" if searching is None else "tracker")

@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pftrack.core.numerics.compiled import compiled
-
-__all__ = ["exponential", "exponentials", "logarithm", "logarithms", "power"]
+from pftrack.core.numerics.matrices import inner_product
 
 LN2_HIGH, LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 ROUNDING = 1.5 * 2.0**52
@@ -106,3 +105,82 @@ def logarithms(values: NDArray[np.float64]) -> NDArray[np.float64]:
         exponent = results[i]
         results[i] = exponent * LN2_HIGH - ((half - (ratio * (half + series) + exponent * LN2_LOW)) - fraction)
     return results
+
+
+# Sines and cosines of whole arrays, for compiled loops, to the same bits on every processor.
+#
+# As with `pftrack.core.numerics.elementary`: nothing but multiplications and additions, which a compiler turns into
+# vector instructions. The angle less the nearest multiple of a quarter turn, in two parts so that little is lost for
+# large angles, goes into fdlibm's polynomials; which quarter it was says which of the two is which, and the signs.
+
+QUARTER_HIGH, QUARTER_LOW = 1.57079632673412561417e00, 6.07710050650619224932e-11
+"""Half of pi: its first 33 bits, and the rest."""
+
+"""Adding it to a small number leaves the nearest whole number in the low bits of the sum."""
+
+
+@compiled
+def sines_cosines(angles: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the sines (n,) and cosines (n,) of finite angles (n,), rad, of at most a million."""
+    count = angles.shape[0]
+    shifted = np.empty(count)
+    first, second = np.empty(count), np.empty(count)
+    for i in range(count):
+        shifted[i] = angles[i] * 0.63661977236758134308 + ROUNDING
+        whole = shifted[i] - ROUNDING
+        rest = (angles[i] - whole * QUARTER_HIGH) - whole * QUARTER_LOW
+        square = rest * rest
+        odd = square * (-2.50507602534068634195e-08 + square * 1.58969099521155010221e-10)
+        odd = square * (-1.98412698298579493134e-04 + square * (2.75573137070700676789e-06 + odd))
+        odd = square * (-1.66666666666666324348e-01 + square * (8.33333333332248946124e-03 + odd))
+        first[i] = rest + rest * odd
+        even = square * (2.08757232129817482790e-09 + square * -1.13596475577881948265e-11)
+        even = square * (2.48015872894767294178e-05 + square * (-2.75573143513906633035e-07 + even))
+        even = square * square * (4.16666666666666019037e-02 + square * (-1.38888888888741095749e-03 + even))
+        second[i] = 1.0 - (0.5 * square - even)
+    quarters = shifted.view(np.int64)
+    sines, cosines = np.empty(count), np.empty(count)
+    for i in range(count):
+        turned = (quarters[i] & 1) != 0
+        sine = second[i] if turned else first[i]
+        cosine = first[i] if turned else second[i]
+        sines[i] = -sine if quarters[i] & 2 else sine
+        cosines[i] = -cosine if (quarters[i] + 1) & 2 else cosine
+    return sines, cosines
+
+
+# Angles: the same after a whole turn, so that a difference or a mean of them is taken on the circle.
+#
+# `wrap` is for arrays outside of compiled loops, `direction` for one vector there; `less_turns` and `circular_mean`
+# are for inside.
+
+
+def wrap(angle_rad: ArrayLike) -> NDArray[np.float64]:
+    """Return angles of any shape, brought into (-pi, pi] by whole turns; differences of angles are errors only so."""
+    turned = np.pi - np.mod(np.pi - np.asarray(angle_rad, dtype=np.float64), 2.0 * np.pi)
+    # Just above half a turn the remainder rounds up to a whole one.
+    return np.where(turned <= -np.pi, np.pi, turned)
+
+
+@compiled
+def less_turns(angle_rad: float) -> float:
+    """Return an angle within half a turn of 0, by whole turns."""
+    return float(angle_rad - 2.0 * np.pi * np.floor(angle_rad / (2.0 * np.pi) + 0.5))
+
+
+@compiled
+def circular_mean(angles_rad: NDArray[np.float64], weights: NDArray[np.float64]) -> float:
+    """Return the direction of the weighted sum of unit vectors, within half a turn of 0.
+
+    Args:
+        angles_rad: (n,), together in memory.
+        weights: (n,).
+    """
+    sines, cosines = sines_cosines(angles_rad)
+    return float(np.arctan2(inner_product(weights, sines), inner_product(weights, cosines)))
+
+
+@compiled
+def direction(across: float, along: float) -> float:
+    """Return the angle of a vector (x, y), within half a turn of 0."""
+    return float(np.arctan2(along, across))

@@ -7,24 +7,88 @@ Names with a leading verb are for compiled loops and take two-dimensional arrays
 `solve_system`, `cholesky` and `least_squares` are the same for the interpreter, and take arrays of any layout.
 """
 
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias, cast
+
 import numpy as np
+from llvmlite import ir
+from numba.core import cgutils
+from numba.extending import intrinsic
 from numpy.typing import ArrayLike, NDArray
 
 from pftrack.core.numerics.compiled import compiled
-from pftrack.core.numerics.sums import inner_product
 
-__all__ = [
-    "cholesky",
-    "contiguous_copy",
-    "factorise",
-    "least_squares",
-    "multiply",
-    "principal",
-    "product",
-    "solve",
-    "solve_system",
-    "substitute",
-]
+# Sums whose order is part of their definition, vectorised all the same.
+#
+# A sum of floating-point numbers depends on its order. A compiler that must keep the order of a loop adds one number
+# after the other, four times slower than it could; one that may choose chooses by the processor. These two say the
+# order themselves: the terms are dealt out to sixteen lanes in turn, each lane adds its own from the first to the last,
+# the lanes are added in halves (the first eight to the last eight, then four to four, and so on), and what is left over
+# at the end, fewer than sixteen terms, is added up one after the other and comes last. Sixteen lanes are four vectors
+# of AVX2, which keep its adders busy.
+#
+# They are for use inside compiled loops only, on arrays that lie together in memory.
+
+LANES = 16
+
+Numbers: TypeAlias = NDArray[np.float64] | NDArray[np.float32]
+
+
+def _type_product(typing_context: Any, first: Any, second: Any) -> tuple[Any, Any]:  # noqa: ANN401 - numba's types
+    del typing_context
+    return first.dtype(first, second), _generate
+
+
+def _type_total(typing_context: Any, values: Any) -> tuple[Any, Any]:  # noqa: ANN401 - numba's types
+    del typing_context
+    return values.dtype(values), _generate
+
+
+def _generate(context: Any, builder: Any, signature: Any, arguments: Sequence[Any]) -> Any:  # noqa: ANN401 - numba's
+    """Write the sum of the products of one or two arrays in LLVM's language."""
+    arrays = [
+        context.make_array(kind)(context, builder, value) for kind, value in zip(signature.args, arguments, strict=True)
+    ]
+    number = context.get_data_type(signature.return_type)
+    lanes = ir.VectorType(number, LANES)
+    size = arrays[0].nitems
+    whole = builder.and_(size, ir.Constant(size.type, -LANES))
+
+    def add_terms(kind: Any, begin: Any, end: Any, step: int) -> Any:  # noqa: ANN401 - values of LLVM
+        """Add up terms of a kind, one number or sixteen, from begin to end."""
+        zero = [0.0] * LANES if kind is lanes else 0.0
+        place = cgutils.alloca_once_value(builder, ir.Constant(kind, zero))  # type: ignore[no-untyped-call] # numba has none
+        with cgutils.for_range_slice(builder, begin, end, ir.Constant(size.type, step)) as (index, _):
+            term = None
+            for array in arrays:
+                address = builder.bitcast(builder.gep(array.data, [index]), kind.as_pointer())
+                factor = builder.load(address, align=context.get_abi_sizeof(number))
+                term = factor if term is None else builder.fmul(term, factor)
+            builder.store(builder.fadd(builder.load(place), term), place)
+        return builder.load(place)
+
+    sums = add_terms(lanes, ir.Constant(size.type, 0), whole, LANES)
+    half = LANES
+    while half > 1:
+        half //= 2
+        low, high = (
+            builder.shuffle_vector(sums, ir.Constant(sums.type, ir.Undefined), _indices(begin, half))
+            for begin in (0, half)
+        )
+        sums = builder.fadd(low, high)
+    rest = add_terms(number, whole, size, 1)
+    return builder.fadd(builder.extract_element(sums, ir.Constant(ir.IntType(32), 0)), rest)
+
+
+def _indices(begin: int, count: int) -> Any:  # noqa: ANN401 - a value of LLVM
+    return ir.Constant(ir.VectorType(ir.IntType(32), count), list(range(begin, begin + count)))
+
+
+inner_product = cast("Callable[[Numbers, Numbers], float]", intrinsic(_type_product))
+"""sum_n a_n b_n of arrays (n,) of the same type and size."""
+
+total = cast("Callable[[Numbers], float]", intrinsic(_type_total))
+"""sum_n a_n of an array (n,)."""
 
 NEGLIGIBLE = 1e-13
 """What is left of a column, relative to all of it, that is rounding and no direction of its own."""
@@ -253,3 +317,150 @@ def _least_squares(slopes: NDArray[np.float64], wanted: NDArray[np.float64]) -> 
         for j in range(wanted.shape[1]):
             shares[k, j] /= upper[k, k]
     return shares, True
+
+
+# Singular values and eigenvalues of matrices of moderate size, to the same bits on every processor.
+#
+# NumPy leaves these to LAPACK, whose code depends on the processor. Here they are found by rotations in the plane of
+# two columns, one pair after another, until all columns are at right angles (one-sided Jacobi; Hestenes 1958). Small
+# singular values come out as exactly as large ones, since the matrix is never multiplied by its transpose.
+
+RIGHT_ANGLE = 1e-15
+"""The cosine of two columns below which they are at right angles."""
+
+SINGULAR_MOST_ROUNDS = 60
+"""Six to ten are enough for the matrices that are met here."""
+
+
+def singular_values(matrix: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return U (m, k), s (k,) and V (n, k) of A = U diag(s) V^T, k = min(m, n), the greatest value first.
+
+    A vector that belongs to a singular value of zero is zero on the side of the longer axis.
+
+    Args:
+        matrix: A, (m, n), finite.
+    """
+    array = contiguous_copy(matrix)
+    if array.shape[0] >= array.shape[1]:
+        scaled, turn = orthogonalise(array.T.copy())
+    else:
+        turn, scaled = orthogonalise(array)[::-1]
+    lengths = np.sqrt(np.square(scaled).sum(axis=1))
+    order = np.argsort(-lengths, kind="stable")
+    lengths, scaled, turn = lengths[order], scaled[order], turn[order]
+    unit = np.divide(scaled, lengths[:, None], out=np.zeros_like(scaled), where=lengths[:, None] > 0.0)
+    if array.shape[0] >= array.shape[1]:
+        return unit.T.copy(), lengths, turn.T.copy()
+    return turn.T.copy(), lengths, unit.T.copy()
+
+
+def eigenvalues(symmetric: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the eigenvalues (n,) of a symmetric matrix (n, n), the greatest first, and the eigenvectors as columns.
+
+    They are the singular values of the matrix less a multiple of the identity that makes it positive.
+    """
+    array = contiguous_copy(symmetric)
+    # No eigenvalue is larger than the largest sum of a row (Gershgorin).
+    bound = float(np.abs(array).sum(axis=1).max(initial=0.0))
+    _, values, vectors = singular_values(array + bound * np.eye(len(array)))
+    return values - bound, vectors
+
+
+@compiled
+def orthogonalise(rows: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return T A and T, a rotation (n, n) of the rows of A (n, m) after which they are at right angles."""
+    count, size = rows.shape
+    turned = rows.copy()
+    turn = np.eye(count)
+    for _ in range(SINGULAR_MOST_ROUNDS):
+        done = True
+        for i in range(count):
+            for j in range(i + 1, count):
+                one, other = inner_product(turned[i], turned[i]), inner_product(turned[j], turned[j])
+                both = inner_product(turned[i], turned[j])
+                if not abs(both) > RIGHT_ANGLE * np.sqrt(one) * np.sqrt(other):
+                    continue
+                done = False
+                half = 0.5 * (other - one) / both
+                tangent = 1.0 / (abs(half) + np.sqrt(half * half + 1.0))
+                if half < 0.0:
+                    tangent = -tangent
+                cosine = 1.0 / np.sqrt(tangent * tangent + 1.0)
+                sine = tangent * cosine
+                for k in range(size):
+                    first, second = turned[i, k], turned[j, k]
+                    turned[i, k], turned[j, k] = cosine * first - sine * second, sine * first + cosine * second
+                for k in range(count):
+                    first, second = turn[i, k], turn[j, k]
+                    turn[i, k], turn[j, k] = cosine * first - sine * second, sine * first + cosine * second
+        if done:
+            break
+    return turned, turn
+
+
+# Cameras: the pinhole, and the affine camera that stands in for it.
+#
+# A *pinhole* of focal length f, in px, sees the point (X, Y, Z) of its own frame at (f X/Z, f Y/Z) from its principal
+# point. It is what cameras do, but not linear. An *affine camera* is the linear map x = P (X; 1) with a 2 x 4 matrix P
+# whose first three columns are in px/mm and whose last is in px: exact for an object that is far away compared with its
+# depth, and wrong by the perspective otherwise. A rigid object that turns by R and does not change its distance has
+# P = P_0 diag(R, 1) (Bando 2007, Appendix D, eq. A.31, corrected: docs/methods/adaptive.md).
+#
+# Points that come closer to the pinhole than `NEAREST_MM`, or lie behind it, are projected as if they were at that
+# distance, so that a filter on a wrong track meets large numbers but no infinite ones.
+
+NEAREST_MM = 1.0
+
+
+@compiled
+def pinhole(points_mm: NDArray[np.float64], focal_px: float) -> NDArray[np.float64]:
+    """Project points (n, 3) of the camera's frame to (n, 2) px from the principal point (Bando 2007, Appendix E)."""
+    count = points_mm.shape[0]
+    pixels = np.empty((count, 2))
+    for n in range(count):
+        scale = focal_px / max(points_mm[n, 2], NEAREST_MM)
+        pixels[n, 0] = scale * points_mm[n, 0]
+        pixels[n, 1] = scale * points_mm[n, 1]
+    return pixels
+
+
+@compiled
+def pinhole_jacobian(points_mm: NDArray[np.float64], focal_px: float) -> NDArray[np.float64]:
+    """Return the derivative (n, 2, 3), px/mm, of `pinhole` by the points (n, 3) in mm."""
+    count = points_mm.shape[0]
+    slopes = np.zeros((count, 2, 3))
+    for n in range(count):
+        depth = max(points_mm[n, 2], NEAREST_MM)
+        scale = focal_px / depth
+        slopes[n, 0, 0] = scale
+        slopes[n, 1, 1] = scale
+        slopes[n, 0, 2] = -scale * points_mm[n, 0] / depth
+        slopes[n, 1, 2] = -scale * points_mm[n, 1] / depth
+    return slopes
+
+
+def affine_projection(camera: NDArray[np.float64], points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Project points (n, 3) by an affine camera (2, 4) to (n, 2) px."""
+    pixels: NDArray[np.float64] = product(points_mm, camera[:, :3].T) + camera[:, 3]
+    return pixels
+
+
+def affine_fit(points_mm: NDArray[np.float64], pixels: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the affine camera (2, 4) that projects points onto pixels with the least sum of squared distances.
+
+    Args:
+        points_mm: (n, 3) in the object's frame; at least four, not all in one plane.
+        pixels: (n, 2) where they are seen.
+
+    Raises:
+        ValueError: The shapes differ, a value is not finite, or the points do not determine a camera.
+    """
+    if points_mm.ndim != 2 or points_mm.shape[1] != 3 or pixels.shape != (len(points_mm), 2):
+        raise ValueError(f"expected (n, 3) points and (n, 2) pixels, got {points_mm.shape} and {pixels.shape}")
+    if not (np.isfinite(points_mm).all() and np.isfinite(pixels).all()):
+        raise ValueError("expected finite points and pixels, got some that are not")
+    extended = np.column_stack([points_mm, np.ones(len(points_mm))])
+    fitted, determined = least_squares(extended, pixels)
+    if not determined:
+        raise ValueError("expected four points that do not lie in one plane, got fewer")
+    return np.ascontiguousarray(fitted.T)

@@ -7,8 +7,9 @@ from collections.abc import Iterator, Mapping
 
 from pftrack.core.model.drawing import Drawing
 from pftrack.core.model.parameters import Value, declarations
+from pftrack.core.model.recipe import Change
 from pftrack.experiments.experiment import Experiment
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 
 __all__ = ["cases", "run_case"]
 

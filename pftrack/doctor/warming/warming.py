@@ -9,10 +9,10 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from pftrack.doctor.warming.compiling import compile_case
 from pftrack.doctor.warming.memory import remember
 from pftrack.doctor.warming.progress import Progress
 from pftrack.doctor.warming.schedule import Case, Schedule
+from pftrack.doctor.warming.watch import compile_case
 from pftrack.process import UNLIMITED, BlockingPool, CallError, ForkServer
 
 __all__ = ["Warming"]

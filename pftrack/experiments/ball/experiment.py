@@ -12,30 +12,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.drawing import COLOURS, Colour, Drawing, Links, Picture, Polyline, Primitive
-from pftrack.core.model.layer import Key, Layer
+from pftrack.core.model.diagnostics import Diagnostics, Step
+from pftrack.core.model.drawing import Drawing, Key, Layer, Links, Picture, Polyline, Primitive
+from pftrack.core.model.glossary import BANDO, BANDO_2006, Citation
 from pftrack.core.model.marks import Box, Mark
 from pftrack.core.model.measures import PICTURE_MEASURES
+from pftrack.core.model.palette import COLOURS, Colour
 from pftrack.core.model.parameters import ParameterError, revise
+from pftrack.core.model.preset import ExampleSweep, Preset, Tour
 from pftrack.core.model.recipe import Footage
-from pftrack.core.model.references import BANDO, BANDO_2006, Citation
-from pftrack.core.model.sequence import FrameSequence
-from pftrack.core.model.suitability import BESIDE
-from pftrack.core.model.tour import Tour
-from pftrack.core.model.truth import Truth
-from pftrack.experiments.ball.calibration import CALIBRATION
-from pftrack.experiments.ball.failures import FAILURES
-from pftrack.experiments.ball.loss_probability import LOSS_DECLARATION
+from pftrack.core.model.setup import BESIDE, Setup
+from pftrack.core.model.source import FrameSequence, Truth
+from pftrack.experiments.ball.model import FILTER_INTERFACE
+from pftrack.experiments.ball.parameters import GUIDANCE, SCORING, BallTrackerParameters
+from pftrack.experiments.ball.quality import CALIBRATION, FAILURES, LOSS_DECLARATION
+from pftrack.experiments.ball.recording import look_beside, suits
 from pftrack.experiments.ball.scene import BallSceneParameters, BallSource
-from pftrack.experiments.ball.suitability import look_beside, suits
-from pftrack.experiments.ball.trackers.filter_interface import FILTER_INTERFACE
-from pftrack.experiments.ball.trackers.guided import GUIDED
-from pftrack.experiments.ball.trackers.learned import GUIDANCE
-from pftrack.experiments.ball.trackers.parameters import SCORING, BallTrackerParameters
-from pftrack.experiments.ball.trackers.step import TRACKERS
-from pftrack.experiments.experiment import ExampleSweep, Experiment, Preset, Setup, Step
-from pftrack.experiments.shared.parameters import miss_share
+from pftrack.experiments.ball.trackers import GUIDED, TRACKERS
+from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.shared.reports import miss_share
 from pftrack.experiments.shared.sampling.parameters import TERMS
 from pftrack.experiments.shared.sketch import (
     BY_SAMPLER,

@@ -12,11 +12,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.frame import Frame, Target
 from pftrack.core.model.parameters import parameter
-from pftrack.core.model.source import History
+from pftrack.core.model.source import Frame, History, Target
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.sources.overlay import (
+from pftrack.sources.recording import (
     OverlayParameters,
     distracter_radius,
     occlusion_width,

@@ -10,28 +10,35 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.drawing import COLOURS, Drawing, Picture, Primitive
-from pftrack.core.model.frame import Frame, Target
-from pftrack.core.model.glossary import Term
-from pftrack.core.model.layer import Key, Layer
+from pftrack.core.model.diagnostics import Diagnostics, Step
+from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Primitive
+from pftrack.core.model.glossary import MITSUGAMI, Citation, Term
 from pftrack.core.model.measures import PICTURE_MEASURES
+from pftrack.core.model.palette import COLOURS
 from pftrack.core.model.plot import ERROR, PARTICLES, SAMPLE_SIZE, SIGMA, STEP_TIME, Plot, Reading
-from pftrack.core.model.references import MITSUGAMI, Citation
+from pftrack.core.model.preset import ExampleSweep, Preset
 from pftrack.core.model.series import Series, SeriesValue
-from pftrack.experiments.experiment import ExampleSweep, Experiment, Preset, Setup, Step
-from pftrack.experiments.fish.calibration import CALIBRATION
-from pftrack.experiments.fish.loss_probability import LOSS_DECLARATION
+from pftrack.core.model.setup import Setup
+from pftrack.core.model.source import Frame, Target
+from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.fish.draw import (
+    CHANGES_WORLD,
+    MODES_WORLD,
+    changes_world,
+    draw_edges,
+    draw_particles,
+    draw_path,
+    draw_truth,
+    fish,
+    modes_world,
+)
+from pftrack.experiments.fish.parameters import FishTrackerParameters
+from pftrack.experiments.fish.quality import CALIBRATION, LOSS_DECLARATION
 from pftrack.experiments.fish.recording import FishBody, RecordedFishParameters, on_video, suits
 from pftrack.experiments.fish.scene import FishSceneParameters, FishSource, FishTarget
-from pftrack.experiments.fish.scene.swimming import FRAMES
-from pftrack.experiments.fish.sketch import draw_edges, draw_particles, draw_path, draw_truth, fish
-from pftrack.experiments.fish.trackers.learned import GUIDANCE
-from pftrack.experiments.fish.trackers.motion import shape
-from pftrack.experiments.fish.trackers.parameters import FishTrackerParameters
-from pftrack.experiments.fish.trackers.state import FishState
-from pftrack.experiments.fish.trackers.step import TRACKERS, find_edges
-from pftrack.experiments.fish.world import CHANGES_WORLD, MODES_WORLD, changes_world, modes_world
+from pftrack.experiments.fish.step import TRACKERS, find_edges, shape
+from pftrack.experiments.fish.swimming import FRAMES
+from pftrack.experiments.fish.trackers import GUIDANCE, FishState
 from pftrack.experiments.shared.sketch import SECOND_RUN, error_words
 
 __all__ = ["EXPERIMENT", "SimulatedFishParameters"]

@@ -11,20 +11,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.frame import Target
 from pftrack.core.model.marks import LongBody, Mark
 from pftrack.core.model.parameters import ParameterError, revise
 from pftrack.core.model.recipe import Footage
-from pftrack.core.model.sequence import FrameSequence
-from pftrack.core.model.suitability import Suitability, grade
-from pftrack.core.model.truth import Truth
-from pftrack.experiments.experiment import Setup
+from pftrack.core.model.setup import Setup, Suitability, grade
+from pftrack.core.model.source import FrameSequence, Target, Truth
+from pftrack.experiments.fish.model import CAP_PX, Edges, FishShape, edges_of, largest_distances
+from pftrack.experiments.fish.parameters import FishTrackerParameters
 from pftrack.experiments.fish.scene import FishTarget
-from pftrack.experiments.fish.scene.edge_distance import CAP_PX, Edges, edges_of, largest_distances
-from pftrack.experiments.fish.shape import FishShape
-from pftrack.experiments.fish.trackers.learned import LEARNED_HALF_LENGTH_PX
-from pftrack.experiments.fish.trackers.motion import foreground, shape
-from pftrack.experiments.fish.trackers.parameters import FishTrackerParameters
+from pftrack.experiments.fish.step import foreground, shape
+from pftrack.experiments.fish.trackers import LEARNED_HALF_LENGTH_PX
 from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
 
 __all__ = ["FishBody", "RecordedFishParameters", "on_video", "suits"]

@@ -4,30 +4,77 @@ Nothing has to be marked: an open hand is looked for, and followed from where it
 tips corrects that, or begins with a hand that is not open.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.finder import Finder, Sighting
-from pftrack.core.model.marks import Mark
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.marks import FeaturePoints, Mark
 from pftrack.core.model.parameters import ParameterError, revise
 from pftrack.core.model.recipe import Footage
-from pftrack.core.model.sequence import FrameSequence
-from pftrack.core.model.suitability import Suitability, grade
-from pftrack.core.model.truth import Truth
-from pftrack.experiments.experiment import Setup
-from pftrack.experiments.hand.detection.open_hand import NoOpenHandError, OpenHand, find_open_hand
-from pftrack.experiments.hand.detection.protrusions import HandFeatures, features_of
-from pftrack.experiments.hand.detection.raised_fingers import propose
-from pftrack.experiments.hand.detection.silhouette import suggest_parameters
-from pftrack.experiments.hand.marks import TIPS, HandTips
+from pftrack.core.model.series import Reduction, Series, SeriesValue
+from pftrack.core.model.setup import Finder, Setup, Sighting, Suitability, grade
+from pftrack.core.model.source import Frame, FrameSequence, Target, Truth
+from pftrack.experiments.hand.fingers import HandFeatures, features_of
+from pftrack.experiments.hand.first_pose import NoOpenHandError, OpenHand, find_open_hand
+from pftrack.experiments.hand.parameters import HandTrackerParameters
+from pftrack.experiments.hand.raised_fingers import propose
 from pftrack.experiments.hand.scene import HandTarget
-from pftrack.experiments.hand.shape import FINGERS
-from pftrack.experiments.hand.trackers.parameters import HandTrackerParameters
+from pftrack.experiments.hand.shape import FINGERS, finger_slice
+from pftrack.experiments.hand.silhouette import Finding, suggest_parameters
+from pftrack.experiments.hand.state import HandState
+from pftrack.filters.beam import backtrack
 from pftrack.sources.recording import RecordedBackdrop, RecordingParameters, RecordingSource, check_start
 
-__all__ = ["FINDER", "RecordedHandParameters", "on_video", "suits"]
+# How an open hand is marked: by the tips of its five fingers.
+
+TIPS = {
+    "thumb": "Thumb",
+    "index": "Index finger",
+    "middle": "Middle finger",
+    "ring": "Ring finger",
+    "little": "Little finger",
+}
+
+OFFERED = {
+    "thumb": (0.72, 0.52),
+    "index": (0.62, 0.3),
+    "middle": (0.5, 0.24),
+    "ring": (0.39, 0.29),
+    "little": (0.29, 0.4),
+}
+"""As of a right hand that shows its palm: a person sees which point is whose before any is dragged."""
+
+
+class HandTips(FeaturePoints):
+    """The five tips of an open hand."""
+
+    title: ClassVar[str] = "Tips of the fingers"
+    instruction: ClassVar[str] = (
+        "Drag each point to the tip of its finger, that of a folded finger to where its tip is; two fingers at least "
+        "have to be straight."
+    )
+    features: ClassVar[Mapping[str, str]] = TIPS
+    joined: ClassVar[tuple[tuple[str, str], ...]] = tuple(zip(list(TIPS), list(TIPS)[1:], strict=False))
+    offered: ClassVar[Mapping[str, tuple[float, float]]] = OFFERED
+
+    @classmethod
+    def of_target(cls, target: Target) -> Self | None:
+        """Return the tips of a hand that is known."""
+        return cls.of(target.tips) if isinstance(target, HandTarget) else None
+
+    @classmethod
+    def of(cls, tips: NDArray[np.float64]) -> Self:
+        """Return the mark of tips (5, 2), thumb first, px."""
+        return cls.model_validate({"points": dict(zip(TIPS, tips.tolist(), strict=True))})
+
+    @property
+    def tips(self) -> NDArray[np.float64]:
+        """(5, 2) the tips, thumb first, px; NaN where one is not marked."""
+        return np.array([self.points.get(name, (np.nan, np.nan)) for name in TIPS])
+
 
 CLOSELY_SEARCHED, THEN_EVERY, MOST_SEARCHED = 60, 5, 400
 """Pictures that are looked into one by one, then every so-many-th, and in all; each takes some ms."""
@@ -182,3 +229,166 @@ def _parameters(sequence: FrameSequence, frame: int) -> RecordedHandParameters:
 
 def _features(sequence: FrameSequence, frame: int, parameters: RecordedHandParameters) -> HandFeatures:
     return features_of(sequence.picture(frame), parameters.silhouette, RecordedBackdrop(sequence))
+
+
+# How near to the truth the kept hands are: of one frame, and of a whole run (docs/methods/hands.md).
+#
+# A hand is *right* if its tips are off by less than 0.20 palm axes on average, every angle of the palm by less than
+# 0.30 rad, and the flexions of the fingers by less than 0.30 rad on average. The most probable hand of a frame may be
+# right, or any of those that are kept; and once the last frame is known, the hand of each frame from which the last
+# best comes.
+
+RIGHT_TIPS_PALMS, RIGHT_PALM_RAD, RIGHT_FLEXION_RAD = 0.20, 0.30, 0.30
+OFF_PALMS, MUCH_NEARER = 0.3, 0.5
+FLEXIONS = np.concatenate([np.arange(25)[finger_slice(finger)][1:] for finger in range(5)])
+PALM = slice(2, 5)
+
+SERIES = (
+    Series(
+        "tip_error",
+        "mean distance of the tips in the picture",
+        "palm axes",
+        reductions=(Reduction("tip_error_palms", "tip error", "mean"),),
+    ),
+    Series(
+        "palm_error_rad",
+        "largest error of the palm's angles",
+        "rad",
+        reductions=(Reduction("palm_error", "error of the palm", "mean"),),
+    ),
+    Series(
+        "flexion_error_rad",
+        "mean error of the flexions",
+        "rad",
+        reductions=(Reduction("flexion_error", "error of the flexions", "mean"),),
+    ),
+    Series(
+        "best_right",
+        "the best hand is right",
+        role="flag",
+        reductions=(Reduction("best_right_share", "best is right", "mean"),),
+    ),
+    Series(
+        "any_right",
+        "a kept hand is right",
+        role="flag",
+        reductions=(Reduction("any_right_share", "any is right", "mean"),),
+    ),
+    Series("mirrored", "tips mirrored in depth", role="mirrored"),
+    Series("true_tilt", "true tilt of the palm", "rad"),
+    Series("hands_right", "which kept hands are right", shape="vector", role="flag"),
+)
+
+
+class Errors(NamedTuple):
+    """How far poses are from the truth.
+
+    Attributes:
+        tips: (K,) mean distance of the five tips in the picture, palm axes.
+        palm: (K,) the largest of the palm's three angles, rad.
+        flexion: (K,) mean over the fifteen flexions, rad.
+    """
+
+    tips: NDArray[np.float64]
+    palm: NDArray[np.float64]
+    flexion: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, poses: NDArray[np.float64], tips: NDArray[np.float64], target: HandTarget) -> "Errors":
+        """Return the errors of poses (K, 25) whose tips (K, 15) are here, px."""
+        off = (tips - target.position).reshape(len(tips), 5, 3)
+        turned = np.abs(np.remainder(poses[:, PALM] - target.pose[PALM] + np.pi, 2.0 * np.pi) - np.pi)
+        return cls(
+            np.hypot(off[..., 0], off[..., 1]).mean(axis=1) / target.scale,
+            turned.max(axis=1),
+            np.abs(poses[:, FLEXIONS] - target.pose[FLEXIONS]).mean(axis=1),
+        )
+
+    @property
+    def right(self) -> NDArray[np.bool_]:
+        """(K,) which of them count as right."""
+        return (self.tips < RIGHT_TIPS_PALMS) & (self.palm < RIGHT_PALM_RAD) & (self.flexion < RIGHT_FLEXION_RAD)
+
+
+def measure(frame: Frame, state: HandState) -> Mapping[str, SeriesValue]:
+    """Return the values of the series where the true pose is known."""
+    if not isinstance(frame.target, HandTarget):
+        return {}
+    errors, best = Errors.of(np.array(state.beam.members), state.tips, frame.target), state.beam.best
+    right = errors.right.astype(np.float64)
+    return {
+        "tip_error": float(errors.tips[best]),
+        "palm_error_rad": float(errors.palm[best]),
+        "flexion_error_rad": float(errors.flexion[best]),
+        "best_right": float(right[best]),
+        "any_right": float(right.max()),
+        "mirrored": float(is_mirrored(state.estimate, frame.target.position, frame.target.scale)),
+        "true_tilt": float(frame.target.pose[3]),
+        "hands_right": tuple(right.tolist()),
+    }
+
+
+def is_mirrored(believed: NDArray[np.float64], true: NDArray[np.float64], scale: float) -> bool:
+    """Whether tips (15,) are off, and much nearer to the true ones mirrored at the wrist's depth: both look alike.
+
+    Tips near that depth are as near to one as to the other.
+    """
+    tips, truth = believed.reshape(5, 3), true.reshape(5, 3)
+    mirror = truth * np.array([1.0, 1.0, -1.0])
+    off, mirrored = (np.sqrt(np.square(tips - other).sum(axis=1)).mean() for other in (truth, mirror))
+    return bool(off > OFF_PALMS * scale and mirrored < MUCH_NEARER * off)
+
+
+def report(rows: Sequence[Diagnostics]) -> Mapping[str, Any]:
+    """Say of a whole run how many frames a second it took, and how often its hands were right once all was known.
+
+    Frame 0, in which a tracker only begins, does not count.
+    """
+    spent_s = 1e-3 * sum(row.step_ms for row in rows[1:])
+    said: dict[str, Any] = {"frames_per_second": (len(rows) - 1) / spent_s if spent_s > 0.0 else None}
+    right = [row.vector("hands_right") or () for row in rows]
+    hands = [row.hypotheses("hands") for row in rows]
+    if len(rows) > 1 and all(right) and None not in hands:
+        known = [each for each in hands if each is not None]
+        parents = [np.array(each.parents or [-1] * len(each.weights)) for each in known]
+        bests = [int(np.argmax(each.weights)) for each in known]
+        found = backtrack(parents, bests[-1])
+        path = np.where(found < 0, bests, found)  # before a hand that has begun anew stands what was the best one then
+        said["backtracked_right_share"] = float(
+            np.mean([each[place] for each, place in zip(right, path, strict=True)][1:])
+        )
+    return said
+
+
+# What there is to say of a silhouette, as events of a run and as words under the picture.
+
+NO_FINGER = "no finger is seen beside the palm: a fist, or fingers before it"
+
+EVENTS = {
+    Finding.EMPTY.value: "no_hand",
+    Finding.AS_BACKDROP.value: "no_hand",
+    Finding.FULL.value: "flash",
+    Finding.SEVERAL.value: "two_hands",
+    Finding.CUT.value: "cut",
+}
+"""By what is said of a silhouette; whatever else is said means that no hand fits."""
+
+FINDINGS_SERIES = (
+    Series("no_hand", "no hand", role="event", colours=("hidden",)),
+    Series("flash", "flash of light", role="event", colours=("prediction",)),
+    Series("two_hands", "two things", role="event", colours=("lost",)),
+    Series("cut", "beyond the picture", role="event", colours=("second",)),
+    Series("no_fit", "no hand fits", role="event", colours=("lost",)),
+    Series("no_finger", "no finger beside the palm", role="event", colours=("observation",)),
+)
+
+
+def flags(state: HandState) -> Mapping[str, SeriesValue]:
+    """Return which of these is so in a frame."""
+    happened = EVENTS.get(state.finding, "no_fit") if state.finding else "no_finger" if not state.protrusions else ""
+    return {series.name: float(series.name == happened) for series in FINDINGS_SERIES}
+
+
+def describe(state: HandState) -> str:
+    """Return what there is to say of a frame in words; nothing if a hand is seen, and a finger of it."""
+    return state.finding or ("" if state.protrusions else NO_FINGER)

@@ -32,7 +32,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pftrack.core.geometry.polygons import convex_hull, fill
 from pftrack.core.numerics.compiled import compiled, read_only
-from pftrack.core.numerics.trigonometry import sines_cosines
+from pftrack.core.numerics.elementary import sines_cosines
 
 __all__ = [
     "ANGLES",

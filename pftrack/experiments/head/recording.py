@@ -7,31 +7,219 @@ that a large picture of a face is tracked as a small one is, and what may happen
 between them.
 """
 
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.frame import Landmarks, Target
-from pftrack.core.model.marks import Box, Mark
-from pftrack.core.model.parameters import revise
+from pftrack.core.model.marks import Box, FeaturePoints, Mark
+from pftrack.core.model.parameters import ParameterError, revise
 from pftrack.core.model.recipe import Footage
-from pftrack.core.model.sequence import FrameSequence
-from pftrack.core.model.truth import Truth
-from pftrack.experiments.experiment import Setup
-from pftrack.experiments.head.marks import FacePoints
-from pftrack.experiments.head.start import first_face
-from pftrack.experiments.head.trackers.first_sight import camera_of
-from pftrack.experiments.head.trackers.memory import around, eye_distance
-from pftrack.experiments.head.trackers.parameters import HeadTrackerParameters
-from pftrack.experiments.head.trackers.templates import EYE_DISTANCE_PX
-from pftrack.experiments.head.truth import PoseTable
+from pftrack.core.model.setup import WELL, Finder, Setup, Sighting, Suitability, grade
+from pftrack.core.model.source import FrameSequence, Landmarks, Target, Truth
+from pftrack.core.numerics.elementary import wrap
+from pftrack.experiments.head.appearance import EYE_DISTANCE_PX, around, eye_distance
+from pftrack.experiments.head.first_sight import camera_of
+from pftrack.experiments.head.parameters import HeadTrackerParameters
 from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
-from pftrack.vision.detection.face import in_box
-from pftrack.vision.geometry.face_model import FEATURES, FaceModel, fit_similarity, mean_model, place
+from pftrack.sources.truth import Form, TruthKind, read_table
+from pftrack.vision.detection.face import DetectedFace, FaceError, by_proportion, detect, in_box, spot
+from pftrack.vision.geometry.face import FEATURES, LINKS, TITLES, FaceModel, fit_similarity, mean_model, place, theta_of
 from pftrack.vision.likelihoods.template import luma
 
-__all__ = ["RecordedHeadParameters", "defaults", "face_at", "on_video"]
+# How a face is marked: by its features, or by a box in which they are then looked for.
+
+
+class FacePoints(FeaturePoints):
+    """The eleven features of a face, or some of them; the others are placed by the model."""
+
+    title: ClassVar[str] = "Features of the face"
+    features: ClassVar[Mapping[str, str]] = TITLES
+    joined: ClassVar[tuple[tuple[str, str], ...]] = LINKS
+
+
+class FaceBox(Box):
+    """A box around a face."""
+
+    title: ClassVar[str] = "Box around the face"
+    instruction: ClassVar[str] = "Draw a box from the hair to the chin and from ear to ear."
+
+    @classmethod
+    def of_target(cls, target: Target) -> Self | None:
+        """Return the box around the whole face: its features leave out hair, chin and ears."""
+        if target.landmarks is None:
+            return None
+        x, y, width, height = around(target.landmarks.points_px)
+        return cls.of(x, y, width, height)
+
+
+# Where a face is when a recording of it begins: found by looking through the pictures, or in a box around it.
+#
+# Only so many pictures are looked into, however long the recording is: the first ones one by one, since most recordings
+# begin with the face, and the others spread evenly, since who enters late stays for a while.
+
+CLOSELY_SEARCHED, THEN_EVERY = 50, 5
+"""So many pictures are looked at one by one for a first face, and of later ones at most every so-many-th."""
+
+LOOKS_A_SECOND = 10
+"""Pictures that are looked at for a face from the front, within a second of the first one from the side."""
+
+MOST_SEARCHED = 200
+"""Pictures in all, of 0.1 s each."""
+
+
+def frames_to_search(first: int, last: int) -> Sequence[int]:
+    """Return the numbers of the pictures to look for a first face in.
+
+    Args:
+        first: Number of the first picture.
+        last: Number of the last picture.
+    """
+    near = range(first, min(first + CLOSELY_SEARCHED, last + 1))
+    rest = last + 1 - near.stop
+    every = max(THEN_EVERY, -(-rest // (MOST_SEARCHED - CLOSELY_SEARCHED)))
+    return [*near, *range(near.stop, last + 1, every)]
+
+
+def search(sequence: FrameSequence, frames: Sequence[int]) -> Iterator[Sighting]:
+    """Look for a face into one picture after the other; of the first it is said why there is none."""
+    for index, frame in enumerate(frames):
+        grey = luma(sequence.picture(frame))
+        if index == 0 or spot(grey) is not None:
+            try:
+                yield _sighting(frame, detect(grey))
+            except FaceError as error:
+                yield Sighting(frame, remarks=(str(error),))
+        else:
+            yield Sighting(frame)
+
+
+def better(sequence: FrameSequence, first: Sighting) -> Sighting:
+    """Return the first face within a second of a sighting that looks into the camera; the sighting, if none does.
+
+    A pose is relative to the picture at which it begins, and the points of that are those of a face from the front.
+    """
+    last = min(first.frame + round(sequence.frame_rate_hz), sequence.frame_count - 1)
+    for frame in range(first.frame, last + 1, max(1, round(sequence.frame_rate_hz / LOOKS_A_SECOND))):
+        grey = luma(sequence.picture(frame))
+        face = spot(grey)
+        if face is not None and not face.aside:
+            if frame == first.frame:
+                break
+            found = _sighting(frame, detect(grey))
+            return replace(found, remarks=(f"in frame {first.frame} the face looks aside", *found.remarks))
+    return first
+
+
+def within(sequence: FrameSequence, frame: int, mark: Mark) -> Sighting:
+    """Return the face in a box that a person has drawn; if none is recognised there, a mean face that fills it.
+
+    Raises:
+        ParameterError: The box is not within the picture, or is none.
+    """
+    if not isinstance(mark, Box):
+        raise ParameterError("mark", mark.kind, "a box around the face")
+    mark.check(sequence.size)
+    box = mark.corner_and_size
+    try:
+        return _sighting(frame, in_box(luma(sequence.picture(frame)), box))
+    except FaceError:
+        points = _points(by_proportion(box).clip(0.0, np.array(sequence.size) - 1.0))
+        remark = "no face was recognised in the box; drag the points of a mean face to where they belong"
+        return Sighting(frame, points, placed=_handles(FEATURES), remarks=(remark,))
+
+
+def first_face(sequence: FrameSequence, start: int) -> tuple[int, NDArray[np.float64]]:
+    """Return the number of the first picture with a face from one on, and its features (11, 2) px.
+
+    It is the first one, or a better start soon after it.
+
+    Raises:
+        FaceError: There is none; it says what is wrong with the picture `start`.
+    """
+    refused = "expected a face with two eyes, found none"
+    for sighting in search(sequence, frames_to_search(start, sequence.frame_count - 1)):
+        if sighting.sure:
+            found = better(sequence, sighting)
+            assert isinstance(found.mark, FacePoints)  # noqa: S101 - no other kind is found
+            return found.frame, np.array([found.mark.points[name] for name in FEATURES])
+        if sighting.frame == start and sighting.mark is None:
+            refused = sighting.remarks[0]
+    raise FaceError("no face", f"{refused}; mark its features or its box")
+
+
+def _sighting(frame: int, face: DetectedFace) -> Sighting:
+    aside = "the face looks aside; a picture in which it looks into the camera is a better start"
+    remarks = (*face.warnings, aside) if face.eyes_seen == 2 and face.aside else face.warnings
+    sure = len(face.placed) < len(FEATURES)
+    return Sighting(frame, _points(face.points_px), sure, _handles(face.placed), remarks)
+
+
+def _points(points: NDArray[np.float64]) -> FacePoints:
+    return FacePoints(points={name: (float(x), float(y)) for name, (x, y) in zip(FEATURES, points, strict=True)})
+
+
+def _handles(names: Sequence[str]) -> tuple[str, ...]:
+    """Return what an editor calls the handles of these points."""
+    return tuple(f"points.{name}" for name in names)
+
+
+FINDER = Finder(frames_to_search, search, better, FacePoints, within, hints=(FaceBox,))
+
+# Truth for recordings of heads: a table of poses, one a frame.
+#
+# Its columns are `frame, yaw_deg, pitch_deg, roll_deg`, with the signs of `geometry.gaze`.
+
+POSE_FORM = Form(("frame", "yaw_deg", "pitch_deg", "roll_deg"), "pose", "poses", 360.0, "degrees")
+
+
+@dataclass(frozen=True)
+class PoseTable:
+    """The true poses of a clip.
+
+    Attributes:
+        poses: Yaw, pitch and roll in degrees by frame number; a frame without truth is missing.
+        warnings: What was passed over in reading, one sentence each.
+        zero: Frame whose pose counts as none: what is estimated is relative to a frame, and so is the truth.
+    """
+
+    poses: Mapping[int, tuple[float, float, float]]
+    warnings: tuple[str, ...] = field(default=())
+    zero: int | None = None
+
+    @property
+    def rows(self) -> Mapping[int, tuple[float, ...]]:
+        """The poses."""
+        return self.poses
+
+    def at(self, frame: int) -> Target | None:
+        """Return the target of a frame, its pose less that of frame `zero`, or None where there is no truth."""
+        pose = self.poses.get(frame)
+        if pose is None:
+            return None
+        first = (0.0, 0.0, 0.0) if self.zero is None else self.poses[self.zero]
+        return Target(position=theta_of(wrap(np.deg2rad(np.subtract(pose, first)))))
+
+
+def read_poses(path: Path) -> PoseTable:
+    """Read a table of true poses.
+
+    Args:
+        path: A comma-separated file with the columns frame, yaw_deg, pitch_deg, roll_deg and any others.
+
+    Raises:
+        TruthError: The file is missing, is no such table, or a line of it is wrong.
+    """
+    rows, warnings = read_table(path, POSE_FORM)
+    poses = {frame: (yaw, pitch, roll) for frame, (yaw, pitch, roll) in rows.items()}
+    return PoseTable(MappingProxyType(poses), warnings)
+
+
+POSES = TruthKind(POSE_FORM, read_poses, PoseTable)
 
 FRAME_RATE_HZ = 30.0
 """Of Bando's pictures, for which its noise of motion was chosen."""
@@ -149,3 +337,89 @@ def _clip(points: NDArray[np.float64], size: tuple[int, int]) -> tuple[float, fl
     x, y, w, h = around(points)
     left, top = min(max(x, 0.0), size[0] - 1.0), min(max(y, 0.0), size[1] - 1.0)
     return left, top, max(min(x + w, size[0]) - left, 1.0), max(min(y + h, size[1]) - top, 1.0)
+
+
+# Whether a face can be followed: its size in the picture, its light, and whether it looks into the camera.
+#
+# The limits are those at which the tracker was measured to get worse on a real clip of a turning head, made smaller,
+# darker and flatter step by step (`docs/reference/measures.md` has the figures). A face is as suitable as the worst of
+# the three.
+
+LEAST_EYES_PX, GOOD_EYES_PX = 7.5, 15.0
+"""Distance of the eyes: at 7 px the finder knows no face any more, below 12 px the error doubles."""
+
+LEAST_CONTRAST, GOOD_CONTRAST = 3.0, 12.0
+"""Standard deviation of the face's grey levels: at 2.5 the features are lost in the camera's noise, below 12 they are
+tracked, but the finder does not recognise the face."""
+
+ASIDE, ONE_EYE, UNKNOWN = 0.45, 0.35, 0.4
+"""How suitable a face is that looks aside, one of which one eye is seen, one that the finder does not recognise."""
+
+DARK, BRIGHT = 30.0, 225.0
+"""Mean grey levels below and above which it is the exposure that leaves little contrast."""
+
+
+class _Reason(NamedTuple):
+    """One of the three: how suitable, what was found, what would help."""
+
+    value: float
+    found: str
+    advice: str
+
+
+def suits(sequence: FrameSequence, footage: Footage, parameters: Any) -> Suitability:  # noqa: ANN401 - on either model
+    """Look at the face in the first picture.
+
+    Args:
+        sequence: The pictures.
+        footage: Start, and the features of the face there.
+        parameters: Of frame 0.
+    """
+    del parameters
+    marked = FacePoints.model_validate(footage.mark).points
+    points = np.array([marked[name] for name in FEATURES])
+    grey = luma(sequence.picture(footage.start))
+    reasons = _size(points), _light(grey, points), _angle(grey, points)
+    worst = min(reasons, key=lambda reason: reason.value)
+    grade = Suitability(worst.value, "").grade
+    found = ", ".join(reason.found for reason in reasons)
+    advice = tuple(reason.advice for reason in sorted(reasons) if reason.value < WELL)
+    return Suitability(worst.value, f"can be followed {grade}: {found}", advice)
+
+
+def _size(points: NDArray[np.float64]) -> _Reason:
+    distance = eye_distance(points)
+    return _Reason(
+        grade(distance, LEAST_EYES_PX, GOOD_EYES_PX),
+        f"the eyes are {distance:.0f} px apart",
+        f"a larger face, its eyes at least {GOOD_EYES_PX:.0f} px apart, would help",
+    )
+
+
+def _light(grey: NDArray[np.uint8], points: NDArray[np.float64]) -> _Reason:
+    (left, top), (right, bottom) = np.floor(points.min(axis=0)).astype(int), np.ceil(points.max(axis=0)).astype(int)
+    face = grey[max(top, 0) : bottom + 1, max(left, 0) : right + 1].astype(np.float64)
+    spread, mean = float(face.std()), float(face.mean())
+    value = grade(spread, LEAST_CONTRAST, GOOD_CONTRAST)
+    if value >= WELL:
+        return _Reason(value, "its light is good", "")
+    if mean < DARK:
+        return _Reason(value, "it is too dark", "more light on the face, or a longer exposure, would help")
+    if mean > BRIGHT:
+        return _Reason(value, "it is overexposed", "less light on the face, or a shorter exposure, would help")
+    return _Reason(value, "it has little contrast", "light from one side, or a clearer picture, would help")
+
+
+def _angle(grey: NDArray[np.uint8], points: NDArray[np.float64]) -> _Reason:
+    try:
+        face: DetectedFace | None = in_box(grey, around(points))
+    except FaceError:
+        face = None
+    if face is None or not face.eyes_seen:
+        missing = "the finder does not recognise it, so that it is not found again once it is lost"
+        return _Reason(UNKNOWN, missing, "a picture in which the face looks into the camera, well lit, would help")
+    if face.eyes_seen == 1:
+        return _Reason(ONE_EYE, "one eye is seen", "a picture in which both eyes are seen would help")
+    if face.aside:
+        return _Reason(ASIDE, "it looks aside", "a picture in which it looks into the camera would help")
+    return _Reason(1.0, "it looks into the camera", "")

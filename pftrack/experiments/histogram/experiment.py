@@ -10,31 +10,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.glossary import Term
+from pftrack.core.model.glossary import KAGAMI, PEREZ, Citation, Term
 from pftrack.core.model.marks import Box, Mark
 from pftrack.core.model.measures import MEAN_IOU, PICTURE_MEASURES
 from pftrack.core.model.parameters import ParameterError, revise
 from pftrack.core.model.plot import ERROR, SAMPLE_SIZE, SAMPLERS, SIGMA, STANDARD_READINGS, Plot, Reading
+from pftrack.core.model.preset import ExampleSweep
 from pftrack.core.model.recipe import Footage
-from pftrack.core.model.references import KAGAMI, PEREZ, Citation
-from pftrack.core.model.sequence import FrameSequence
-from pftrack.core.model.suitability import BESIDE
-from pftrack.core.model.truth import Truth
-from pftrack.experiments.experiment import ExampleSweep, Experiment, Setup
-from pftrack.experiments.histogram.calibration import CALIBRATION
-from pftrack.experiments.histogram.failures import FAILURES
-from pftrack.experiments.histogram.loss_probability import LOSS_DECLARATION
-from pftrack.experiments.histogram.measures import HELD_AT_END
-from pftrack.experiments.histogram.presets import PRESETS
+from pftrack.core.model.setup import BESIDE, Setup
+from pftrack.core.model.source import FrameSequence, Truth
+from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.histogram.draw import HISTOGRAM_WORLD, LAYERS, draw
+from pftrack.experiments.histogram.parameters import SCORING, HistogramTrackerParameters
+from pftrack.experiments.histogram.presets import FAILURES, PRESETS
+from pftrack.experiments.histogram.quality import CALIBRATION, HELD_AT_END, LOSS_DECLARATION
+from pftrack.experiments.histogram.recording import PICTURES, look_beside, suits
 from pftrack.experiments.histogram.scene import LawnSceneParameters, LawnSource
-from pftrack.experiments.histogram.settings import PICTURES
-from pftrack.experiments.histogram.sketch import LAYERS, draw
-from pftrack.experiments.histogram.suitability import look_beside, suits
-from pftrack.experiments.histogram.trackers.filter_interface import FILTER_INTERFACE
-from pftrack.experiments.histogram.trackers.parameters import SCORING, HistogramTrackerParameters
-from pftrack.experiments.histogram.trackers.step import TRACKERS
-from pftrack.experiments.histogram.world import HISTOGRAM_WORLD
-from pftrack.experiments.shared.parameters import miss_share
+from pftrack.experiments.histogram.trackers import FILTER_INTERFACE, TRACKERS
+from pftrack.experiments.shared.reports import miss_share
 from pftrack.experiments.shared.sampling.parameters import TERMS
 from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
 from pftrack.vision.likelihoods import chromaticity

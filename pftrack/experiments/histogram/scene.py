@@ -12,13 +12,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.frame import Frame, Target
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.core.model.source import History
+from pftrack.core.model.source import Frame, History, Target
 from pftrack.core.numerics.elementary import exponential
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.sources.overlay import GROUP as OCCLUSION
-from pftrack.sources.overlay import occlusion_width
+from pftrack.sources.recording import GROUP as OCCLUSION
+from pftrack.sources.recording import occlusion_width
 
 __all__ = ["LawnSceneParameters", "LawnSource", "look_alike_place", "visible_share"]
 

@@ -11,27 +11,39 @@ from typing import Any
 
 import numpy as np
 
-from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.drawing import Drawing, Picture, Primitive
-from pftrack.core.model.frame import Frame
-from pftrack.core.model.layer import Key, Layer
-from pftrack.core.model.references import SHIMADA, Citation
-from pftrack.experiments.experiment import PICTURES, ExampleSweep, Experiment, Setup, Step
-from pftrack.experiments.linkage.calibration import CALIBRATION
-from pftrack.experiments.linkage.depth import DEPTH_WORLD, depth_world
-from pftrack.experiments.linkage.failures import FAILURES
-from pftrack.experiments.linkage.lengths import LENGTHS_WORLD, lengths_world
-from pftrack.experiments.linkage.loss_probability import LOSS_DECLARATION
+from pftrack.core.model.diagnostics import Diagnostics, Step
+from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Primitive
+from pftrack.core.model.glossary import SHIMADA, Citation
+from pftrack.core.model.preset import ExampleSweep
+from pftrack.core.model.setup import Setup
+from pftrack.core.model.source import Frame
+from pftrack.experiments.experiment import PICTURES, Experiment
+from pftrack.experiments.linkage.draw import (
+    DEPTH_WORLD,
+    LENGTHS_WORLD,
+    depth_world,
+    draw_belief,
+    draw_measurements,
+    lengths_world,
+    second_run,
+    truth,
+)
 from pftrack.experiments.linkage.parameters import SimulatedLinkageParameters
 from pftrack.experiments.linkage.plots import KEPT, MEASURES, PLOTS, READINGS, TERMS
-from pftrack.experiments.linkage.presets import PRESETS
-from pftrack.experiments.linkage.recording import LinkagePoints, RecordedLinkageParameters, on_video
-from pftrack.experiments.linkage.scene.lines import LinkMeasurements
-from pftrack.experiments.linkage.scene.source import LinkageSource
-from pftrack.experiments.linkage.scene.truth import NAMES, LinkageTarget, in_radians
-from pftrack.experiments.linkage.sketch import draw_belief, draw_measurements, second_run, truth
-from pftrack.experiments.linkage.trackers.step import TRACKERS
-from pftrack.experiments.linkage.truth import SERIES, direction_error, is_missed, measure, report
+from pftrack.experiments.linkage.presets import FAILURES, PRESETS
+from pftrack.experiments.linkage.quality import CALIBRATION, LOSS_DECLARATION
+from pftrack.experiments.linkage.recording import (
+    SERIES,
+    LinkagePoints,
+    RecordedLinkageParameters,
+    direction_error,
+    is_missed,
+    measure,
+    on_video,
+    report,
+)
+from pftrack.experiments.linkage.scene import NAMES, LinkageSource, LinkageTarget, LinkMeasurements, in_radians
+from pftrack.experiments.linkage.trackers import TRACKERS
 from pftrack.experiments.shared.sketch import SECOND_RUN, error_words
 
 __all__ = ["EXPERIMENT"]

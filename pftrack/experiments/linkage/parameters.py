@@ -1,11 +1,230 @@
-"""What can be turned beside what trackers and scene declare: what counts as lost, and what is drawn."""
+"""All that can be set on the trackers of a chain."""
 
-from pftrack.core.model.parameters import parameter
-from pftrack.experiments.linkage.scene.parameters import LinkageSceneParameters
-from pftrack.experiments.linkage.trackers.parameters import LinkageTrackerParameters
-from pftrack.experiments.shared.parameters import loss_share
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Literal, Self
 
-__all__ = ["LinkageParameters", "SimulatedLinkageParameters"]
+import numpy as np
+from pydantic import model_validator
+
+from pftrack.core.model.parameters import ParameterError, Parameters, parameter
+from pftrack.experiments.linkage.scene import LinkageSceneParameters
+from pftrack.experiments.linkage.shape import Bounds
+from pftrack.experiments.shared.reports import loss_share, particle_count
+
+FREE_DEG = 360.0
+"""A bound of an angle that is none."""
+
+GAUSSIANS = ("ekf", "ekf-truncated", "ekf-mirrors", "ukf")
+SAMPLED = (*GAUSSIANS, "particles")
+JOINTS, LENGTHS, NOISE, START = "Joints", "Lengths", "Motion and noise", "What is known at first"
+ELLIPSOIDS = ("ellipsoids", "ellipsoids-literal")
+SETTED = (*ELLIPSOIDS, "box-guides")
+MIRRORS, PARTICLES, SETS = "Mirrored hypotheses", "Particles", "Regions"
+
+TABLE_4_1: Mapping[str, float] = {
+    "first_joint_low_deg": 0,
+    "first_joint_high_deg": 135,
+    "joint_difference_12_deg": 45,
+    "length_1_low_px": 30,
+    "length_1_high_px": 90,
+    "length_2_low_px": 25,
+    "length_2_high_px": 70,
+    "length_3_low_px": 25,
+    "length_3_high_px": 70,
+    "length_difference_12_px": 40,
+    "length_difference_23_px": 10,
+}
+"""Bounds of Shimada 1997, table 4.1, that differ from the defaults, which are those of table 5.1."""
+
+
+class LinkageTrackerParameters(Parameters):
+    """What joints and lengths may be, how the chain moves and is seen, and how each tracker goes about it."""
+
+    # fmt: off
+    first_joint_low_deg: float = parameter(
+        -360, "First joint from", "Least angle of the first link, 0 parallel to the image; -360 is no bound.",
+        unit="°", ge=-360, le=360, step=5, group=JOINTS)
+    first_joint_high_deg: float = parameter(
+        360, "First joint to", "Greatest angle of the first link; 360 is no bound.",
+        unit="°", ge=-360, le=360, step=5, group=JOINTS)
+    joint_low_deg: float = parameter(
+        0, "Other joints from", "Least angle by which the second and the third joint bend.",
+        unit="°", ge=-360, le=360, step=5, group=JOINTS)
+    joint_high_deg: float = parameter(
+        90, "Other joints to", "Greatest angle by which the second and the third joint bend.",
+        unit="°", ge=-360, le=360, step=5, group=JOINTS)
+    joint_difference_12_deg: float = parameter(
+        360, "Joints 1 and 2", "By how much the angles of the first two joints may differ; 360 is no bound.",
+        unit="°", ge=0, le=360, step=5, group=JOINTS)
+    joint_difference_23_deg: float = parameter(
+        30, "Joints 2 and 3", "By how much the angles of the last two joints may differ; 360 is no bound.",
+        unit="°", ge=0, le=360, step=5, group=JOINTS)
+    length_1_low_px: float = parameter(
+        60, "Link 1 from", "Least length of the first link.", unit="px", ge=1, le=2000, step=1, group=LENGTHS)
+    length_1_high_px: float = parameter(
+        80, "Link 1 to", "Greatest length of the first link.", unit="px", ge=1, le=2000, step=1, group=LENGTHS)
+    length_2_low_px: float = parameter(
+        50, "Link 2 from", "Least length of the second link.", unit="px", ge=1, le=2000, step=1, group=LENGTHS)
+    length_2_high_px: float = parameter(
+        70, "Link 2 to", "Greatest length of the second link.", unit="px", ge=1, le=2000, step=1, group=LENGTHS)
+    length_3_low_px: float = parameter(
+        40, "Link 3 from", "Least length of the third link.", unit="px", ge=1, le=2000, step=1, group=LENGTHS)
+    length_3_high_px: float = parameter(
+        60, "Link 3 to", "Greatest length of the third link.", unit="px", ge=1, le=2000, step=1, group=LENGTHS)
+    length_difference_12_px: float = parameter(
+        15, "Links 1 and 2", "By how much the lengths of the first two links may differ.",
+        unit="px", ge=0, le=2000, step=1, group=LENGTHS)
+    length_difference_23_px: float = parameter(
+        15, "Links 2 and 3", "By how much the lengths of the last two links may differ.",
+        unit="px", ge=0, le=2000, step=1, group=LENGTHS)
+    acceleration_rad: float = parameter(
+        0.03, "Acceleration", "Standard deviation of the angular acceleration, with the velocity constant otherwise.",
+        unit="rad/frame²", ge=0.0001, le=1, step=0.005, group=NOISE, trackers=SAMPLED, role="noise")
+    root_acceleration_px: float = parameter(
+        0.1, "Acceleration of the root", "Standard deviation of the root's acceleration in space, along each axis.",
+        unit="px/frame²", ge=0.0001, le=50, step=0.05, group=NOISE, trackers=SAMPLED, role="noise")
+    observation_variance_px2: float = parameter(
+        5, "Observation variance", "Variance of each observed coordinate, as the trackers assume it.",
+        unit="px²", ge=0.0001, le=1000, step=0.5, group=NOISE, trackers=SAMPLED, role="noise")
+    outlier_limit_sd: float = parameter(
+        20, "Outlier limit", "A frame whose observation lies farther than this from every prediction is left out.",
+        unit="sd", ge=2, le=1000, step=1, group=NOISE, trackers=SAMPLED)
+    linearisations: int = parameter(
+        1, "Linearisations",
+        "How often an observation is linearised: once at the prediction, and then where the round before came to. In "
+        "space, and if noise is small, more than one keep the filter from being sure too soon; in the plane they lose "
+        "mirror images.",
+        ge=1, le=10, step=1, group=NOISE, trackers=("ekf", "ekf-truncated", "ekf-mirrors"))
+    start_angle_variance_rad2: float = parameter(
+        0.2, "Variance of angles", "Of each angle in the first frame.",
+        unit="rad²", ge=1e-6, le=10, step=0.01, live=False, group=START, trackers=SAMPLED)
+    start_rate_variance_rad2: float = parameter(
+        0.01, "Variance of turning", "Of the change of each angle in a frame, in the first frame.",
+        unit="rad²", ge=1e-8, le=1, step=0.001, live=False, group=START, trackers=SAMPLED)
+    start_length_variance_px2: float = parameter(
+        400, "Variance of lengths", "Of each length in the first frame.",
+        unit="px²", ge=1e-4, le=1e5, step=10, live=False, group=START, trackers=SAMPLED)
+    start_root_variance_px2: float = parameter(
+        9, "Variance of the root", "Of each coordinate of the root in space, in the first frame.",
+        unit="px²", ge=1e-4, le=1e5, step=1, live=False, group=START, trackers=SAMPLED)
+    beam_width: int = parameter(
+        4, "Beam", "How many hypotheses are kept from frame to frame.",
+        ge=1, le=16, step=1, group=MIRRORS, trackers=("ekf-mirrors",))
+    mirror_tau: float = parameter(
+        0.35, "Almost parallel",
+        "A link whose direction has a sine below this is taken on both sides, as it is and mirrored in depth.",
+        ge=0, le=1, step=0.05, group=MIRRORS, trackers=("ekf-mirrors",))
+    score_memory: float = parameter(
+        0.7, "Memory of scores", "What a hypothesis keeps of its score from frame to frame.",
+        ge=0, le=1, step=0.05, group=MIRRORS, trackers=("ekf-mirrors",), role="memory")
+    rejection_sd: float = parameter(
+        3, "Far outside", "A hypothesis that lies so far beyond a bound is refuted.",
+        unit="sd", ge=0.1, le=100, step=0.5, group=MIRRORS, trackers=("ekf-mirrors",))
+    sample_count: int = particle_count(200, group=PARTICLES, trackers=("particles",))
+    noise_unknown: bool = parameter(
+        True, "Unknown noises",
+        "Whether acceleration of each joint and observation variance are estimated, up to twice what is given.",
+        group=PARTICLES, trackers=("particles",))
+    motion_bound_rad: float = parameter(
+        0.06, "Motion bound",
+        "Most that the directions of all links, and in space the attitude, move in a frame, as one vector; the regions "
+        "hold the truth only if that is so. 0 for a chain that is known to stand still.",
+        unit="rad/frame", ge=0, le=1, step=0.01, group=SETS, trackers=SETTED, role="noise")
+    root_motion_bound_px: float = parameter(
+        1, "Motion bound of the root",
+        "Most that the root moves in a frame along each axis of the picture, in space, while no point is seen.",
+        unit="px/frame", ge=0, le=200, step=0.5, group=SETS, trackers=SETTED, role="noise")
+    error_bound_px: float = parameter(
+        3, "Error bound", "Greatest error of an observed coordinate; the regions hold the truth only if that is so.",
+        unit="px", ge=0, le=200, step=0.5, group=SETS, trackers=SETTED, role="noise")
+    start_angle_bound_rad: float = parameter(
+        0.1, "Angles within", "How far each angle may be off in the first frame, to either side.",
+        unit="rad", ge=0, le=3, step=0.01, live=False, group=SETS, trackers=SETTED)
+    start_length_bound_px: float = parameter(
+        20, "Lengths within", "How far each length may be off in the first frame, to either side.",
+        unit="px", ge=0, le=2000, step=1, live=False, group=SETS, trackers=SETTED)
+    start_root_bound_px: float = parameter(
+        3, "Root within", "How far the root may be off in the first frame, along each axis of the picture, in space.",
+        unit="px", ge=0, le=2000, step=0.5, live=False, group=SETS, trackers=SETTED)
+    region_passes: int = parameter(
+        2, "Passes", "How often observations and bounds are gone through in a frame.",
+        ge=1, le=6, step=1, group=SETS, trackers=SETTED)
+    direction_cells: int = parameter(
+        128, "Cells", "Into how many cells the range of a link's direction is cut, in the plane.",
+        ge=4, le=1024, step=4, group=SETS, trackers=SETTED)
+    attitude_cells: int = parameter(
+        7, "Cells in space", "Into how many cells each angle of attitude and direction is cut, in space.",
+        ge=2, le=11, step=1, group=SETS, trackers=SETTED)
+    split_regions: bool = parameter(
+        True, "Splitting", "Whether a region is split where a link may lean towards the camera or away from it.",
+        group=SETS, trackers=SETTED)
+    least_ellipsoid: Literal["trace", "volume"] = parameter(
+        "trace", "Least", "Which ellipsoid is taken of all that hold a cut one: that of the least trace or volume.",
+        group=SETS, trackers=ELLIPSOIDS)
+    tightened: bool = parameter(
+        True, "Tightening", "Whether a strip is cut off at the ellipsoid first; it helps where it cuts one side only.",
+        group=SETS, trackers=ELLIPSOIDS)
+    angle_scale_px: float = parameter(
+        55, "Scale of angles", "By how many px a rad counts in the trace, which adds squares of angles and lengths.",
+        unit="px/rad", ge=1, le=1000, step=5, group=SETS, trackers=ELLIPSOIDS)
+    predicted_ellipsoid: Literal["outer", "lengthened", "printed"] = parameter(
+        "outer", "Prediction",
+        "How an ellipsoid grows by a motion: by an outer bound; by making every semi-axis longer, as Shimada says "
+        "in words; or by P + du I with du in px, as it prints. The last two lose a part of what is possible.",
+        group=SETS, trackers=("ellipsoids-literal",))
+    first_ellipsoid: Literal["circumscribed", "inscribed"] = parameter(
+        "circumscribed", "First ellipsoid",
+        "Whether the first ellipsoid is around the box of what is possible, or within it, which loses its corners.",
+        live=False, group=SETS, trackers=("ellipsoids-literal",))
+    # fmt: on
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        """Refuse bounds that nothing fulfils, naming one of those that contradict each other."""
+        for name, other in (
+            ("first_joint_low_deg", "first_joint_high_deg"),
+            ("joint_low_deg", "joint_high_deg"),
+            *((f"length_{i}_low_px", f"length_{i}_high_px") for i in (1, 2, 3)),
+        ):
+            least, most = getattr(self, name), getattr(self, other)
+            if least > most:
+                raise ParameterError(name, least, f"at most {other}, {most:g}")
+        joints = (
+            (self.first_joint_low_deg, self.first_joint_high_deg),
+            *2 * ((self.joint_low_deg, self.joint_high_deg),),
+        )
+        lengths = tuple((getattr(self, f"length_{i}_low_px"), getattr(self, f"length_{i}_high_px")) for i in (1, 2, 3))
+        for ranges, what, unit in ((joints, "joint", "deg"), (lengths, "length", "px")):
+            low, high = ranges[0]
+            for i, (least, most) in enumerate(ranges[1:], 1):
+                field = f"{what}_difference_{i}{i + 1}_{unit}"
+                widest = getattr(self, field)
+                if least > high + widest or most < low - widest:
+                    needed = max(least - high, low - most)
+                    raise ParameterError(field, widest, f"at least {needed:g} with these ranges of both")
+                low, high = max(least, low - widest), min(most, high + widest)
+        return self
+
+    @cached_property
+    def bounds(self) -> Bounds:
+        """What joints and lengths may be, rad and px."""
+        low = np.deg2rad([self.first_joint_low_deg, self.joint_low_deg, self.joint_low_deg])
+        high = np.deg2rad([self.first_joint_high_deg, self.joint_high_deg, self.joint_high_deg])
+        difference = np.deg2rad([self.joint_difference_12_deg, self.joint_difference_23_deg])
+        free = np.deg2rad(FREE_DEG)
+        low[low <= -free], high[high >= free], difference[difference >= free] = -np.inf, np.inf, np.inf
+        return Bounds(
+            tuple(low.tolist()),
+            tuple(high.tolist()),
+            tuple(difference.tolist()),
+            (self.length_1_low_px, self.length_2_low_px, self.length_3_low_px),
+            (self.length_1_high_px, self.length_2_high_px, self.length_3_high_px),
+            (self.length_difference_12_px, self.length_difference_23_px),
+        )
+
+
+# What can be turned beside what trackers and scene declare: what counts as lost, and what is drawn.
 
 SCORING, DRAWING = "Scoring", "Drawing"
 

@@ -12,19 +12,18 @@ that was in force is a version, and which one computes a frame is a parameter li
 middle of a run, and makes a branch in its past.
 """
 
-from pftrack.experiments.own.errors import FilterFileError
+from pftrack.experiments.own.code import digest_of, is_trusted, trust, trust_filters, with_digests, with_texts
 from pftrack.experiments.own.extension import (
     experiment_of,
     extend,
     name_of,
     new_defaults,
+    outline,
     parameters_of,
-    version_parameter,
     widen,
 )
-from pftrack.experiments.own.outline import outline
-from pftrack.experiments.own.sliders import slider
-from pftrack.experiments.own.trust import digest_of, is_trusted, trust, trust_filters, with_digests, with_texts
+from pftrack.experiments.own.sliders import FilterFileError, slider
+from pftrack.experiments.own.tracker import version_parameter
 
 __all__ = [
     "FilterFileError",

@@ -16,6 +16,7 @@ solid's points, (F, N, 2) px. States are (N, d), of the experiment's components;
 that sum to one.
 """
 
+import hashlib
 import inspect
 import linecache
 import signal
@@ -32,12 +33,55 @@ from typing import Any
 import numpy as np
 
 from pftrack.core.model.parameters import LONGEST_FILE
-from pftrack.core.model.recipe import FILTER_HASH
-from pftrack.experiments.own.errors import FilterFileError
-from pftrack.experiments.own.sliders import CLASS, Field, fields_of
-from pftrack.experiments.own.trust import digest_of, text_of
+from pftrack.core.model.recipe import FILTER_HASH, Recipe
+from pftrack.experiments.own.sliders import CLASS, Field, FilterFileError, fields_of
 
-__all__ = ["FUNCTIONS", "FilterCode", "FilterFile"]
+# Which texts may be executed: those that the owner of this machine has named, and no others.
+#
+# A recipe, a saved run and a link hold the text of a filter, and may come from anybody. So nothing of that is executed
+# in a process until somebody has said there that this very text is trusted. Where texts are trusted already, a recipe
+# may name them by their hash alone.
+
+_TRUSTED: dict[str, str] = {}
+
+
+def digest_of(text: str) -> str:
+    """Return the hash by which a text is known, a `FILTER_HASH`; that of a hash is itself."""
+    return text if FILTER_HASH.fullmatch(text) else f"sha256:{hashlib.sha256(text.encode()).hexdigest()}"
+
+
+def trust(*texts: str) -> None:
+    """Allow these texts to be executed in this process and in those that it forks."""
+    _TRUSTED.update({digest_of(text): text for text in texts if not FILTER_HASH.fullmatch(text)})
+
+
+def trust_filters(recipe: Recipe) -> None:
+    """Allow all filters that a recipe brings to be executed."""
+    for texts in recipe.filters.values():
+        trust(*texts)
+
+
+def is_trusted(text: str) -> bool:
+    """Return whether a text, which may be named by its hash, may be executed."""
+    return digest_of(text) in _TRUSTED
+
+
+def text_of(text: str) -> str | None:
+    """Return a trusted text, which may be named by its hash; None if it is not trusted."""
+    return _TRUSTED.get(digest_of(text))
+
+
+def with_texts(recipe: Recipe) -> Recipe:
+    """Return a recipe that holds the texts that it names by their hashes, as far as they are trusted here."""
+    filters = {name: tuple(text_of(each) or each for each in texts) for name, texts in recipe.filters.items()}
+    return recipe.model_copy(update={"filters": filters}) if filters else recipe
+
+
+def with_digests(recipe: Recipe) -> Recipe:
+    """Return a recipe that names all texts by their hashes."""
+    filters = {name: tuple(map(digest_of, texts)) for name, texts in recipe.filters.items()}
+    return recipe.model_copy(update={"filters": filters}) if filters else recipe
+
 
 FUNCTIONS: Mapping[str, tuple[str, ...]] = {
     "start": ("position", "frame", "parameters", "rng"),
@@ -243,3 +287,43 @@ def _with_all(own: type, values: Mapping[str, Any]) -> type:
             raise AttributeError(f"there is no parameter {name}") from None
 
     return type(CLASS, (own,), {"__getattr__": find})
+
+
+# What each function of a filter's file gets and returns, in words for whoever writes one.
+
+
+@dataclass(frozen=True, slots=True)
+class Hint:
+    """What a function is for.
+
+    Attributes:
+        name: Of the function.
+        arguments: Those that it may name.
+        returns: What it must return, with shapes.
+        about: One sentence.
+    """
+
+    name: str
+    arguments: tuple[str, ...]
+    returns: str
+    about: str
+
+
+_WORDS = {
+    "start": ("states (N, d)", "Where particles begin, given where the target is in frame 0."),
+    "propagate": ("states (N, d)", "Draws the next states from p(xₜ | xₜ₋₁)."),
+    "propose": (
+        "states (N, d), log_correction (N,)",
+        "Draws the next states from a proposal q; the correction is log p(xₜ | xₜ₋₁) - log q(xₜ | xₜ₋₁, zₜ).",
+    ),
+    "log_likelihood": ("(N,)", "log p(zₜ | xₜ), up to a constant; -inf for what cannot be."),
+    "should_resample": ("true or false", "Whether parents are drawn in this frame."),
+    "resample": ("(N,) whole numbers", "Places of the parents; log_weights are of weights that sum to one."),
+    "step": (
+        "states (N, d), log_weights (N,)[, ancestors (N,)]",
+        "A whole step in place of all but the first; log_weights need not sum to one.",
+    ),
+}
+
+HINTS = tuple(Hint(name, arguments, *_WORDS[name]) for name, arguments in FUNCTIONS.items() if name in _WORDS)
+"""All functions, in the order in which they are told."""

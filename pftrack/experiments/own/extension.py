@@ -1,23 +1,23 @@
 """An experiment with the trackers that files make, and the experiment of a recipe."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
+from importlib.resources import files
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, NoReturn, TypeAlias
 
 from pydantic import create_model
 
 from pftrack.core.model.parameters import Parameters, Value, flat, parameter
 from pftrack.core.model.recipe import Recipe
+from pftrack.core.model.setup import Setup
+from pftrack.core.model.tracker import Tracker
 from pftrack.experiments import find
-from pftrack.experiments.experiment import Experiment, Setup
+from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.own.code import FilterFile
-from pftrack.experiments.own.errors import FilterFileError
-from pftrack.experiments.own.sliders import Field
-from pftrack.experiments.own.tracker import tracker_of, version_parameter
-
-__all__ = ["experiment_of", "extend", "name_of", "new_defaults", "parameters_of", "version_parameter", "widen"]
+from pftrack.experiments.own.sliders import Field, FilterFileError
+from pftrack.experiments.own.tracker import series_of, tracker_of, version_parameter
 
 Filters: TypeAlias = tuple[tuple[str, tuple[str, ...]], ...]
 """All versions of each file, the first first, by the name of its tracker."""
@@ -202,3 +202,54 @@ def _check_kind(base: type[Parameters], each: Field, file: str) -> None:
     there = base.model_fields.get(each.name)
     if there is not None and there.annotation is not each.kind and {there.annotation, each.kind} != {int, float}:
         raise FilterFileError(file, None, f"{each.name} is a parameter of the experiment of another kind")
+
+
+# Files to begin with: a filter that works for each experiment that takes filters from files.
+
+
+def example_of(experiment: Experiment) -> str:
+    """Return the text of a filter for an experiment.
+
+    Raises:
+        ValueError: It takes none.
+    """
+    if experiment.filter_interface is None:
+        raise ValueError(f"{experiment.id} takes no filters from files")
+    package, _, module = experiment.filter_interface.example.rpartition(".")
+    return (files(package) / f"{module}.py").read_text(encoding="utf-8")
+
+
+# An experiment with trackers of files that are named and not executed, for whoever plans runs and computes none.
+#
+# A server knows which files its owner has named, but their texts are executed in confined processes alone. What it
+# shows of a plan, titles, measures and parameters of the experiment, needs no text. Parameters of the files are not
+# known here.
+
+
+def outline(experiment_id: str, names: Iterable[str]) -> Experiment:
+    """Return an experiment with trackers of these names, none of which can take a step.
+
+    Raises:
+        LookupError: There is none of that name that can be used.
+        FilterFileError: The experiment takes no filters from files.
+    """
+    return _outline(experiment_id, tuple(names))
+
+
+@lru_cache(maxsize=64)
+def _outline(experiment_id: str, names: tuple[str, ...]) -> Experiment:
+    experiment = find(experiment_id)
+    if not names:
+        return experiment
+    interface = experiment.filter_interface
+    if interface is None:
+        raise FilterFileError(f"{names[0]}.py", None, f"{experiment.id} takes no filters from files")
+
+    def named(name: str) -> Tracker:
+        def refuse(*_: Any) -> NoReturn:  # noqa: ANN401 - as of `Tracker`
+            raise FilterFileError(f"{name}.py", None, "it is named here and not executed")
+
+        title = f"{name}.py"
+        return Tracker(name, title, f"{title}.", refuse, refuse, series=series_of(interface), reads=(interface.reads,))
+
+    return replace(experiment, trackers={**experiment.trackers, **{name: named(name) for name in names}})

@@ -9,16 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.cloud import Cloud
-from pftrack.core.model.frame import Frame, Target
-from pftrack.core.model.likelihood import ObservationLikelihood
+from pftrack.core.model.likelihood import Cloud, ObservationLikelihood, Part
 from pftrack.core.model.parameters import Parameters, flat
-from pftrack.core.model.part import Part
 from pftrack.core.model.series import Series, SeriesValue
+from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Tracker, TrackState
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.own.code import FilterCode, FilterFile
-from pftrack.experiments.shared.filter_interface import FilterInterface, Update
+from pftrack.experiments.shared.beliefs import FilterInterface, Update
 from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.filters.resampling import systematic
 

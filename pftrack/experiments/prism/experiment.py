@@ -11,41 +11,40 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.geometry.camera import pinhole
 from pftrack.core.geometry.rotation import rotation
-from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.drawing import COLOURS, Colour, Drawing, Links, Picture, Primitive
-from pftrack.core.model.layer import Key, Layer
+from pftrack.core.model.diagnostics import Diagnostics, Step
+from pftrack.core.model.drawing import Drawing, Key, Layer, Links, Picture, Primitive
+from pftrack.core.model.glossary import BANDO, Citation
 from pftrack.core.model.measures import POSE_MEASURES
-from pftrack.core.model.references import BANDO, Citation
-from pftrack.experiments.experiment import ExampleSweep, Experiment, Preset, Setup, Step
-from pftrack.experiments.prism.calibration import CALIBRATION
-from pftrack.experiments.prism.filter_interface import FILTER_INTERFACE
-from pftrack.experiments.prism.loss_probability import LOSS_DECLARATION
-from pftrack.experiments.prism.trackers import TRACKERS, TrackedPrismParameters
-from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED
-from pftrack.experiments.shared.pose.state import PoseState
-from pftrack.experiments.shared.pose_placing import heights, place_points
-from pftrack.experiments.shared.pose_series import (
+from pftrack.core.model.palette import COLOURS, Colour
+from pftrack.core.model.preset import ExampleSweep, Preset
+from pftrack.core.model.setup import Setup
+from pftrack.core.numerics.matrices import pinhole
+from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.prism.quality import CALIBRATION, LOSS_DECLARATION
+from pftrack.experiments.prism.trackers import FILTER_INTERFACE, TRACKERS, TrackedPrismParameters
+from pftrack.experiments.shared.pose.drawing import (
+    BY_PREDICTION,
     POSE_PLOTS,
     POSE_READINGS,
     POSE_TERMS,
-    mean_error_deg,
-    pose_measure,
-    pose_series,
-)
-from pftrack.experiments.shared.pose_sketch import (
-    BY_PREDICTION,
     beside,
     camera,
     dashes,
     feature_clouds,
     feature_marks,
     feature_names,
+    heights,
+    mean_error_deg,
     model_points,
+    place_points,
     pose_axes,
+    pose_measure,
+    pose_series,
     true_marks,
 )
+from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED
+from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.experiments.shared.sketch import SECOND_RUN, at_height, error_words
 from pftrack.sources.prism import (
     FACES,

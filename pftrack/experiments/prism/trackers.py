@@ -4,27 +4,70 @@ The camera is known, so the solid begins where the scene's parameters say; and s
 which is large while its vertex is hidden.
 """
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pftrack.core.model.frame import Frame, Measurements, Target
+from pftrack.core.model.source import Frame, Measurements, Target
 from pftrack.core.model.tracker import Tracker
-from pftrack.core.numerics.random import Stream
-from pftrack.experiments.prism.likelihood import LIKELIHOOD, measured_of
+from pftrack.core.numerics.random import Gaussian, Generator, Stream
+from pftrack.experiments.shared.beliefs import FilterInterface, Update
 from pftrack.experiments.shared.pose import methods as pose
+from pftrack.experiments.shared.pose.beliefs import Solid
 from pftrack.experiments.shared.pose.calibrated import pose_and_band
-from pftrack.experiments.shared.pose.clouds import point_clouds
-from pftrack.experiments.shared.pose.contributions import contribution_parts
-from pftrack.experiments.shared.pose.methods import METHODS, Method
+from pftrack.experiments.shared.pose.layered import FeatureLikelihood
+from pftrack.experiments.shared.pose.methods import METHODS, Method, measurement, report
 from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters, particles_per_feature, pose_guidance
-from pftrack.experiments.shared.pose.reports import measurement, report
-from pftrack.experiments.shared.pose.solid import Solid
+from pftrack.experiments.shared.pose.particles import (
+    PoseParticles,
+    contribution_parts,
+    point_clouds,
+    pose_likelihood,
+    project_all,
+)
 from pftrack.experiments.shared.pose.state import PoseState
+from pftrack.filters.particles import ParticleSet
 from pftrack.sources.prism import NAMES, PRINCIPAL_PX, VERTICES_MM, PrismParameters
 from pftrack.vision.likelihoods import points
 
-__all__ = ["TRACKERS", "TrackedPrismParameters", "recognised_points", "solid_of"]
+# What poses of a prism are weighed by, its measured vertices, to be asked at any pose.
+
+
+def measured_of(frame: Frame) -> Measurements:
+    """Return the measured vertices of a frame.
+
+    Raises:
+        ValueError: It has none.
+    """
+    if frame.measurements is None:
+        raise ValueError("a prism is tracked by measured vertices, got a frame without any")
+    return frame.measurements
+
+
+def _weigh_points(state: PoseState, frame: Frame, parameters: object) -> FeatureLikelihood:
+    del state, parameters
+    measured = measured_of(frame)
+    noise_sd = measured.sd_px.astype(np.float64)
+    return lambda positions: points.log_likelihood(positions, measured.points_px, noise_sd)
+
+
+def _log_likelihood(
+    state: PoseState, states: NDArray[np.float64], frame: Frame, parameters: object
+) -> NDArray[np.float64]:
+    """Return the same of all vertices; one that was not measured says nothing."""
+    del parameters
+    measured = measured_of(frame)
+    sd = measured.sd_px.astype(np.float64).reshape(len(measured.sd_px), -1)[:, None]
+    off = (project_all(states, state.solid) - measured.points_px[:, None]) / sd
+    return np.asarray(-0.5 * np.square(np.where(np.isfinite(off), off, 0.0)).sum(axis=(0, 2)))
+
+
+LIKELIHOOD = replace(
+    pose_likelihood("measured vertices", NAMES, _weigh_points, most_places=4800), log_likelihood=_log_likelihood
+)
+"""How well the measured vertices are where a pinhole sees those of a pose."""
 
 SEEN_FACTOR = 3.0
 """A vertex counts as hidden if its measurement is noisier than the best one by this factor."""
@@ -96,3 +139,88 @@ def _tracker(method: Method, title: str, description: str) -> Tracker:
 
 TRACKERS: dict[str, Tracker] = {method: _tracker(method, *words) for method, words in METHODS.items()}
 """The trackers of the prism, by name, in the order in which they are shown."""
+
+# What a filter in a file is told of the poses of a prism, and the bootstrap filter that stands in for it.
+
+SERIES = report("rb-pf", NAMES)
+
+
+def _start(target: Target, frame: Frame, parameters: TrackedPrismParameters, rng: Stream) -> PoseState:
+    """Begin where theta = 0, as certain as a frame's noise."""
+    landmarks = target.landmarks
+    if landmarks is None:
+        raise ValueError("a prism is tracked by its vertices, got a target without any")
+    solid = solid_of(landmarks.model_mm, parameters)
+    place = np.concatenate([np.zeros(3), solid.translation_mm])
+    spread = np.concatenate([np.full(3, _turn_sd(parameters)), np.full(3, _shift_sd_mm(parameters))]) / 3.0
+    states = place + spread * rng.standard_normal((parameters.joint_sample_count, 6))
+    belief = PoseParticles.of(ParticleSet.uniform(states), solid, 0.0)
+    return PoseState(solid, belief, belief.pose, recognised_points(measured_of(frame)))
+
+
+def _particles(state: PoseState, parameters: TrackedPrismParameters, rng: Generator) -> ParticleSet:
+    """Return the particles, drawn about pose and place if another tracker was at work before."""
+    if isinstance(state.belief, PoseParticles):
+        return state.belief.particles
+    covariance = np.zeros((6, 6))
+    covariance[:3, :3] = state.belief.pose.covariance
+    covariance[3:, 3:] = np.eye(3) * _shift_sd_mm(parameters) ** 2
+    known = Gaussian(np.concatenate([state.belief.pose.mean, state.translation_mm]), covariance)
+    return ParticleSet.uniform(known.sample(rng, parameters.joint_sample_count))
+
+
+def _propagate(
+    state: PoseState,
+    states: NDArray[np.float64],
+    frame: Frame,
+    parameters: TrackedPrismParameters,
+    rng: Generator,
+) -> NDArray[np.float64]:
+    """Return random walks of angles and place."""
+    del state, frame
+    spread = np.concatenate([np.full(3, _turn_sd(parameters)), np.full(3, _shift_sd_mm(parameters))])
+    moved: NDArray[np.float64] = states + spread * rng.standard_normal(states.shape)
+    return moved
+
+
+def _believe(state: PoseState, update: Update, frame: Frame, parameters: TrackedPrismParameters) -> PoseState:
+    del parameters
+    belief = PoseParticles.of(update.particles, state.solid, update.log_evidence)
+    seen = recognised_points(measured_of(frame))
+    return PoseState(state.solid, belief, belief.pose, seen, repeatable=update.repeatable)
+
+
+def _project(state: PoseState, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    return project_all(states, state.solid)
+
+
+def _turn_sd(parameters: TrackedPrismParameters) -> float:
+    return float(np.deg2rad(parameters.pose_noise_deg))
+
+
+def _shift_sd_mm(parameters: TrackedPrismParameters) -> float:
+    """Return how far the place may move in a frame, mm: as much as features may, at their distance."""
+    return float(parameters.feature_noise_px * parameters.distance_mm / parameters.focal_length_px)
+
+
+def _count(parameters: TrackedPrismParameters) -> int:
+    return int(parameters.joint_sample_count)
+
+
+FILTER_INTERFACE = FilterInterface(
+    likelihood=LIKELIHOOD,
+    observed=(
+        "frame.measurements.points_px (8, 2) are the measured vertices, with noise of frame.measurements.sd_px (8,), "
+        "which is large while a vertex is hidden"
+    ),
+    example="pftrack.experiments.prism.example_filter",
+    reads="rb-pf",
+    start=_start,
+    particles=_particles,
+    propagate=_propagate,
+    believe=_believe,
+    series=SERIES,
+    measure=measurement(SERIES),
+    count=_count,
+    project=_project,
+)

@@ -5,24 +5,25 @@ made to sum to one, mean and covariance come from the particles where they were 
 and different parents are counted as of any particle filter.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.belief import Belief, Beliefs
-from pftrack.core.model.cloud import Cloud
-from pftrack.core.model.frame import Frame, Target
+from pftrack.core.model.likelihood import Amount, Cloud, ObservationLikelihood, Part, Residual
 from pftrack.core.model.parameters import Parameters
-from pftrack.core.model.series import Series, SeriesValue
+from pftrack.core.model.series import Reduction, Series, SeriesValue
+from pftrack.core.model.source import Belief, Beliefs, Frame, Target
 from pftrack.core.model.tracker import Tracker
-from pftrack.core.numerics.random import Generator
+from pftrack.core.numerics.random import Generator, Stream
+from pftrack.core.numerics.statistics import chi_square_limit
 from pftrack.experiments.shared.reports import CLOUD
 from pftrack.filters.fixed_lag import Lineage, begin_lineage, extend_lineage
+from pftrack.filters.kalman import Innovation, NormalisedInnovation
 from pftrack.filters.particles import ParticleSet, normalise
-
-__all__ = ["BOX", "TRACKERS", "BeliefState", "place_of"]
 
 PATH_FRAMES = 30
 """So far back the ancestors of particles are followed."""
@@ -192,3 +193,136 @@ TRACKERS: dict[str, Tracker] = {
     )
 }
 """The one tracker of recorded beliefs."""
+
+# What an experiment tells a filter that a person writes in a file, and what takes over what the file leaves out.
+
+
+@dataclass(frozen=True, slots=True)
+class Update:
+    """What a step of a filter came to.
+
+    Attributes:
+        particles: The posterior.
+        log_evidence: log p(z_t | z_{1:t-1}) up to the constant that the likelihood leaves out.
+        resampled: Whether parents were drawn.
+        repeatable: Whether it came to the same whenever it was computed again, as far as that was tried.
+    """
+
+    particles: ParticleSet
+    log_evidence: float
+    resampled: bool
+    repeatable: bool = True
+
+
+class Begin(Protocol):
+    """Begin to track."""
+
+    def __call__(self, target: Target, frame: Frame, parameters: Any, rng: Stream) -> Any:  # noqa: ANN401
+        """Return the state of frame 0, with particles."""
+
+
+def _sample_count(parameters: Any) -> int:  # noqa: ANN401 - the experiment's own model
+    return int(parameters.sample_count)
+
+
+def _resample_below(parameters: Any) -> float:  # noqa: ANN401
+    return float(getattr(parameters, "resampling_threshold", 1.0))
+
+
+@dataclass(frozen=True)
+class FilterInterface:
+    """The states of an experiment as arrays, for filters that come from a file.
+
+    Attributes:
+        likelihood: What stands in for a file's own likelihood; it names the coordinates of a state, and brings a state
+            up to the frame before particles take it.
+        observed: What the functions find in a frame, as a sentence.
+        example: Address of the module whose text is a file to begin with; nothing imports it.
+        reads: Name of the tracker whose parameters those functions read that stand in for what a file leaves out.
+        start: Begin; the state has particles (N, d).
+        particles: (state, parameters, rng) -> its particles, drawn from its belief if it has none.
+        propagate: (state, states (N, d), frame, parameters, rng) -> states (N, d), drawn from p(x_t | x_{t-1}).
+        believe: (state before, update, frame, parameters) -> the state of the frame.
+        series: What it reports of its states beside particles.
+        measure: (state) -> the values of these series, particles' included.
+        count: (parameters) -> how many particles there are to be.
+        resample_below: (parameters) -> below which share of N the effective sample size calls for resampling.
+        see: (state, frame) -> the frame as the functions of a file see it; as it is, without its truth, if None.
+        project: (state, states (N, d)) -> where each sees the F points of a solid, (F, N, 2) px; None without such.
+    """
+
+    likelihood: ObservationLikelihood
+    observed: str
+    example: str
+    reads: str
+    start: Begin
+    particles: Callable[[Any, Any, Any], ParticleSet]
+    propagate: Callable[[Any, NDArray[np.float64], Frame, Any, Generator], NDArray[np.float64]]
+    believe: Callable[[Any, Update, Frame, Any], Any]
+    series: tuple[Series, ...]
+    measure: Callable[[Any], Mapping[str, SeriesValue]]
+    count: Callable[[Any], int] = _sample_count
+    resample_below: Callable[[Any], float] = _resample_below
+    see: Callable[[Any, Frame], Frame] | None = None
+    project: Callable[[Any, NDArray[np.float64]], NDArray[np.float64]] | None = None
+
+
+# What Kalman filters tell of their updates: innovation, gain, and how far off measurements were.
+#
+# The normalised innovation squared (NIS) tells whether a filter is consistent, without the truth: on average it should
+# be as large as numbers are measured, and above its limit in one frame of twenty. Larger, the filter is too sure of
+# itself; smaller, it could be surer (Bar-Shalom, Li, Kirubarajan 2001, section 5.4).
+
+NIS = (
+    Series(
+        "nis",
+        "normalised innovation squared",
+        role="nis",
+        reductions=(Reduction("mean_nis", "mean normalised innovation squared", "mean"),),
+    ),
+    Series(
+        "nis_freedom",
+        "numbers measured",
+        role="nis_freedom",
+        reductions=(Reduction("mean_nis_freedom", "mean numbers measured in a frame", "mean"),),
+    ),
+    Series("nis_limit", "limit of 95 %", role="nis_limit"),
+)
+"""Of every tracker that predicts its measurement as a Gaussian; a frame without a measurement has none of them."""
+
+LIMIT_DIGITS = 6
+
+
+def measure_innovation(innovation: NormalisedInnovation | None) -> Mapping[str, SeriesValue]:
+    """Return the values of `NIS`; none where nothing was measured."""
+    if innovation is None:
+        return {}
+    squared, freedom = innovation
+    return {"nis": squared, "nis_freedom": float(freedom), "nis_limit": _limit(freedom)}
+
+
+def innovation_parts(
+    names: tuple[str, ...], unit: str, measurement: NDArray[np.float64], innovation: Innovation
+) -> tuple[Part, ...]:
+    """Return the innovation of each value, the gain, and the normalised innovation squared with its limit of 95 %.
+
+    Args:
+        names: Of the m values of the measurement.
+        unit: Of all of them.
+        measurement: (m,).
+        innovation: Of it; value i is that of the state's coordinate i.
+    """
+    deviations = np.sqrt(innovation.covariance.diagonal())
+    parts: list[Part] = []
+    for axis, name in enumerate(names):
+        found, expected = float(measurement[axis]), float(measurement[axis] - innovation.values[axis])
+        parts.append(Residual(f"innovation, {name}", found, expected, float(deviations[axis]), unit))
+    parts += [Amount(f"gain, {name}", float(innovation.gain[axis, axis])) for axis, name in enumerate(names)]
+    squared, freedom = innovation.normalised
+    return (*parts, Amount("normalised innovation squared", squared, limit=_limit(freedom)))
+
+
+@lru_cache(maxsize=64)
+def _limit(freedom: int) -> float:
+    # Rounded, since the last digits of a quantile hang on the library that computes it.
+    return round(chi_square_limit(freedom), LIMIT_DIGITS)

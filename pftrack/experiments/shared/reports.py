@@ -1,15 +1,20 @@
 """What particle filters report beside their estimate: the series that several families of trackers declare alike."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.cloud import Cloud
+from pftrack.core.model.likelihood import Cloud
+from pftrack.core.model.parameters import parameter
 from pftrack.core.model.series import Reduction, Series, SeriesValue
+from pftrack.core.numerics.random import Gaussian
+from pftrack.filters.fixed_lag import Lineage
+from pftrack.filters.kalman import NormalisedInnovation
+from pftrack.filters.learning.online_em import Learner
 from pftrack.filters.particles import ParticleSet
-
-__all__ = ["ALERT", "CLOUD", "SAMPLERS", "cloud", "hypotheses_cloud"]
 
 CLOUD = (
     Series("ess", "ESS", role="ess"),
@@ -58,3 +63,173 @@ def hypotheses_cloud(
     Where all begin, as when another tracker has come before, their ancestors are not known.
     """
     return Cloud(states, log_weights, None if (parents < 0).all() else parents)
+
+
+# What several families of trackers let a person turn, declared once for all of them.
+
+LEARNED_MOTION = "Learned motion"
+
+
+def particle_count(default: int, *, group: str, trackers: tuple[str, ...]) -> Any:  # noqa: ANN401 - as of `parameter`
+    """Declare the number of particles of filters with one set of them."""
+    return parameter(
+        default,
+        "Particles",
+        "Number of particles N.",
+        ge=1,
+        le=100_000,
+        step=1,
+        group=group,
+        trackers=trackers,
+        role="particles",
+    )
+
+
+def resampling_threshold(*, group: str, trackers: tuple[str, ...]) -> Any:  # noqa: ANN401
+    """Declare when filters resample that need not do so in every frame."""
+    return parameter(
+        1.0,
+        "Resampling threshold",
+        "Resample only when the effective sample size is below this share of N; 1 resamples in every frame.",
+        ge=0,
+        le=1,
+        step=0.05,
+        group=group,
+        trackers=trackers,
+        role="resampling",
+    )
+
+
+def loss_share(default: float, *, group: str) -> Any:  # noqa: ANN401
+    """Declare how much of a successful run may be lost, for trackers of targets that can be."""
+    return parameter(
+        default,
+        "Frames that may be lost",
+        "A run is a success if no more than this share of its frames with known truth is lost.",
+        ge=0,
+        le=1,
+        step=0.01,
+        group=group,
+        role="loss_share",
+    )
+
+
+def miss_share(default: float, *, group: str) -> Any:  # noqa: ANN401
+    """Declare the same for targets with a box, of which an estimate outside is a miss."""
+    return parameter(
+        default,
+        "Frames that may miss",
+        "A run is a success if the estimate lies outside the true box in no more than this share of the frames with "
+        "known truth.",
+        ge=0,
+        le=1,
+        step=0.01,
+        group=group,
+        role="loss_share",
+    )
+
+
+def learned_motion(*, trackers: tuple[str, ...]) -> Any:  # noqa: ANN401
+    """Declare the file by which particles are guided; the model that has it refuses what its `Guidance` refuses."""
+    return parameter(
+        "",
+        "Learned motion",
+        "How motion and shape change, by which particles are guided: a file that pftrack learn or the Files menu has "
+        "written, or what comes with the experiment if there is none.",
+        accept=".json",
+        group=LEARNED_MOTION,
+        trackers=trackers,
+    )
+
+
+def diffusion_scale(*, trackers: tuple[str, ...]) -> Any:  # noqa: ANN401
+    """Declare how wide the learned diffusion is."""
+    return parameter(
+        1.0,
+        "Width of the diffusion",
+        "Factor of all standard deviations of the learned changes.",
+        ge=0.05,
+        le=20,
+        step=0.05,
+        group=LEARNED_MOTION,
+        trackers=trackers,
+        role="noise",
+    )
+
+
+def correlated_changes(*, trackers: tuple[str, ...]) -> Any:  # noqa: ANN401
+    """Declare whether the learned correlations are used."""
+    return parameter(
+        True,
+        "Correlated changes",
+        "Whether changes of motion and shape are drawn together as they were learned, or each by itself with the same "
+        "standard deviation.",
+        group=LEARNED_MOTION,
+        trackers=trackers,
+    )
+
+
+# The state of trackers that follow one point, or one signal: a posterior over a vector, by particles or a Gaussian.
+
+
+@dataclass(frozen=True, slots=True)
+class PointState:
+    """The posterior of one frame, immutable.
+
+    Attributes:
+        posterior: Mean and covariance of the whole state (d,), of which the first `tracked` coordinates are the
+            estimate.
+        tracked: How many coordinates are the estimate.
+        particles: The posterior as particles, or None for a Gaussian filter.
+        observation_count: How many of the particles, the last ones, came from the observation sampler.
+        log_evidence: log p(z_t | z_{1:t-1}) up to the constant that the likelihood leaves out.
+        resampled: Whether the particles were resampled in this frame.
+        switched: Whether another sampler, or another process noise, was used than in the frame before.
+        alert: Whether the tracker trusts the observation more, or doubts the prediction more, than in calm times; None
+            before the first step.
+        learner: What has been learned of the dynamics, if it is to be learned.
+        lineage: The particles' pasts, if the path is to be smoothed.
+        reference: The exact posterior beside the approximate one, where it is known.
+        innovation: How far off the measurement of the frame was, of a Gaussian filter that had one.
+        repeatable: Whether every step of a filter from a file came to the same when it was computed again.
+    """
+
+    posterior: Gaussian
+    tracked: int
+    particles: ParticleSet | None = None
+    observation_count: int = 0
+    log_evidence: float = 0.0
+    resampled: bool = False
+    switched: bool = False
+    alert: bool | None = None
+    learner: Learner | None = None
+    lineage: Lineage | None = None
+    reference: Gaussian | None = None
+    innovation: NormalisedInnovation | None = None
+    repeatable: bool = True
+
+    @property
+    def estimate(self) -> NDArray[np.float64]:
+        """(tracked,) posterior mean."""
+        return self.posterior.mean[: self.tracked]
+
+    @property
+    def sigma(self) -> NDArray[np.float64]:
+        """(tracked,) posterior standard deviations."""
+        return self.posterior.standard_deviations[: self.tracked]
+
+    @property
+    def nbytes(self) -> int:
+        """About how much memory it takes, bytes."""
+        size = 1024
+        if self.particles is not None:
+            size += self.particles.nbytes
+        if self.lineage is not None:
+            size += self.lineage.paths.nbytes
+        return size
+
+    def arrays(self) -> Mapping[str, NDArray[np.float64]]:
+        """Return states and log weights of the particles; empty without."""
+        if self.particles is None:
+            return {}
+        return {"states": self.particles.states, "log_weights": self.particles.log_weights}

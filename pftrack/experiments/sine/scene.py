@@ -9,9 +9,8 @@ from typing import Literal
 
 import numpy as np
 
-from pftrack.core.model.frame import Frame, Target
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.core.model.source import History
+from pftrack.core.model.source import Frame, History, Target
 from pftrack.core.numerics.random import Purpose, Stream
 
 __all__ = ["SignalParameters", "SignalSource"]

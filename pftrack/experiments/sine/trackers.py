@@ -13,21 +13,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.frame import Frame, Target
-from pftrack.core.model.likelihood import Component, ObservationLikelihood
-from pftrack.core.model.linear import LinearChain, LinearModel, NoiseScale
+from pftrack.core.model.likelihood import Component, ObservationLikelihood, Part, Residual
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.core.model.part import Part, Residual
 from pftrack.core.model.series import Series, SeriesValue
-from pftrack.core.model.tracker import Tracker
-from pftrack.core.numerics.gaussian import Gaussian
-from pftrack.core.numerics.random import Generator
+from pftrack.core.model.source import Frame, Target
+from pftrack.core.model.tracker import LinearChain, LinearModel, NoiseScale, Tracker
+from pftrack.core.numerics.random import Gaussian, Generator
 from pftrack.experiments.shared import reports
-from pftrack.experiments.shared.filter_interface import FilterInterface, Update
-from pftrack.experiments.shared.innovation import NIS, innovation_parts, measure_innovation
-from pftrack.experiments.shared.parameters import particle_count, resampling_threshold
-from pftrack.experiments.shared.point_state import PointState
-from pftrack.experiments.shared.sampling.common import centre_of, cloud_of
+from pftrack.experiments.shared.beliefs import NIS, FilterInterface, Update, innovation_parts, measure_innovation
+from pftrack.experiments.shared.reports import PointState, particle_count, resampling_threshold
+from pftrack.experiments.shared.sampling.samplers import centre_of, cloud_of
 from pftrack.filters import bootstrap, kalman
 from pftrack.filters.dynamics import LinearDynamics, autoregression
 from pftrack.filters.particles import ParticleSet

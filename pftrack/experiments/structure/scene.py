@@ -11,16 +11,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.geometry.camera import pinhole
 from pftrack.core.geometry.rotation import rotation
-from pftrack.core.model.frame import Frame, Landmarks, Measurements, Target
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.core.model.source import History
+from pftrack.core.model.source import Frame, History, Landmarks, Measurements, Target
 from pftrack.core.numerics.elementary import exponential
-from pftrack.core.numerics.matrices import product
+from pftrack.core.numerics.matrices import pinhole, product
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.sources.tracks.bodies import Body, body_of
-from pftrack.sources.tracks.target import BodyTarget
+from pftrack.sources.tracks.recorded import BodyTarget
+from pftrack.sources.tracks.table import Body, body_of
 
 __all__ = ["FRAMES", "SIZE_PX", "TracksSceneParameters", "TracksSource"]
 

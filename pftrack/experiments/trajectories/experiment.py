@@ -7,49 +7,258 @@ table that another program has written.
 """
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.drawing import Drawing, Picture, Primitive
-from pftrack.core.model.layer import Key, Layer
+from pftrack.core.model.band import Calibration, Miscalibration
+from pftrack.core.model.diagnostics import Diagnostics, Step
+from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Primitive
+from pftrack.core.model.glossary import ICHIMURA, KITAGAWA, Citation
 from pftrack.core.model.marks import Mark
 from pftrack.core.model.parameters import ParameterError, parameter, revise
+from pftrack.core.model.preset import ExampleSweep, Preset
 from pftrack.core.model.recipe import Footage
-from pftrack.core.model.references import ICHIMURA, KITAGAWA, Citation
-from pftrack.core.model.sequence import FrameSequence
-from pftrack.core.model.source import Source
-from pftrack.core.model.truth import Truth
-from pftrack.experiments.experiment import PICTURES, ExampleSweep, Experiment, Setup, Step
+from pftrack.core.model.setup import Setup
+from pftrack.core.model.source import FrameSequence, Source, Truth
+from pftrack.experiments.experiment import PICTURES, Experiment
+from pftrack.experiments.shared.loss_probability import Scenes, read_declaration
 from pftrack.experiments.shared.sketch import SECOND_RUN, error_words
-from pftrack.experiments.trajectories import sketch
-from pftrack.experiments.trajectories.calibration import CALIBRATION
-from pftrack.experiments.trajectories.exports import EXPORTS
-from pftrack.experiments.trajectories.loss_probability import LOSS_DECLARATION
-from pftrack.experiments.trajectories.plots import MEASURES, PLOTS, READINGS, TERMS
-from pftrack.experiments.trajectories.presets import PRESETS
-from pftrack.experiments.trajectories.scales import SCALES_WORLD, scales_world
-from pftrack.experiments.trajectories.scene.corners_scene import CornerSceneParameters, CornerSource
-from pftrack.experiments.trajectories.scene.recorded import RecordedPictures, tracks_from
-from pftrack.experiments.trajectories.scene.scene import FRAMES, TracksSceneParameters, TracksSource
-from pftrack.experiments.trajectories.search import (
+from pftrack.experiments.trajectories import draw as sketch
+from pftrack.experiments.trajectories.corner_scene import CornerSceneParameters, CornerSource
+from pftrack.experiments.trajectories.corners import CornerParameters, begin
+from pftrack.experiments.trajectories.draw import EXPORTS, MEASURES, PLOTS, READINGS, TERMS
+from pftrack.experiments.trajectories.recording import (
+    SCALES_WORLD,
     SEARCH_WORLD,
+    SERIES,
     TemplateSearch,
     empty_search_world,
     in_picture,
+    measure,
+    report,
+    scales_world,
     search_world,
 )
-from pftrack.experiments.trajectories.trackers.corner_parameters import CornerParameters
-from pftrack.experiments.trajectories.trackers.corners import begin
-from pftrack.experiments.trajectories.trackers.filter_interface import FILTER_INTERFACE
-from pftrack.experiments.trajectories.trackers.parameters import TrajectoriesTrackerParameters
-from pftrack.experiments.trajectories.trackers.step import TRACKERS
-from pftrack.experiments.trajectories.truth import SERIES, measure, report
+from pftrack.experiments.trajectories.scene import (
+    FRAMES,
+    RecordedPictures,
+    TracksSceneParameters,
+    TracksSource,
+    tracks_from,
+)
+from pftrack.experiments.trajectories.step import FILTER_INTERFACE, TRACKERS
+from pftrack.experiments.trajectories.trackers import TrajectoriesTrackerParameters
 from pftrack.sources.tracks.sequence import TrackSequence
 
-__all__ = ["EXPERIMENT", "RecordedTrajectoriesParameters", "SimulatedTrajectoriesParameters"]
+# What is said of the error of the selected track, and where that is not so (docs/explanation/calibration.md).
+
+FAULTS = (
+    Miscalibration(
+        ("lng", "lg"),
+        "The scale of the noise is given and not found, and has to cover outliers: most errors are far smaller. The "
+        "band of 50 % holds the truth in 78 to 97 % of the reports, the one of 95 % in 85 to 100 %.",
+        direction="underconfident",
+    ),
+    Miscalibration(
+        ("nlng",),
+        "What is believed has heavier tails than a Gaussian, so that its standard deviation is wide for its middle: "
+        "the band of 50 % holds the truth in 67 to 91 % of the reports.",
+        direction="underconfident",
+    ),
+)
+
+CALIBRATION = Calibration(faults=FAULTS, presets=("works", "lattice"))
+
+# How probable it is that the selected track is lost.
+#
+# `python -m tools.loss_probability fit trajectories` fits it and writes `loss_probability.json`.
+
+SCENES = Scenes(
+    {
+        "selected_track": (0, 53),
+        "wall_pitch_px": (7, 16),
+        "image_noise_sd": (0.0, 15.0),
+        "gain_jump": (0.0, 0.3),
+        "gain_jump_share": (0.0, 0.3),
+        "scene_speed": (0.5, 2.0),
+        "search_reach_px": (6, 20),
+    },
+    {
+        "match_cost": ("difference", "difference", "correlation"),
+        "noise_variance_px2": (0.3, 1.0, 3.0, 10.0),
+        "drive_variance_px2": (0.1, 1.0, 1.0, 3.0),
+        "sample_count": (300, 1000, 2000),
+        "template_renewal": (False, False, True),
+    },
+    frames=50,
+    fitted=60,
+    judged=30,
+)
+"""Walls of all pitches, in light that jumps, searched near and far. One track a scene is looked at: a run judges no
+more, since its estimate and its truth are that track's."""
+
+SIGNALS = ("track_log_evidence", "outlying")
+"""Of the track itself: the log evidence is that of all tracks together."""
+
+LOSS_DECLARATION = read_declaration(Path(__file__).with_name("loss_probability.json"), TRACKERS, SCENES, SIGNALS)
+
+# Starting points that show something of trajectories.
+
+MODEL = "noise_variance_px2", "drive_variance_px2", "lag_frames"
+
+TRACKS = {"trajectories_scene": "tracks"}
+"""The simulated tracks, in place of the pictures."""
+
+MATCHING = "match_cost", "search_reach_px", "largest_ratio"
+
+PRESETS = (
+    Preset(
+        "lattice",
+        "works: a wall of look-alikes",
+        "nlng",
+        {"selected_track": 1},
+        about=("noise_variance_px2", "lag_frames", "gain_jump", "match_cost"),
+        watch=(
+            "Watch frames 11, 27, 41 and 45: the light jumps, and most crossings of the wall are found one cell off, "
+            "by 11 to 16 px. The smoothed paths go straight on, and the ringed track is never off by more than 1.3 px."
+        ),
+    ),
+    Preset(
+        "look-alike",
+        "breaks: drawn to look-alikes",
+        "lg",
+        {"selected_track": 1},
+        about=("noise_variance_px2", "lag_frames", "gain_jump", "match_cost"),
+        watch=(
+            "Watch the ringed track at frames 11 and 27: its match is 16 px off, the estimate follows by 10, and half "
+            "of that is left a frame later."
+        ),
+    ),
+    Preset(
+        "lost-cell",
+        "breaks: lost on the lattice",
+        "nlng",
+        {"selected_track": 17},
+        about=(*MATCHING, "gain_jump_share"),
+        watch=(
+            "Watch the ringed track from frame 42 on: the light jumps again and again, the match gets two cells away, "
+            "further than the search reaches back, and the estimate goes with it."
+        ),
+    ),
+    Preset(
+        "light",
+        "works: by correlation",
+        "nlng",
+        {"match_cost": "correlation", "selected_track": 17},
+        about=("gain_jump", "gain_jump_share", "search_reach_px"),
+        watch=(
+            "Watch frames 27, 41 and 45: normalised correlation does not mind the light, and where differences lose "
+            "more than half of all corners it loses an eighth."
+        ),
+    ),
+    Preset(
+        "slanted",
+        "breaks: a slanted line",
+        "nlng",
+        {"selected_track": 59},
+        about=("false_corners", "largest_ratio", "search_reach_px"),
+        watch=(
+            "Watch the surface of the search: along the book's line it is a ridge, so that the match slides, from "
+            "frame 7 on by more than 10 px, as if that were a motion."
+        ),
+    ),
+    Preset(
+        "works",
+        "works: finds the noise",
+        "nlng",
+        TRACKS,
+        about=(*MODEL, "outlier_scale_px2"),
+        watch=(
+            "Watch the interval of σ: it reaches from 0.7 to 3.1 px at frame 0, and has shrunk to one value by "
+            "frame 45. At frames 15, 45 and 75 measurements jump, and the smoothed paths go straight on."
+        ),
+    ),
+    Preset(
+        "known",
+        "works: Cauchy noise",
+        "lng",
+        TRACKS,
+        about=(*MODEL, "outlier_every"),
+        watch=(
+            "Watch the ringed track at frame 45: its measurement is 38 px off, and the estimate stays within 1 px "
+            "of the truth."
+        ),
+    ),
+    Preset(
+        "dragged",
+        "breaks: dragged along",
+        "lg",
+        TRACKS,
+        about=(*MODEL, "outlier_scale_px2"),
+        watch=(
+            "Watch the ringed track at frame 45: its measurement is 38 px off, the estimate follows it by 26, and "
+            "needs three frames to come back."
+        ),
+    ),
+    Preset(
+        "trusting",
+        "breaks: σ too small",
+        "lg",
+        {**TRACKS, "noise_variance_px2": 0.1},
+        about=("drive_variance_px2", "lag_frames"),
+        watch=(
+            "Watch frame 45: who trusts every measurement to a third of a px is 35 px off with it. Smoothing "
+            "takes off little of that."
+        ),
+    ),
+    Preset(
+        "stiff",
+        "breaks: too smooth",
+        "lng",
+        {**TRACKS, "noise_variance_px2": 0.25, "drive_variance_px2": 0.01},
+        about=("lag_frames", "sample_count"),
+        watch=(
+            "Watch frames 50 to 55, where all tracks move aside: a motion that may hardly bend takes that for "
+            "outliers, and is 26 px off."
+        ),
+    ),
+    Preset(
+        "drifting",
+        "worse: σ and τ drift",
+        "nlng",
+        {**TRACKS, "law_drift": 0.2},
+        about=("noise_variance_px2", "drive_variance_px2"),
+        watch=(
+            "Watch the interval of τ: after 45 straight frames it is down to 0.05 to 0.25 px, and when the tracks "
+            "move aside at frame 50 the estimate is left 29 px behind."
+        ),
+    ),
+    Preset(
+        "few",
+        "worse: few particles",
+        "lng",
+        {**TRACKS, "sample_count": 100},
+        about=("point_estimate", "lag_frames"),
+        watch=(
+            "Watch frame 15: of 100 particles hardly two share a bin of the histogram, and the fullest bin "
+            "happens to be at the outlier, 11 px off."
+        ),
+    ),
+    Preset(
+        "long",
+        "breaks: a long mismatch",
+        "lng",
+        {**TRACKS, "outlier_frames": 12, "outlier_every": 30, "outlier_scale_px2": 400, "reference_track": False},
+        watch=(
+            "Watch the ringed track from frame 30 to 41, when it is measured 33 px aside: the estimate holds out "
+            "for two frames and then follows. A mismatch that lasts is a consistent track, and no law of the "
+            "noise removes it."
+        ),
+    ),
+)
 
 
 class RecordedTrajectoriesParameters(TrajectoriesTrackerParameters, CornerParameters):

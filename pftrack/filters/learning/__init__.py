@@ -12,6 +12,6 @@ From recorded tracks, for later runs:
 - `diffusion`: the covariance of these changes, from which particles are moved on.
 """
 
-from pftrack.filters.learning import charts, diffusion, mixture_em, noise_em, online_em
+from pftrack.filters.learning import charts, diffusion, mixture_em, online_em
 
 __all__ = ["charts", "diffusion", "mixture_em", "noise_em", "online_em"]

@@ -20,8 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from pftrack.core.numerics.matrices import cholesky, product
-from pftrack.core.numerics.singular import eigenvalues
+from pftrack.core.numerics.matrices import cholesky, eigenvalues, product
 from pftrack.filters.learning.charts import Chart, Reading, changes, steps
 
 __all__ = ["Diffusion", "Learned", "LearnedError", "Spread", "learn"]

@@ -2,7 +2,7 @@
 
 An experiment whose states have a place, a heading or a shape declares how they are to be read (`Guidance`). From that
 alone `pftrack learn` and a session's menu of files learn from its runs (`pftrack.filters.learning.diffusion`). The text
-of a learned file is the value of a parameter of its trackers (`pftrack.experiments.shared.parameters.learned_motion`),
+of a learned file is the value of a parameter of its trackers (`pftrack.experiments.shared.reports.learned_motion`),
 so that a run, a sweep, a session and a share link carry it whole.
 """
 
@@ -14,15 +14,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.export import Export, ExportError
 from pftrack.core.model.parameters import ParameterError
-from pftrack.filters.learning.charts import Chart
-from pftrack.filters.learning.diffusion import Learned, LearnedError, learn
+from pftrack.core.model.setup import Export, ExportError
+from pftrack.core.numerics.random import Generator
+from pftrack.filters.learning.charts import Chart, Reading, advance_states
+from pftrack.filters.learning.diffusion import Diffusion, Learned, LearnedError, learn
 
 if TYPE_CHECKING:
     from pftrack.core.model.diagnostics import Diagnostics
-
-__all__ = ["Guidance"]
 
 
 @dataclass(frozen=True)
@@ -117,3 +116,32 @@ def _export(guidance: Guidance, state: Any, rows: Sequence["Diagnostics"]) -> by
 @lru_cache(maxsize=32)
 def _read(text: str, experiment: str, chart: Chart) -> Learned:
     return Learned.read(text, experiment=experiment, chart=chart)
+
+
+# Guided dynamics: particles that move as was learned, for any filter that takes `pftrack.filters.dynamics`.
+
+
+@dataclass(frozen=True, eq=False)
+class GuidedDynamics:
+    """p(x' | x) by which motion and shape change as they did in recorded tracks.
+
+    Attributes:
+        diffusion: The changes.
+        chart: What they change; a state is the place, its velocity, then heading, angles and numbers.
+        reading: In which frame a place changes.
+    """
+
+    diffusion: Diffusion
+    chart: Chart
+    reading: Reading
+
+    def predict(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the states (N, D) as they are: the drawn turn decides which way the velocity moves them."""
+        return states
+
+    def diffuse(self, rng: Generator, means: NDArray[np.float64], ancestors: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Draw next states (n, D) of the ancestors (n,) chosen among the states (N, D)."""
+        normals = rng.standard_normal((len(self.diffusion.mean), len(ancestors)))
+        return advance_states(
+            means, ancestors, normals, self.diffusion.root, self.diffusion.mean, self.chart, self.reading
+        )

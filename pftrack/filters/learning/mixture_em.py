@@ -25,8 +25,7 @@ from numpy.typing import NDArray
 
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials, logarithms
-from pftrack.core.numerics.matrices import contiguous_copy
-from pftrack.core.numerics.sums import total
+from pftrack.core.numerics.matrices import contiguous_copy, total
 
 __all__ = ["Mixture", "Settings", "adapt", "begin", "gaussian_log_density", "kernel_log_density", "responsibilities"]
 

@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from pftrack.core.numerics.checks import check, check_count
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials, logarithms
+from pftrack.core.numerics.matrices import inner_product, total
 from pftrack.core.numerics.random import standard_normals, uniforms
-from pftrack.core.numerics.sums import inner_product, total
 from pftrack.filters.resampling import systematic_parents
-from pftrack.filters.trajectories.modes import locate
+from pftrack.filters.trajectories.gaussian import locate
 from pftrack.filters.trajectories.tree import came_from, copy, grow, positions_of, sample_positions, sprout
 
 __all__ = ["MOST_PARTICLES", "Cloud", "Law", "Moments", "nothing", "select", "step", "without"]

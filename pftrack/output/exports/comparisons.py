@@ -12,9 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pftrack.core.files import write_whole
-from pftrack.core.model.export import ExportError
-from pftrack.core.spreadsheet import csv_text
+from pftrack.core.files import csv_text, write_whole
+from pftrack.core.model.setup import ExportError
 from pftrack.core.version import __version__
 from pftrack.output.exports.formats import Group
 from pftrack.runs.comparison import Comparison

@@ -11,38 +11,95 @@ cannot hold its manifest, one that is called like it with `.manifest.json` behin
 import errno
 import json
 import os
+import threading
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, Protocol, TypeAlias
+from typing import Literal, Protocol, TypeAlias, cast
 
+from pftrack.core.entry_points import load
 from pftrack.core.files import part_of, settle, write_whole
-from pftrack.core.model.export import Export, Exported, ExportError
+from pftrack.core.model.setup import Export, Exported, ExportError
+from pftrack.core.model.source import FrameIndex
 from pftrack.experiments.experiment import Experiment
-from pftrack.output.exports.box_files import believed_file, true_file
-from pftrack.output.exports.run_notebook import run_notebook
-from pftrack.output.exports.table_files import csv_of, json_lines_of, npz_of, parquet_of
-from pftrack.output.exports.viewers import write_page
+from pftrack.output.exports.files import believed_file, csv_of, json_lines_of, npz_of, parquet_of, true_file
+from pftrack.output.exports.notebook import run_notebook
 from pftrack.runs.manifest import bibtex_of, citation_of, extent_of, manifest_of
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import extent_series
+from pftrack.sources.beliefs.sequence import BeliefSequence
+from pftrack.sources.limits import DEFAULT_LIMITS, SourceError
 from pftrack.sources.results.table import FORMS, Form
 from pftrack.sources.truth import BOXES
 
-__all__ = [
-    "FORMATS",
-    "MANIFEST",
-    "NOTEBOOK",
-    "Group",
-    "RunExport",
-    "Steps",
-    "check_plot",
-    "export",
-    "export_at",
-    "exporting",
-    "exports_of",
-    "files_of",
-]
+# Viewers: what shows a run in three dimensions, from another package, found when somebody asks for it.
+#
+# The library draws runs as pictures and films; it knows no browser. A package that shows them otherwise says so by
+# entry points of the group `pftrack.viewers`: `page` writes a run as an HTML page that needs no server, `show` opens
+# its scene on this machine. pftrack's own server provides both.
+
+GROUP = "pftrack.viewers"
+
+
+class Shown(Protocol):
+    """A run that is being shown in a browser."""
+
+    @property
+    def address(self) -> str:
+        """Where a browser of this machine finds it."""
+
+    @property
+    def run(self) -> Run:
+        """What is shown: the run that was given, or the branch that was made of it by turning a parameter."""
+
+    def go(self, frame: int) -> None:
+        """Show a frame; one that has not been computed yet is computed, with all before it."""
+
+    def follow(self, run: Run) -> None:
+        """Show a longer run in the place of this one, at its newest frame unless an earlier one is being looked at."""
+
+    def wait(self) -> None:
+        """Wait until it is closed, or somebody interrupts."""
+
+    def close(self) -> None:
+        """Stop showing it; a second call does nothing."""
+
+
+def write_page(run: Run, path: Path, _plot: str | None = None) -> Iterator[tuple[int, int]]:
+    """Write a run, as far as it has been computed, as an HTML page that needs neither server nor network.
+
+    Args:
+        run: It is moved to each of its frames.
+        path: Where to.
+
+    Yields:
+        How many frames are done, of how many.
+
+    Raises:
+        ExportError: No viewer is installed that can do that.
+        OSError: The file cannot be written.
+    """
+    try:
+        write = load(GROUP, "page")
+    except LookupError as error:
+        raise ExportError(str(error)) from None
+    yield from write(run, path)
+
+
+def show(run: Run, *, port: int = 0, browser: bool | None = None) -> Shown:
+    """Open the scene of a run on this machine.
+
+    Args:
+        run: What is shown; it is not changed. A parameter that is turned beside the scene makes a branch of it.
+        port: Where to listen, of this machine alone; any that is free if 0.
+        browser: Whether to open the scene in a browser; if not given, unless it is shown in a notebook.
+
+    Raises:
+        LookupError: No viewer is installed that can do that.
+        OSError: The port is taken.
+    """
+    return cast("Shown", load(GROUP, "show")(run, port=port, browser=browser))
+
 
 SUFFIXES: Mapping[Form, str] = {
     "mot": "mot.txt",
@@ -368,3 +425,90 @@ FORMATS: tuple[RunExport, ...] = (
 BELIEVED = tuple(_boxes(form, "boxes") for form in FORMS)
 TRUE = tuple(_boxes(form, "truth") for form in FORMS)
 """What a run of a target with a box can be exported as besides."""
+
+# Watching a recording while it is written: the scene follows the newest frame as the loop runs.
+#
+# The recorder says whenever something has been written; the file is read as far as it is whole, and the newest frames
+# become a run that takes the place of the one that is shown. Nothing here is waited for by the loop.
+
+SPAN = 1000
+"""Frames: so many at least, and twice as many at most, are computed anew whenever something has been written."""
+
+GROWING = "0" * 64
+"""In the place of a digest: what grows has none yet."""
+
+
+class Watcher:
+    """Shows a recording that is being written.
+
+    Attributes:
+        shown: The scene; None before there is a frame.
+        failure: Why it is not shown; None as long as it is.
+    """
+
+    def __init__(
+        self, experiment: Experiment, path: Path, *, clip: Path | None = None, browser: bool | None = None
+    ) -> None:
+        """Begin to watch, in a thread of its own.
+
+        Args:
+            experiment: What shows recordings of beliefs.
+            path: The file.
+            clip: The clip that it is of, where that is not in it.
+            browser: Whether to open a browser; as `show` does if not given.
+        """
+        self._experiment, self._path, self._clip, self._browser = experiment, path, clip, browser
+        self.shown: Shown | None = None
+        self.failure: Exception | None = None
+        self._index: FrameIndex | None = None
+        self._news, self._is_over = threading.Event(), False
+        self._thread = threading.Thread(target=self._watch, name="pftrack watcher", daemon=True)
+        self._thread.start()
+
+    def tell(self) -> None:
+        """Say that something has been written."""
+        self._news.set()
+
+    def end(self) -> None:
+        """Say that nothing more will be written; the last frame is shown, and the scene stays open."""
+        self._is_over = True
+        self._news.set()
+        self._thread.join()
+
+    def _watch(self) -> None:
+        while not self._is_over and self.failure is None:
+            self._news.wait()
+            self._news.clear()
+            try:
+                self._show()
+            except SourceError:
+                continue  # nothing whole is in the file yet
+            except Exception as error:  # noqa: BLE001 - the loop goes on, whatever is wrong with a picture of it
+                self.failure = error
+
+    def _show(self) -> None:
+        run = self._newest()
+        if self.shown is None:
+            self.shown = show(run, browser=self._browser)
+        else:
+            self.shown.follow(run)
+
+    def _newest(self) -> Run:
+        """Return the newest frames as a run that stands at the last."""
+        sequence = BeliefSequence(
+            self._path.open("rb"),
+            name=self._path.name,
+            sha256=GROWING,
+            limits=DEFAULT_LIMITS,
+            index=self._index,
+            clip=self._clip,
+        )
+        self._index = sequence.index
+        if self._experiment.on_video is None:
+            raise ValueError(f"{self._experiment.id} takes no recording")
+        last = min(sequence.content.last - sequence.first, sequence.frame_count - 1)
+        setup = self._experiment.on_video(sequence, None, start=max(last // SPAN - 1, 0) * SPAN)
+        start = 0 if setup.footage is None else setup.footage.start
+        run = Run(self._experiment, setup, frames=last - start + 1)
+        run.finish()
+        return run

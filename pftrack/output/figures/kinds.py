@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from pftrack.core.model.plot import Plot, PlotKind
 from pftrack.core.model.series import Hypotheses
-from pftrack.output.figures import numbers
+from pftrack.output.figures import panels
 from pftrack.output.figures.style import CURVE_COLOURS, INK
 from pftrack.runs.run import Run
 
@@ -35,27 +35,27 @@ FREE = 0.12
 
 
 def _error(axes: Axes, run: Run, _plot: Plot) -> None:
-    _line(axes, run, numbers.errors(run))
+    _line(axes, run, panels.errors(run))
     axes.set_ylim(bottom=0)
 
 
 def _sigma(axes: Axes, run: Run, _plot: Plot) -> None:
-    _line(axes, run, numbers.sigmas(run), "largest standard deviation")
-    for steps, values in numbers.thresholds(run, "sigma"):
+    _line(axes, run, panels.sigmas(run), "largest standard deviation")
+    for steps, values in panels.thresholds(run, "sigma"):
         axes.step(steps, values, where="post", color=INK["truth"], linewidth=THIN, linestyle="--", label="threshold")
     axes.set_ylim(bottom=0)
 
 
 def _sample_size(axes: Axes, run: Run, _plot: Plot) -> None:
     for role, look in {"particles": {"color": INK["outline"], "linewidth": THIN}, "ess": {}}.items():
-        for found in numbers.of_role(run, role)[:1]:
-            _line(axes, run, numbers.measure(run, found.name), found.title, **look)
+        for found in panels.of_role(run, role)[:1]:
+            _line(axes, run, panels.measure(run, found.name), found.title, **look)
     axes.set_ylim(bottom=0)
 
 
 def _samplers(axes: Axes, run: Run, _plot: Plot) -> None:
-    (found, *_) = numbers.of_role(run, "share")
-    counts = np.nan_to_num(numbers.measure(run, found.name))
+    (found, *_) = panels.of_role(run, "share")
+    counts = np.nan_to_num(panels.measure(run, found.name))
     edges = np.arange(len(counts) + 1) - 0.5
     tops = np.cumsum(counts, axis=1)
     for place, (name, colour) in enumerate(zip(found.components, found.colours, strict=True)):
@@ -66,18 +66,18 @@ def _samplers(axes: Axes, run: Run, _plot: Plot) -> None:
 
 def _innovation(axes: Axes, run: Run, _plot: Plot) -> None:
     for role, look in {"nis_limit": {**TRUTH, "label": "limit of 95 %"}, "nis": {}}.items():
-        for found in numbers.of_role(run, role)[:1]:
-            _line(axes, run, numbers.measure(run, found.name), **look)
+        for found in panels.of_role(run, role)[:1]:
+            _line(axes, run, panels.measure(run, found.name), **look)
     axes.set_ylim(bottom=0)
 
 
 def _value(axes: Axes, run: Run, plot: Plot) -> None:
-    _line(axes, run, numbers.measure(run, plot.series[0]))
+    _line(axes, run, panels.measure(run, plot.series[0]))
 
 
 def _band(axes: Axes, run: Run, plot: Plot) -> None:
-    value, sd, truth = (numbers.measure(run, name) for name in (plot.series[0], plot.sd, plot.truth))
-    axes.fill_between(numbers.frames(run), value - 2 * sd, value + 2 * sd, **AREA, label="two standard deviations")
+    value, sd, truth = (panels.measure(run, name) for name in (plot.series[0], plot.sd, plot.truth))
+    axes.fill_between(panels.frames(run), value - 2 * sd, value + 2 * sd, **AREA, label="two standard deviations")
     _line(axes, run, value, "estimate")
     _truth(axes, run, truth)
     # The band may be as wide as it likes: the axis follows what is estimated and what is true.
@@ -90,24 +90,24 @@ def _band(axes: Axes, run: Run, plot: Plot) -> None:
 
 def _interval(axes: Axes, run: Run, plot: Plot) -> None:
     several = plot.series if len(plot.series) > 1 else ()
-    titles = {(name, 0): numbers.find_series(run, name).title for name in several}
+    titles = {(name, 0): panels.find_series(run, name).title for name in several}
     for name in plot.series:
-        ends = numbers.measure(run, name)
+        ends = panels.measure(run, name)
         low, high = ends.T if ends.ndim > 1 else (ends, ends)
-        axes.fill_between(numbers.frames(run), low, high, **AREA)
+        axes.fill_between(panels.frames(run), low, high, **AREA)
         for place, end in enumerate((low, high)):
             _line(axes, run, end, titles.get((name, place), ""), linewidth=THIN)
-    _truth(axes, run, numbers.measure(run, plot.truth))
+    _truth(axes, run, panels.measure(run, plot.truth))
 
 
 def _features(axes: Axes, run: Run, plot: Plot) -> None:
-    names = plot.row_titles or numbers.find_series(run, plot.series[0]).components
-    values = np.atleast_2d(numbers.measure(run, plot.series[0]).T)
-    seen, made_out = (_rows(numbers.measure(run, name), values) for name in (plot.visible, plot.recognised))
+    names = plot.row_titles or panels.find_series(run, plot.series[0]).components
+    values = np.atleast_2d(panels.measure(run, plot.series[0]).T)
+    seen, made_out = (_rows(panels.measure(run, name), values) for name in (plot.visible, plot.recognised))
     # Where the truth is unknown the tracker's own account has to do; it is not the same, so neither is the colour.
     states = {"hidden": seen == 0, "lost": np.isnan(seen) & (made_out == 0)}
     labels = {"hidden": "hidden", "lost": "unrecognised"}
-    x = numbers.frames(run)
+    x = panels.frames(run)
     for place, row in enumerate(values):
         for name, where in states.items():
             if where[place].any():
@@ -123,10 +123,10 @@ def _features(axes: Axes, run: Run, plot: Plot) -> None:
 
 def _frequency(axes: Axes, run: Run, plot: Plot) -> None:
     for name, colour in zip(plot.series, cycle(CURVE_COLOURS), strict=False):
-        flags = numbers.measure(run, name).reshape(run.computed + 1, -1)
+        flags = panels.measure(run, name).reshape(run.computed + 1, -1)
         known = np.cumsum(np.isfinite(flags).sum(axis=1))
         share = np.cumsum(np.nansum(flags, axis=1)) / np.where(known > 0, known, np.nan)
-        _line(axes, run, 100 * share, numbers.find_series(run, name).title, color=colour)
+        _line(axes, run, 100 * share, panels.find_series(run, name).title, color=colour)
     percents = [100 * level for level in plot.levels]
     for level in percents:
         axes.axhline(level, **{**TRUTH, "label": ""})
@@ -135,7 +135,7 @@ def _frequency(axes: Axes, run: Run, plot: Plot) -> None:
 
 
 def _hypotheses(axes: Axes, run: Run, plot: Plot) -> None:
-    known = numbers.hypotheses(run, plot.series[0])
+    known = panels.hypotheses(run, plot.series[0])
     lines, colours = [], []
     for frame, here in enumerate(known):
         before = known[frame - 1].values if frame else ()
@@ -146,12 +146,12 @@ def _hypotheses(axes: Axes, run: Run, plot: Plot) -> None:
             lines.append((begin, (frame, y)))
             colours.append(to_rgba(INK["estimate"], FAINTEST + (1 - FAINTEST) * weight))
     axes.add_collection(LineCollection(lines, colors=colours, linewidths=LINE))
-    _truth(axes, run, numbers.measure(run, plot.truth))
+    _truth(axes, run, panels.measure(run, plot.truth))
     axes.autoscale_view()
 
 
 def _tree(axes: Axes, run: Run, plot: Plot) -> None:
-    known = numbers.hypotheses(run, plot.series[0])
+    known = panels.hypotheses(run, plot.series[0])
     nodes = np.array([(frame, place + 1) for frame, it in enumerate(known) for place in range(len(it.weights))])
     weights = np.array([weight for it in known for weight in it.weights])
     edges = [
@@ -197,7 +197,7 @@ def _rows(values: NDArray[np.float64], like: NDArray[np.float64]) -> NDArray[np.
 
 def _truth(axes: Axes, run: Run, values: NDArray[np.float64]) -> None:
     if not np.isnan(values).all():
-        axes.plot(numbers.frames(run), values, **TRUTH)
+        axes.plot(panels.frames(run), values, **TRUTH)
 
 
 def _line(axes: Axes, run: Run, values: NDArray[np.float64], label: str = "", **look: Any) -> None:  # noqa: ANN401 - what matplotlib takes
@@ -208,7 +208,7 @@ def _line(axes: Axes, run: Run, values: NDArray[np.float64], label: str = "", **
         "label": label or "_",
     }
     # A single frame is a line of no length: it is seen as a point.
-    axes.plot(numbers.frames(run), values, **{**own, "marker": "." if run.computed == 0 else "", **look})
+    axes.plot(panels.frames(run), values, **{**own, "marker": "." if run.computed == 0 else "", **look})
 
 
 KINDS: Mapping[PlotKind, Draw] = {

@@ -15,7 +15,7 @@ from matplotlib.image import AxesImage
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
-from pftrack.output.figures.layout import APART_IN, LINE_IN, axes_at, draw_key, length, ticks, write
+from pftrack.output.figures.panels import APART_IN, LINE_IN, axes_at, draw_key, length, ticks, write
 from pftrack.output.figures.style import HEADING_PT, INK, LETTERS_PT, TEXT_PT
 
 __all__ = ["Block", "MapAxis", "code_block", "stack", "value_block"]

@@ -3,38 +3,111 @@
 All lengths are inches.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from math import ceil
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.output.figures.layout import APART_IN, LINE_IN, axes_at, draw_key, key_height, length, ticks, write
+from pftrack.core.model import series
+from pftrack.core.model.parameters import Declaration
+from pftrack.core.model.series import Hypotheses, Series
 from pftrack.output.figures.style import INK, LETTERS_PT, TEXT_PT, bare
+from pftrack.runs.run import Run, find_lost_frames
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
-__all__ = [
-    "BELOW_IN",
-    "HIGH_IN",
-    "LEFT_IN",
-    "RIGHT_IN",
-    "TITLE_IN",
-    "Values",
-    "draw_boxes",
-    "draw_curve",
-    "draw_differences",
-    "finish",
-    "foot_height",
-    "key_line",
-    "panels_below_each_other",
-    "write_numbers",
-    "write_values",
-]
+# Places in a figure, in inches: every text has the room that its size asks for.
+#
+# A layout that matplotlib finds by itself costs more than the drawing, since it measures every text several times.
+
+Anchor: TypeAlias = Literal["sw", "s", "n", "e", "w"]
+
+LINE_IN, APART_IN = 0.16, 0.08
+"""Height of a line of 9 points, and what is between two texts side by side."""
+
+KEY_LINE_IN, KEY_COLUMN_IN = 0.22, 0.6
+NARROW_EM, WIDE_EM = 0.54, 0.66
+"""Width of small letters, and of all other signs, of the font's size, about."""
+
+
+def length(text: str, points: float) -> float:
+    """Return how long a text is, about."""
+    return sum(NARROW_EM if sign.islower() or sign == " " else WIDE_EM for sign in text) * points / 72
+
+
+def ticks(texts: Sequence[str], step: float, needed: float) -> list[tuple[int, str]]:
+    """Return which values of an axis there is room to write, the first and then evenly, with their places.
+
+    Args:
+        texts: The values.
+        step: From one to the next.
+        needed: By one, in the same unit.
+    """
+    return list(enumerate(texts))[:: max(1, ceil(needed / step))]
+
+
+def axes_at(figure: "Figure", left: float, bottom: float, wide: float, high: float) -> "Axes":
+    """Return new axes, whose inner frame is at this place."""
+    width, height = figure.get_size_inches()
+    return figure.add_axes((left / width, bottom / height, wide / width, high / height))
+
+
+def write(
+    figure: "Figure", x: float, y: float, text: str, points: float, *, anchor: Anchor = "sw", upright: bool = False
+) -> None:
+    """Write a text.
+
+    Args:
+        figure: Where.
+        x: From the left.
+        y: From below.
+        text: What.
+        points: Size of the font.
+        anchor: What of the text is at the place: a corner, or the middle of a side; "s" is its base line.
+        upright: Whether it is read from below.
+    """
+    figure.text(
+        *(x, y, text),
+        transform=figure.dpi_scale_trans,
+        fontsize=points,
+        horizontalalignment="left" if "w" in anchor else "right" if "e" in anchor else "center",
+        verticalalignment="baseline" if "s" in anchor else "top" if "n" in anchor else "center",
+        rotation=90 if upright else 0,
+    )
+
+
+def key_height(names: Sequence[str], width: float) -> float:
+    """Return how high a key of these names is, in a figure of a width."""
+    return KEY_LINE_IN * -(-len(names) // _key_columns(names, width))
+
+
+def draw_key(figure: "Figure", handles: "Sequence[Artist]", left: float, top: float) -> None:
+    """Draw what lines and colours mean, as many side by side as there is room for."""
+    width, height = figure.get_size_inches()
+    columns = _key_columns([str(handle.get_label()) for handle in handles], width)
+    figure.legend(
+        handles=handles,
+        loc="upper left",
+        bbox_to_anchor=(left / width, top / height),
+        ncols=columns,
+        frameon=False,
+        fontsize=TEXT_PT,
+        borderaxespad=0,
+        borderpad=0,
+    )
+
+
+def _key_columns(names: Sequence[str], width: float) -> int:
+    longest = max(length(name, TEXT_PT) for name in names) + KEY_COLUMN_IN
+    return min(max(int(width / longest), 1), len(names))
+
 
 MOST_TICKS = 10
 LEFT_IN, RIGHT_IN = 0.75, 0.15
@@ -185,3 +258,77 @@ def key_line(text: str, colour: str, *, size: float = 3, is_box: bool = False) -
 def foot_height(key: "Sequence[Line2D]", width: float) -> float:
     """Return the room that a key needs below a panel of a width."""
     return key_height([str(line.get_label()) for line in key], width) + 0.1
+
+
+# The numbers that plots are drawn of: arrays over the frames of a run, NaN where a frame has none.
+
+Numbers = NDArray[np.float64]
+
+
+def frames(run: Run) -> NDArray[np.int64]:
+    """Return the (L,) indices of the frames that were computed."""
+    return np.arange(run.computed + 1)
+
+
+def errors(run: Run) -> Numbers:
+    """Return (L,) distances of the estimate from the truth."""
+    return np.array([np.nan if row.error is None else row.error for row in run.diagnostics])
+
+
+def sigmas(run: Run) -> Numbers:
+    """Return (L,) the largest standard deviation of each frame."""
+    return np.array([max(row.sigma, default=np.nan) for row in run.diagnostics])
+
+
+def hidden_frames(run: Run) -> NDArray[np.bool_]:
+    """Return (L,) whether the target is known to be out of sight."""
+    return np.array([row.hidden is True for row in run.diagnostics])
+
+
+def lost_frames(run: Run) -> NDArray[np.bool_]:
+    """Return (L,) whether the target is lost."""
+    return find_lost_frames(run).lost
+
+
+def find_series(run: Run, name: str) -> Series:
+    """Return the declaration of a series that a plot names."""
+    return next(one for one in run.experiment.all_series() if one.name == name)
+
+
+def of_role(run: Run, role: str) -> list[Series]:
+    """Return the series of a role that some frame has."""
+    return [one for one in run.experiment.all_series() if one.role == role and _is_measured(run, one.name)]
+
+
+def measure(run: Run, name: str) -> Numbers:
+    """Return the values of a series, (L,) numbers, or (L, d) vectors and intervals; (L,) NaN where no frame has any."""
+    values = [row.series.get(name) for row in run.diagnostics]
+    if not name or all(value is None for value in values):
+        return np.full(len(values), np.nan)
+    return series.columns(find_series(run, name), values)[name]
+
+
+def hypotheses(run: Run, name: str) -> list[Hypotheses]:
+    """Return the hypotheses of each frame, without any where it has none."""
+    return [row.hypotheses(name) or Hypotheses((), ()) for row in run.diagnostics]
+
+
+def thresholds(run: Run, of: str) -> Iterator[tuple[list[int], list[float]]]:
+    """Yield of each parameter that limits a series the frames from which a value is in force, and the values."""
+    changes = sorted({0, *(change.frame for change in run.timeline.changes if change.frame <= run.computed)})
+    steps = [*changes, run.computed]
+    for item in run.experiment.declarations(type(run.setup.parameters)):
+        if item.role == "threshold" and item.threshold_of == of:
+            values = [_in_force(run, item, frame) for frame in steps]
+            if not np.isnan(values).all():
+                yield steps, values
+
+
+def _in_force(run: Run, item: Declaration, frame: int) -> float:
+    if item.trackers and run.tracker_at(frame) not in item.trackers:
+        return np.nan
+    return float(getattr(run.parameters_at(frame), item.name))
+
+
+def _is_measured(run: Run, name: str) -> bool:
+    return any(name in row.series for row in run.diagnostics)

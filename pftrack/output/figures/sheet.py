@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from pftrack.core.model.export import ExportError
 from pftrack.core.model.plot import Plot, PlotKind
 from pftrack.core.model.series import SeriesRole
-from pftrack.output.figures import numbers
+from pftrack.core.model.setup import ExportError
+from pftrack.output.figures import panels as numbers
 from pftrack.output.figures.kinds import KINDS, SHADES
 from pftrack.output.figures.picture import PictureForm, encode
 from pftrack.output.figures.style import INK, LETTERS_PT, TWO_COLUMNS_IN, bare

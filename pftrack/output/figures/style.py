@@ -4,35 +4,17 @@ Runs, sweeps, reproductions and lessons draw in it, with matplotlib but without 
 Lengths are inches, sizes of letters points. matplotlib is loaded by whoever draws: a process that computes needs none.
 """
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from pftrack.core.model.palette import COLOURS, CURVES, DIVERGING, NEUTRALS, hexadecimal
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from matplotlib.axes import Axes
     from matplotlib.colors import Colormap
     from matplotlib.figure import Figure
-
-__all__ = [
-    "CURVE_COLOURS",
-    "HEADING_PT",
-    "INK",
-    "LETTERS_PT",
-    "ONE_COLUMN_IN",
-    "TEXT_PT",
-    "TITLE_PT",
-    "TWO_COLUMNS_IN",
-    "bare",
-    "diverging",
-    "draw_scale",
-    "explain_below",
-    "new_figure",
-    "viridis",
-    "write_heading",
-    "write_title",
-]
 
 ONE_COLUMN_IN, TWO_COLUMNS_IN = 3.5, 7.2
 """Width of a figure that stands in one column of a journal's page, and in both."""
@@ -123,3 +105,32 @@ def diverging() -> "Colormap":
     from matplotlib.colors import LinearSegmentedColormap  # noqa: PLC0415 - see the module
 
     return LinearSegmentedColormap.from_list("first-second", [hexadecimal(stop.light) for stop in DIVERGING])
+
+
+# The errors of a failing run and of the cured one over their frames, as the gallery of failures shows them.
+
+HIGH_IN = 2.4
+
+
+def draw_failure(
+    failing: Sequence[float | None], cured: Sequence[float | None], *, title: str, unit: str, frame: int
+) -> "Figure":
+    """Draw both errors in one column of a journal's page.
+
+    Args:
+        failing: Error of each frame of the run that fails; None where it is not known.
+        cured: Of the other one.
+        title: What fails.
+        unit: Of the errors.
+        frame: The one before it happens; it is marked.
+    """
+    figure, (panel,) = new_figure(HIGH_IN, width=ONE_COLUMN_IN)
+    panel.axvline(frame, color=INK["frame"], linewidth=0.8, linestyle=":")
+    panel.plot(np.array(cured, dtype=float), color=INK["second"], linewidth=1.2, linestyle="--", label="cured")
+    panel.plot(np.array(failing, dtype=float), color=INK["lost"], linewidth=1.5, label="fails")
+    panel.set_ylim(bottom=0.0)
+    panel.set_xlabel("frame")
+    panel.set_ylabel(f"error, {unit}" if unit else "error")
+    write_title(panel, title)
+    explain_below(figure, panel, 2)
+    return figure

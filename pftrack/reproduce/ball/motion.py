@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.parameters import Value
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.experiments.ball.scene import BallSource
 from pftrack.filters.learning import online_em
 from pftrack.reproduce.finding import CHOSEN, PROTOCOL, Finding, Own, Unexplained, claim, compare, not_run
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.batch import outcomes
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 
 __all__ = ["clutter", "unobstructed"]
 

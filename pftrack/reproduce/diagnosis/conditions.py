@@ -1,9 +1,201 @@
 """Conditions: runs in which one thing is wrong, because it was put there (`condition`); those of poses in `poses`."""
 
-from pftrack.reproduce.diagnosis.condition import Condition, Drawn
-from pftrack.reproduce.diagnosis.poses import POSE_CONDITIONS
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TypeAlias
 
-__all__ = ["CONDITIONS"]
+from pftrack.core.model.parameters import Value
+from pftrack.core.model.preset import CauseId
+from pftrack.core.model.recipe import Change, Recipe
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments.head.parameters import AS_PUBLISHED
+
+# A condition: a run that holds, and one change to it by which it fails, the *flaw*.
+#
+# What is lost with the flaw and held without it, on the same seed, was lost because of it: so the cause is known
+# without anybody's opinion. Parameters of the flaw, trackers and seeds are drawn, by a number each, so that there are
+# as many different runs of a condition as one wants.
+
+Range: TypeAlias = tuple[float, float]
+"""Bounds between which a number is drawn; a list is of values of which one is drawn."""
+
+KEPT_FROM = 2000
+"""Draws that are kept aside have numbers from here on: odd ones below had been counted before."""
+
+Drawn: TypeAlias = Mapping[str, "Value | Range | list[Value]"]
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A run that holds, and what makes it fail.
+
+    Attributes:
+        name: Of the condition.
+        cause: What the flaw is a case of.
+        experiment: Id of the experiment.
+        trackers: Of which one is drawn.
+        base: Values of the run that holds: given, or drawn.
+        flaw: Values that differ in the one that fails, given or drawn.
+        at: Frame at which the flaw comes; 0 for a whole run with it.
+        cured_by: Another tracker than the drawn one for the run that holds.
+        frames: Length of both.
+        draws: How many there are of it in the study, half of them kept aside (`numbers`).
+    """
+
+    name: str
+    cause: CauseId
+    experiment: str
+    trackers: tuple[str, ...]
+    base: Drawn = field(default_factory=dict)
+    flaw: Drawn = field(default_factory=dict)
+    at: int = 0
+    cured_by: str = ""
+    frames: int | None = 60
+    draws: int = 24
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """The draws of the study: even numbers are of those on which rules are made, odd ones of those kept aside."""
+        return (*range(0, self.draws, 2), *range(KEPT_FROM + 1, KEPT_FROM + self.draws, 2))
+
+    def draw(self, number: int) -> tuple[Recipe, Recipe]:
+        """Return a run with the flaw and the same without it.
+
+        Args:
+            number: From which all that is drawn follows, the seed included.
+        """
+        chances = Stream(number, 0, Purpose.SCENE)
+        tracker = self.trackers[int(chances.random() * len(self.trackers))]
+        base, flaw = (
+            {name: _draw(said, chances.random()) for name, said in it.items()} for it in (self.base, self.flaw)
+        )
+        begin = (Change(0, base),) if base else ()
+        wrong = (Change(0, {**base, **flaw}),) if self.at == 0 else (*begin, Change(self.at, flaw))
+        return (
+            self._recipe(tracker, number, wrong),
+            self._recipe(self.cured_by or tracker, number, begin),
+        )
+
+    def _recipe(self, tracker: str, seed: int, timeline: Sequence[Change]) -> Recipe:
+        return Recipe(
+            experiment=self.experiment, tracker=tracker, seed=seed, frames=self.frames, timeline=tuple(timeline)
+        )
+
+
+def _draw(said: "Value | Range | list[Value]", chance: float) -> Value:
+    if isinstance(said, list):
+        return said[int(chance * len(said))]
+    if isinstance(said, tuple):
+        low, high = said
+        value = low + (high - low) * chance
+        return round(value) if isinstance(low, int) and isinstance(high, int) else value
+    return said
+
+
+# Conditions of the pose of a head and of a hand, whose runs are slow: few of each are drawn.
+
+PEOPLE: Drawn = {"person": (0, 2000)}
+QUICK: Drawn = {**PEOPLE, "speed": (2.0, 3.0)}
+FEW = 20
+"""Draws of a condition."""
+RARE = 80
+"""Draws of one whose flaw loses one hand in ten."""
+
+POSE_CONDITIONS = (
+    Condition(
+        "few particles a feature",
+        "sample-impoverishment",
+        "head",
+        ("pf-asd", "alpha-1"),
+        QUICK,
+        {"sample_count": (2, 3)},
+        frames=70,
+        draws=FEW,
+    ),
+    Condition(
+        "a pillar before the face",
+        "occlusion-longer-than-memory",
+        "head",
+        ("pf-asd", "alpha-1"),
+        QUICK,
+        {"pillar_width_px": (440.0, 600.0)},
+        at=15,
+        frames=70,
+        draws=FEW,
+    ),
+    Condition(
+        "a hand before the face",
+        "occlusion-longer-than-memory",
+        "head",
+        ("pf-asd",),
+        QUICK,
+        {"hand_cover": (0.9, 1.0)},
+        at=15,
+        frames=70,
+        draws=FEW,
+    ),
+    Condition(
+        "a head that hardly changes its turn",
+        "wrong-dynamics",
+        "head",
+        ("pf-asd", "alpha-1"),
+        {**PEOPLE, "speed": (3.0, 4.0)},
+        {"pose_change_noise": 0.05, "initial_speed_px": 0.0},
+        frames=70,
+        draws=FEW,
+    ),
+    Condition(
+        "faster than features are looked for",
+        "wrong-dynamics",
+        "head",
+        ("alpha-1", "alpha-0"),
+        {**AS_PUBLISHED, **PEOPLE, "speed": (0.3, 0.6)},
+        {"speed": (3.0, 4.0)},
+        frames=70,
+        draws=FEW,
+    ),
+    Condition(
+        "templates that follow",
+        "template-drift",
+        "head",
+        ("pf-asd", "alpha-0"),
+        {**AS_PUBLISHED, **PEOPLE, "speed": (1.0, 2.0)},
+        {"template_renewal": (0.1, 0.2)},
+        frames=90,
+        draws=FEW,
+    ),
+    Condition(
+        "few hands drawn",
+        "sample-impoverishment",
+        "hand",
+        ("particles",),
+        {"motion": ["wrist", "bend"], "sample_count": 100},
+        {"sample_count": 1},
+        frames=30,
+        draws=FEW,
+    ),
+    Condition(
+        "one hand kept of another build",
+        "mirror-pose",
+        "hand",
+        ("beam",),
+        {"motion": "wrist", "proportions": (0.09, 0.2)},
+        {"beam_width": 1},
+        frames=30,
+        draws=RARE,
+    ),
+    Condition(
+        "stiff fingers",
+        "wrong-dynamics",
+        "hand",
+        ("beam",),
+        {"motion": ["bend", "occlusion"]},
+        {"flexion_sd_rad": (0.01, 0.03)},
+        frames=None,
+        draws=FEW,
+    ),
+)
+"""All of them."""
 
 CALM: Drawn = {"occlusion_width_px": 0, "distracter_radius_px": 0}
 WIDE: Drawn = {**CALM, "process_noise_px": 6}

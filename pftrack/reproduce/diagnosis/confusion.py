@@ -12,17 +12,16 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import NamedTuple, TypeAlias
 
-from pftrack.analysis.diagnosis import Course, course_of, course_of_run, diagnose_course, picture_size
-from pftrack.core.model.cause import CAUSES, CauseId
+from pftrack.analysis.diagnosis.course import Course, course_of
+from pftrack.analysis.diagnosis.diagnosis import course_of_run, diagnose_course, picture_size
+from pftrack.core.model.preset import CAUSES, CauseId
 from pftrack.core.model.recipe import Recipe
 from pftrack.experiments import find
-from pftrack.reproduce.diagnosis.condition import Condition
-from pftrack.reproduce.diagnosis.conditions import CONDITIONS
-from pftrack.reproduce.diagnosis.poses import POSE_CONDITIONS
+from pftrack.reproduce.diagnosis.conditions import CONDITIONS, POSE_CONDITIONS, Condition
 from pftrack.reproduce.finding import Finding, Own, claim, not_run
 from pftrack.reproduce.pool import Pool
-from pftrack.runs.loss_intervals import LASTING_FRAMES, first_loss
 from pftrack.runs.run import Run
+from pftrack.runs.scoring import LASTING_FRAMES, first_loss
 
 __all__ = ["CELL", "UNAIDED_CELL", "Judgement", "confusion", "findings_of", "judge_draw", "without_truth"]
 

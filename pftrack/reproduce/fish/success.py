@@ -10,26 +10,85 @@ learned correlations set to zero the same filter does better, and so nearly does
 particle has a velocity at all, of a learned spread. These rows are a finding of the reference implementation.
 """
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from pftrack.core.model.parameters import Value
+from pftrack.core.model.recipe import Change
+from pftrack.experiments import find
 from pftrack.output.figures.picture import save
+from pftrack.output.figures.style import CURVE_COLOURS, new_figure, write_title
 from pftrack.reproduce.finding import PROTOCOL, Finding, Own, Unexplained, claim, compare, not_run
-from pftrack.reproduce.fish.figures import draw, ten_particles
-from pftrack.reproduce.fish.learning import learn_from_tracks
 from pftrack.reproduce.fish.trials import (
     Clip,
     Condition,
     Successes,
     edge_ms,
+    learn_from_tracks,
     learn_from_truth,
     successes,
     track_training_clips,
 )
 from pftrack.reproduce.pool import Pool
-from pftrack.vision.rendering import png
+from pftrack.runs.run import Run
+from pftrack.vision.rendering import png, render
 
-__all__ = ["ablations", "table"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# The figures of the fish: successes over the number of particles (6 and 7), and ten particles of each (8 and 9).
+
+AT_FRAME, AROUND_PX = 12, 110
+"""In the middle of a sharp turn, and how much of the picture around the fish is shown."""
+
+TITLES = {"guided": "Guided diffusion", "ordinary": "Ordinary filter"}
+
+
+def draw(found: Mapping[tuple[str, int], Successes]) -> "dict[str, Figure]":
+    """Return figures 6 and 7 of Mitsugami et al. 2009 as one, given successes by tracker and number of particles."""
+    figure, panels = new_figure(3.2, columns=2)
+    counts = sorted({count for _, count in found})
+    for panel, title, most in zip(panels, ("All fish", "Sharp turns"), (24, 9), strict=True):
+        for (tracker, name), colour in zip(TITLES.items(), CURVE_COLOURS, strict=False):
+            values = [found[tracker, count] for count in counts]
+            rates = [one.fish if most == 24 else one.sharp for one in values]
+            panel.plot(counts, rates, "o-", color=colour, linewidth=1.5, markersize=4, label=name)
+        panel.set_xscale("log")
+        panel.set_xticks(counts, [f"{count}" for count in counts])
+        panel.minorticks_off()
+        panel.set_ylim(0, most + 0.5)
+        write_title(panel, f"{title}, of {most}")
+        panel.set_xlabel("Particles")
+    panel.legend(loc="lower right", frameon=False)
+    figure.axes[0].set_ylabel("Successes")
+    return {"figure-fish-success": figure}
+
+
+def ten_particles() -> NDArray[np.uint8]:
+    """Return ten particles of the ordinary filter, and of the guided one, side by side in a sharp turn (RGB)."""
+    experiment = find("fish")
+    parts = []
+    for name in ("ordinary", "same-turn"):
+        preset = next(preset for preset in experiment.presets if preset.name == name)
+        timeline = (Change(0, preset.parameters),)
+        run = Run(experiment, experiment.simulate(), tracker=preset.tracker, seed=preset.seed, timeline=timeline)
+        step = run.seek(AT_FRAME)
+        picture = render(
+            experiment.draw(step, run.diagnostics), layers=experiment.shown_layers, scale=2.0, caption=False
+        )
+        target = step.frame.target
+        x, y = np.rint(2.0 * target.position).astype(int) if target is not None else (0, 0)
+        reach = 2 * AROUND_PX
+        left, top = (
+            min(max(x - reach, 0), picture.shape[1] - 2 * reach),
+            min(max(y - reach, 0), picture.shape[0] - 2 * reach),
+        )
+        parts.append(picture[top : top + 2 * reach, left : left + 2 * reach])
+    return np.concatenate(parts, axis=1)
+
 
 SOURCE = "Mitsugami et al. 2009, section 5; reference implementation"
 HALF = "three standard errors of twelve fish, at the reference's rate"

@@ -16,12 +16,23 @@ The head's prediction alone is lost at once or not at all, by how fast the head 
 driver 99 that happens between 1.25 and 1.5 times Bando's speed here, and at Bando's speed there.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pftrack.experiments.shared.pose.methods import Method
 from pftrack.output.figures.picture import save
+from pftrack.output.figures.style import (
+    CURVE_COLOURS,
+    INK,
+    TITLE_PT,
+    explain_below,
+    new_figure,
+    write_heading,
+    write_title,
+)
 from pftrack.reproduce.finding import (
     CHOSEN,
     FEWER,
@@ -34,16 +45,135 @@ from pftrack.reproduce.finding import (
     share,
     three_errors,
 )
-from pftrack.reproduce.head.curves import curves
-from pftrack.reproduce.head.figures import draw
-from pftrack.reproduce.head.growth import growth
-from pftrack.reproduce.head.people import people
-from pftrack.reproduce.head.trials import Model, Trial, TrialResult, VideoTrials, distance_mm, run_trials
+from pftrack.reproduce.head.trials import (
+    Model,
+    Trial,
+    TrialResult,
+    VideoTrials,
+    distance_mm,
+    growth,
+    people,
+    run_trials,
+)
 from pftrack.reproduce.head.turns import turns
 from pftrack.reproduce.pool import Pool
-from pftrack.vision.geometry.face_model import FEATURES
+from pftrack.vision.geometry.face import FEATURES, TITLES
 
-__all__ = ["pose"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# Success curves: the share of trials whose error on an axis is below a threshold, over the threshold (fig. 4.16).
+#
+# A curve is steep: all trials of a method see the same video, and their errors lie within a few tenths of a degree. A
+# rate at one threshold therefore says little about another renderer, and it is the curve's *place* that is compared: by
+# how much it has to be moved along the thresholds to agree with the reference at all thresholds that are known.
+
+CURVES_SOURCE = "Bando 2007, ch. 4 fig. 4.16; reference implementation"
+
+CURVES_AXES = ("pitch", "yaw", "roll")
+THRESHOLDS_DEG = (0.5, 1.5, 2.0, 2.5, 3.0)
+RATES: dict[Model, tuple[tuple[float, ...], ...]] = {
+    "mean": ((0.0, 0.0, 0.95, 1.0, 1.0), (0.0, 0.0, 0.0, 0.5, 0.85), (1.0, 1.0, 1.0, 1.0, 1.0)),
+    "individual": ((0.0, 0.85, 1.0, 1.0, 1.0), (0.0, 0.0, 1.0, 1.0, 1.0), (0.95, 1.0, 1.0, 1.0, 1.0)),
+}
+"""Of driver 99 with the mixture, by axis and threshold."""
+
+SLACK = 0.1
+"""Two trials of twenty may be on the other side of a threshold."""
+
+FARTHEST_DEG, STEP_DEG = 3.0, 0.01
+CURVES_TOLERANCE_DEG = 0.7
+"""0.4 of the mean over three axes, times their root."""
+
+GAIN_AT = {"pitch": 1.5, "yaw": 2.0}
+"""Thresholds in degrees at which the reference's own face succeeds and the mean model does not."""
+
+
+def success_rates(
+    courses: Sequence[TrialResult], axis: int, thresholds_deg: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the share of trials whose mean absolute error on an axis is below each threshold, (n,)."""
+    errors = np.array([course.errors_deg[axis] for course in courses])
+    rates: NDArray[np.float64] = (errors < thresholds_deg[:, None]).mean(axis=1)
+    return rates
+
+
+def curves(by_model: dict[Model, list[TrialResult]]) -> list[Finding]:
+    """Compare the curves of driver 99, tracked by the mixture, given the trials by face model."""
+    findings = []
+    for model, references in RATES.items():
+        for axis, name in enumerate(CURVES_AXES):
+            moved = _distance_deg(by_model[model], axis, np.array(references[axis]))
+            result = f"head: success curve of {name}, {model} model, by how much it lies elsewhere, degrees"
+            findings.append(compare(result, moved, 0.0, CURVES_TOLERANCE_DEG, CURVES_SOURCE, ground=CHOSEN))
+    for name, threshold in GAIN_AT.items():
+        axis, at = CURVES_AXES.index(name), np.array([threshold])
+        own, other = (success_rates(by_model[model], axis, at)[0] for model in ("individual", "mean"))
+        result = f"head: success within {threshold} degrees of {name}: the own face succeeds more often (gain)"
+        findings.append(claim(result, float(own - other), holds=own > other, source=CURVES_SOURCE))
+    return findings
+
+
+def _distance_deg(courses: Sequence[TrialResult], axis: int, references: NDArray[np.float64]) -> float:
+    """Return by how little a curve has to be moved, to one side or the other, to meet the reference."""
+    thresholds = np.array(THRESHOLDS_DEG)
+    for moved in np.arange(0.0, FARTHEST_DEG, STEP_DEG):
+        low = success_rates(courses, axis, thresholds - moved)
+        high = success_rates(courses, axis, thresholds + moved)
+        if (low - SLACK <= references).all() and (references <= high + SLACK).all():
+            return float(moved)
+    return float("nan")
+
+
+# The figures of the head: alpha of every feature over the drive (4.15), and success over the threshold (4.16).
+
+FIGURES_MODELS: dict[Model, str] = {"individual": CURVE_COLOURS[0], "mean": CURVE_COLOURS[1]}
+NAMES: dict[Model, str] = {"individual": "the driver's own face", "mean": "mean face of other people"}
+MOST_DEG = 4.0
+HIDDEN: dict[str, Any] = {"color": INK["hidden"], "alpha": 0.2, "linewidth": 0}
+
+
+def draw(by_model: dict[Model, list[TrialResult]]) -> "dict[str, Figure]":
+    """Return the figures by name, given the trials of one driver with the mixture, by face model."""
+    return {
+        "figure-4.15-alpha": alpha_over_time(by_model["mean"]),
+        "figure-4.16-success-by-threshold": success_by_threshold(by_model),
+    }
+
+
+def alpha_over_time(courses: list[TrialResult]) -> "Figure":
+    """Draw alpha of each feature, the mean of all trials, shaded where the head is turned."""
+    ratios = np.mean([course.ratios for course in courses], axis=0)
+    frames = np.arange(1, len(ratios) + 1)
+    figure, panels = new_figure(6.0, rows=4, columns=3, share="xy")
+    for panel, name, values in zip(panels, FEATURES, ratios.T, strict=False):
+        panel.fill_between(frames, 0.0, 1.0, where=courses[0].turned, **HIDDEN)
+        panel.plot(frames, values, color=FIGURES_MODELS["individual"], linewidth=0.8)
+        write_title(panel, TITLES[name].capitalize())
+    panels[11].set_visible(False)
+    panels[8].tick_params(labelbottom=True)
+    figure.supxlabel("Frame", fontsize=TITLE_PT)
+    figure.supylabel("alpha, share of the head's prediction", fontsize=TITLE_PT)
+    write_heading(figure, "Alpha of each feature; shaded where the head is turned by more than 20°")
+    return figure
+
+
+def success_by_threshold(by_model: dict[Model, list[TrialResult]]) -> "Figure":
+    """Draw the success of each axis over the threshold, of both face models."""
+    thresholds = np.linspace(0.0, MOST_DEG, 401)
+    figure, panels = new_figure(3.2, columns=len(CURVES_AXES), share="y")
+    for axis, (panel, name) in enumerate(zip(panels, CURVES_AXES, strict=True)):
+        for model, colour in FIGURES_MODELS.items():
+            rates = success_rates(by_model[model], axis, thresholds)
+            panel.plot(thresholds, rates, color=colour, linewidth=1.5, label=NAMES[model])
+        write_title(panel, name.capitalize())
+        panel.set_xlabel("Threshold of the mean error, °")
+    panels[0].set_ylabel("Success rate")
+    panels[0].set_ylim(-0.02, 1.02)
+    explain_below(figure, panels[0], 2)
+    write_heading(figure, f"Trials below a threshold, PF-ASD, {len(by_model['mean'])} trials")
+    return figure
+
 
 SOURCE = "Bando 2007, ch. 4 section 4; reference implementation"
 OTHER_FACE = "our driver is another person, of whose face the model tells more or less than of the reference's"

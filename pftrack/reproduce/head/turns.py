@@ -16,19 +16,20 @@ from numpy.typing import NDArray
 
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.parameters import Value, revise
-from pftrack.core.model.sequence import FrameIndex
-from pftrack.core.numerics.angles import wrap
+from pftrack.core.model.recipe import Change
+from pftrack.core.model.source import FrameIndex
+from pftrack.core.numerics.elementary import wrap
 from pftrack.core.numerics.matrices import product
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
-from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource
-from pftrack.experiments.head.scene.sensor import expose
-from pftrack.experiments.head.scene.source import focal_px
-from pftrack.experiments.head.trackers.parameters import AS_PUBLISHED
+from pftrack.experiments.head.painting import expose
+from pftrack.experiments.head.parameters import AS_PUBLISHED
+from pftrack.experiments.head.scene import HeadSource, focal_px
+from pftrack.experiments.head.scene_parameters import HeadSceneParameters
 from pftrack.reproduce.finding import Finding, Own, claim
 from pftrack.reproduce.pool import Pool
-from pftrack.runs.run import Change, Run
-from pftrack.vision.geometry.gaze import theta_of
+from pftrack.runs.run import Run
+from pftrack.vision.geometry.face import theta_of
 
 __all__ = ["Clip", "Outcome", "film", "turns", "watch"]
 

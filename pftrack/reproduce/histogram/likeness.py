@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.experiments.histogram.scene import look_alike_place
 from pftrack.reproduce.histogram.trials import lecture
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 from pftrack.vision.likelihoods.histogram import similarity
 
 __all__ = ["Likenesses", "likenesses"]

@@ -8,20 +8,28 @@ further away; that is our finding, as are the rows on the unscented and the part
 
 from collections.abc import Mapping, Sequence
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.geometry.rotation_vector import matrix, right_jacobian
+from pftrack.core.geometry.rotation import matrix, right_jacobian
+from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.parameters import Value
+from pftrack.core.model.recipe import Change
 from pftrack.core.numerics.matrices import solve_system
-from pftrack.experiments.linkage.trackers.parameters import TABLE_4_1
+from pftrack.experiments import find
+from pftrack.experiments.linkage.parameters import TABLE_4_1
 from pftrack.filters.truncation import truncate
+from pftrack.output.figures.style import CURVE_COLOURS, new_figure
 from pftrack.reproduce.finding import CHOSEN, Finding, Own, Unexplained, claim, compare, share
 from pftrack.reproduce.linkage.trials import Condition, RunResult, run_condition, run_swing
 from pftrack.reproduce.pool import Pool
+from pftrack.runs.run import Run
+from pftrack.vision.rendering import render_beside
 
-__all__ = ["CROSS", "algebra", "confident", "cross", "recovery", "space", "static"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 ALGEBRA, PLANE, BOTH, SPACE = (
     f"reference implementation, {part}"
@@ -308,3 +316,100 @@ def _vibration(pose: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[n
     still = pose + 0.02 * np.sin(0.7 * frames + np.array([0.0, 1.0, 2.0]))
     weights = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, 61) / 60.0)[:, None]
     return np.concatenate([still, still[-1] + weights * (end - still[-1])])
+
+
+# A chain in space whose links are seen as lines, Shimada 1997, eqs. 4.9 to 4.11: by filters and by regions.
+#
+# Shimada shows no run on lines, and the reference has none, so that all figures are our own. Lines with root and tip
+# say almost what four points say, since joints are where lines cross. Lines alone leave the root free to slide along
+# the first link, and the tip along the last: of the lengths they show the middle one, and only where the links bend.
+
+SEEDS, QUICK_SEEDS = 5, 1
+WIDTHS_PX: Mapping[str, tuple[float, float, float]] = {
+    "lines-and-ends": (11.8, 19.5, 10.9),
+    "lines": (20.0, 19.5, 20.0),
+}
+"""Of the final intervals of the lengths, mean, by what is seen; 20 px at first."""
+WIDTH_PX, QUICK_WIDTH_PX = 1.5, 6.0
+"""By how much they may differ, as means and of a single run."""
+
+FILTERS: tuple[tuple[str, Mapping[str, Value], float], ...] = (
+    ("ekf-truncated", {}, 1.5),
+    ("ekf-truncated", {"linearisations": ROUNDS}, 1.0),
+    ("particles", {}, 1.0),
+)
+"""Tracker, values, and what the final error of the worst length of any seed is below, px, with lines and ends."""
+
+
+def lines(pool: Pool, full: bool) -> list[Finding]:
+    """Lengths that filters find by lines with root and tip, and what regions leave of them by lines."""
+    seeds = SEEDS if full else QUICK_SEEDS
+    findings = []
+    for tracker, values, limit in FILTERS if full else FILTERS[1:2]:
+        courses = _courses_lines(pool, tracker, {**IN_SPACE, **values, "links_seen_as": "lines-and-ends"}, seeds)
+        worst = max(float(np.abs(one.lengths[-1] - one.true_lengths).max()) for one in courses)
+        title = tracker + (f", linearised {ROUNDS} times" if values else "")
+        result = f"linkage: lines and ends, {title}, final error of the worst length of any seed, px"
+        findings.append(claim(result, worst, holds=worst < limit, source=OURS))
+    scene = next(one for one in find("linkage").presets if one.name == "3d").parameters
+    for way, widths in list(WIDTHS_PX.items())[: None if full else 1]:
+        for tracker in ("ellipsoids", "box-guides") if full else ("ellipsoids",):
+            courses = _courses_lines(pool, tracker, {**scene, "links_seen_as": way}, seeds)
+            contained = float(np.mean([one.contained.mean() for one in courses]))
+            named = f"linkage: {way.replace('-', ' ')}, {tracker}"
+            result = f"{named}, truth contained in all frames"
+            findings.append(claim(result, contained, holds=contained == 1.0, source=OURS))
+            for link, before in enumerate(widths if tracker == "ellipsoids" else ()):
+                width = float(np.mean([one.high[-1, link] - one.low[-1, link] for one in courses]))
+                result = f"{named}, final width of length {link + 1}, mean, px"
+                findings.append(
+                    compare(result, width, before, WIDTH_PX if full else QUICK_WIDTH_PX, OURS, ground=CHOSEN)
+                )
+    return findings
+
+
+def _courses_lines(pool: Pool, tracker: str, values: Mapping[str, Value], seeds: int) -> list[RunResult]:
+    return pool.map(run_condition, [Condition(tracker, tuple(values.items()), seed) for seed in range(seeds)])
+
+
+# The figures of the chain of links: a region that has split, and a length while nothing moves.
+
+SPLIT_FRAME = 68
+LINK, TRUE_PX = 3, 50.0
+TITLES = {"static": "EKF with bounds", "static-regions": "Guided ellipsoids"}
+
+
+def split() -> NDArray[np.uint8]:
+    """Return a frame in which there are two regions, with the chain from above and the lengths beside it (RGB)."""
+    run = _run("mirror3")
+    step = run.seek(SPLIT_FRAME)
+    return render_beside(find("linkage").draw(step, run.diagnostics), scale=2.0)
+
+
+def still() -> "Figure":
+    """Return the intervals of the third length by a filter and by regions, on the same frames."""
+    figure, (panel,) = new_figure(2.8)
+    for (preset, title), colour in zip(TITLES.items(), (CURVE_COLOURS[1], CURVE_COLOURS[0]), strict=True):
+        rows = _rows(preset)
+        ends = np.array([row.vector(f"length_{LINK}") for row in rows], dtype=np.float64)
+        panel.fill_between(np.arange(len(ends)), *ends.T, color=colour, alpha=0.35, label=title)
+    panel.axhline(TRUE_PX, color="black", linewidth=1.0, linestyle="--", label="truth")
+    panel.set_xlim(0, len(ends) - 1)
+    panel.set_ylim(35, 65)
+    panel.set_xlabel("Frame")
+    panel.set_ylabel("Length of link 3, px")
+    panel.legend(loc="upper right", frameon=False, ncols=3)
+    return figure
+
+
+def _run(name: str) -> Run:
+    experiment = find("linkage")
+    preset = next(one for one in experiment.presets if one.name == name)
+    timeline = (Change(0, preset.parameters),)
+    return Run(experiment, experiment.simulate(), tracker=preset.tracker, seed=preset.seed, timeline=timeline)
+
+
+def _rows(name: str) -> list[Diagnostics]:
+    run = _run(name)
+    run.finish()
+    return list(run.diagnostics)

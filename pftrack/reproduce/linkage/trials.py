@@ -6,13 +6,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.frame import Frame, Measurements
 from pftrack.core.model.parameters import Value, revise
+from pftrack.core.model.recipe import Change
+from pftrack.core.model.source import Frame, Measurements
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
-from pftrack.experiments.linkage.scene.truth import LinkageTarget
-from pftrack.experiments.linkage.trackers.state import LinkageState
-from pftrack.runs.run import Change, Run
+from pftrack.experiments.linkage.scene import LinkageTarget
+from pftrack.experiments.linkage.state import LinkageState
+from pftrack.runs.run import Run
 
 __all__ = ["Condition", "RunResult", "run_condition", "run_swing"]
 

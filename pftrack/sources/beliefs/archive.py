@@ -26,8 +26,8 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.sources.errors import SourceError
 from pftrack.sources.formats import RECORDING_ENTRY
+from pftrack.sources.limits import SourceError
 
 __all__ = ["ARRAYS", "COLUMNS", "VERSION", "Entry", "entries_of", "header_of", "read_array", "shape_of"]
 

@@ -1,20 +1,23 @@
 """What a recording of beliefs says, at hand by frame and target, its particles read when they are asked for."""
 
+import hashlib
+import io
 import json
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path, PurePath
 from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.belief import Belief
+from pftrack.core.model.parameters import Parameters, parameter
+from pftrack.core.model.source import Belief, FrameIndex, FrameSequence
 from pftrack.sources.beliefs.archive import ARRAYS, COLUMNS, VERSION, Entry, Stored, entries_of, read_array, shape_of
-from pftrack.sources.errors import SourceError
-from pftrack.sources.formats import RECORDING_ENTRY
-
-__all__ = ["About", "Content"]
+from pftrack.sources.formats import RECORDING_ENTRY, sniff
+from pftrack.sources.limits import HEAD_BYTES, Limits, SourceError, check_bytes
 
 LARGEST_ABOUT_BYTES = 1024 * 1024
 LARGEST_FRAME = 10_000_000
@@ -251,3 +254,295 @@ def _fits(counts: NDArray[Any]) -> bool:
     """Return whether rows have a weight and an ancestor for each particle or for none, and all else at most once."""
     particles, each, once = counts[:, :1], counts[:, 1:3], counts[:, 3:]
     return bool((counts >= 0).all() and ((each == 0) | (each == particles)).all() and (once <= 1).all())
+
+
+# Which target of a recording is looked at, and which components of its state.
+
+GROUP = "Selection"
+
+
+class SelectionParameters(Parameters):
+    """What the run's estimate and error are of."""
+
+    # fmt: off
+    selected_target: int = parameter(
+        -1, "Selected target", "Number of the target that is looked at, as the file has it; -1 for the one that is "
+        "followed longest.",
+        ge=-1, le=1_000_000, step=1, live=False, group=GROUP)
+    component_across: int = parameter(
+        0, "Component across", "Which component of the state is drawn across, from 0; the first of the estimate.",
+        ge=0, le=399, step=1, live=False, group=GROUP)
+    component_down: int = parameter(
+        1, "Component down", "Which component of the state is drawn downwards, or upwards where there is no picture; "
+        "the second of the estimate.",
+        ge=0, le=399, step=1, live=False, group=GROUP)
+    # fmt: on
+
+
+# What a recorder has gathered and not yet written: numbers in memory that is used again and again.
+#
+# To ask the system for fresh memory costs several times what copying into it costs, so a few chunks go round: the loop
+# fills one while others are written.
+
+NOTHING = dict.fromkeys(ARRAYS, 0)
+LEAST = 8 * 1024
+"""Numbers for which a column has room at first."""
+
+
+class Column:
+    """The rows of one array, one below the other.
+
+    Attributes:
+        rows: How many there are.
+    """
+
+    def __init__(self, dtype: "np.dtype[Any]") -> None:
+        self.rows = 0
+        self._numbers: NDArray[Any] = np.empty(0, dtype)
+
+    def append(self, array: NDArray[Any]) -> None:
+        """Copy an array of one row or more, in this column's precision; all have rows of one shape."""
+        begin = self.rows
+        end = begin + len(array)
+        if end > len(self._numbers):
+            least = -(-LEAST * len(array) // max(array.size, 1))
+            larger = np.empty((max(2 * len(self._numbers), end, least), *array.shape[1:]), self._numbers.dtype)
+            if begin:
+                larger[:begin] = self._numbers[:begin]
+            self._numbers = larger
+        self._numbers[begin:end] = array
+        self.rows = end
+
+    @property
+    def array(self) -> NDArray[Any]:
+        """All rows, a view until the column is cleared."""
+        return self._numbers[: self.rows]
+
+    def clear(self) -> None:
+        """Begin anew, in the same memory."""
+        self.rows = 0
+
+
+class Chunk:
+    """Rows of frames and targets, and the arrays that belong to them.
+
+    Attributes:
+        number: Of the chunk in its file.
+        rows: Frame, target, whether it is a truth, and how many rows of each array.
+        columns: The arrays by name.
+        used: How many numbers it holds.
+    """
+
+    def __init__(self, precision: "np.dtype[Any]") -> None:
+        """Make one that is empty.
+
+        Args:
+            precision: Of particles and their weights.
+        """
+        others = {"ancestors": np.dtype("<i4")}
+        self.number = self.used = 0
+        self.rows: list[tuple[int, ...]] = []
+        self.columns = {
+            name: Column(precision if name in {"particles", "log_weights"} else others.get(name, np.dtype("<f8")))
+            for name in ARRAYS
+        }
+
+    def append(self, frame: int, target: int, said: Mapping[str, NDArray[Any]], *, is_truth: bool) -> None:
+        """Copy what is said of a target in a frame: arrays by name, each of one row or more."""
+        counts = dict(NOTHING)
+        columns = self.columns
+        for name, array in said.items():
+            columns[name].append(array)
+            counts[name] = len(array)
+            self.used += array.size
+        self.rows.append((frame, target, int(is_truth), *counts.values()))
+
+    def clear(self) -> None:
+        """Begin anew, in the same memory."""
+        self.rows, self.used = [], 0
+        for column in self.columns.values():
+            column.clear()
+
+
+# Which true target each number of a tracker stands for, frame by frame, and where that changes.
+#
+# As CLEAR MOT has it (Bernardin and Stiefelhagen 2008): a pair of the frame before stays together as long as its boxes
+# overlap by half; what is left is paired, the greatest overlap first (they take the greatest sum, which differs only
+# where three boxes overlap each other by half). A true target that comes by another number than
+# the last one it had is an identity switch. Where there are no boxes, the distance of positions stands for the overlap.
+
+LEAST_OVERLAP = 0.5
+
+
+def overlap(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    """Return the intersection over the union of two boxes (x, y, w, h)."""
+    low, high = np.maximum(one[:2], other[:2]), np.minimum(one[:2] + one[2:], other[:2] + other[2:])
+    shared = float(np.maximum(high - low, 0.0).prod())
+    return shared / float(one[2:].prod() + other[2:].prod() - shared)
+
+
+@dataclass(frozen=True, slots=True)
+class Identities:
+    """What became of the numbers.
+
+    Attributes:
+        pairs: For each frame of which both something is believed and true, the true target of each number.
+        switches: How many true targets have another number than before, by frame.
+        first: The true target that each number stood for first.
+    """
+
+    pairs: Mapping[int, Mapping[int, int]]
+    switches: Mapping[int, int]
+    first: Mapping[int, int]
+
+
+def pair_up(frames: Sequence[tuple[int, Sequence[Belief], Sequence[Belief]]]) -> Identities:
+    """Pair numbers with true targets through all frames.
+
+    Args:
+        frames: Number of the frame, what is believed of its targets, and what is true; by ascending number.
+    """
+    pairs: dict[int, dict[int, int]] = {}
+    switches: dict[int, int] = {}
+    first: dict[int, int] = {}
+    before: dict[int, int] = {}  # of each true target, the number that it had last
+    last: dict[int, int] = {}  # pairs of the frame before
+    for frame, beliefs, truths in frames:
+        gains = np.array([[_likeness(one, true) for true in truths] for one in beliefs])
+        gains = gains.reshape(len(beliefs), len(truths))
+        numbers, trues = [one.target for one in beliefs], [true.target for true in truths]
+        found = {
+            number: true
+            for number, true in last.items()
+            if number in numbers and true in trues and gains[numbers.index(number), trues.index(true)] >= LEAST_OVERLAP
+        }
+        rows = [place for place, number in enumerate(numbers) if number not in found]
+        columns = [place for place, true in enumerate(trues) if true not in found.values()]
+        ranked = sorted((-float(gains[row, column]), row, column) for row in rows for column in columns)
+        for loss, row, column in ranked:
+            if -loss >= LEAST_OVERLAP and numbers[row] not in found and trues[column] not in found.values():
+                found[numbers[row]] = trues[column]
+        changed = sum(before.get(true, number) != number for number, true in found.items())
+        if changed:
+            switches[frame] = changed
+        for number, true in found.items():
+            before[true] = number
+            first.setdefault(number, true)
+        pairs[frame] = last = found
+    return Identities(pairs, switches, first)
+
+
+def _likeness(one: Belief, true: Belief) -> float:
+    """Return how well a belief covers a truth, 0 to 1; with positions alone there is nothing but the one target."""
+    if one.box is not None and true.box is not None:
+        return overlap(one.box, true.box)
+    return float(one.target == true.target)
+
+
+# The clip of a recording of beliefs: in the file, or a file of its own that is known by the digest of its content.
+#
+# A path in a file is never followed: who opens a stranger's recording opens nothing else. Where a recording names its
+# clip only, it is looked for under that name beside the recording, and taken if it has the content that is named.
+
+
+def open_clip(file: BinaryIO, name: str, sha256: str, limits: Limits, index: FrameIndex | None = None) -> FrameSequence:
+    """Return the pictures of a clip.
+
+    Args:
+        file: Open for reading; closed with the sequence.
+        name: What people call it.
+        sha256: Digest by which it is known.
+        limits: How large it may be.
+        index: From an earlier survey of the same content.
+
+    Raises:
+        SourceError: It is no video and no GIF, or exceeds the limits.
+    """
+    from pftrack.sources.video import VideoSequence  # noqa: PLC0415 - it loads decoders
+
+    found = sniff(file.read(HEAD_BYTES))
+    if found.kind not in {"video", "gif"}:
+        raise SourceError("the clip of the recording is no video and no GIF")
+    check_bytes(file.seek(0, io.SEEK_END), limits, "the clip has")
+    file.seek(0)
+    return VideoSequence(file, found, name=name, sha256=sha256, limits=limits, index=index)
+
+
+def find_clip(
+    file: BinaryIO, content: Content, given: Path | None, beside: Path | None, limits: Limits
+) -> tuple[BinaryIO | None, str]:
+    """Return the clip of a recording, open for reading; or None, and why there is none if there should be one.
+
+    Args:
+        file: The recording's.
+        content: What it says.
+        given: The clip, where somebody says which it is.
+        beside: The folder of the recording, where a clip that is named only may be.
+        limits: How large it may be.
+
+    Raises:
+        SourceError: It has a clip already, or the one that is given is another.
+    """
+    about = content.about
+    if (entry := content.entries.get("clip")) is not None:
+        if given is not None:
+            raise SourceError(f"the recording has its clip in it, {about.clip or 'without a name'}; open it alone")
+        return io.BufferedReader(_Part(file, entry)), ""
+    if given is not None:
+        if about.clip_sha256 and _digest_of(given, limits) != about.clip_sha256:
+            raise SourceError(f"the clip is another one than {about.clip}, of which the recording is")
+        return given.open("rb"), ""
+    if not about.clip_sha256:
+        return None, ""
+    named = None if beside is None or PurePath(about.clip).name != about.clip else beside / about.clip
+    if named is None or not named.is_file():
+        absent = f"Its clip, {about.clip}, is not here, so there are no pictures"
+        return None, f"{absent}; put it beside the recording, or give both together."
+    if _digest_of(named, limits) != about.clip_sha256:
+        return None, f"The file {about.clip} beside it is another clip than its own, so there are no pictures."
+    return named.open("rb"), ""
+
+
+def _digest_of(path: Path, limits: Limits) -> str:
+    about = path.stat()
+    check_bytes(about.st_size, limits, "the clip has")
+    return _digest(path.absolute(), about.st_size, about.st_mtime_ns)
+
+
+@lru_cache(64)
+def _digest(path: Path, size: int, changed_ns: int) -> str:  # noqa: ARG001 - by which a file is known to be the same
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+class _Part(io.RawIOBase):
+    """A part of a file as a file of its own, read by another descriptor so that it has a place of its own."""
+
+    def __init__(self, file: BinaryIO, entry: Entry) -> None:
+        self._file = Path(file.name).open("rb")  # noqa: SIM115 - closed with this
+        self._entry, self._place = entry, 0
+
+    def readable(self) -> bool:
+        return True
+
+    def seekable(self) -> bool:
+        return True
+
+    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
+        base = {io.SEEK_SET: 0, io.SEEK_CUR: self._place, io.SEEK_END: self._entry.size}[whence]
+        self._place = max(base + offset, 0)
+        return self._place
+
+    def tell(self) -> int:
+        return self._place
+
+    def readinto(self, buffer: "memoryview[int]") -> int:  # type: ignore[override]  # any writable buffer
+        room = min(len(buffer), max(self._entry.size - self._place, 0))
+        self._file.seek(self._entry.start + self._place)
+        count = self._file.readinto(memoryview(buffer)[:room])
+        self._place += count
+        return count
+
+    def close(self) -> None:
+        self._file.close()
+        super().close()

@@ -17,13 +17,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.belief import Belief, Plane
-from pftrack.core.model.sequence import FrameIndex, FrameSequence
-from pftrack.sources.beliefs.clip import find_clip, open_clip
-from pftrack.sources.beliefs.content import Content
-from pftrack.sources.errors import SourceError
-from pftrack.sources.limits import Limits, check_pixels
-from pftrack.sources.truth_bounds import boxes_outside
+from pftrack.core.model.source import Belief, FrameIndex, FrameSequence, Plane
+from pftrack.sources.beliefs.content import Content, find_clip, open_clip
+from pftrack.sources.limits import Limits, SourceError, check_pixels
+from pftrack.sources.truth import boxes_outside
 
 __all__ = ["BeliefSequence"]
 

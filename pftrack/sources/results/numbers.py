@@ -4,11 +4,8 @@ import math
 import re
 from collections.abc import Sequence
 
-from pftrack.sources.errors import SourceError
-from pftrack.sources.results.table import Box, Form, ResultTable, around, table_of
-from pftrack.sources.text import decode
-
-__all__ = ["form_of_lines", "numbers_of", "read_mot", "read_rows", "rectangle"]
+from pftrack.sources.limits import HEAD_BYTES, SourceError, decode
+from pftrack.sources.results.table import Box, Form, ResultTable, around, columns_in, header_of, table_of
 
 SEPARATORS = re.compile(r"[,;\s]+")
 MOT_TRUTH_COLUMNS = 9
@@ -121,3 +118,25 @@ def _rises(rows: Sequence[Sequence[float]]) -> bool:
     """Return whether the first numbers are those of frames: from 0 or 1 on, and never far apart."""
     frames = [row[0] for row in rows]
     return min(frames) in {0.0, 1.0} and frames == sorted(frames)
+
+
+# Which form of results a file has, told by its beginning.
+
+
+def form_of(data: bytes) -> Form | None:
+    """Return the form of a file by its beginning; None if it is none of results."""
+    text = decode(data[:HEAD_BYTES]).lstrip()
+    if not text.isprintable() and any(ord(letter) < 32 and not letter.isspace() for letter in text):
+        return None  # no text
+    if text.startswith("<"):
+        return "cvat" if "<annotations" in text else None
+    if text.startswith(("{", "[")):
+        return (
+            "coco" if any(f'"{name}"' in text for name in ("images", "annotations", "bbox", "info", "videos")) else None
+        )
+    lines = text.splitlines()
+    # The last line of a beginning may be cut short.
+    whole = lines[:-1] if len(data) >= HEAD_BYTES and len(lines) > 1 else lines
+    if (found := form_of_lines(whole)) is not None:
+        return found
+    return "csv" if lines and columns_in(header_of(text)) is not None else None

@@ -11,11 +11,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO, Literal, TypeAlias
 
-from pftrack.core.model.sequence import FrameIndex
+from pftrack.core.model.source import FrameIndex
 from pftrack.sources.beliefs.sequence import BeliefSequence
-from pftrack.sources.errors import SourceError
 from pftrack.sources.formats import Format, sniff
-from pftrack.sources.limits import HEAD_BYTES, Limits, check_bytes
+from pftrack.sources.limits import HEAD_BYTES, Limits, SourceError, check_bytes
 from pftrack.sources.results.reading import read_results_file
 from pftrack.sources.results.recording import record_results
 

@@ -3,14 +3,10 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from pftrack.sources.errors import SourceError
-from pftrack.sources.results.coco import read_coco
-from pftrack.sources.results.cvat import read_cvat
-from pftrack.sources.results.form import form_of
-from pftrack.sources.results.numbers import form_of_lines, read_mot, read_rows
-from pftrack.sources.results.spreadsheet import read_csv
-from pftrack.sources.results.table import FORMS, Form, ResultTable
-from pftrack.sources.text import decode
+from pftrack.sources.limits import SourceError, decode
+from pftrack.sources.results.numbers import form_of, form_of_lines, read_mot, read_rows
+from pftrack.sources.results.table import FORMS, Form, ResultTable, read_csv
+from pftrack.sources.results.writing import read_coco, read_cvat
 
 __all__ = ["LARGEST_FILE_BYTES", "read_results", "read_results_file"]
 

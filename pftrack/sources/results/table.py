@@ -1,13 +1,14 @@
 """What a file of results says: boxes by frame and target."""
 
+import csv
+import io
+import itertools
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias
 
-from pftrack.sources.errors import SourceError
-
-__all__ = ["FORMS", "Box", "Form", "ResultTable", "around", "table_of"]
+from pftrack.sources.limits import SourceError, decode, delimiter_of
 
 Form: TypeAlias = Literal["mot", "otb", "vot", "cvat", "coco", "csv"]
 
@@ -119,3 +120,202 @@ def table_of(
         told.append(f"{empty} {'line has' if empty == 1 else 'lines have'} no box with an area.")
     ordered = tuple(found[key] for key in sorted(found))
     return ResultTable(form, ordered, max(frames, ordered[-1].frame + 1), names or {}, tuple(told))
+
+
+# Tables of boxes with a header (CSV): columns by the names that programs give them, or by what a person says.
+
+NAMES: Mapping[str, tuple[str, ...]] = {
+    "frame": ("frame", "frame_id", "frame_number", "frame_index", "frame_no", "image_id", "t"),
+    "target": ("target", "id", "track_id", "track", "object", "object_id", "obj_id", "player", "name"),
+    "x": ("x", "left", "xmin", "x_min", "x1", "bb_left", "bbox_left", "x_px"),
+    "y": ("y", "top", "ymin", "y_min", "y1", "bb_top", "bbox_top", "y_px"),
+    "w": ("w", "width", "bb_width", "bbox_width", "w_px"),
+    "h": ("h", "height", "bb_height", "bbox_height", "h_px"),
+    "right": ("right", "xmax", "x_max", "x2", "bb_right"),
+    "bottom": ("bottom", "ymax", "y_max", "y2", "bb_bottom"),
+    "centre_x": ("cx", "x_center", "center_x", "xc", "centre_x"),
+    "centre_y": ("cy", "y_center", "center_y", "yc", "centre_y"),
+    "score": ("score", "conf", "confidence", "probability"),
+}
+"""What a column may be, and how programs call it; the first of several counts."""
+
+COLUMNS: Mapping[str, str] = {
+    "frame": "Number of the frame",
+    "target": "Number or name of the target",
+    "x": "Left edge of the box, px",
+    "y": "Upper edge, px",
+    "w": "Width, px",
+    "h": "Height, px",
+    "right": "Right edge, px",
+    "bottom": "Lower edge, px",
+    "centre_x": "Middle across, px",
+    "centre_y": "Middle downwards, px",
+    "score": "How sure the tracker is",
+}
+"""What a person is asked, one column each."""
+
+WAYS = (("x", "y", "w", "h"), ("x", "y", "right", "bottom"), ("centre_x", "centre_y", "w", "h"))
+MOST_NAMES = 10_000
+FEWEST_COLUMNS, MOST_COLUMNS = 5, 16_384
+"""A frame and four numbers of a box; as many as a spreadsheet can have."""
+ROWS_SHOWN = 4
+
+
+class Preview(NamedTuple):
+    """The beginning of a table.
+
+    Attributes:
+        header: Names of its columns.
+        rows: The first lines after it.
+        guess: Which column is what, as far as its name tells.
+    """
+
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    guess: Mapping[str, int]
+
+
+def header_of(text: str) -> list[str]:
+    """Return the names in a table's header, in small letters with _ for spaces.
+
+    Raises:
+        SourceError: It has too many.
+    """
+    line = text.partition("\n")[0]
+    delimiter = delimiter_of(line)
+    if (count := line.count(delimiter) + 1) > MOST_COLUMNS:
+        raise SourceError(f"expected a table with at most {MOST_COLUMNS:,} columns, got {count:,}")
+    try:
+        row = next(csv.reader([line.strip("\r")], delimiter=delimiter), [])
+    except csv.Error:
+        return []
+    return [name.strip().strip("\ufeff").lower().replace(" ", "_") for name in row]
+
+
+def columns_in(header: Sequence[str]) -> dict[str, int] | None:
+    """Return in which column what is; None if these are no columns of boxes."""
+    places = {name: place for place, name in reversed(tuple(enumerate(header)))}
+    found = {
+        what: next(places[name] for name in names if name in places)
+        for what, names in NAMES.items()
+        if any(name in places for name in names)
+    }
+    if "frame" not in found or {"x3", "y3"} <= places.keys() or not any(set(way) <= found.keys() for way in WAYS):
+        polygon = "frame" in found and {"x1", "y1", "x2", "y2", "x3", "y3"} <= places.keys()
+        return {"frame": found["frame"]} if polygon else None
+    return found
+
+
+def read_csv(data: bytes) -> ResultTable:
+    """Read a table.
+
+    Raises:
+        SourceError: It has other columns, or a line of it is wrong.
+    """
+    text = decode(data)
+    header = header_of(text)
+    places = columns_in(header)
+    if places is None:
+        got = ", ".join(header)[:80] or "nothing"
+        raise SourceError(f"expected columns such as frame, id, x, y, w, h, got {got}")
+    corners = [place for place, name in enumerate(header) if name[:1] in {"x", "y"} and name[1:].isdecimal()]
+    names: dict[str, int] = {}
+    boxes = []
+    try:
+        for line, row in enumerate(csv.reader(io.StringIO(text), delimiter=delimiter_of(text.partition("\n")[0])), 1):
+            if line == 1 or not any(cell.strip() for cell in row):
+                continue
+            if len(row) < len(header):
+                raise SourceError(f"line {line}: expected {len(header)} values, got {len(row)}")
+            boxes.append(_box_of(line, row, places, names, corners if len(places) == 1 else []))
+    except csv.Error as error:
+        raise SourceError(f"the table cannot be read ({error})") from None
+    called = {number: name for name, number in names.items() if name != str(number)}
+    return table_of("csv", boxes, names=called)
+
+
+def _box_of(
+    line: int, row: Sequence[str], places: Mapping[str, int], names: dict[str, int], corners: Sequence[int]
+) -> Box:
+    def number(what: str) -> float:
+        return _number(line, what, row[places[what]])
+
+    frame = number("frame")
+    if frame != frame // 1 or frame < 0:
+        raise SourceError(f"line {line}: frame must be a whole number from 0 on, got {row[places['frame']][:40]!r}")
+    target = _target(row[places["target"]].strip(), names) if "target" in places else 1
+    score = number("score") if "score" in places else math.nan
+    if corners:
+        return Box(int(frame), target, *around(_number(line, "corner", row[place]) for place in corners), score)
+    if not {"w", "h"} <= places.keys():
+        x, y = number("x"), number("y")
+        return Box(int(frame), target, x, y, number("right") - x, number("bottom") - y, score)
+    w, h = number("w"), number("h")
+    if not {"x", "y"} <= places.keys():
+        return Box(int(frame), target, number("centre_x") - w / 2, number("centre_y") - h / 2, w, h, score)
+    return Box(int(frame), target, number("x"), number("y"), w, h, score)
+
+
+def _number(line: int, what: str, text: str) -> float:
+    """Return a number; an empty cell is none."""
+    try:
+        return float(text) if text.strip() else math.nan
+    except ValueError:
+        raise SourceError(f"line {line}: {what} must be a number, got {text.strip()[:40]!r}") from None
+
+
+def _target(text: str, names: dict[str, int]) -> int:
+    """Return the number of a target, or the next free one of a name."""
+    if text.isdecimal() and len(text) <= 6:
+        return int(text)
+    if len(names) > MOST_NAMES:
+        raise SourceError(f"there are more than {MOST_NAMES:,} names of targets")
+    return names.setdefault(text[:80], len(names) + 1)
+
+
+def preview(text: str) -> Preview:
+    """Return what a person has to see of a table to say what its columns are.
+
+    Args:
+        text: Its beginning.
+
+    Raises:
+        SourceError: It is no table with columns enough.
+    """
+    header = header_of(text)
+    if len(header) < FEWEST_COLUMNS or not any(header):
+        raise SourceError(f"expected a table with {FEWEST_COLUMNS} columns or more, got {len(header)}")
+    lines = csv.reader(io.StringIO(text), delimiter=delimiter_of(text.partition("\n")[0]))
+    try:
+        rows = [tuple(row) for row in itertools.islice(lines, 1, 1 + ROWS_SHOWN)]
+    except csv.Error as error:
+        raise SourceError(f"the table cannot be read ({error})") from None
+    guess = {
+        what: next(place for place, name in enumerate(header) if name in names)
+        for what, names in NAMES.items()
+        if any(name in names for name in header)
+    }
+    return Preview(tuple(header), tuple(rows), guess)
+
+
+def rename(data: bytes, columns: Mapping[str, int]) -> bytes:
+    """Return a table whose columns have the names that a person says they mean.
+
+    Args:
+        data: The table.
+        columns: Places of columns by what they are, such as {"frame": 0, "x": 3}.
+
+    Raises:
+        SourceError: There is no such column, or these do not make a box.
+    """
+    text = decode(data)
+    header = header_of(text)
+    unknown = [what for what, place in columns.items() if what not in NAMES or not 0 <= place < len(header)]
+    if unknown:
+        raise SourceError(f"the table has no column for {', '.join(unknown)[:80]}; it has {len(header)} columns")
+    line, _, rest = text.partition("\n")
+    said = {place: what for what, place in columns.items()}
+    renamed = [said.get(place, f"other_{place}") for place in range(len(header))]
+    if columns_in(renamed) is None:
+        raise SourceError("expected the frame, and of the box two edges or its middle, and its size or the other edges")
+    return f"{delimiter_of(line).join(renamed)}\n{rest}".encode()

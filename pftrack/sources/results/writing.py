@@ -2,12 +2,13 @@
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+from xml.etree import ElementTree as ET
 from xml.sax.saxutils import quoteattr
 
-from pftrack.sources.results.table import Box, Form
-
-__all__ = ["write_results"]
+from pftrack.sources.limits import SourceError, decode
+from pftrack.sources.results.table import Box, Form, ResultTable, table_of
 
 Write = Callable[[Sequence[Box], int, tuple[int, int], float], str]
 
@@ -139,3 +140,152 @@ _WRITERS: Mapping[Form, Write] = {
     "coco": _coco,
     "csv": _csv,
 }
+
+# COCO's JSON for videos: images with their frame, and boxes with a track's number.
+#
+# Three forms are about: `images` and `annotations`, as COCO-VID has them; a bare list of results, which name only their
+# image; and `videos` with `bboxes`, a list a target with one box or null for each frame (YouTube-VIS).
+
+TRACK = ("track_id", "instance_id", "id")
+FRAME = ("frame_id", "frame_index", "mot_frame_id")
+
+
+def read_coco(data: bytes) -> ResultTable:
+    """Read a file; of several videos the first.
+
+    Raises:
+        SourceError: It is none.
+    """
+    try:
+        raw = json.loads(decode(data))
+    except (ValueError, RecursionError) as error:
+        raise SourceError(f"the JSON cannot be read ({error})") from None
+    try:
+        return _read(raw)
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+        if isinstance(error, SourceError):
+            raise
+        raise SourceError("expected COCO's images and annotations with bbox and track_id") from None
+
+
+def _read(raw: Any) -> ResultTable:  # noqa: ANN401 - JSON
+    listed = isinstance(raw, list)
+    annotations: Sequence[Mapping[str, Any]] = raw if listed else raw["annotations"]
+    images = [] if listed else list(raw.get("images", []))
+    names = {} if listed else {int(one["id"]): str(one.get("name", ""))[:80] for one in raw.get("categories", [])}
+    told: list[str] = []
+    if any("bboxes" in one for one in annotations):
+        boxes = list(_by_video(annotations, told))
+        return table_of("coco", boxes, remarks=told, names=_called(annotations, names))
+    videos = list(dict.fromkeys(one.get("video_id") for one in images))
+    if len(videos) > 1:
+        told.append(f"It has {len(videos)} videos; the first was taken.")
+        images = [one for one in images if one.get("video_id") == videos[0]]
+    frames = _frames(images or annotations, told, listed=not images)
+    key = "id" if images else "image_id"
+    place = {one[key]: frame for one, frame in zip(images or annotations, frames, strict=True)}
+    boxes = []
+    for number, one in enumerate(annotations):
+        if one["image_id"] in place:
+            track = next((one[name] for name in TRACK if name in one), number + 1)
+            x, y, w, h = (float(side) for side in one["bbox"])
+            boxes.append(Box(place[one["image_id"]], int(track), x, y, w, h, float(one.get("score", math.nan))))
+    if not any("track_id" in one or "instance_id" in one for one in annotations):
+        told.append("Annotations have no track_id: each box has a number of its own.")
+    return table_of("coco", boxes, remarks=told, frames=len(images), names=_called(annotations, names))
+
+
+def _frames(images: Sequence[Mapping[str, Any]], told: list[str], *, listed: bool) -> list[int]:
+    """Return the frame of each image: as it says, or else in the order of their numbers."""
+    name = next((name for name in FRAME if images and all(name in one for one in images)), None)
+    if name is None:
+        ids = [one["image_id" if listed else "id"] for one in images]
+        places = {one: place for place, one in enumerate(sorted(set(ids)))}
+        told.append("Images do not say their frame: it was taken from the order of their numbers.")
+        return [places[one] for one in ids]
+    numbers = [int(one[name]) for one in images]
+    first = min(1, *numbers)
+    if first:
+        told.append(f"Its first frame was taken as {first}.")
+    return [number - first for number in numbers]
+
+
+def _by_video(annotations: Sequence[Mapping[str, Any]], told: list[str]) -> Iterator[Box]:
+    videos = list(dict.fromkeys(one["video_id"] for one in annotations))
+    if len(videos) > 1:
+        told.append(f"It has {len(videos)} videos; the first was taken.")
+    for number, one in enumerate(annotations):
+        if one["video_id"] != videos[0]:
+            continue
+        track = int(next((one[name] for name in TRACK if name in one), number + 1))
+        for frame, box in enumerate(one["bboxes"]):
+            if box is not None:
+                x, y, w, h = (float(side) for side in box)
+                yield Box(frame, track, x, y, w, h, float(one.get("score", math.nan)))
+
+
+def _called(annotations: Sequence[Mapping[str, Any]], names: Mapping[int, str]) -> dict[int, str]:
+    """Return the name of the category of each track that has one."""
+    called: dict[int, str] = {}
+    for one in annotations:
+        track = next((one[name] for name in TRACK if name in one), None)
+        if track is not None and one.get("category_id") in names:
+            called[int(track)] = names[one["category_id"]]
+    return called
+
+
+# CVAT's XML for video: `<track id label>` with `<box frame outside keyframe xtl ytl xbr ybr>`, from 0.
+
+MOST_DIGITS = 9
+
+
+def read_cvat(data: bytes) -> ResultTable:
+    """Read a file; where a target is `outside`, it has no box, and polygons and others are passed over.
+
+    Raises:
+        SourceError: It is none.
+    """
+    text = decode(data)  # what is parsed is what was searched, whatever encoding the XML declares
+    if "<!DOCTYPE" in text or "<!ENTITY" in text:
+        raise SourceError("the XML declares entities, which CVAT never does")
+    try:
+        root = ET.fromstring(text)  # noqa: S314 - it declares no entities
+    except ET.ParseError as error:
+        raise SourceError(f"the XML cannot be read ({error})") from None
+    tracks = root.findall("track")
+    if root.tag != "annotations" or not tracks:
+        raise SourceError("expected CVAT's annotations of a video, with tracks; those for images have none")
+    size = root.find(".//task/size")
+    told_size = "" if size is None else size.text or ""
+    frames = int(told_size) if _is_whole(told_size) else 0
+    boxes, names, passed = [], {}, 0
+    for track in tracks:
+        target = _whole(track, "id")
+        names[target] = str(track.get("label", ""))[:80]
+        passed += sum(shape.tag != "box" for shape in track)
+        for box in track.findall("box"):
+            if box.get("outside") == "1":
+                continue
+            left, top, right, bottom = (_number(box, name) for name in ("xtl", "ytl", "xbr", "ybr"))
+            boxes.append(Box(_whole(box, "frame"), target, left, top, right - left, bottom - top))
+    told = [f"{passed} shapes that are no boxes were passed over."] if passed else []
+    return table_of("cvat", boxes, remarks=told, frames=min(frames, 10_000_000), names=names)
+
+
+def _whole(element: Any, name: str) -> int:  # noqa: ANN401 - an element has no public type that all Pythons share
+    text = element.get(name, "")
+    if not _is_whole(text):
+        raise SourceError(f"<{element.tag}> must have a whole number {name}, got {text[:40]!r}")
+    return int(text)
+
+
+def _is_whole(text: str) -> bool:
+    return text.isdecimal() and len(text) <= MOST_DIGITS
+
+
+def _number(element: Any, name: str) -> float:  # noqa: ANN401
+    text = element.get(name, "")
+    try:
+        return float(text)
+    except ValueError:
+        raise SourceError(f"<{element.tag}> must have a number {name}, got {text[:40]!r}") from None

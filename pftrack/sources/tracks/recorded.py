@@ -1,16 +1,37 @@
 """Tracks of a file as a source, from a chosen frame on."""
 
+from dataclasses import dataclass, field
+
 import numpy as np
+from numpy.typing import NDArray
 
-from pftrack.core.model.frame import Frame, Measurements, Target
 from pftrack.core.model.parameters import Parameters
-from pftrack.core.model.source import History
+from pftrack.core.model.source import Frame, History, Measurements, Target
 from pftrack.sources.recording import check_start
-from pftrack.sources.tracks.bodies import named_shape
 from pftrack.sources.tracks.sequence import TrackSequence
-from pftrack.sources.tracks.target import BodyTarget
+from pftrack.sources.tracks.table import Shape, named_shape
 
-__all__ = ["RecordedTracks", "body_of"]
+# What is true of a body that is followed by its points, and what a tracker may know of it beforehand.
+
+
+@dataclass(frozen=True, slots=True)
+class BodyTarget(Target):
+    """A body: `position` is its shape (3 n,), about its centre and of unit size; zero where that is not known.
+
+    Attributes:
+        shape: What is between its points, and what others of the kind look like; a tracker may know that.
+        principal_px: (2,) where the camera's axis meets the picture.
+        focal_px: Of the camera.
+        turn: (3, 3) from the body's frame to the camera's.
+        translation: (3,) the body's centre in the camera's frame, in units of the body's size.
+    """
+
+    shape: Shape = field(default_factory=lambda: Shape(()))
+    principal_px: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
+    focal_px: float = 1000.0
+    turn: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
+    translation: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+
 
 FAR = 10.0
 """The focal length that is assumed, in longer sides of the picture: with a long one a body is seen without perspective,

@@ -11,10 +11,9 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.sequence import FrameIndex
-from pftrack.sources.errors import SourceError
-from pftrack.sources.limits import Limits
-from pftrack.sources.overlay import paint_disc
+from pftrack.core.model.source import FrameIndex
+from pftrack.sources.limits import Limits, SourceError
+from pftrack.sources.recording import paint_disc
 from pftrack.sources.tracks.table import LARGEST_FILE_BYTES, read_tracks
 
 __all__ = ["TrackSequence"]

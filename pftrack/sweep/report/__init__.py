@@ -9,14 +9,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pftrack.core.spreadsheet import csv_text
+from pftrack.core.files import csv_text
 from pftrack.output.figures.picture import SCREEN_DOTS_PER_INCH, PictureForm, encode
-from pftrack.sweep.errors import SweepError
-from pftrack.sweep.report.exports import export_result, manifest_of_result
-from pftrack.sweep.report.figures import figures
-from pftrack.sweep.report.page import page
+from pftrack.sweep.axis import SweepError
+from pftrack.sweep.report.exports import export_result, figures, manifest_of_result
+from pftrack.sweep.report.page import Table, page, tables
 from pftrack.sweep.report.study import Study
-from pftrack.sweep.report.tables import Table, tables
 from pftrack.sweep.result import Result, summary
 
 __all__ = ["Report", "export_result", "write_report"]

@@ -7,7 +7,6 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from pftrack.output.figures.layout import axes_at, draw_key, write
 from pftrack.output.figures.panels import (
     BELOW_IN,
     HIGH_IN,
@@ -15,22 +14,24 @@ from pftrack.output.figures.panels import (
     RIGHT_IN,
     TITLE_IN,
     Values,
+    axes_at,
     draw_boxes,
     draw_curve,
     draw_differences,
+    draw_key,
     finish,
     foot_height,
     key_line,
     panels_below_each_other,
+    write,
     write_numbers,
     write_values,
 )
 from pftrack.output.figures.style import CURVE_COLOURS, HEADING_PT
 from pftrack.sweep.axis import Axis
-from pftrack.sweep.cells import CellMap, Code
+from pftrack.sweep.cells import CellMap, Code, Quantity, samples
 from pftrack.sweep.comparison import TEST_TITLES
-from pftrack.sweep.quantities import Quantity, samples
-from pftrack.sweep.report.labels import format_value, label
+from pftrack.sweep.report.frame import format_value, label
 from pftrack.sweep.report.study import Study
 
 if TYPE_CHECKING:

@@ -3,18 +3,106 @@
 Coordinates are pixels from the upper left corner of the cells; a row of cells is counted from below.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
+from math import isnan
+from typing import Literal
 
-from pftrack.output.figures.layout import ticks
-from pftrack.output.figures.style import INK
-from pftrack.sweep.axis import Axis
-from pftrack.sweep.report.colours import MISSING
-from pftrack.sweep.report.labels import format_value, label
+import numpy as np
+from matplotlib.colors import Colormap
+from numpy.typing import NDArray
+
+from pftrack.core.model.palette import VERDICTS, hexadecimal
+from pftrack.core.model.parameters import Value
+from pftrack.output.figures.panels import ticks
+from pftrack.output.figures.style import INK, viridis
+from pftrack.sweep.axis import Axis, find_declaration
+from pftrack.sweep.cells import Code, Quantity
+from pftrack.sweep.comparison import Comparison
 from pftrack.sweep.report.study import Study
 
-__all__ = ["Frame"]
+# Colours and scales, which can be distinguished without red and green, and mean the same in every figure.
+#
+# Amounts are shown in viridis. What is better is blue for the first tracker and orange for the second, in the
+# difference maps as in the tests, with a neutral middle. All are the palette's, in the form that matplotlib and CSS
+# read.
+
+CODES = {
+    Code.FIRST_BETTER: hexadecimal(VERDICTS["first"].light),
+    Code.SECOND_BETTER: hexadecimal(VERDICTS["second"].light),
+    Code.NOT_SIGNIFICANT: hexadecimal(VERDICTS["none"].light),
+    Code.NOT_APPLICABLE: hexadecimal(VERDICTS["untested"].light),
+}
+
+CODE_NAMES = {
+    Code.FIRST_BETTER: "{first} better",
+    Code.SECOND_BETTER: "{second} better",
+    Code.NOT_SIGNIFICANT: "not significant",
+    Code.NOT_APPLICABLE: "not applicable",
+}
+
+MISSING = INK["missing"]
+"""Cells of which nothing is known."""
+
+
+def amounts(quantity: Quantity) -> Colormap:
+    """Return the map of a quantity's values, on which what is better is bright."""
+    return viridis(is_reversed=quantity.better != "higher")
+
+
+def scale_of(quantity: Quantity, means: Iterable[NDArray[np.float64]]) -> tuple[float, float]:
+    """Return what the two ends of a colour scale stand for: a scale has 0 on it, and all of 0..1 for a share.
+
+    Args:
+        quantity: That is shown.
+        means: Of the cells of each map, any shape, NaN where there is none.
+    """
+    if quantity.share:
+        return 0.0, 1.0
+    known = np.concatenate([np.ravel(values[np.isfinite(values)]) for values in means])
+    low, high = float(known.min(initial=0.0)), float(known.max(initial=0.0))
+    return (low, high) if high > low else (0.0, 1.0)
+
+
+def largest_difference(pairs: Iterable[Comparison]) -> float:
+    """Return what the ends of a scale of differences stand for, 1 where no cell has a difference."""
+    return max(float(np.nanmax(np.abs(pair.difference), initial=0.0)) for pair in pairs) or 1.0
+
+
+# What is written in a report: names of axes, their values, and results.
+
+
+def label(study: Study, axis: Axis) -> str:
+    """Return what an axis is called, with its unit."""
+    declaration = find_declaration(study.result.plan.wiring, axis.name, study.result.plan.kind)
+    return f"{declaration.title}, {declaration.unit}" if declaration.unit else declaration.title
+
+
+LONGEST_SHOWN = 60
+"""Characters of a value."""
+
+
+def format_value(value: Value) -> str:
+    """Return a value as a tick or a table shows it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str) and len(value) > LONGEST_SHOWN:
+        return "own file"  # nothing else is as long
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def number(value: float, sign: Literal["", "+"] = "") -> str:
+    """Return a result to three digits, whole from 1,000 on; nothing for NaN.
+
+    Args:
+        value: The result.
+        sign: "+" to write it of positive values too.
+    """
+    if isnan(value):
+        return ""
+    return f"{value:{sign},.0f}" if abs(value) >= 999.5 else f"{value:{sign}.3g}"
+
 
 SIDE_PX = 280
 ROW_PX = 40

@@ -11,11 +11,9 @@ from matplotlib.figure import Figure
 from pftrack.output.figures.maps import Block, MapAxis, code_block, stack, value_block
 from pftrack.output.figures.style import diverging
 from pftrack.sweep.axis import Axis, find_declaration
-from pftrack.sweep.cells import Code
+from pftrack.sweep.cells import Code, Quantity
 from pftrack.sweep.comparison import TEST_TITLES, Comparison
-from pftrack.sweep.quantities import Quantity
-from pftrack.sweep.report.colours import CODE_NAMES, CODES, amounts, largest_difference, scale_of
-from pftrack.sweep.report.labels import format_value, label
+from pftrack.sweep.report.frame import CODE_NAMES, CODES, amounts, format_value, label, largest_difference, scale_of
 from pftrack.sweep.report.study import Study
 
 __all__ = ["mean_maps", "sheet", "significance_maps"]

@@ -15,12 +15,9 @@ from numpy.typing import NDArray
 
 from pftrack.core.numerics.statistics import holm
 from pftrack.output.figures.style import diverging
-from pftrack.sweep.cells import CellMap, Code, Correction
+from pftrack.sweep.cells import COMMON, CellMap, Code, Correction, Quantity
 from pftrack.sweep.comparison import Comparison
-from pftrack.sweep.quantities import COMMON, Quantity
-from pftrack.sweep.report.colours import CODE_NAMES, CODES, amounts, largest_difference, scale_of
-from pftrack.sweep.report.frame import Frame
-from pftrack.sweep.report.labels import number
+from pftrack.sweep.report.frame import CODE_NAMES, CODES, Frame, amounts, largest_difference, number, scale_of
 from pftrack.sweep.report.study import Study
 
 __all__ = ["code_maps", "difference_maps", "tracker_maps"]

@@ -6,11 +6,9 @@ from itertools import combinations
 
 import numpy as np
 
-from pftrack.sweep.axis import Axis
-from pftrack.sweep.cells import CellMap, Test, cells
+from pftrack.sweep.axis import Axis, SweepError
+from pftrack.sweep.cells import CellMap, Quantity, Test, cells, quantities, quantity_named, samples
 from pftrack.sweep.comparison import Comparison, compare
-from pftrack.sweep.errors import SweepError
-from pftrack.sweep.quantities import Quantity, quantities, quantity_named, samples
 from pftrack.sweep.result import Result
 
 __all__ = ["Study"]

@@ -11,10 +11,9 @@ it can be watched at work as well. There are no solutions here.
 - `reports`: what came of it, as graders of courses take it.
 """
 
-from pftrack.teaching.exercises.checking import Report, check, check_text
-from pftrack.teaching.exercises.exercise import Check, Exercise
-from pftrack.teaching.exercises.grading import grade
+from pftrack.teaching.exercises.grading import Report, check, check_text, grade
 from pftrack.teaching.exercises.library import Exercises, exercise_named_in, read_exercises
+from pftrack.teaching.exercises.submission import Check, Exercise
 from pftrack.teaching.exercises.verdict import Verdict
 
 __all__ = [

@@ -5,15 +5,17 @@ system allows that. It is still the same user, and is asked about by code that r
 programs that run wild, not for a person who wants to cheat.
 """
 
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from itertools import islice
 from pathlib import Path
 from time import monotonic
 from typing import Any, Final
 
-from pftrack.experiments.own import FilterFileError, name_of
+from pftrack.experiments.own.code import trust
+from pftrack.experiments.own.extension import name_of
+from pftrack.experiments.own.sliders import FilterFileError
 from pftrack.process import (
     MEBIBYTE,
     BackgroundLoop,
@@ -26,13 +28,173 @@ from pftrack.process import (
     Reply,
     run_task,
 )
-from pftrack.teaching.exercises.checking import Finding, Report, findings_of
-from pftrack.teaching.exercises.exercise import Exercise
 from pftrack.teaching.exercises.library import exercise_named_in
-from pftrack.teaching.exercises.reports import results
+from pftrack.teaching.exercises.properties import PROPERTIES
+from pftrack.teaching.exercises.submission import Check, Exercise, Submission
 from pftrack.teaching.exercises.verdict import Verdict
 
-__all__ = ["BUDGET", "grade", "submissions_in"]
+# Checking: all that an exercise demands, of one file.
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What came of one check.
+
+    Attributes:
+        check: Which.
+        verdict: Whether the property holds, and how that was seen.
+    """
+
+    check: Check
+    verdict: Verdict
+
+    @property
+    def title(self) -> str:
+        """What should hold."""
+        return PROPERTIES[self.check.property].title
+
+    @property
+    def points(self) -> float:
+        """What was reached."""
+        return self.check.points if self.verdict.holds else 0.0
+
+
+@dataclass(frozen=True)
+class Report:
+    """What came of a file.
+
+    Attributes:
+        exercise: Which it answers.
+        file: Its name.
+        findings: In the order of the exercise's checks.
+        seconds: How long it took.
+    """
+
+    exercise: Exercise
+    file: str
+    findings: tuple[Finding, ...]
+    seconds: float
+
+    @property
+    def points(self) -> float:
+        """What was reached of `exercise.points`."""
+        return sum(each.points for each in self.findings)
+
+    @property
+    def passed(self) -> bool:
+        """Whether all properties hold."""
+        return all(each.verdict.holds for each in self.findings)
+
+
+def check(exercise: Exercise, file: Path, *, seed: int = 0, told: Callable[[int, int], object] | None = None) -> Report:
+    """Check a file, which is executed: whoever names it trusts it.
+
+    Args:
+        exercise: That it answers.
+        file: Its path.
+        seed: The first that draws and scenes are made of; another shows whether a solution hangs on it.
+        told: Called with the checks that are done, and with all that there are.
+    """
+    text = file.read_text(encoding="utf-8")
+    return check_text(exercise, name_of(file), text, seed=seed, told=told)
+
+
+def check_text(
+    exercise: Exercise,
+    name: str,
+    text: str,
+    *,
+    seed: int = 0,
+    told: Callable[[int, int], object] | None = None,
+) -> Report:
+    """Check the text of a file, which is executed; see `check`."""
+    begun = monotonic()
+    findings: list[Finding] = []
+    for each in findings_of(exercise, name, text, seed):
+        findings.append(each)
+        if told is not None:
+            told(len(findings), len(exercise.checks))
+    return Report(exercise, f"{name}.py", tuple(findings), monotonic() - begun)
+
+
+def findings_of(exercise: Exercise, name: str, text: str, seed: int) -> Iterator[Finding]:
+    """Yield what comes of each check as it comes; the text is trusted, and executed."""
+    trust(text)
+    submission = Submission(exercise, name, text)
+    for each in exercise.checks:
+        yield Finding(each, _look(submission, each, seed))
+
+
+def _look(submission: Submission, asked: Check, seed: int) -> Verdict:
+    """Return whether a property holds; a file that breaks does not have it."""
+    known = PROPERTIES[asked.property]
+    try:
+        missing = [name for name in submission.exercise.functions if name not in submission.code.functions]
+        if missing:
+            return Verdict(False, f"{submission.code.file} does not define {', '.join(missing)}.", {}, None)
+        return known.look(submission, {**known.options, **asked.options}, seed)
+    except FilterFileError as error:
+        return Verdict(False, f"{error}.", {}, seed)
+
+
+# Reports in the form that graders of courses take: Gradescope's `results.json`, which otter-grader writes as well.
+
+
+def results(report: Report) -> dict[str, Any]:
+    """Return a report as Gradescope's results: a score, and one test for each property."""
+    tests = [
+        {
+            "number": str(number),
+            "name": each.title,
+            "score": each.points,
+            "max_score": each.check.points,
+            "status": "passed" if each.verdict.holds else "failed",
+            "output": each.verdict.words,
+            "visibility": "visible",
+            "extra_data": {
+                "property": each.check.property,
+                "seed": each.verdict.seed,
+                "numbers": dict(each.verdict.numbers),
+            },
+        }
+        for number, each in enumerate(report.findings, 1)
+    ]
+    held = sum(each.verdict.holds for each in report.findings)
+    return {
+        "score": report.points,
+        "max_score": report.exercise.points,
+        "execution_time": round(report.seconds, 1),
+        "output": f"{report.exercise.title}: {held} of {len(tests)} properties hold.",
+        "visibility": "visible",
+        "extra_data": {"exercise": report.exercise.id, "file": report.file},
+        "tests": tests,
+    }
+
+
+def table_of(graded: Mapping[str, Mapping[str, Any]]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return a lecturer's table of many results: its columns, and a row for each submission.
+
+    Args:
+        graded: Results by submission.
+    """
+    properties: list[str] = []
+    for each in graded.values():
+        properties += [name for name in _by_property(each) if name not in properties]
+    columns = ("name", "exercise", *properties, "score", "of", "problem")
+    return columns, [_row(name, each, properties) for name, each in graded.items()]
+
+
+def _by_property(found: Mapping[str, Any]) -> dict[str, str]:
+    return {test["extra_data"]["property"]: f"{test['score']:g}" for test in found.get("tests", ())}
+
+
+def _row(name: str, found: Mapping[str, Any], properties: Sequence[str]) -> tuple[str, ...]:
+    points = _by_property(found)
+    problem = "" if found.get("tests") else str(found.get("output", ""))
+    shown = [points.get(each, "") for each in properties]
+    exercise = str(found.get("extra_data", {}).get("exercise", ""))
+    return name, exercise, *shown, f"{found['score']:g}", f"{found['max_score']:g}", problem
+
 
 PRELOAD: Final = "pftrack.teaching.exercises.preload"
 LONGEST_WORDS: Final = 2000

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from pftrack.teaching.lessons.lecturers.head import Line, Name, Part, Scalar, Words
+from pftrack.teaching.lessons.lecturers.document import Line, Name, Part, Scalar, Words
 
 __all__ = ["CheckHead", "ExerciseHead"]
 

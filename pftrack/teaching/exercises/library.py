@@ -10,12 +10,19 @@ from typing import Final
 from pftrack.core.model.parameters import revise
 from pftrack.experiments import find as find_experiment
 from pftrack.experiments.own.code import FUNCTIONS
-from pftrack.teaching.exercises.exercise import Check, Exercise
 from pftrack.teaching.exercises.head import CheckHead, ExerciseHead
 from pftrack.teaching.exercises.properties import PROPERTIES
-from pftrack.teaching.lessons.lecturers.document import Document, DocumentError, decode, document_of, read_source
-from pftrack.teaching.lessons.lecturers.findings import Findings
-from pftrack.teaching.lessons.lecturers.head import ask, near
+from pftrack.teaching.exercises.submission import Check, Exercise
+from pftrack.teaching.lessons.lecturers.document import (
+    Document,
+    DocumentError,
+    Findings,
+    ask,
+    decode,
+    document_of,
+    near,
+    read_source,
+)
 from pftrack.teaching.lessons.lecturers.library import Problem
 
 __all__ = ["Exercises", "exercise_named_in", "exercise_of", "read_exercises"]

@@ -6,9 +6,19 @@ off it was, and checks itself against what is exact.
 """
 
 from pftrack.teaching.lessons.figure import Figure
-from pftrack.teaching.lessons.lesson import Check, Demonstration, Lesson, Number, Outcome, Question, Scenario, Shown
+from pftrack.teaching.lessons.lesson import (
+    Check,
+    Demonstration,
+    Lesson,
+    Number,
+    Outcome,
+    Question,
+    Scenario,
+    Shown,
+    Verdict,
+    judge,
+)
 from pftrack.teaching.lessons.registry import LESSONS, find
-from pftrack.teaching.lessons.verdict import Verdict, judge
 
 __all__ = [
     "LESSONS",

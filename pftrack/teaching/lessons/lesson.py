@@ -5,28 +5,23 @@ shows is a *demonstration*, a figure that is a pure function of parameters and a
 experiment of which some parameters may be turned. Its *checks* compare what it computes with what is exact.
 """
 
-from collections.abc import Callable, Mapping
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, Final, Literal, TypeAlias
 
-from pftrack.core.model.parameters import Parameters, Value
-from pftrack.core.model.recipe import Recipe
+import numpy as np
+
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.parameters import ParameterError, Parameters, Value, revise
+from pftrack.core.model.recipe import Change, Recipe
+from pftrack.experiments.experiment import Experiment
+from pftrack.runs.loss_probability import PREFIX, columns_of
+from pftrack.runs.record import make
+from pftrack.runs.run import Run
 from pftrack.teaching.lessons.figure import Figure
-
-__all__ = [
-    "Answer",
-    "Check",
-    "Demonstration",
-    "Lesson",
-    "Mistake",
-    "Number",
-    "Outcome",
-    "Question",
-    "Scenario",
-    "Shown",
-    "Use",
-]
-
 
 ONCE_MINUTES: Final = 5.0
 """For the idea, the figure and the question of a lesson; each thing to try takes another minute."""
@@ -269,3 +264,284 @@ class Lesson:
     def minutes(self) -> float:
         """How long it takes a class: what its author says, or the text, the figure, the question and what to try."""
         return ONCE_MINUTES + len(self.tries) if self.declared_minutes is None else self.declared_minutes
+
+
+# How a prediction is judged: how far off it was, and in words why.
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What is said of a prediction.
+
+    Attributes:
+        right: Whether it is within the question's tolerance.
+        given: The prediction.
+        exact: The right answer.
+        measured: What the lesson measured in its place, if it did.
+        off: By how much a number was off; None of a choice.
+        words: The verdict and its reason, in sentences.
+    """
+
+    right: bool
+    given: Given
+    exact: Given
+    measured: float | None
+    off: float | None
+    words: tuple[str, ...]
+
+
+DECIMAL_COMMA = re.compile(r"([-+]?\d*),(\d+)")
+THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")
+"""To some a thousand and more, to others one and three decimals."""
+
+
+def judge(question: Question, answer: Answer, given: Given) -> Verdict:
+    """Judge a prediction.
+
+    Args:
+        question: What was asked.
+        answer: The right answer.
+        given: The prediction: a number, or the name of a choice.
+
+    Raises:
+        ParameterError: It is no answer to this question.
+    """
+    value = read_answer(question, given)
+    if isinstance(value, str) or isinstance(answer.exact, str):
+        right, off = value == answer.exact, None
+    else:
+        off = value - answer.exact
+        right = abs(off) <= question.tolerance * (1 + 1e-12)
+    mistake = None if right else next((each for each in question.mistakes if _fits(each, value, question)), None)
+    # What was probably thought comes right after what was said, as it speaks of that.
+    said = (_how_far(question, value, answer, right), mistake.words if mistake else "", answer.words, question.words)
+    return Verdict(right, value, answer.exact, answer.measured, off, tuple(words for words in said if words))
+
+
+def read_answer(question: Question, given: object) -> Given:
+    """Return a prediction as its question understands it: of a number also as a person types it, with its unit.
+
+    Raises:
+        ParameterError: It is no answer to this question.
+    """
+    if question.kind == "choice":
+        choices = question.choices or {}
+        if not isinstance(given, str) or given not in choices:
+            raise ParameterError("answer", given, f"one of {', '.join(choices)}")
+        return given
+    low, high = question.bounds
+    unit = f" {question.unit}" if question.unit else ""
+    allowed = f"a number between {_write(low)} and {_write(high)}{unit}"
+    value = _parse(given, question.unit) if isinstance(given, str) else given
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise ParameterError("answer", given, allowed)
+    if not low <= value <= high:
+        raise ParameterError("answer", given, allowed)
+    return float(value)
+
+
+def _parse(text: str, unit: str) -> float | None:
+    """Return the number that a person has typed, with a comma or a point, its unit, or as percent; None of others."""
+    bare, factor = text.strip().replace("\N{MINUS SIGN}", "-"), 1.0
+    if unit and bare.endswith(unit):
+        bare = bare.removesuffix(unit)
+    elif bare.endswith("%"):
+        bare, factor = bare.removesuffix("%"), 0.01
+    bare = bare.strip()
+    if THOUSANDS.fullmatch(bare):
+        return None  # rather asked for again than taken for what was not meant
+    if (found := DECIMAL_COMMA.fullmatch(bare)) is not None:
+        bare = ".".join(found.groups())
+    try:
+        return factor * float(bare)
+    except ValueError:
+        return None
+
+
+def _fits(mistake: Mistake, value: Given, question: Question) -> bool:
+    if isinstance(value, str) or isinstance(mistake.given, str):
+        return value == mistake.given
+    low, high = mistake.given if isinstance(mistake.given, tuple) else (mistake.given, mistake.given)
+    return low - question.tolerance <= value <= high + question.tolerance
+
+
+def _how_far(question: Question, value: Given, answer: Answer, right: bool) -> str:
+    if isinstance(value, str) or isinstance(answer.exact, str):
+        # Both are named: what follows speaks of "that", the one that was chosen.
+        exact, said = ((question.choices or {}).get(str(each), each) for each in (answer.exact, value))
+        return "Right." if right else f"The right answer is “{exact}”, not “{said}”."
+    unit = f" {question.unit}" if question.unit else ""
+    # What the lesson measures in its place is told as well, and is another number.
+    exact = f"{_write(answer.exact)}{unit}" + (" in theory" if answer.measured is not None else "")
+    if right:
+        return f"Right: it is {exact}."
+    return f"You said {_write(value)}{unit}; it is {exact}, which is {_write(abs(value - answer.exact), 3)}{unit} off."
+
+
+def _write(value: float, digits: int = 4) -> str:
+    """Return a number in a few digits, a large one whole: "10,000", not "1e+04"."""
+    return f"{value:,.0f}" if abs(value) >= 10**digits - 0.5 else f"{value:.{digits}g}"
+
+
+# A lesson's question as a poll: a few answers to choose from, which a class can tap.
+#
+# A choice has its own. For a number or a point the range of answers is cut between the right one and the usual
+# mistakes, so that each lies in an interval of its own; where two lie far apart the cut is at their geometric mean.
+
+MOST_ANSWERS: Final = 8
+"""As many as a phone shows, and keys count."""
+FEWEST_VALUES: Final = 3
+FAR: Final = 4.0
+"""Ratio of two positive numbers from which on their geometric mean lies between them, to the eye."""
+UNBOUNDED: Final = 1e6
+"""What the bounds of a question are that has none."""
+
+
+def poll_answers(question: Question, exact: Given | None = None) -> tuple[str, ...]:
+    """Return the answers among which a class chooses, in ascending order where they are intervals.
+
+    Args:
+        question: Of the lesson.
+        exact: Its right answer, in the question's unit; not needed for a choice.
+
+    Raises:
+        ValueError: The question asks for a number, and its right answer is none.
+    """
+    if question.choices:
+        return tuple(question.choices.values())
+    if not isinstance(exact, float | int) or not math.isfinite(exact):
+        raise ValueError("the right answer of this question is no number, so no answers can be offered")
+    cuts = _distinct([_rounded(_cut(low, high)) for low, high in pairwise(_values(question, float(exact)))])
+    unit = f" {question.unit}" if question.unit else ""
+    texts = [f"{cut:,.10g}" for cut in cuts]
+    between = (f"{low} to {high}{unit}" for low, high in pairwise(texts))
+    return (f"Below {texts[0]}{unit}", *between, f"Above {texts[-1]}{unit}")
+
+
+def _values(question: Question, exact: float) -> list[float]:
+    """Return the right answer and what is answered in its place, ascending, no two closer than the tolerance."""
+    apart = max(question.tolerance, 1e-9 * abs(exact), 1e-12)
+    found = [exact]
+    for value in (*_mistakes(question), *_ends(question, exact)):
+        is_spare = len(found) >= FEWEST_VALUES and value in _ends(question, exact)
+        if len(found) < MOST_ANSWERS and not is_spare and all(abs(value - other) > apart for other in found):
+            found.append(value)
+    return sorted(found)
+
+
+def _mistakes(question: Question) -> Iterator[float]:
+    for mistake in question.mistakes:
+        given = mistake.given
+        if isinstance(given, tuple):
+            yield sum(given) / 2
+        elif not isinstance(given, str):
+            yield float(given)
+
+
+def _ends(question: Question, exact: float) -> tuple[float, ...]:
+    """Return what is answered where few mistakes are declared: the bounds, or half and twice the right answer."""
+    low, high = question.bounds
+    if low > -UNBOUNDED and high < UNBOUNDED:
+        return low, high
+    return (exact / 2, 2 * exact) if exact else (-1.0, 1.0)
+
+
+def _cut(low: float, high: float) -> float:
+    return math.sqrt(low * high) if low > 0 and high > FAR * low else (low + high) / 2
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.2g}")
+
+
+def _distinct(cuts: Sequence[float]) -> list[float]:
+    return list(dict.fromkeys(cuts))
+
+
+# Running a scenario: the answer of its question, computed from the numbers of the run that it asks for.
+#
+# A demonstration's answer is a function of parameters and a seed; a scenario's is a function of columns. So the run
+# that the question speaks of is computed to its end, and its numbers are handed over by name.
+
+WIDE = 8
+"""Numbers of a vector whose length hangs on the run, as far as it is known without one."""
+
+Columns: TypeAlias = Mapping[str, np.ndarray[Any, Any]]
+"""The numbers of a run by name, one row a frame."""
+
+
+def question_recipe(lesson: Lesson) -> Recipe:
+    """Return the run that a scenario's question is about: the scenario's own, with the values at which it is asked.
+
+    Raises:
+        TypeError: The lesson is no scenario.
+    """
+    if not isinstance(lesson.body, Scenario):
+        raise TypeError(f"the lesson {lesson.id} is a demonstration, which has no run")
+    recipe, values = lesson.body.recipe, dict(lesson.question.at or {})
+    seed = values.pop("seed", recipe.seed)
+    timeline = (*recipe.timeline, Change(0, values)) if values else recipe.timeline
+    return Recipe(**{**dict(recipe), "seed": seed, "timeline": timeline})
+
+
+def numbers_of(recipe: Recipe) -> Columns:
+    """Compute a run to its end and return its numbers.
+
+    Raises:
+        RecordError: There is no such experiment, or a value is refused.
+    """
+    run = make(recipe)
+    run.finish()
+    return numbers_of_run(run)
+
+
+def numbers_of_run(run: Run) -> Columns:
+    """Return the columns of the frames that a run has computed.
+
+    A series has the name that it was declared with, and `series_NAME` as well, as in files; where a frame has a column
+    of that name already, only the latter.
+    """
+    columns = columns_of(run)
+    return {name.removeprefix(PREFIX): column for name, column in columns.items()} | columns
+
+
+def figure_numbers(body: Demonstration, parameters: Parameters, seed: int) -> Columns:
+    """Return the numbers of a figure in their order: `value`, and `exact`, NaN where that is not known."""
+    numbers = body.show(parameters, seed).numbers
+    return {
+        "value": np.array([number.value for number in numbers]),
+        "exact": np.array([np.nan if number.exact is None else number.exact for number in numbers]),
+    }
+
+
+def all_columns(experiment: Experiment, frames: int) -> Columns:
+    """Return all columns that a run may have, with ones in place of its numbers: their names and shapes."""
+    ones = Diagnostics(
+        0, 1.0, (1.0,) * WIDE, (1.0,) * WIDE, 1.0, (1.0,) * WIDE, (1.0, 1.0), (1.0,) * WIDE, 1.0, True, True, True, 1.0
+    )
+    known: dict[str, Any] = {name: value for name, value in ones.as_dict().items() if name != "series"}
+    columns = {name: np.ones((frames, *np.shape(value))) for name, value in known.items()}
+    for series in experiment.all_series():
+        width = (len(series.components) or WIDE,)
+        match series.shape:
+            case "number":
+                shapes: dict[str, tuple[int, ...]] = {"": ()}
+            case "vector":
+                shapes = {"": width}
+            case "interval":
+                shapes = {"": (2,)}
+            case "hypotheses":
+                shapes = {"": (WIDE, *width), "_weights": (WIDE,), "_parents": (WIDE,)}
+        for ending, shape in shapes.items():
+            name = f"{series.name}{ending}"
+            columns[f"{PREFIX}{name}"] = np.ones((frames, *shape))
+            columns.setdefault(name, columns[f"{PREFIX}{name}"])
+    return columns
+
+
+def answer_of(lesson: Lesson) -> Answer:
+    """Compute the answer of a lesson's question, by the run or the figure that it asks about."""
+    body, question = lesson.body, lesson.question
+    if isinstance(body, Scenario):
+        return question.answer(numbers_of(question_recipe(lesson)))
+    return question.answer(revise(body.parameters, question.at or {}), body.seed)

@@ -11,6 +11,6 @@ constant that is the same for all states. Likelihoods know no filters. Members:
 Whether any of them tells a target from what is around it is asked by `separation`.
 """
 
-from pftrack.vision.likelihoods import chromaticity, histogram, points, separation, template, template_bank
+from pftrack.vision.likelihoods import chromaticity, histogram, points, separation, template
 
 __all__ = ["chromaticity", "histogram", "points", "separation", "template", "template_bank"]

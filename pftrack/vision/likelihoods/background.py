@@ -19,8 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.numerics.compiled import compiled, read_only
-from pftrack.vision.likelihoods.colour_bins import BINS, Space, bin_table
-from pftrack.vision.likelihoods.counting import count_window
+from pftrack.vision.likelihoods.counting import BINS, Space, bin_table, count_window
 
 __all__ = ["NO_BACKGROUND", "SURROUNDINGS", "Background", "background_of", "lacking_contrast"]
 

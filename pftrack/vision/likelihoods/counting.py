@@ -4,15 +4,202 @@ Where all pixels of a window count alike and it has one part, and the next windo
 that leave and enter are counted. Counts are whole numbers, so the path changes nothing of the result.
 """
 
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any, Literal, TypeAlias
+
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.numerics.compiled import compiled
-from pftrack.core.numerics.sums import inner_product
-from pftrack.vision.likelihoods.colour_bins import BINS
-from pftrack.vision.likelihoods.windows import overlap, path, same, shift, windows_around
+from pftrack.core.numerics.compiled import compiled, read_only
+from pftrack.core.numerics.matrices import inner_product
 
-__all__ = ["assign_bins", "coefficients", "count_window"]
+# Bins of colour: a pixel that has a colour belongs to one of 10 x 10 bins of it, any other to one of 10 of brightness.
+#
+# Three spaces of colour (`SPACES`) share one way of counting, since the bin of each of the 2^24 colours is looked up in
+# a table.
+
+Space: TypeAlias = Literal["hsv", "lab", "chromaticity"]
+
+STEPS = 10
+"""Bins along each axis of a colour, and along that of brightness."""
+BINS = STEPS * STEPS + STEPS
+LEAST_CHROMA = 8
+"""Distance from grey in the (a, b) plane of Lab from which on a pixel has a colour; about that of HSV's S > 0.1."""
+LAB_REACH = 60
+"""What of the (a, b) plane the bins divide, to either side of grey; few surfaces are more colourful."""
+DARK = 153
+"""R + G + B up to which a pixel has no chromaticity: 0.2 of the greatest, as HSV's V > 0.2."""
+
+
+@lru_cache(maxsize=3)
+def bin_table(space: Space) -> NDArray[np.uint8]:
+    """Return the bin (2^24,) of each colour, by 65536 R + 256 G + B."""
+    table = np.empty((256, 256, 256), np.uint8)
+    plane = np.empty((256, 256, 3), np.uint8)
+    plane[:, :, 1], plane[:, :, 2] = np.arange(256)[:, None], np.arange(256)
+    for red in range(256):
+        plane[:, :, 0] = red
+        table[red] = SPACES[space](plane)
+    return read_only(table.ravel())
+
+
+@lru_cache(maxsize=3)
+def bin_colours(space: Space) -> NDArray[np.uint8]:
+    """Return a colour for each bin, (110, 3) RGB: the mean of those that belong to it, of every eighth level."""
+    levels = np.arange(0, 256, 8, dtype=np.uint8)
+    colours = np.stack(np.meshgrid(levels, levels, levels, indexing="ij"), axis=-1).reshape(-1, 1, 3)
+    bins = SPACES[space](colours).ravel()
+    counts = np.maximum(np.bincount(bins, minlength=BINS), 1)
+    sums = [np.bincount(bins, colours[:, 0, channel], minlength=BINS) for channel in range(3)]
+    return np.asarray(np.rint(np.column_stack(sums) / counts[:, None]), np.uint8)
+
+
+def _hsv(colours_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return bins by hue and saturation; without colour are S <= 0.1 and V <= 0.2 (S and V from 0 to 1)."""
+    hue, saturation, value = cv2.split(cv2.cvtColor(colours_rgb, cv2.COLOR_RGB2HSV))
+    every = np.arange(256)
+    by_hue = (STEPS * (STEPS * every // 180)).astype(np.uint8)
+    by_level = (STEPS * every // 256).astype(np.uint8)
+    coloured = (saturation > 25) & (value > 51)
+    by_colour: NDArray[np.uint8] = by_hue[hue] + by_level[saturation]
+    return np.where(coloured, by_colour, _by_brightness(value))
+
+
+def _lab(colours_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return bins by a and b of Lab."""
+    lightness, a, b = cv2.split(cv2.cvtColor(colours_rgb, cv2.COLOR_RGB2LAB))
+    off = np.arange(256) - 128
+    along = np.clip(STEPS * (off + LAB_REACH) // (2 * LAB_REACH), 0, STEPS - 1)
+    coloured = off[:, None] * off[:, None] + off * off > LEAST_CHROMA * LEAST_CHROMA
+    by_colour = np.where(coloured, STEPS * along[:, None] + along, BINS).astype(np.uint8)
+    found = np.take(by_colour, np.uint16(256) * a.astype(np.uint16) + b)
+    return np.where(found < BINS, found, _by_brightness(lightness))
+
+
+def _chromaticity(colours_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return bins by the shares of red and green."""
+    red, green, blue = (channel.astype(np.uint16) for channel in cv2.split(colours_rgb))
+    total = red + green + blue
+    divisor = np.maximum(total, np.uint16(1))
+    of_red, of_green = (
+        np.minimum(np.uint16(STEPS) * one // divisor, STEPS - 1).astype(np.uint8) for one in (red, green)
+    )
+    by_colour: NDArray[np.uint8] = np.uint8(STEPS) * of_red + of_green
+    return np.where(total > DARK, by_colour, _by_brightness(total // 3))
+
+
+def _by_brightness(levels: Any) -> NDArray[np.uint8]:  # noqa: ANN401 - what OpenCV says it returns
+    """Return the bins of pixels without a colour, given their brightness."""
+    by_level: NDArray[np.uint8] = (STEPS * STEPS + STEPS * np.arange(256) // 256).astype(np.uint8)
+    found: NDArray[np.uint8] = by_level[levels]
+    return found
+
+
+SPACES: dict[Space, Callable[[NDArray[np.uint8]], NDArray[np.uint8]]] = {
+    "hsv": _hsv,
+    "lab": _lab,
+    "chromaticity": _chromaticity,
+}
+"""How colours (h, w, 3) are put into bins (h, w), by name."""
+
+# Windows of a picture: rectangles of whole pixels around places, clipped, and the order in which to visit many.
+#
+# A window is a row of eight whole numbers: left, top, right, bottom within the picture (right and bottom are the first
+# beyond it), the middle's column and row, half width and half height.
+
+LEAST_COVERAGE = 0.25
+"""A window of which a smaller share lies within the picture is outside."""
+EVERYWHERE = 1e9
+"""Places beyond this many px are no places."""
+
+
+@compiled
+def windows_around(
+    columns: NDArray[np.float64],
+    rows: NDArray[np.float64],
+    half_widths: NDArray[np.float64],
+    half_heights: NDArray[np.float64],
+    width: int,
+    height: int,
+) -> NDArray[np.int64]:
+    """Return the windows (N, 8) around places.
+
+    One of which less than a quarter lies within the picture is empty: its right edge is its left one.
+
+    Args:
+        columns: (N,) middles, px; rounded to pixels; what is not finite is outside the picture.
+        rows: (N,) of them.
+        half_widths: (N,) px, rounded; 0 at least.
+        half_heights: (N,) likewise.
+        width: Of the picture, px.
+        height: Of it.
+    """
+    count = columns.shape[0]
+    windows = np.zeros((count, 8), np.int64)
+    for n in range(count):
+        if not (abs(columns[n]) < EVERYWHERE and abs(rows[n]) < EVERYWHERE):
+            continue
+        column, row = int(np.floor(columns[n] + 0.5)), int(np.floor(rows[n] + 0.5))
+        across = int(np.floor(min(max(half_widths[n], 0.0), EVERYWHERE) + 0.5))
+        down = int(np.floor(min(max(half_heights[n], 0.0), EVERYWHERE) + 0.5))
+        left, right = max(column - across, 0), min(column + across + 1, width)
+        top, bottom = max(row - down, 0), min(row + down + 1, height)
+        if left < right and top < bottom:
+            within = (right - left) * (bottom - top)
+            if within >= LEAST_COVERAGE * ((2 * across + 1) * (2 * down + 1)):
+                windows[n] = np.array((left, top, right, bottom, column, row, across, down))
+    return windows
+
+
+@compiled
+def shift(window: NDArray[np.int64], left: int, top: int) -> NDArray[np.int64]:
+    """Return a window as it lies in a part of the picture that begins at (left, top)."""
+    moved = window.copy()
+    for place in (0, 2, 4):
+        moved[place] -= left
+        moved[place + 1] -= top
+    return moved
+
+
+@compiled
+def path(windows: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the windows' numbers (N,) so that neighbours follow each other: in strips, to and fro."""
+    count = windows.shape[0]
+    left = top = 1 << 40
+    right = bottom = -(1 << 40)
+    for n in range(count):
+        if windows[n, 2] > windows[n, 0]:
+            left, right = min(left, windows[n, 4]), max(right, windows[n, 4])
+            top, bottom = min(top, windows[n, 5]), max(bottom, windows[n, 5])
+    # Strips as high as the mean distance of neighbours make the shortest paths.
+    area = max((right - left + 1) * (bottom - top + 1), 1)
+    strip = max(int(np.sqrt(3.0 * area / max(count, 1))), 1)
+    keys = np.empty(count, np.int64)
+    for n in range(count):
+        number = (windows[n, 5] - top) // strip
+        along = windows[n, 4] - left
+        keys[n] = (number << 32) + (along if number % 2 == 0 else (1 << 31) - along)
+    return np.argsort(keys)
+
+
+@compiled
+def same(one: NDArray[np.int64], other: NDArray[np.int64]) -> bool:
+    """Tell whether two windows are the same."""
+    for place in range(one.shape[0]):  # noqa: SIM110 - `all` of a generator cannot be compiled
+        if one[place] != other[place]:
+            return False
+    return True
+
+
+@compiled
+def overlap(one: NDArray[np.int64], other: NDArray[np.int64]) -> int:
+    """Return the number of pixels that two windows share."""
+    across = min(one[2], other[2]) - max(one[0], other[0])
+    down = min(one[3], other[3]) - max(one[1], other[1])
+    return across * down if across > 0 and down > 0 else 0
+
 
 KERNEL_PEAK = 1 << 16
 KERNEL_SHIFT = 8

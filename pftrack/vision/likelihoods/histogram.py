@@ -27,9 +27,16 @@ from numpy.typing import NDArray
 from pftrack.core.numerics.checks import check, check_picture
 from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.vision.likelihoods.background import NO_BACKGROUND, SURROUNDINGS, Background, lacking_contrast
-from pftrack.vision.likelihoods.colour_bins import BINS, Space, bin_table
-from pftrack.vision.likelihoods.counting import assign_bins, coefficients, count_window
-from pftrack.vision.likelihoods.windows import shift, windows_around
+from pftrack.vision.likelihoods.counting import (
+    BINS,
+    Space,
+    assign_bins,
+    bin_table,
+    coefficients,
+    count_window,
+    shift,
+    windows_around,
+)
 
 __all__ = ["Window", "fit", "rho_map", "roots_of", "shares", "similarities", "similarity"]
 

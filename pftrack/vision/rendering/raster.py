@@ -17,11 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.model.drawing import (
-    COLOURS,
     TITLES_FROM_PX,
     Arrows,
     Axes,
-    Colour,
     Drawing,
     Ellipse,
     Ellipsoids,
@@ -34,6 +32,7 @@ from pftrack.core.model.drawing import (
     Primitive,
     Text,
 )
+from pftrack.core.model.palette import COLOURS, Colour
 from pftrack.vision.rendering.projection import look_at
 
 __all__ = ["covariance_root", "png", "render", "render_beside"]

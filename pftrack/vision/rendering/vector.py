@@ -14,11 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pftrack.core.model.drawing import (
-    COLOURS,
     TITLES_FROM_PX,
     Arrows,
     Axes,
-    Colour,
     Drawing,
     Ellipse,
     Ellipsoids,
@@ -31,6 +29,7 @@ from pftrack.core.model.drawing import (
     Primitive,
     Text,
 )
+from pftrack.core.model.palette import COLOURS, Colour
 from pftrack.vision.rendering.projection import look_at
 from pftrack.vision.rendering.raster import covariance_root, png
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.numerics.compiled import compiled
-from pftrack.vision.structure.positive import cholesky_log_det, cholesky_solve, invert
+from pftrack.vision.structure.factorization import cholesky_log_det, cholesky_solve, invert
 
 __all__ = [
     "SIZE",

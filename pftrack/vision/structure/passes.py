@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.numerics.compiled import compiled
-from pftrack.vision.structure.positive import invert
+from pftrack.vision.structure.factorization import invert
 
 __all__ = ["free_energy", "moments", "posterior_points", "posterior_rows"]
 

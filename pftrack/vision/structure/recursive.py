@@ -21,14 +21,17 @@ frame tells of it compared with what it tells of the best-seen point: what is hi
 section 5.5 proposes that).
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.geometry.rotation import nearest_rotation
 from pftrack.core.numerics.compiled import compiled
-from pftrack.core.numerics.sums import inner_product
+from pftrack.core.numerics.matrices import eigenvalues, inner_product, product
+from pftrack.vision.structure import variational
 from pftrack.vision.structure.cameras import (
     SIZE,
     fit_camera,
@@ -38,10 +41,9 @@ from pftrack.vision.structure.cameras import (
     steady_camera,
     turn_between,
 )
-from pftrack.vision.structure.positive import cholesky_log_det, cholesky_solve, invert
-from pftrack.vision.structure.tracks import FEWEST_POINTS, check_view
-
-__all__ = ["Recursive", "Settings", "begin", "step", "take"]
+from pftrack.vision.structure.factorization import cholesky_log_det, cholesky_solve, invert
+from pftrack.vision.structure.tracks import FEWEST_POINTS, Tracks, check_view
+from pftrack.vision.structure.variational import Variational
 
 TURN_SD_RAD = 0.1
 """By default: 6 degrees from frame to frame."""
@@ -348,3 +350,117 @@ def _forgotten(
             pull[p] += back * prior_precision[p, q] * (prior_shape[q // 3, q % 3] - shape[q // 3, q % 3])
     lower, _ = cholesky_log_det(held)
     return shape + cholesky_solve(lower, pull).reshape(count, 3), held
+
+
+# Factorization by singular values, frame by frame: what counts of all frames is a matrix of the points alone.
+#
+# The shape of `factorization` are the right singular vectors of W, the positions of all frames less the means of their
+# rows. They are the eigenvectors of the Gram matrix W^T W (n, n), to which each frame adds its two rows. So no frame
+# need be kept, and a further one costs the same however many there were. Every position counts alike, as there.
+
+UNSEEN_DEPTH = 1e-13
+"""The third eigenvalue, relative to the first, that is rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class Accumulated:
+    """What is kept of all frames.
+
+    Attributes:
+        gram: (n, n) px^2, W^T W.
+        frames: How many there were.
+    """
+
+    gram: NDArray[np.float64]
+    frames: int
+
+
+def empty(count: int) -> Accumulated:
+    """Return what is kept of no frame of `count` points."""
+    return Accumulated(np.zeros((count, count)), 0)
+
+
+def accumulate(known: Accumulated, positions: NDArray[np.float64]) -> Accumulated:
+    """Add a frame, positions (n, 2) px of all points."""
+    rows = np.ascontiguousarray((positions - positions.mean(axis=0)).T)
+    return Accumulated(known.gram + product(rows.T, rows), known.frames + 1)
+
+
+def principal_shape(known: Accumulated) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Return the shape (n, 3), up to an affine map, and the singular values (n,) of all frames, px.
+
+    The shape is V sqrt(s), as that of `factorization.factorize` is; None where no frame has shown any depth.
+    """
+    values, vectors = eigenvalues(known.gram)
+    strengths = np.sqrt(np.maximum(values, 0.0))
+    if known.frames < 2 or not values[2] > UNSEEN_DEPTH * values[0]:
+        return None
+    return vectors[:, :3] * np.sqrt(strengths[:3]), strengths
+
+
+# A shape to begin with where nothing is known of the body: from its first frames (see `recursive`).
+
+SPREAD = 0.15
+"""Standard deviation of the first shape's coordinates, relative to that of the points about their centre: of more the
+first frames make leaps from which there is no way back."""
+
+LEAST_STRENGTH = 1.5
+"""Of the third direction of the shape, below which it may be noise."""
+
+SMALLEST = 1e-12
+"""Scale of a camera that has seen nothing."""
+
+
+def from_window(tracks: Tracks, settings: Settings, found: Variational | None = None) -> Recursive:
+    """Begin without a prior, by the variational factorization of the first frames; the unit is such that 1 is 1 px.
+
+    Args:
+        tracks: The first frames; positions from the principal point.
+        settings: How to go on.
+        found: Their factorization, if it is there already.
+
+    Raises:
+        ValueError: The frames do not tell a shape: there are fewer than three, or there is no rotation or no depth.
+    """
+    found = found or variational.fit(tracks)
+    if not found.strengths[2] > LEAST_STRENGTH:
+        raise ValueError(
+            "expected a body that turns and points that do not lie in one plane: the depth in these frames is no more "
+            f"than noise makes (strength {found.strengths[2]:.2g}, at least {LEAST_STRENGTH:g} is needed)"
+        )
+    found = variational.metric(found)
+    if not np.isfinite(found.shape).all():
+        raise ValueError("expected cameras that determine a metric shape, got frames from which none comes")
+    best: tuple[float, Recursive] | None = None
+    for state in _mirror(found, settings, tracks.seen):
+        total, after = 0.0, state
+        for positions, variances in zip(tracks.positions, tracks.variances, strict=True):
+            after = step(after, positions, variances)
+            total += after.log_evidence
+        if best is None or total > best[0]:
+            best = total, after
+    if best is None:
+        raise RuntimeError("there are two mirror images")
+    return best[1]
+
+
+def _mirror(found: Variational, settings: Settings, seen: NDArray[np.bool_]) -> Iterator[Recursive]:
+    """Yield the beginnings with both mirror images of a metric shape; a point that was never seen may be anywhere."""
+    spread = SPREAD * float(np.sqrt(found.shape.var(axis=0).mean()))
+    covariance = np.where(seen[:, None, None], spread**2 * np.eye(3), found.shape_covariances)
+    for sign in (1.0, -1.0):
+        mirror = np.array([1.0, 1.0, sign])
+        yield begin(
+            found.shape * mirror,
+            covariance * np.outer(mirror, mirror),
+            settings,
+            pinhole_of(found.motion[:2] * np.append(mirror, 1.0), settings.focal_px),
+        )
+
+
+def pinhole_of(rows: NDArray[np.float64], focal_px: float) -> NDArray[np.float64]:
+    """Return the pinhole (3, 4) that is nearest to the rows (2, 4) of an orthographic camera."""
+    across, down = rows[:, :3]
+    scale = max(float(np.sqrt(0.5 * (np.square(across).sum() + np.square(down).sum()))), SMALLEST)
+    turn = nearest_rotation(np.array([across, down, np.cross(across, down) / scale]))
+    return np.column_stack([turn, [rows[0, 3] / scale, rows[1, 3] / scale, focal_px / scale]])

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
-from pftrack.core.model.sequence import Kind
+from pftrack.core.model.source import Kind
 from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.experiment import Experiment
 from pftrack_server.api.dependencies import AnExperiment, TheFilters, TheServices

@@ -6,7 +6,7 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Path
 from starlette.responses import Response
 
-from pftrack.teaching.lessons import Lesson
+from pftrack.teaching.lessons.lesson import Lesson
 from pftrack_server.api.dependencies import TheLessons
 from pftrack_server.lessons.results import Job
 from pftrack_server.lessons.views import checks_view, detail_view, list_view, verdict_view

@@ -4,8 +4,8 @@ import asyncio
 
 from fastapi import APIRouter
 
-from pftrack.runs.source_code import comparison_code, run_code
-from pftrack.sweep.source_code import sweep_code
+from pftrack.runs.reproduction import comparison_code, run_code
+from pftrack.sweep.recording import sweep_code
 from pftrack_server.api.dependencies import ASweep, TheServices
 from pftrack_server.comparisons.references import find_run
 from pftrack_server.experiments import find_experiment

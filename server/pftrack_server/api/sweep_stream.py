@@ -4,7 +4,7 @@ from http import HTTPStatus
 
 from fastapi import APIRouter, WebSocket
 
-from pftrack.sweep import SweepError
+from pftrack.sweep.axis import SweepError
 from pftrack_server.api.dependencies import TheServices
 from pftrack_server.errors import ApiError
 from pftrack_server.schemas.stream import ping

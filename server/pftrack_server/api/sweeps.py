@@ -6,7 +6,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Query
 
-from pftrack.sweep import MOST_RUNS
+from pftrack.sweep.axis import MOST_RUNS
 from pftrack_server.api.dependencies import AnExperiment, AStore, ASweep, ASweeps, Begin
 from pftrack_server.schemas.messages import SessionPublic
 from pftrack_server.schemas.sweep_views import CellsPublic, Correction, EstimatePublic, RowsPublic, SweepPublic, Test

@@ -13,8 +13,8 @@ from starlette.responses import Response
 
 from pftrack.experiments import EXPERIMENTS
 from pftrack.experiments.experiment import Experiment
-from pftrack.sources.errors import SourceError
-from pftrack.sources.results.spreadsheet import COLUMNS, preview
+from pftrack.sources.limits import SourceError
+from pftrack.sources.results.table import COLUMNS, preview
 from pftrack.sources.truth import LARGEST_FILE_BYTES
 from pftrack_server.api.dependencies import (
     AManager,

@@ -36,10 +36,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
-from pftrack.core.model.drawing import Drawing, Picture, Primitive, WorldDrawing
+from pftrack.core.model.drawing import Drawing, Key, Picture, Primitive, World, WorldDrawing
 from pftrack.core.model.faults import faults
-from pftrack.core.model.layer import Key
-from pftrack.core.model.world import World
 from pftrack_server.pictures import EncodedPicture, PictureEncoder
 
 __all__ = ["VERSION", "DrawingEncoder", "DrawingError", "EncodedDrawing", "decode"]

@@ -9,7 +9,7 @@ from collections.abc import Container
 
 from sqlalchemy.exc import SQLAlchemyError
 
-from pftrack.core.spreadsheet import csv_text
+from pftrack.core.files import csv_text
 from pftrack_server.errors import ConflictError, NotFoundError
 from pftrack_server.follow.follow import Follow
 from pftrack_server.follow.poll import Poll

@@ -7,7 +7,7 @@ from typing import Final
 
 from pftrack.core.model.parameters import ParameterError
 from pftrack.experiments import EXPERIMENTS
-from pftrack.teaching.lessons import Lesson
+from pftrack.teaching.lessons.lesson import Lesson
 from pftrack_server.errors import NotFoundError, RefusedError
 from pftrack_server.experiments import find_experiment
 from pftrack_server.failures import failure_named

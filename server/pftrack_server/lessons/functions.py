@@ -14,11 +14,19 @@ from pftrack.core.model.parameters import Value, flat, nearest, revise
 from pftrack.core.model.recipe import Recipe
 from pftrack.process import give_way
 from pftrack.runs.record import make
-from pftrack.teaching.lessons import Demonstration, Lesson, Number, Verdict, find, judge
-from pftrack.teaching.lessons.answers import numbers_of_run
+from pftrack.teaching.lessons import find
 from pftrack.teaching.lessons.lecturers import read_lesson
-from pftrack.teaching.lessons.lesson import Check, Given
-from pftrack.teaching.lessons.verdict import read_answer
+from pftrack.teaching.lessons.lesson import (
+    Check,
+    Demonstration,
+    Given,
+    Lesson,
+    Number,
+    Verdict,
+    judge,
+    numbers_of_run,
+    read_answer,
+)
 from pftrack_server.tasks.functions import Steps
 
 __all__ = ["check", "draw", "judge_demonstration", "judge_scenario", "run"]

@@ -9,14 +9,20 @@ from typing import Any
 from pftrack.core.model.parameters import ParameterError
 from pftrack.experiments import find as find_experiment
 from pftrack.process import MEBIBYTE, Budget, CallError, Ending, Pool, WorkerLostError
-from pftrack.teaching.lessons import LESSONS, Lesson, Verdict, find
-from pftrack.teaching.lessons.answers import question_recipe
+from pftrack.teaching.lessons import LESSONS, find
 from pftrack.teaching.lessons.lecturers import Library, read_lessons
 from pftrack.teaching.lessons.lecturers.expression import ExpressionError
-from pftrack.teaching.lessons.lesson import Demonstration, Given, Scenario
+from pftrack.teaching.lessons.lesson import (
+    Demonstration,
+    Given,
+    Lesson,
+    Scenario,
+    Verdict,
+    poll_answers,
+    question_recipe,
+    read_answer,
+)
 from pftrack.teaching.lessons.notebook import lesson_notebook
-from pftrack.teaching.lessons.poll import poll_answers
-from pftrack.teaching.lessons.verdict import read_answer
 from pftrack_server.errors import NotFoundError, RefusedError, UnavailableError
 from pftrack_server.lessons import functions
 from pftrack_server.lessons.results import Job, LessonResults

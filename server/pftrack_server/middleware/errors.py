@@ -13,13 +13,13 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn.protocols.utils import ClientDisconnected
 
-from pftrack.core.model.export import ExportError
 from pftrack.core.model.parameters import ParameterError
-from pftrack.experiments.own import FilterFileError
+from pftrack.core.model.setup import ExportError
+from pftrack.experiments.own.sliders import FilterFileError
 from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
-from pftrack.sources.errors import SourceError
-from pftrack.sweep import SweepError
+from pftrack.sources.limits import SourceError
+from pftrack.sweep.axis import SweepError
 from pftrack_server.base_path import route_path
 from pftrack_server.errors import ApiError, response, shape
 from pftrack_server.middleware.long_numbers import field_of_long_number

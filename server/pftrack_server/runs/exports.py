@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from pftrack.core.model.export import N, find_export
 from pftrack.core.model.recipe import Footage, Recipe
+from pftrack.core.model.setup import N, find_export
 from pftrack.experiments import EXPERIMENTS
 from pftrack.output.exports.comparisons import COMPARISON_FORMATS, ComparisonExport
 from pftrack.output.exports.formats import RunExport, check_plot, exports_of

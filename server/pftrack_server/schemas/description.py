@@ -6,11 +6,10 @@ the pipe, in the store, to the panel beside the scene and to the pages.
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from pftrack.core.model.layer import Layer
+from pftrack.core.model.drawing import Layer, World
 from pftrack.core.model.marks import Editor
 from pftrack.core.model.parameters import Declaration
 from pftrack.core.model.series import Series
-from pftrack.core.model.world import World
 from pftrack.experiments import Plot, Reading
 from pftrack.output.exports.formats import Group
 from pftrack_server.schemas.measures import MeasurePublic

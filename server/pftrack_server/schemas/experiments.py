@@ -4,11 +4,10 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from pftrack.core.model.layer import Layer
+from pftrack.core.model.drawing import Layer, World
 from pftrack.core.model.marks import Editor
 from pftrack.core.model.parameters import Declaration, Value
-from pftrack.core.model.tour import Tour
-from pftrack.core.model.world import World
+from pftrack.core.model.preset import Tour
 
 __all__ = ["CitationPublic", "ExperimentDetail", "ExperimentPublic", "PluginPublic", "PresetPublic"]
 

@@ -2,8 +2,8 @@
 
 from pydantic import BaseModel, Field
 
-from pftrack.core.model.cause import CauseId
-from pftrack.core.model.loss_witness import Witness
+from pftrack.core.model.measures import Witness
+from pftrack.core.model.preset import CauseId
 
 __all__ = ["DiagnosisPublic", "EvidencePublic", "ExplanationPublic", "SignPublic"]
 

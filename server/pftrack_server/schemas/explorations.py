@@ -7,7 +7,7 @@ from pydantic import BaseModel, Field
 from pftrack.analysis.counterfactuals.alternatives import Kind
 from pftrack.analysis.counterfactuals.report import Verdict
 from pftrack.core.model.parameters import NOT_BOOLEAN, Value
-from pftrack.runs.ensemble import Scene
+from pftrack.runs.continuation import Scene
 from pftrack_server.schemas.body import FrameNumber, RequestBody
 
 __all__ = ["EnsemblePublic", "ExplorationCreate", "ExplorationPublic", "FindingPublic", "WhatIfPublic"]

@@ -4,8 +4,8 @@ from typing import Any
 
 from pydantic import BaseModel, Field
 
-from pftrack.core.model.cause import CauseId
 from pftrack.core.model.parameters import Value
+from pftrack.core.model.preset import CauseId
 from pftrack.core.model.recipe import Recipe
 
 __all__ = ["DifferencePublic", "FailureNeighbour", "FailurePublic", "FailureResult", "FailureRun", "MeasuredPublic"]

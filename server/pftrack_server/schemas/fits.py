@@ -4,7 +4,7 @@ from typing import Literal
 
 from pydantic import BaseModel, Field
 
-from pftrack.analysis.fitting import MOST_NUMBERS, Method
+from pftrack.analysis.fitting.found import MOST_NUMBERS, Method
 from pftrack.core.model.parameters import Value
 from pftrack_server.schemas.body import Name, RequestBody
 

@@ -3,9 +3,8 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from pftrack.core.model.layer import Layer
+from pftrack.core.model.drawing import Layer, World
 from pftrack.core.model.parameters import Declaration, Value
-from pftrack.core.model.world import World
 
 __all__ = ["SPEEDS", "PanelDescription", "PanelValues"]
 

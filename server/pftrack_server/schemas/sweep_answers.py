@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.model.parameters import Value, declarations
-from pftrack.sweep import CellMap, Code, Comparison, Plan
+from pftrack.sweep import Comparison, Plan
+from pftrack.sweep.cells import CellMap, Code
 from pftrack_server.schemas.sweep_views import (
     AxisPublic,
     CellsPublic,

@@ -4,7 +4,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from pftrack.core.model.suitability import Grade
+from pftrack.core.model.setup import Grade
 from pftrack_server.schemas.body import RequestBody
 
 __all__ = [

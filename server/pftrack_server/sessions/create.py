@@ -6,7 +6,7 @@ from typing import Any
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.recipe import Footage, Recipe
 from pftrack.experiments.experiment import Experiment
-from pftrack.experiments.own import with_digests
+from pftrack.experiments.own.code import with_digests
 from pftrack_server.errors import RefusedError
 from pftrack_server.experiments import find_experiment
 from pftrack_server.schemas.sessions import SessionCreate

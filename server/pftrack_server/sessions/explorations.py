@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-from pftrack.analysis.counterfactuals import Report, join, read_record, record
+from pftrack.analysis.counterfactuals.report import Report, join, read_record, record
 from pftrack.core.model.recipe import Recipe
 from pftrack.process import Budget
 from pftrack_server.errors import ConflictError, NotFoundError, UnavailableError

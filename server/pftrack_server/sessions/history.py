@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from pftrack.core.model.loss_witness import judge_loss
-from pftrack.runs.loss_intervals import loss_start
+from pftrack.core.model.measures import judge_loss
+from pftrack.runs.scoring import loss_start
 
 __all__ = ["History"]
 

@@ -11,10 +11,10 @@ from typing import Any
 import structlog
 
 from pftrack.core.model.parameters import ParameterError
-from pftrack.experiments.own import FilterFileError
+from pftrack.experiments.own.sliders import FilterFileError
 from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
-from pftrack.sources.errors import SourceError
+from pftrack.sources.limits import SourceError
 from pftrack_server.errors import ApiError, shape
 from pftrack_server.system_errors import failure_message
 

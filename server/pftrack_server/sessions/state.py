@@ -7,7 +7,7 @@ snapshot, which is what the pages know: each change of it is told as the fields 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from pftrack.runs.loss_intervals import before_loss
+from pftrack.runs.scoring import before_loss
 from pftrack_server.errors import ConflictError
 from pftrack_server.schemas import messages
 from pftrack_server.schemas.description import SessionDescription

@@ -15,7 +15,7 @@ from pathlib import Path
 from pftrack.core.files import write_whole
 from pftrack.core.model.parameters import LONGEST_FILE
 from pftrack.core.model.recipe import Recipe
-from pftrack.experiments.own import digest_of
+from pftrack.experiments.own.code import digest_of
 from pftrack_server.errors import NotFoundError
 
 __all__ = ["DataDirectory", "is_name", "new_name", "now"]

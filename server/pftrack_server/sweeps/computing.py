@@ -8,7 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 from pftrack.process import UNLIMITED, Ending, Refusal, Reply, Worker, run_task
-from pftrack.sweep import SweepError, pool
+from pftrack.sweep import work
+from pftrack.sweep.axis import SweepError
 from pftrack_server.errors import UnavailableError
 from pftrack_server.processes import FORK_SERVER
 
@@ -27,7 +28,7 @@ async def start(file_bytes: int, memory_bytes: int | None = None) -> Worker:
     """
     budget = replace(UNLIMITED, file_bytes=file_bytes, memory_bytes=memory_bytes, niceness=NICENESS)
     # The pool's fork server is forked before the process has a thread.
-    return await Worker.start(FORK_SERVER, budget, refusals=REFUSALS, as_json=True, prepare=pool.prepare)
+    return await Worker.start(FORK_SERVER, budget, refusals=REFUSALS, as_json=True, prepare=work.prepare)
 
 
 async def ask(function: Callable[..., Any], *arguments: object, patience_s: float, file_bytes: int = 0) -> Any:  # noqa: ANN401 - whatever it returns

@@ -10,8 +10,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
-from pftrack.experiments.own import trust
-from pftrack.sweep import Plan, Recording, carry_out, estimate, read_result
+from pftrack.experiments.own.code import trust
+from pftrack.sweep import Plan, carry_out, estimate, read_result
+from pftrack.sweep.recording import Recording
 
 __all__ = ["Pictures", "compute", "measure", "report"]
 

@@ -7,7 +7,9 @@ from typing import Any
 
 import structlog
 
-from pftrack.sweep import Plan, Recording, SweepError
+from pftrack.sweep import Plan
+from pftrack.sweep.axis import SweepError
+from pftrack.sweep.recording import Recording
 from pftrack_server.errors import ApiError, ConflictError, NotFoundError, UnavailableError
 from pftrack_server.filters import FilterFiles
 from pftrack_server.schemas.sweep_views import EstimatePublic, ValuesPublic

@@ -8,11 +8,11 @@ from typing import TypeVar, cast
 
 from pftrack.core.model.parameters import ParameterError, declarations, flat, limit_particles
 from pftrack.core.model.recipe import Footage
-from pftrack.core.model.sequence import Kind
+from pftrack.core.model.source import Kind
 from pftrack.experiments.experiment import Experiment
-from pftrack.experiments.own import outline
-from pftrack.sweep import Axis, Plan, SweepError, parse_axis
-from pftrack.sweep.axis import TRACKER, check
+from pftrack.experiments.own.extension import outline
+from pftrack.sweep import Plan
+from pftrack.sweep.axis import TRACKER, Axis, SweepError, check, parse_axis
 from pftrack_server.errors import RefusedError
 from pftrack_server.experiments import find_experiment
 from pftrack_server.filters import FilterFiles

@@ -7,7 +7,8 @@ import threading
 from pathlib import Path
 from typing import Any
 
-from pftrack.sweep import Plan, Quantity, Result, cells, compare, quantities, read_result, rows_of, samples
+from pftrack.sweep import Plan, Result, compare, read_result, rows_of
+from pftrack.sweep.cells import Quantity, cells, quantities, samples
 from pftrack_server.errors import NotFoundError, RefusedError
 from pftrack_server.schemas.sweep_answers import NO_AXIS, cells_view, comparison_view
 from pftrack_server.schemas.sweep_views import (

@@ -16,7 +16,8 @@ import structlog
 
 from pftrack.experiments import EXPERIMENTS
 from pftrack.process import Reply, Worker
-from pftrack.sweep import Plan, Recording, begin, partial_of
+from pftrack.sweep import Plan, begin, partial_of
+from pftrack.sweep.recording import Recording
 from pftrack_server.errors import ConflictError
 from pftrack_server.log import RateLimitedLogger
 from pftrack_server.schemas.measures import MeasurePublic

@@ -6,7 +6,9 @@ methods block for some milliseconds; whoever calls them holds the lock.
 
 from pathlib import Path
 
-from pftrack.sweep import Counts, Plan, Result, SweepError, cells, columns, count, partial_of, read_chunk
+from pftrack.sweep import Plan, Result, partial_of, read_chunk
+from pftrack.sweep.axis import SweepError
+from pftrack.sweep.cells import Counts, cells, columns, count
 from pftrack_server.schemas.sweep_views import Pair
 
 __all__ = ["Tally"]

@@ -9,16 +9,16 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from typing import Any
 
-from pftrack.analysis.counterfactuals import LossError
-from pftrack.analysis.fitting import FitError
-from pftrack.core.model.export import ExportError
+from pftrack.analysis.counterfactuals.report import LossError
+from pftrack.analysis.fitting.found import FitError
 from pftrack.core.model.parameters import ParameterError
-from pftrack.experiments.own import FilterFileError
+from pftrack.core.model.setup import ExportError
+from pftrack.experiments.own.sliders import FilterFileError
 from pftrack.process import Budget, Ending, Fault, Outcome, Refusal, Reply, run_task
 from pftrack.runs.comparison import ComparisonError
-from pftrack.runs.ensemble import ReplayError
+from pftrack.runs.continuation import ReplayError
 from pftrack.runs.record import RecordError
-from pftrack.sources.errors import SourceError
+from pftrack.sources.limits import SourceError
 from pftrack.sources.truth import TruthError
 from pftrack_server.errors import RefusedError, UnavailableError
 from pftrack_server.log import RateLimitedLogger

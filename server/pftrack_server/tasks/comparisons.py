@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from pftrack.core.files import write_whole
-from pftrack.core.model.export import find_export
-from pftrack.experiments.own import trust
+from pftrack.core.model.setup import find_export
+from pftrack.experiments.own.code import trust
 from pftrack.output.exports.comparisons import COMPARISON_FORMATS
 from pftrack.runs.comparison import Comparison
 from pftrack_server.worker.protocol import WorkerConfig

@@ -6,12 +6,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from pftrack.analysis.counterfactuals import read_record
-from pftrack.analysis.diagnosis import diagnose
+from pftrack.analysis.counterfactuals.report import read_record
+from pftrack.analysis.diagnosis.diagnosis import diagnose
 from pftrack.analysis.explanation import Explanation
-from pftrack.core.model.export import find_export
 from pftrack.core.model.recipe import Recipe
-from pftrack.experiments.own import trust
+from pftrack.core.model.setup import find_export
+from pftrack.experiments.own.code import trust
 from pftrack.output.exports.formats import exporting, exports_of
 from pftrack.runs import record
 from pftrack.sources.limits import Limits

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from pftrack.analysis.fitting import fit
+from pftrack.analysis.fitting.found import fit
 from pftrack.core.model.recipe import Recipe
-from pftrack.experiments.own import trust
+from pftrack.experiments.own.code import trust
 from pftrack.process import report
 from pftrack.runs import record
 from pftrack.sources.limits import Limits

@@ -18,27 +18,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.analysis.failures import FailureRun, entry, measure, run_failure
-from pftrack.core.model.finder import Sighting
 from pftrack.core.model.marks import read_mark
 from pftrack.core.model.parameters import ParameterError
-from pftrack.core.model.recipe import Footage
-from pftrack.core.model.sequence import FrameIndex, FrameSequence
+from pftrack.core.model.recipe import Change, Footage, check_timeline
 from pftrack.core.model.series import to_json
-from pftrack.core.model.timeline import check_timeline
+from pftrack.core.model.setup import Sighting
+from pftrack.core.model.source import FrameIndex, FrameSequence
 from pftrack.core.numerics.random import LARGEST_SEED
 from pftrack.experiments import EXPERIMENTS, find
-from pftrack.experiments.own import trust
+from pftrack.experiments.own.code import trust
 from pftrack.runs import record
 from pftrack.runs.reproduction import departure, difference
-from pftrack.runs.run import Change, Run
-from pftrack.sources.errors import SourceError
-from pftrack.sources.limits import Limits
+from pftrack.runs.run import Run
+from pftrack.sources.limits import Limits, SourceError
 from pftrack.sources.results.reading import LARGEST_FILE_BYTES
-from pftrack.sources.results.spreadsheet import rename
+from pftrack.sources.results.table import rename
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthError
 from pftrack.vision.rendering import png, render
-from pftrack.vision.rendering.heat import over
+from pftrack.vision.rendering.projection import over
 
 __all__ = [
     "TargetSearch",

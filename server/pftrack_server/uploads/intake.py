@@ -14,11 +14,9 @@ from typing import Any, Final, ParamSpec, TypeVar
 
 import structlog
 
-from pftrack.core.model.sequence import FrameIndex
+from pftrack.core.model.source import FrameIndex
 from pftrack.process import MEBIBYTE
-from pftrack.sources.errors import SourceError
-from pftrack.sources.images import natural_order
-from pftrack.sources.limits import DEFAULT_LIMITS, HEAD_BYTES, Limits
+from pftrack.sources.limits import DEFAULT_LIMITS, HEAD_BYTES, Limits, SourceError, natural_order
 from pftrack.sources.results.parts import part_names
 from pftrack_server.errors import ConflictError, DiskFullError
 from pftrack_server.settings import Settings

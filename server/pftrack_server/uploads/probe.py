@@ -8,10 +8,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from pftrack.core.model.sequence import FrameIndex
+from pftrack.core.model.source import FrameIndex
 from pftrack.process import MEBIBYTE, Budget, Ending, Fault, Refusal, Reply
-from pftrack.sources.errors import SourceError
-from pftrack.sources.limits import Limits
+from pftrack.sources.limits import Limits, SourceError
 from pftrack.sources.results.reading import LARGEST_FILE_BYTES
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.functions import index_frames

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from html import escape
 
-from pftrack.core.model.layer import Key, sort_keys
+from pftrack.core.model.drawing import Key, sort_keys
 from pftrack.core.model.palette import COLOURS
 
 __all__ = ["caption_html", "legend_html"]

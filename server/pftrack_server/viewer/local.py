@@ -39,7 +39,7 @@ HEIGHT_PX = 640
 
 
 def show(run: Run, *, port: int = 0, browser: bool | None = None) -> "LocalScene":
-    """Open the scene of a run on this machine; see `pftrack.output.exports.viewers.show`."""
+    """Open the scene of a run on this machine; see `pftrack.output.exports.formats.show`."""
     scene = LocalScene(run, port)
     if browser if browser is not None else not _in_notebook():
         webbrowser.open(scene.address)

@@ -18,9 +18,8 @@ from typing import Any
 
 import viser
 
-from pftrack.core.model.layer import Key, Layer
+from pftrack.core.model.drawing import Key, Layer, World
 from pftrack.core.model.parameters import Declaration, Value
-from pftrack.core.model.world import World
 from pftrack_server.schemas.panel import SPEEDS, PanelDescription, PanelValues
 from pftrack_server.viewer.camera import PRESETS
 from pftrack_server.viewer.controls import Control, Handle

@@ -11,11 +11,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from pftrack.core.model.drawing import drawn_keys
 from pftrack.core.model.faults import without_faults
-from pftrack.core.model.legend import drawn_keys
 from pftrack.core.model.parameters import ParameterError, Value, declarations, flat
+from pftrack.core.model.recipe import Change
 from pftrack.runs.manifest import title_of
-from pftrack.runs.run import Change, EndOfRun, PastError, Run
+from pftrack.runs.run import EndOfRun, PastError, Run
 from pftrack_server.pictures import PictureEncoder
 from pftrack_server.schemas.panel import PanelDescription, PanelValues
 from pftrack_server.viewer.viewer import Viewer

@@ -12,8 +12,7 @@ from collections.abc import Iterable
 
 import viser
 
-from pftrack.core.model.drawing import Drawing, Frustum, Primitive
-from pftrack.core.model.layer import Key, Layer
+from pftrack.core.model.drawing import Drawing, Frustum, Key, Layer, Primitive
 from pftrack_server.pictures import EncodedPicture, SceneDrawing
 from pftrack_server.viewer import shapes, worlds
 from pftrack_server.viewer.camera import Box

@@ -15,7 +15,7 @@ from typing import Any
 
 import viser
 
-from pftrack.core.model.layer import LayerRole
+from pftrack.core.model.drawing import LayerRole
 from pftrack.core.model.parameters import Value
 from pftrack_server.log import RateLimitedLogger
 from pftrack_server.pictures import SceneDrawing

@@ -12,8 +12,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.drawing import COLOURS, Drawing, Links, Primitive, Text
-from pftrack.core.model.world import Viewpoint, World
+from pftrack.core.model.drawing import Drawing, Links, Primitive, Text, Viewpoint, World
+from pftrack.core.model.palette import COLOURS
 from pftrack.vision.rendering.projection import Projection
 from pftrack_server.viewer.camera import Box, Side, View
 

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 
-from pftrack.analysis.fitting import fittable
+from pftrack.analysis.fitting.found import fittable
 from pftrack.core.model.parameters import Declaration, flat
-from pftrack.experiments.experiment import Preset
-from pftrack.experiments.own import parameters_of
-from pftrack.experiments.shared.loss_probability.declaration import LOSS_PROBABILITY
+from pftrack.core.model.preset import Preset
+from pftrack.experiments.own.extension import parameters_of
+from pftrack.experiments.shared.loss_probability import LOSS_PROBABILITY
 from pftrack.output.exports.formats import exports_of
 from pftrack.runs.run import Run
 from pftrack_server.schemas.description import ExportPublic, SessionDescription, TrackerPublic, TruthMark

@@ -5,7 +5,8 @@ from typing import Any
 
 from pftrack.core.model.parameters import flat
 from pftrack.core.model.recipe import Recipe
-from pftrack.experiments.own import FilterFileError, extend
+from pftrack.experiments.own.extension import extend
+from pftrack.experiments.own.sliders import FilterFileError
 from pftrack.runs.run import Run
 from pftrack_server.schemas.snapshot import Problem
 

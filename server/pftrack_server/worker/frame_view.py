@@ -2,14 +2,11 @@
 
 import dataclasses
 
-from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.drawing import Drawing
+from pftrack.core.model.diagnostics import Diagnostics, Step
+from pftrack.core.model.drawing import Drawing, Key, drawn_keys
 from pftrack.core.model.faults import without_faults
-from pftrack.core.model.layer import Key
-from pftrack.core.model.legend import drawn_keys
 from pftrack.core.model.palette import COLOURS
 from pftrack.core.model.parameters import with_role
-from pftrack.experiments.experiment import Step
 from pftrack.runs.run import Run
 from pftrack_server.schemas.inspection import InspectionPublic, InspectionUpdate
 from pftrack_server.worker.looking import Looking

@@ -11,11 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.model.drawing import Drawing
-from pftrack.core.model.genealogy import Genealogy
-from pftrack.core.model.likelihood import LikelihoodMap
+from pftrack.core.model.likelihood import (
+    Amount,
+    Contributions,
+    Genealogy,
+    Histograms,
+    LikelihoodMap,
+    Part,
+    Patches,
+    Residual,
+)
 from pftrack.core.model.palette import hexadecimal
-from pftrack.core.model.part import Amount, Contributions, Histograms, Part, Patches, Residual
-from pftrack.output.displays.inspection import draw_arrows, draw_likelihood, draw_place
+from pftrack.output.displays import draw_arrows, draw_likelihood, draw_place
 from pftrack.runs.inspection import Course, Finding, Inspection, ParticleFinding
 from pftrack.runs.run import Run
 from pftrack.vision.rendering import png

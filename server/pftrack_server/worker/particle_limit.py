@@ -3,8 +3,7 @@
 from collections.abc import Mapping
 
 from pftrack.core.model.parameters import Parameters, flat, limit_particles, revise
-from pftrack.core.model.recipe import Recipe
-from pftrack.core.model.timeline import parameter_values
+from pftrack.core.model.recipe import Recipe, parameter_values
 from pftrack.experiments.experiment import Experiment
 
 __all__ = ["limit_change", "limit_recipe"]

@@ -6,10 +6,11 @@ import sys
 import traceback
 
 from pftrack.core.model.parameters import ParameterError
-from pftrack.experiments.own import FilterFileError, trust
+from pftrack.experiments.own.code import trust
+from pftrack.experiments.own.sliders import FilterFileError
 from pftrack.process import BlockingEnd, confine, end_with_parent, give_way, leave_interrupts_to_parent
 from pftrack.runs.record import RecordError
-from pftrack.sources.errors import SourceError
+from pftrack.sources.limits import SourceError
 from pftrack_server.worker.protocol import Failed, WorkerConfig
 from pftrack_server.worker.worker import Worker
 

@@ -11,21 +11,20 @@ from typing import Any
 
 from pftrack.analysis.explanation import explain
 from pftrack.core.files import free_bytes
-from pftrack.core.model.calibration import TITLES
+from pftrack.core.model.band import TITLES
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.drawing import Drawing
-from pftrack.core.model.export import find_export
 from pftrack.core.model.parameters import ParameterError, declarations, flat, with_role
-from pftrack.core.model.recipe import Recipe
-from pftrack.core.model.suitability import BESIDE, describe_course
-from pftrack.core.model.timeline import Timeline, check_timeline, parameter_values
-from pftrack.experiments.experiment import Experiment, Setup
-from pftrack.experiments.own import digest_of, extend, new_defaults, trust, widen, with_digests
-from pftrack.experiments.shared.loss_probability.declaration import LOSS_PROBABILITY
+from pftrack.core.model.recipe import Change, Recipe, Timeline, check_timeline, parameter_values
+from pftrack.core.model.setup import BESIDE, Setup, describe_course, find_export
+from pftrack.experiments.experiment import Experiment
+from pftrack.experiments.own.code import digest_of, trust, with_digests
+from pftrack.experiments.own.extension import extend, new_defaults, widen
+from pftrack.experiments.shared.loss_probability import LOSS_PROBABILITY
 from pftrack.output.exports.formats import exporting, exports_of
 from pftrack.runs import checkpoint, record
 from pftrack.runs.loss_probability import LossAccount
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 from pftrack_server.schemas.description import SessionDescription
 from pftrack_server.schemas.inspection import InspectionPublic, InspectionUpdate
 from pftrack_server.schemas.snapshot import Goal, RunSnapshot

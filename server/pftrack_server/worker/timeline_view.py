@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from pftrack.core.model.parameters import Declaration, Value, flat
-from pftrack.core.model.timeline import Change
-from pftrack.experiments.own import with_digests
+from pftrack.core.model.recipe import Change
+from pftrack.experiments.own.code import with_digests
 from pftrack.runs.run import Run
 from pftrack_server.schemas.snapshot import ChangePublic, ThresholdPublic, ThresholdStep
 

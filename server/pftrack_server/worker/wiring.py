@@ -4,9 +4,9 @@ import dataclasses
 from pathlib import Path
 
 from pftrack.core.model.recipe import Footage
-from pftrack.core.model.sequence import FrameIndex, FrameSequence
+from pftrack.core.model.setup import Setup
+from pftrack.core.model.source import FrameIndex, FrameSequence
 from pftrack.experiments import find
-from pftrack.experiments.experiment import Setup
 from pftrack.runs import record
 from pftrack.sources.limits import DEFAULT_LIMITS
 from pftrack.sources.sequence import open_sequence

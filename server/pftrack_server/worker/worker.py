@@ -13,14 +13,14 @@ from pathlib import Path
 from typing import Any, get_args
 
 from pftrack.core.model.drawing import Drawing
-from pftrack.core.model.export import ExportError
 from pftrack.core.model.parameters import ParameterError
+from pftrack.core.model.setup import ExportError
 from pftrack.doctor.warming.watch import watch
-from pftrack.experiments.own import FilterFileError
+from pftrack.experiments.own.sliders import FilterFileError
 from pftrack.process import BlockingEnd
 from pftrack.runs.record import RecordError
 from pftrack.runs.run import EndOfRun, PastError
-from pftrack.sources.errors import SourceError
+from pftrack.sources.limits import SourceError
 from pftrack.vision.rendering import png, render
 from pftrack_server.flat.codec import DrawingEncoder
 from pftrack_server.pictures import PictureEncoder

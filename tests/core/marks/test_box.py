@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.core.model.frame import Landmarks, Target
 from pftrack.core.model.marks import Box, read_mark
 from pftrack.core.model.parameters import ParameterError
+from pftrack.core.model.source import Landmarks, Target
 
 
 def test_a_box_is_read_from_text_and_json() -> None:

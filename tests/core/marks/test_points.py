@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.core.model.frame import Landmarks, Target
 from pftrack.core.model.marks import FeaturePoints
 from pftrack.core.model.parameters import ParameterError
-from pftrack.experiments.head.marks import FaceBox, FacePoints
-from pftrack.vision.geometry.face_model import FEATURES, mean_model
+from pftrack.core.model.source import Landmarks, Target
+from pftrack.experiments.head.recording import FaceBox, FacePoints
+from pftrack.vision.geometry.face import FEATURES, mean_model
 
 MARKS = {"nose": (203.5, 148.0), "leye": (230.0, 120.0)}
 

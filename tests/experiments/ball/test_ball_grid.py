@@ -13,14 +13,14 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-from pftrack.core.model.frame import Frame, Target
 from pftrack.core.model.parameters import Value, revise
+from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.experiments.ball.trackers.likelihood import colour_model
-from pftrack.experiments.ball.trackers.parameters import BallTrackerParameters
-from pftrack.experiments.ball.trackers.step import TRACKERS
-from pftrack.experiments.shared.point_state import PointState
-from pftrack.sources.overlay import paint_disc
+from pftrack.experiments.ball.model import colour_model
+from pftrack.experiments.ball.parameters import BallTrackerParameters
+from pftrack.experiments.ball.trackers import TRACKERS
+from pftrack.experiments.shared.reports import PointState
+from pftrack.sources.recording import paint_disc
 from pftrack.vision.likelihoods import chromaticity
 
 WIDTH, HEIGHT = 64, 48

@@ -2,18 +2,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.model.frame import Frame
 from pftrack.core.model.parameters import ParameterError, Value, revise
-from pftrack.core.numerics.gaussian import Gaussian
-from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.core.model.recipe import Change
+from pftrack.core.model.source import Frame
+from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments import find
-from pftrack.experiments.ball.trackers.guided import GUIDED
-from pftrack.experiments.ball.trackers.learned import GUIDANCE
-from pftrack.experiments.ball.trackers.parameters import BallTrackerParameters
-from pftrack.experiments.shared.point_state import PointState
+from pftrack.experiments.ball.parameters import GUIDANCE, BallTrackerParameters
+from pftrack.experiments.ball.trackers import GUIDED
+from pftrack.experiments.shared.reports import PointState
 from pftrack.filters.learning.diffusion import learn
 from pftrack.filters.particles import ParticleSet
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 
 BALL = find("ball")
 COVARIANCE = np.array([[9.0, 1.5], [1.5, 1.0]])

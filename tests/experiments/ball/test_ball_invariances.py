@@ -7,12 +7,12 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_are
 
-from pftrack.core.model.frame import Frame, Target
 from pftrack.core.model.parameters import revise
+from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.experiments.ball.trackers.parameters import BallTrackerParameters
-from pftrack.experiments.ball.trackers.step import TRACKERS
-from pftrack.experiments.shared.point_state import PointState
+from pftrack.experiments.ball.parameters import BallTrackerParameters
+from pftrack.experiments.ball.trackers import TRACKERS
+from pftrack.experiments.shared.reports import PointState
 
 WIDTH, HEIGHT, RADIUS = 200, 160, 8
 BACKGROUND, RED = (0, 60, 120), (200, 50, 50)

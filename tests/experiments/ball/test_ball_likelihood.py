@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.model.frame import Frame, Target
 from pftrack.core.model.parameters import revise
+from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.experiments.ball.trackers.motion import dynamics
-from pftrack.experiments.ball.trackers.parameters import LoopParameters
-from pftrack.experiments.ball.trackers.step import loop_trackers
-from pftrack.experiments.shared.sampling.likelihood import Likelihood
+from pftrack.experiments.ball.model import motion_dynamics as dynamics
+from pftrack.experiments.ball.parameters import LoopParameters
+from pftrack.experiments.ball.trackers import loop_trackers
+from pftrack.experiments.shared.sampling.samplers import Likelihood
 from pftrack.filters import auxiliary, bootstrap
 from pftrack.process import environment
 
@@ -92,7 +92,7 @@ def test_it_finds_the_brightest_place() -> None:
 def test_each_likelihood_has_a_compiled_loop_of_its_own() -> None:
     """A second likelihood neither replaces the first one's loop nor shares its place in the cache on disk."""
     program = (
-        "from pftrack.experiments.ball.trackers.likelihood import CHROMATICITY as first;"
+        "from pftrack.experiments.ball.model import CHROMATICITY as first;"
         "from tests.experiments.ball.test_ball_likelihood import TRACKERS;"
         "second = TRACKERS['apf'].step.args[0];"
         "print(len({first.loop.__qualname__, second.loop.__qualname__, first.loop is second.loop}))"

@@ -1,19 +1,19 @@
 import numpy as np
 import pytest
 
-from pftrack.core.model.frame import Frame, Target
 from pftrack.core.model.parameters import revise
+from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.experiments.ball.trackers.likelihood import CHROMATICITY, colour_model
-from pftrack.experiments.ball.trackers.motion import dynamics as model_of
-from pftrack.experiments.ball.trackers.parameters import BallTrackerParameters
-from pftrack.experiments.ball.trackers.step import TRACKERS
-from pftrack.experiments.shared.point_state import PointState
+from pftrack.experiments.ball.model import CHROMATICITY, colour_model
+from pftrack.experiments.ball.model import motion_dynamics as model_of
+from pftrack.experiments.ball.parameters import BallTrackerParameters
+from pftrack.experiments.ball.trackers import TRACKERS
+from pftrack.experiments.shared.reports import PointState
 from pftrack.filters import auxiliary, bootstrap, switching
 from pftrack.filters.particles import ParticleSet
 from pftrack.filters.posterior import Posterior
 from pftrack.filters.resampling import RESAMPLERS
-from pftrack.sources.overlay import paint_disc
+from pftrack.sources.recording import paint_disc
 from pftrack.vision.likelihoods import chromaticity
 
 PICTURE = np.full((120, 160, 3), 100, np.uint8)

@@ -6,21 +6,21 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.model.frame import Frame, Target
 from pftrack.core.model.parameters import ParameterError, Value, revise
-from pftrack.core.numerics.gaussian import Gaussian
-from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.experiments.ball.trackers import common, motion
-from pftrack.experiments.ball.trackers.likelihood import CHROMATICITY, colour_model
-from pftrack.experiments.ball.trackers.parameters import MODELLED, BallTrackerParameters, LoopParameters
-from pftrack.experiments.ball.trackers.step import TRACKERS
-from pftrack.experiments.shared.point_state import PointState
-from pftrack.experiments.shared.sampling.common import particles_of
+from pftrack.core.model.source import Frame, Target
+from pftrack.core.numerics.random import Gaussian, Purpose, Stream
+from pftrack.experiments.ball import model as common
+from pftrack.experiments.ball import model as motion
+from pftrack.experiments.ball.model import CHROMATICITY, colour_model
+from pftrack.experiments.ball.parameters import MODELLED, BallTrackerParameters, LoopParameters
+from pftrack.experiments.ball.trackers import TRACKERS
+from pftrack.experiments.shared.reports import PointState
+from pftrack.experiments.shared.sampling.samplers import particles_of
 from pftrack.filters import fixed_lag, kalman
 from pftrack.filters.learning import online_em
 from pftrack.filters.particles import normalise
 from pftrack.filters.resampling import RESAMPLERS
-from pftrack.sources.overlay import paint_disc
+from pftrack.sources.recording import paint_disc
 from pftrack.vision.likelihoods import chromaticity
 
 SIZE = (160, 120)
@@ -94,11 +94,11 @@ def test_a_learned_model_has_the_process_noise_that_is_set() -> None:
     assert state.learner is not None
     theta = np.hstack([0.5 * np.eye(2), 0.25 * np.eye(2), np.array([[0.1], [-0.2]])])
     taught = replace(state, learner=replace(state.learner, theta=theta))
-    model = motion.dynamics(taught, given, SIZE)
+    model = motion.motion_dynamics(taught, given, SIZE)
     assert np.array_equal(model.noise_covariance, np.diag([16.0, 16.0, 0.0, 0.0]))
     fixed_point = MIDDLE + 100 * np.array([0.1, -0.2]) / (1 - 0.75)
     assert model.predict(np.tile(fixed_point, 2)[None])[0] == pytest.approx(np.tile(fixed_point, 2))
-    assert motion.dynamics(state, given, SIZE).transition == pytest.approx(
+    assert motion.motion_dynamics(state, given, SIZE).transition == pytest.approx(
         motion.initial_dynamics(given, SIZE).transition
     )
 

@@ -5,9 +5,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.experiments.ball.trackers.parameters import MODELLED
-from pftrack.runs.run import Change, Run
+from pftrack.experiments.ball.parameters import MODELLED
+from pftrack.runs.run import Run
 
 BALL = find("ball")
 

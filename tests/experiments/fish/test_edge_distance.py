@@ -5,14 +5,18 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.experiments.fish.scene.edge_distance import (
+from pftrack.experiments.fish.model import (
     CAP_PX,
+    GOLDFISH,
+    FishShape,
     Foreground,
+    body_points,
     edges_of,
     largest_distances,
     log_likelihoods,
+    model_points,
+    tail_corners,
 )
-from pftrack.experiments.fish.shape import GOLDFISH, FishShape, body_points, model_points, tail_corners
 
 ORANGE, WATER = (235, 105, 40), (110, 130, 150)
 COLOUR = Foreground("colour", 3, 22, 110, 110, 20, 15)

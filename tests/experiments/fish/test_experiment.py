@@ -11,18 +11,18 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.model.drawing import Polyline
-from pftrack.core.model.frame import Frame, Target
 from pftrack.core.model.marks import Box, Mark
 from pftrack.core.model.parameters import ParameterError, revise
-from pftrack.core.model.sequence import FrameSequence
+from pftrack.core.model.recipe import Change
+from pftrack.core.model.setup import Setup
+from pftrack.core.model.source import Frame, FrameSequence, Target
 from pftrack.experiments import find
-from pftrack.experiments.experiment import Setup
+from pftrack.experiments.fish.model import FishShape, body_points, tail_corners, tail_line
 from pftrack.experiments.fish.recording import FishBody, _appearance
 from pftrack.experiments.fish.scene import FishTarget
-from pftrack.experiments.fish.shape import FishShape, body_points, tail_corners, tail_line
-from pftrack.experiments.fish.trackers.learned import GUIDANCE
-from pftrack.experiments.fish.trackers.step import begin_at
-from pftrack.runs.run import Change, Run
+from pftrack.experiments.fish.step import begin_at
+from pftrack.experiments.fish.trackers import GUIDANCE
+from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.truth import TruthTable
 from pftrack.vision.rendering.film import FilmWriter

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.experiments.fish.shape import GOLDFISH, FishShape, inside, model_points, tail_corners, tail_line
+from pftrack.experiments.fish.model import GOLDFISH, FishShape, inside, model_points, tail_corners, tail_line
 
 ANGLE = st.floats(-10.0, 10.0)
 PLACE = st.floats(-500.0, 500.0)

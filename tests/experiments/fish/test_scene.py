@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from pftrack.core.model.frame import Frame
 from pftrack.core.model.parameters import ParameterError, revise
-from pftrack.core.model.source import History
+from pftrack.core.model.source import Frame, History
 from pftrack.experiments.fish.scene import FishSceneParameters, FishSource, FishTarget
-from pftrack.experiments.fish.scene.swimming import FRAMES, clip, has_sharp_turn
+from pftrack.experiments.fish.swimming import FRAMES, clip, has_sharp_turn
 
 DEFAULTS = FishSceneParameters()
 

@@ -11,12 +11,10 @@ from pftrack.core.model.parameters import ParameterError, revise
 from pftrack.core.model.source import History
 from pftrack.core.numerics.compiled import read_only
 from pftrack.experiments import find
+from pftrack.experiments.fish.model import Edges
 from pftrack.experiments.fish.scene import FishSource, FishTarget
-from pftrack.experiments.fish.scene.edge_distance import Edges
-from pftrack.experiments.fish.trackers.learned import GUIDANCE
-from pftrack.experiments.fish.trackers.motion import draw
-from pftrack.experiments.fish.trackers.state import FishState
-from pftrack.experiments.fish.trackers.step import MOTIONS, begin_at, find_edges, step_frame
+from pftrack.experiments.fish.step import MOTIONS, begin_at, draw, find_edges, step_frame
+from pftrack.experiments.fish.trackers import GUIDANCE, FishState
 from pftrack.filters.learning.charts import body_velocity
 from pftrack.filters.particles import ParticleSet
 

@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from pftrack.experiments.hand.trackers.assignment import HIDDEN, MOST_PROTRUSIONS, assign
+from pftrack.experiments.hand.candidates import HIDDEN, MOST_PROTRUSIONS, assign
 
 
 def by_trying_all(scores: np.ndarray, costs: np.ndarray) -> float:

@@ -9,15 +9,19 @@ from numpy.typing import NDArray
 
 from pftrack.core.model.parameters import revise
 from pftrack.core.numerics.compiled import read_only
-from pftrack.experiments.hand.detection.backdrop import NORMAL_SD, backdrop_model, differs, doubtful, smaller
-from pftrack.experiments.hand.detection.silhouette import (
+from pftrack.experiments.hand.recording import EVENTS
+from pftrack.experiments.hand.shape import MODEL, open_pose, silhouette
+from pftrack.experiments.hand.silhouette import (
+    NORMAL_SD,
     Finding,
     SilhouetteParameters,
+    backdrop_model,
+    differs,
+    doubtful,
     silhouette_of,
+    smaller,
     suggest_parameters,
 )
-from pftrack.experiments.hand.findings import EVENTS
-from pftrack.experiments.hand.shape import MODEL, open_pose, silhouette
 
 Picture = NDArray[np.uint8]
 SIDE = 200

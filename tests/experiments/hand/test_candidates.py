@@ -4,16 +4,15 @@ import numpy as np
 import pytest
 
 from pftrack.core.geometry.polygons import convex_hull, fill
-from pftrack.experiments.hand.shape import HIGH, LOW, MODEL, joints, open_pose, palm_points, parts
-from pftrack.experiments.hand.trackers.candidates import (
+from pftrack.experiments.hand.candidates import (
     chain_rate,
     contour_rate,
     finger_candidates,
     flexion_rates,
     palm_candidates,
 )
-from pftrack.experiments.hand.trackers.parameters import HandTrackerParameters
-from pftrack.experiments.hand.trackers.settings import Task, settings
+from pftrack.experiments.hand.parameters import HandTrackerParameters, Task, settings
+from pftrack.experiments.hand.shape import HIGH, LOW, MODEL, joints, open_pose, palm_points, parts
 
 SCALE, SIDE, TURN = 312.0, 1200, 0.03
 INDEX = 1

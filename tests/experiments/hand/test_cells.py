@@ -5,21 +5,21 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.geometry.polygons import convex_hull
-from pftrack.experiments.hand.shape import MODEL, joints, open_pose, palm_points, silhouette
-from pftrack.experiments.hand.trackers.candidates import half_steps
-from pftrack.experiments.hand.trackers.cells import (
+from pftrack.experiments.hand.candidates import half_steps
+from pftrack.experiments.hand.likelihood import (
     NODES,
     axis_distances,
     cell_log_fit,
     displacements,
     farthest,
+    finger_fit,
+    ideals_of,
+    tables_of,
     tip_distances,
+    x_p,
 )
-from pftrack.experiments.hand.trackers.ideals import ideals_of
-from pftrack.experiments.hand.trackers.likelihood import finger_fit, x_p
-from pftrack.experiments.hand.trackers.parameters import HandTrackerParameters
-from pftrack.experiments.hand.trackers.picture_tables import tables_of
-from pftrack.experiments.hand.trackers.settings import Task, settings
+from pftrack.experiments.hand.parameters import HandTrackerParameters, Task, settings
+from pftrack.experiments.hand.shape import MODEL, joints, open_pose, palm_points, silhouette
 
 SCALE, SIDE = 52.0, 200
 TASK = Task(SCALE, MODEL, settings(HandTrackerParameters(), SCALE)._replace(cells=True))

@@ -4,13 +4,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.experiments.hand.detection.protrusions import features_in
-from pftrack.experiments.hand.detection.silhouette import Finding, Silhouette
+from pftrack.experiments.hand.fingers import features_in
+from pftrack.experiments.hand.likelihood import PictureTables, finger_fit, tables_of
+from pftrack.experiments.hand.parameters import HandTrackerParameters, Task, settings
 from pftrack.experiments.hand.shape import MODEL, joints, open_pose, silhouette
-from pftrack.experiments.hand.trackers.likelihood import PictureTables, finger_fit
-from pftrack.experiments.hand.trackers.parameters import HandTrackerParameters
-from pftrack.experiments.hand.trackers.picture_tables import tables_of
-from pftrack.experiments.hand.trackers.settings import Task, settings
+from pftrack.experiments.hand.silhouette import Finding, Silhouette
 
 SCALE, SIDE = 52.0, 200
 INDEX, TIP = 1, 3

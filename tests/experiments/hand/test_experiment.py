@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.diagnostics import Diagnostics
-from pftrack.core.model.frame import Target
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.series import Hypotheses
+from pftrack.core.model.source import Target
 from pftrack.experiments import find
+from pftrack.experiments.hand.draw import capsules, plate, ribbon
+from pftrack.experiments.hand.recording import Errors, is_mirrored, report
 from pftrack.experiments.hand.scene import HandTarget
 from pftrack.experiments.hand.shape import MODEL, joints, open_pose
-from pftrack.experiments.hand.solids import capsules, plate, ribbon
-from pftrack.experiments.hand.truth import Errors, is_mirrored, report
 from pftrack.filters.beam import Beam
 from pftrack.runs.run import Run
 

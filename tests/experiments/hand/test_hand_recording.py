@@ -8,18 +8,16 @@ import cv2
 import numpy as np
 import pytest
 
-from pftrack.core.model.drawing import COLOURS
-from pftrack.core.model.finder import Sighting
 from pftrack.core.model.marks import Box
+from pftrack.core.model.palette import COLOURS
 from pftrack.core.model.parameters import ParameterError
-from pftrack.core.model.sequence import FrameSequence
-from pftrack.core.model.source import History
+from pftrack.core.model.setup import Setup, Sighting
+from pftrack.core.model.source import FrameSequence, History
 from pftrack.experiments import find
-from pftrack.experiments.experiment import Setup
-from pftrack.experiments.hand.marks import HandTips
+from pftrack.experiments.hand.recording import HandTips
 from pftrack.experiments.hand.scene import HandSceneParameters, HandSource
 from pftrack.runs.run import Run
-from pftrack.sources.errors import SourceError
+from pftrack.sources.limits import SourceError
 from pftrack.sources.sequence import open_sequence
 from pftrack.vision.rendering.film import FilmWriter
 

@@ -8,15 +8,22 @@ import pytest
 
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import History
-from pftrack.core.numerics.angles import wrap
 from pftrack.core.numerics.compiled import read_only
-from pftrack.experiments.hand.detection.hand_fit import FlatHand, apply_changes, disagreement, fit_hand
-from pftrack.experiments.hand.detection.open_hand import NoOpenHandError, OpenHand, find_open_hand
-from pftrack.experiments.hand.detection.protrusions import HandFeatures, features_of
-from pftrack.experiments.hand.detection.raised_fingers import propose
-from pftrack.experiments.hand.detection.silhouette import Finding, SilhouetteParameters, suggest_parameters
+from pftrack.core.numerics.elementary import wrap
+from pftrack.experiments.hand.fingers import HandFeatures, features_of
+from pftrack.experiments.hand.first_pose import (
+    FlatHand,
+    NoOpenHandError,
+    OpenHand,
+    apply_changes,
+    disagreement,
+    find_open_hand,
+    fit_hand,
+)
+from pftrack.experiments.hand.raised_fingers import propose
 from pftrack.experiments.hand.scene import HandSceneParameters, HandSource, HandTarget
 from pftrack.experiments.hand.shape import MODEL, joints, open_pose, silhouette
+from pftrack.experiments.hand.silhouette import Finding, SilhouetteParameters, suggest_parameters
 
 CLIP = Path(__file__).parents[3] / ".." / "shared" / "data" / "hand_silhouette"
 SETTINGS = SilhouetteParameters().silhouette

@@ -3,10 +3,15 @@
 import numpy as np
 import pytest
 
+from pftrack.experiments.hand.parameters import (
+    HandTrackerParameters,
+    Predictions,
+    log_prior,
+    log_shares,
+    palm_log_shares,
+    settings,
+)
 from pftrack.experiments.hand.shape import open_pose
-from pftrack.experiments.hand.trackers.parameters import HandTrackerParameters
-from pftrack.experiments.hand.trackers.prior import Predictions, log_prior, log_shares, palm_log_shares
-from pftrack.experiments.hand.trackers.settings import settings
 
 SETTINGS = settings(HandTrackerParameters(), 52.0)
 RNG = np.random.default_rng(3)

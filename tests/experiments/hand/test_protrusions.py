@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.model.frame import Frame
 from pftrack.core.model.parameters import revise
-from pftrack.core.model.source import History
-from pftrack.experiments.hand.detection.protrusions import HandFeatures, features_in, features_of, resample
-from pftrack.experiments.hand.detection.silhouette import Finding, Silhouette, SilhouetteParameters
+from pftrack.core.model.source import Frame, History
+from pftrack.experiments.hand.fingers import HandFeatures, features_in, features_of, resample
 from pftrack.experiments.hand.scene import HandSceneParameters, HandSource, HandTarget
+from pftrack.experiments.hand.silhouette import Finding, Silhouette, SilhouetteParameters
 
 SETTINGS = SilhouetteParameters().silhouette
 

@@ -4,14 +4,11 @@ import numpy as np
 import pytest
 
 from pftrack.core.geometry.polygons import convex_hull, fill, row_sums
+from pftrack.experiments.hand.beams import differences, improve, log_score
+from pftrack.experiments.hand.candidates import HIDDEN
+from pftrack.experiments.hand.likelihood import PictureTables, contour_of, finger_fit, tables_of, x_p
+from pftrack.experiments.hand.parameters import HandTrackerParameters, Predictions, Task, settings
 from pftrack.experiments.hand.shape import MODEL, joints, open_pose, palm_points, silhouette
-from pftrack.experiments.hand.trackers.assignment import HIDDEN
-from pftrack.experiments.hand.trackers.likelihood import PictureTables, finger_fit, x_p
-from pftrack.experiments.hand.trackers.parameters import HandTrackerParameters
-from pftrack.experiments.hand.trackers.picture_tables import contour_of, tables_of
-from pftrack.experiments.hand.trackers.prior import Predictions
-from pftrack.experiments.hand.trackers.ranking import differences, improve, log_score
-from pftrack.experiments.hand.trackers.settings import Task, settings
 
 SCALE, SIDE = 52.0, 200
 TASK = Task(SCALE, MODEL, settings(HandTrackerParameters(), SCALE))

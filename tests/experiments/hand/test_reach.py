@@ -4,14 +4,10 @@ import numpy as np
 import pytest
 
 from pftrack.core.geometry.polygons import convex_hull, distance_to_polygon
+from pftrack.experiments.hand.beams import search
+from pftrack.experiments.hand.likelihood import MARGIN, PictureTables, postures, reaches, tables_of
+from pftrack.experiments.hand.parameters import HandTrackerParameters, Predictions, Task, settings
 from pftrack.experiments.hand.shape import HIGH, LOW, MODEL, finger_slice, joints, open_pose, silhouette
-from pftrack.experiments.hand.trackers.likelihood import PictureTables
-from pftrack.experiments.hand.trackers.parameters import HandTrackerParameters
-from pftrack.experiments.hand.trackers.picture_tables import tables_of
-from pftrack.experiments.hand.trackers.prior import Predictions
-from pftrack.experiments.hand.trackers.reach import MARGIN, postures, reaches
-from pftrack.experiments.hand.trackers.search import search
-from pftrack.experiments.hand.trackers.settings import Task, settings
 
 SCALE, SIDE = 52.0, 200
 TASK = Task(SCALE, MODEL, settings(HandTrackerParameters(), SCALE))

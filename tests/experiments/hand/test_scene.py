@@ -3,13 +3,18 @@
 import numpy as np
 import pytest
 
-from pftrack.core.model.frame import Frame
 from pftrack.core.model.parameters import revise
-from pftrack.core.model.source import History
-from pftrack.experiments.hand.scene import HandSceneParameters, HandSource, HandTarget
-from pftrack.experiments.hand.scene.motion import FRAMES, folded_time, pose_at
-from pftrack.experiments.hand.scene.painting import with_noisy_edge
-from pftrack.experiments.hand.scene.source import hand_of
+from pftrack.core.model.source import Frame, History
+from pftrack.experiments.hand.scene import (
+    FRAMES,
+    HandSceneParameters,
+    HandSource,
+    HandTarget,
+    folded_time,
+    hand_of,
+    pose_at,
+    with_noisy_edge,
+)
 from pftrack.experiments.hand.shape import HIGH, LOW, MODEL, joints, silhouette
 
 DEFAULTS = HandSceneParameters()

@@ -5,18 +5,19 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.geometry.polygons import convex_hull
+from pftrack.experiments.hand.beams import search
+from pftrack.experiments.hand.candidates import HIDDEN, half_steps
+from pftrack.experiments.hand.likelihood import (
+    PictureTables,
+    cell_log_fit,
+    finger_fit,
+    ideals_of,
+    reaches,
+    tables_of,
+    x_p,
+)
+from pftrack.experiments.hand.parameters import HandTrackerParameters, Predictions, Task, log_shares, settings
 from pftrack.experiments.hand.shape import MODEL, joints, open_pose, palm_points, silhouette
-from pftrack.experiments.hand.trackers.assignment import HIDDEN
-from pftrack.experiments.hand.trackers.candidates import half_steps
-from pftrack.experiments.hand.trackers.cells import cell_log_fit
-from pftrack.experiments.hand.trackers.ideals import ideals_of
-from pftrack.experiments.hand.trackers.likelihood import PictureTables, finger_fit, x_p
-from pftrack.experiments.hand.trackers.parameters import HandTrackerParameters
-from pftrack.experiments.hand.trackers.picture_tables import tables_of
-from pftrack.experiments.hand.trackers.prior import Predictions, log_shares
-from pftrack.experiments.hand.trackers.reach import reaches
-from pftrack.experiments.hand.trackers.search import search
-from pftrack.experiments.hand.trackers.settings import Task, settings
 
 SCALE, SIDE = 52.0, 200
 POINTS = Task(SCALE, MODEL, settings(HandTrackerParameters(), SCALE))

@@ -3,17 +3,20 @@
 import numpy as np
 import pytest
 
+from pftrack.experiments.hand.beams import (
+    NO_PALM_COST,
+    Hands,
+    alike,
+    differences,
+    follow,
+    log_score,
+    predictions,
+    search,
+)
+from pftrack.experiments.hand.candidates import HIDDEN
+from pftrack.experiments.hand.likelihood import PictureTables, ideals_of, tables_of
+from pftrack.experiments.hand.parameters import HandTrackerParameters, Predictions, Task, settings
 from pftrack.experiments.hand.shape import HIGH, LOW, MODEL, joints, open_pose, silhouette
-from pftrack.experiments.hand.trackers.assignment import HIDDEN
-from pftrack.experiments.hand.trackers.beams import NO_PALM_COST, alike, follow, predictions
-from pftrack.experiments.hand.trackers.ideals import ideals_of
-from pftrack.experiments.hand.trackers.likelihood import PictureTables
-from pftrack.experiments.hand.trackers.parameters import HandTrackerParameters
-from pftrack.experiments.hand.trackers.picture_tables import tables_of
-from pftrack.experiments.hand.trackers.prior import Predictions
-from pftrack.experiments.hand.trackers.ranking import differences, log_score
-from pftrack.experiments.hand.trackers.search import Hands, search
-from pftrack.experiments.hand.trackers.settings import Task, settings
 from pftrack.filters.beam import Beam
 
 SCALE, SIDE = 52.0, 200

@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from pftrack.core.model.parameters import revise
 from pftrack.core.numerics.compiled import read_only
-from pftrack.experiments.hand.detection.silhouette import (
+from pftrack.experiments.hand.shape import MODEL, open_pose, silhouette
+from pftrack.experiments.hand.silhouette import (
     Finding,
     SilhouetteParameters,
     contacts,
     silhouette_of,
     suggest_parameters,
 )
-from pftrack.experiments.hand.shape import MODEL, open_pose, silhouette
 
 Picture = NDArray[np.uint8]
 SKIN, WALL = (224, 172, 138), (90, 110, 120)

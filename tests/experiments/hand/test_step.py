@@ -5,16 +5,15 @@ from functools import cache
 import numpy as np
 import pytest
 
-from pftrack.core.model.frame import Frame
 from pftrack.core.model.parameters import revise
-from pftrack.core.model.source import History
+from pftrack.core.model.source import Frame, History
 from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments.hand.beams import alike
+from pftrack.experiments.hand.parameters import HandTrackerParameters
 from pftrack.experiments.hand.scene import HandSceneParameters, HandSource, HandTarget
 from pftrack.experiments.hand.shape import joints
-from pftrack.experiments.hand.trackers.beams import alike
-from pftrack.experiments.hand.trackers.parameters import HandTrackerParameters
-from pftrack.experiments.hand.trackers.state import HandState
-from pftrack.experiments.hand.trackers.step import TRACKERS
+from pftrack.experiments.hand.state import HandState
+from pftrack.experiments.hand.trackers import TRACKERS
 
 DEFAULTS = HandTrackerParameters()
 SEED, FIRST = 0, 3

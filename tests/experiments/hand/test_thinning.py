@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.experiments.hand.detection.thinning import free_lines, skeleton
+from pftrack.experiments.hand.silhouette import free_lines, skeleton
 
 Mask = NDArray[np.uint8]
 

@@ -8,12 +8,11 @@ import av
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.frame import Frame
 from pftrack.core.model.parameters import revise
-from pftrack.core.model.sequence import FrameIndex
-from pftrack.core.model.source import History
-from pftrack.experiments.head.scene import HeadSceneParameters, HeadSource
-from pftrack.vision.geometry.face_model import FEATURES
+from pftrack.core.model.source import Frame, FrameIndex, History
+from pftrack.experiments.head.scene import HeadSource
+from pftrack.experiments.head.scene_parameters import HeadSceneParameters
+from pftrack.vision.geometry.face import FEATURES
 
 Picture = NDArray[np.uint8]
 

@@ -11,8 +11,9 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.model.parameters import Value
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 from tests.experiments.head.heads import Picture, Pictures
 
 HEAD = find("head")

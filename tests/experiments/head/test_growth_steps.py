@@ -7,20 +7,20 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.geometry.rotation import rotation
-from pftrack.core.model.frame import Target
 from pftrack.core.model.parameters import ParameterError, Value, revise
+from pftrack.core.model.recipe import Change
+from pftrack.core.model.source import Target
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
-from pftrack.experiments.head.trackers import growth as face_growth
-from pftrack.experiments.head.trackers.memory import HeadMemory
-from pftrack.experiments.head.trackers.parameters import AS_PUBLISHED
-from pftrack.experiments.head.trackers.starting_face import starting_model
+from pftrack.experiments.head import parameters as face_growth
+from pftrack.experiments.head.appearance import HeadMemory
+from pftrack.experiments.head.parameters import AS_PUBLISHED, starting_model
 from pftrack.experiments.shared.pose.state import PoseState
-from pftrack.runs.run import Change, Run
-from pftrack.vision.geometry.face_model import FEATURES, fit_similarity, mean_model, person, spread_mm2
-from pftrack.vision.model_files.points import as_json
-from pftrack.vision.structure.alignment import residuals
+from pftrack.runs.run import Run
+from pftrack.vision.geometry.face import FEATURES, fit_similarity, mean_model, person, spread_mm2
+from pftrack.vision.model_files import as_json
 from pftrack.vision.structure.growing import Growing
+from pftrack.vision.structure.tracks import residuals
 from tests.experiments.head.heads import simulated
 
 HEAD = find("head")

@@ -6,14 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pftrack.core.model.drawing import Ellipsoids, Links, Mesh, Primitive
-from pftrack.core.model.legend import drawn_keys
+from pftrack.core.model.drawing import Ellipsoids, Links, Mesh, Primitive, drawn_keys
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.experiments.head.exports import points_of, surface_of
-from pftrack.experiments.head.own_face import MEAN_FACE, UNCERTAINTY
-from pftrack.experiments.head.sketch import front
-from pftrack.runs.run import Change, Run
-from pftrack.vision.geometry.face_model import FEATURES, mean_model
+from pftrack.experiments.head.draw import front
+from pftrack.experiments.head.exports import MEAN_FACE, UNCERTAINTY, points_of, surface_of
+from pftrack.runs.run import Run
+from pftrack.vision.geometry.face import FEATURES, mean_model
 
 HEAD = find("head")
 VALUES = {"face_model": "growing", "person": 102, "image_width_px": 320, "feature_noise_px": 3}

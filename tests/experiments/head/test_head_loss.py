@@ -8,9 +8,9 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.model.parameters import Value, revise
-from pftrack.experiments.head.trackers import step as head
-from pftrack.experiments.head.trackers.memory import SEARCH_EVERY, around
-from pftrack.experiments.head.trackers.parameters import HeadTrackerParameters
+from pftrack.experiments.head import trackers as head
+from pftrack.experiments.head.appearance import SEARCH_EVERY, around
+from pftrack.experiments.head.parameters import HeadTrackerParameters
 from pftrack.experiments.shared.pose.methods import METHODS, Method
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.vision.detection.face import DetectedFace

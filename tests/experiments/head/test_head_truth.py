@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pftrack.experiments.head.truth import read_poses
+from pftrack.experiments.head.recording import read_poses
 from pftrack.sources.truth import TruthError
-from pftrack.vision.geometry.gaze import gaze
+from pftrack.vision.geometry.face import gaze
 
 
 def write(folder: Path, text: str) -> Path:

@@ -7,13 +7,13 @@ import pytest
 
 from pftrack.core.model.parameters import Value, revise
 from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments.head import appearance
+from pftrack.experiments.head import trackers as head
+from pftrack.experiments.head.parameters import AS_PUBLISHED
 from pftrack.experiments.head.recording import defaults
-from pftrack.experiments.head.trackers import reliefs
-from pftrack.experiments.head.trackers import step as head
-from pftrack.experiments.head.trackers.parameters import AS_PUBLISHED
 from pftrack.experiments.shared.pose.methods import METHODS, Method
 from pftrack.reproduce.head.turns import Clip, film, watch
-from pftrack.vision.likelihoods import relief
+from pftrack.vision.likelihoods import separation
 from tests.experiments.head.moving_face import POINTS, begun, frame, grey, memory, parameters, stepped, target
 
 RELIEVED = parameters(templates="relief")
@@ -75,11 +75,11 @@ def test_relief_may_be_chosen_in_mid_run() -> None:
 @pytest.mark.parametrize(
     "part", [(0, 0, 240, 200), (60, 50, 130, 120), (0, 150, 9, 200), (231, 0, 240, 3), (9, 9, 9, 9)]
 )
-def test_detail_is_the_same_in_every_part(part: relief.Part) -> None:
+def test_detail_is_the_same_in_every_part(part: separation.Part) -> None:
     """The local mean at the border of a part is taken over what lies beyond it."""
     sight = memory(begun("pf-asd", parameters())).sight
     left, top, right, bottom = part
-    whole, found = reliefs.detail(grey(), sight), reliefs.detail(grey(), sight, part)
+    whole, found = appearance.detail(grey(), sight), appearance.detail(grey(), sight, part)
     assert found.shape == whole.shape
     assert np.array_equal(found[top:bottom, left:right], whole[top:bottom, left:right])
 
@@ -88,11 +88,11 @@ def test_where_one_looks_does_not_change_what_is_seen() -> None:
     """A look finds detail where it is asked for: here, beside it, within both, and wherever somebody asks for more."""
     sight, bent = memory(begun("pf-asd", parameters())).sight, memory(begun("pf-asd", RELIEVED)).reliefs
     assert bent is not None
-    views = relief.project_views(bent, np.tile([[1.1, 0.0, 0.0], [0.0, 1.1, 0.0]], (11, 1, 1)))
-    look, whole = reliefs.Look(grey(), sight, views), reliefs.detail(grey(), sight)
+    views = separation.project_views(bent, np.tile([[1.1, 0.0, 0.0], [0.0, 1.1, 0.0]], (11, 1, 1)))
+    look, whole = appearance.Look(grey(), sight, views), appearance.detail(grey(), sight)
     for shift in (0.0, 30.0, 5.0, -60.0, 500.0, np.nan):
         positions = (POINTS + shift)[:, None] + np.random.default_rng(1).uniform(-9.0, 9.0, (11, 8, 2))
-        assert np.array_equal(look(positions), relief.correlations(whole, positions, views))
+        assert np.array_equal(look(positions), separation.correlations(whole, positions, views))
 
 
 def test_flat_templates_know_nothing_of_slack_and_speed() -> None:

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from pftrack.core.geometry.rotation import rotation
-from pftrack.core.model.drawing import COLOURS, Arrows, Ellipsoids, Mesh, Points, Primitive
+from pftrack.core.model.drawing import Arrows, Ellipsoids, Mesh, Points, Primitive
+from pftrack.core.model.palette import COLOURS
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.experiments.head.trackers.parameters import AS_PUBLISHED
-from pftrack.experiments.head.world import HEAD_WORLD, head_world
+from pftrack.experiments.head.experiment import HEAD_WORLD, head_world
+from pftrack.experiments.head.parameters import AS_PUBLISHED
 from pftrack.experiments.shared.pose.state import PoseState
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 
 HEAD = find("head")
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pftrack.experiments.head.scene.rasteriser import lit, project, rasterise
+from pftrack.experiments.head.painting import lit, project, rasterise
 
 FOCAL, CENTRE = 100.0, (32.0, 24.0)
 RAMP = np.tile(np.linspace(0, 1, 101, dtype=np.float32), (101, 1))

@@ -5,11 +5,12 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.geometry.rotation import rotation
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.experiments.head.trackers import step as head
-from pftrack.experiments.head.trackers.memory import HeadMemory
-from pftrack.experiments.head.trackers.reacquisition import EYES, is_same_face, pose_found
-from pftrack.runs.run import Change, Run
+from pftrack.experiments.head import trackers as head
+from pftrack.experiments.head.appearance import HeadMemory
+from pftrack.experiments.head.first_sight import EYES, is_same_face, pose_found
+from pftrack.runs.run import Run
 from tests.experiments.head.moving_face import NOTHING, POINTS, begun, grey, grey_at, memory, parameters, similar
 
 HEAD = find("head")

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.parameters import Value, revise
-from pftrack.core.numerics.gaussian import Gaussian
+from pftrack.core.model.recipe import Change
+from pftrack.core.numerics.random import Gaussian
 from pftrack.experiments import find
-from pftrack.experiments.head.trackers import step as head
-from pftrack.experiments.head.trackers.memory import HeadMemory, around, eye_distance, widen
-from pftrack.experiments.head.trackers.parameters import AS_PUBLISHED
-from pftrack.runs.run import Change, Run
+from pftrack.experiments.head import trackers as head
+from pftrack.experiments.head.appearance import HeadMemory, around, eye_distance, widen
+from pftrack.experiments.head.parameters import AS_PUBLISHED
+from pftrack.runs.run import Run
 from tests.experiments.head.moving_face import begun, grey, parameters, stepped
 
 HEAD = find("head")

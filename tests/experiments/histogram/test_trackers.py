@@ -7,18 +7,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.core.model.frame import Frame, Target
 from pftrack.core.model.parameters import revise
+from pftrack.core.model.recipe import Change
+from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.compiled import read_only
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
-from pftrack.experiments.histogram.trackers.likelihood import HISTOGRAM, pack
-from pftrack.experiments.histogram.trackers.model import first_look, judge, model_of
-from pftrack.experiments.histogram.trackers.parameters import HistogramTrackerParameters
-from pftrack.experiments.histogram.trackers.state import SIZE, HistogramState
-from pftrack.experiments.histogram.trackers.step import TRACKERS
+from pftrack.experiments.histogram.model import HISTOGRAM, SIZE, HistogramState, first_look, judge, model_of, pack
+from pftrack.experiments.histogram.parameters import HistogramTrackerParameters
+from pftrack.experiments.histogram.trackers import TRACKERS
 from pftrack.runs.batch import outcomes
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 from pftrack.vision.likelihoods.histogram import Window, fit, similarity
 
 LAWN = find("histogram")

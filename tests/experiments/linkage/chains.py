@@ -6,17 +6,14 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.frame import Frame, Measurements
 from pftrack.core.model.parameters import Value
+from pftrack.core.model.source import Frame, Measurements
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.experiments.linkage.scene.parameters import LinkageSceneParameters
-from pftrack.experiments.linkage.scene.paths import LENGTH, PathName
-from pftrack.experiments.linkage.scene.source import LinkageSource
-from pftrack.experiments.linkage.scene.truth import LinkageTarget
-from pftrack.experiments.linkage.trackers.parameters import LinkageTrackerParameters
-from pftrack.experiments.linkage.trackers.regions import contains
-from pftrack.experiments.linkage.trackers.state import LinkageState
-from pftrack.experiments.linkage.trackers.step import TRACKERS
+from pftrack.experiments.linkage.parameters import LinkageTrackerParameters
+from pftrack.experiments.linkage.scene import LENGTH, LinkageSceneParameters, LinkageSource, LinkageTarget, PathName
+from pftrack.experiments.linkage.set_trackers import contains
+from pftrack.experiments.linkage.state import LinkageState
+from pftrack.experiments.linkage.trackers import TRACKERS
 
 Array = NDArray[np.float64]
 

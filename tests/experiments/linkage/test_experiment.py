@@ -11,10 +11,11 @@ from pftrack.cli.app import app
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.drawing import Points
 from pftrack.core.model.parameters import ParameterError, Value, revise
+from pftrack.core.model.recipe import Change
+from pftrack.core.model.setup import Setup
 from pftrack.experiments import find
-from pftrack.experiments.experiment import Setup
-from pftrack.experiments.linkage.truth import direction_error
-from pftrack.runs.run import Change, Run
+from pftrack.experiments.linkage.recording import direction_error
+from pftrack.runs.run import Run
 
 LINKAGE = find("linkage")
 FRAMES = {"cross": 51, "cross-one": 51, "mirror3": 91, "mirror2": 81}

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.parameters import Value, revise
+from pftrack.core.model.recipe import Change
+from pftrack.core.model.setup import Setup
 from pftrack.experiments import find
-from pftrack.experiments.experiment import Setup
-from pftrack.experiments.linkage.trackers.regions import begin
-from pftrack.runs.run import Change, Run
+from pftrack.experiments.linkage.set_trackers import begin
+from pftrack.runs.run import Run
 
 LINKAGE = find("linkage")
 TRACKERS = ("ellipsoids", "ellipsoids-literal", "box-guides")

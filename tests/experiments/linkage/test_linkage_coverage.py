@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pftrack.core.model.calibration import Miscalibration
+from pftrack.core.model.band import Miscalibration
 from pftrack.core.model.parameters import Value, revise
+from pftrack.core.model.setup import Setup
 from pftrack.experiments import find
-from pftrack.experiments.experiment import Setup
 from pftrack.runs.run import Run
 
 LINKAGE = find("linkage")

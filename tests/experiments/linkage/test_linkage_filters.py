@@ -6,20 +6,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.geometry.rotation_vector import quaternion, quaternion_matrix
-from pftrack.core.model.frame import Frame, Measurements
+from pftrack.core.geometry.rotation import quaternion, quaternion_matrix
 from pftrack.core.model.parameters import ParameterError, revise
-from pftrack.core.numerics.gaussian import Gaussian
-from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.core.model.source import Frame, Measurements
+from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments import find
-from pftrack.experiments.linkage.scene.truth import REFERENCE_RAD, LinkageTarget
-from pftrack.experiments.linkage.trackers.chain import UPRIGHT, Chain, describe, observe, slopes
-from pftrack.experiments.linkage.trackers.gaussians import constraints, noise
-from pftrack.experiments.linkage.trackers.handover import box, from_moments
-from pftrack.experiments.linkage.trackers.linearised import linearisation_points, predict
-from pftrack.experiments.linkage.trackers.observation import read_observation
-from pftrack.experiments.linkage.trackers.parameters import TABLE_4_1
-from pftrack.experiments.linkage.trackers.state import LinkageState
+from pftrack.experiments.linkage.gaussians import box, constraints, from_moments, noise
+from pftrack.experiments.linkage.linearised import linearisation_points, predict
+from pftrack.experiments.linkage.model import UPRIGHT, Chain, describe, observe, read_observation, slopes
+from pftrack.experiments.linkage.parameters import TABLE_4_1
+from pftrack.experiments.linkage.scene import REFERENCE_RAD, LinkageTarget
+from pftrack.experiments.linkage.state import LinkageState
 from pftrack.filters import kalman
 from pftrack.reproduce.linkage.kalman import CROSS
 from pftrack.reproduce.linkage.trials import Condition, run_condition

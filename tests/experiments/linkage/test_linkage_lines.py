@@ -5,26 +5,26 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pftrack.core.geometry.rotation_vector import quaternion
-from pftrack.core.model.frame import Frame
+from pftrack.core.geometry.rotation import quaternion
 from pftrack.core.model.parameters import Value, revise
-from pftrack.core.numerics.gaussian import Gaussian
-from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.core.model.recipe import Change
+from pftrack.core.model.source import Frame
+from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments import find
-from pftrack.experiments.linkage.scene.lines import LinkMeasurements
-from pftrack.experiments.linkage.scene.source import LinkageSource
-from pftrack.experiments.linkage.trackers.gaussians import noise
-from pftrack.experiments.linkage.trackers.linearised import predict
-from pftrack.experiments.linkage.trackers.observation import (
+from pftrack.experiments.linkage.gaussians import noise
+from pftrack.experiments.linkage.linearised import predict
+from pftrack.experiments.linkage.model import (
+    link_images,
     log_image_lengths,
     observed_rows,
+    places_of,
     project,
     project_slopes,
     read_observation,
 )
-from pftrack.experiments.linkage.trackers.places import link_images, places_of
+from pftrack.experiments.linkage.scene import LinkageSource, LinkMeasurements
 from pftrack.filters import kalman
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 
 LINKAGE = find("linkage")
 SCENE: dict[str, Value] = {

@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.model.frame import Frame, Measurements
 from pftrack.core.model.parameters import revise
+from pftrack.core.model.source import Frame, Measurements
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
-from pftrack.experiments.linkage.scene.truth import LinkageTarget
-from pftrack.experiments.linkage.trackers import particles as filtering
-from pftrack.experiments.linkage.trackers.gaussians import constraints, noise
-from pftrack.experiments.linkage.trackers.linearised import predict
-from pftrack.experiments.linkage.trackers.rejuvenation import move
-from pftrack.experiments.linkage.trackers.sampled import Settings, resample
-from pftrack.experiments.linkage.trackers.state import LinkageState
+from pftrack.experiments.linkage import particles as filtering
+from pftrack.experiments.linkage.gaussians import constraints, noise
+from pftrack.experiments.linkage.linearised import predict
+from pftrack.experiments.linkage.particles import move
+from pftrack.experiments.linkage.sampled import Settings, resample
+from pftrack.experiments.linkage.scene import LinkageTarget
+from pftrack.experiments.linkage.state import LinkageState
 from pftrack.filters.particles import ParticleSet
 
 LINKAGE = find("linkage")

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.model.frame import Measurements
 from pftrack.core.model.marks import Box
 from pftrack.core.model.parameters import ParameterError
-from pftrack.core.model.sequence import FrameSequence
+from pftrack.core.model.recipe import Change
+from pftrack.core.model.source import FrameSequence, Measurements
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
+from pftrack.experiments.linkage.recorded_lines import guess
 from pftrack.experiments.linkage.recording import LinkagePoints, RecordedLinkageParameters, on_video
-from pftrack.experiments.linkage.scene.recorded import guess
-from pftrack.experiments.linkage.scene.truth import NAMES, places
-from pftrack.runs.run import Change, Run
+from pftrack.experiments.linkage.scene import NAMES, places
+from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.tracks.table import write
 from tests.arm import FRAMES, film, joints

@@ -5,12 +5,19 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from pftrack.core.model.frame import Frame, Measurements
-from pftrack.core.model.source import History
-from pftrack.experiments.linkage.scene.parameters import LinkageSceneParameters
-from pftrack.experiments.linkage.scene.paths import LENGTH, PATHS, PathName, ease
-from pftrack.experiments.linkage.scene.source import LinkageSource
-from pftrack.experiments.linkage.scene.truth import LinkageTarget, attitude, in_radians, places
+from pftrack.core.model.source import Frame, History, Measurements
+from pftrack.experiments.linkage.scene import (
+    LENGTH,
+    PATHS,
+    LinkageSceneParameters,
+    LinkageSource,
+    LinkageTarget,
+    PathName,
+    attitude,
+    ease,
+    in_radians,
+    places,
+)
 
 
 def seen(seed: int, index: int, **values: object) -> tuple[Frame, LinkageTarget, Measurements]:

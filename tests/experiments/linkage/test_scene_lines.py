@@ -4,10 +4,13 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.source import History
-from pftrack.experiments.linkage.scene.lines import LinkMeasurements, observe_lines
-from pftrack.experiments.linkage.scene.parameters import LinkageSceneParameters
-from pftrack.experiments.linkage.scene.paths import LENGTH
-from pftrack.experiments.linkage.scene.source import LinkageSource
+from pftrack.experiments.linkage.scene import (
+    LENGTH,
+    LinkageSceneParameters,
+    LinkageSource,
+    LinkMeasurements,
+    observe_lines,
+)
 
 ALL = np.ones(4, dtype=np.bool_)
 

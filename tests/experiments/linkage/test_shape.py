@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.core.geometry.rotation_vector import matrix, quaternion
+from pftrack.core.geometry.rotation import matrix, quaternion
+from pftrack.experiments.linkage.model import UPRIGHT, observe, slopes
 from pftrack.experiments.linkage.shape import (
     Bounds,
     directions,
@@ -15,7 +16,6 @@ from pftrack.experiments.linkage.shape import (
     mirror,
     reverse_in_depth,
 )
-from pftrack.experiments.linkage.trackers.chain import UPRIGHT, observe, slopes
 
 THETA, R = np.array([0.4, 0.7, -0.3]), np.array([70.0, 60.0, 50.0])
 ANGLE = st.floats(-3.0, 3.0)

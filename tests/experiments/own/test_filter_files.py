@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 import pftrack
-from pftrack.core.model.recipe import Recipe
+from pftrack.core.model.recipe import Change, Recipe
 from pftrack.experiments import EXPERIMENTS, find
-from pftrack.experiments.own import FilterFileError, extend, slider, trust
-from pftrack.experiments.own.example import example_of
-from pftrack.experiments.own.sliders import fields_of
+from pftrack.experiments.own.code import trust
+from pftrack.experiments.own.extension import example_of, extend
+from pftrack.experiments.own.sliders import FilterFileError, fields_of, slider
 from pftrack.runs import batch, record
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 
 TAKING = [name for name in EXPERIMENTS.own if EXPERIMENTS[name].filter_interface is not None]
 SMALL = {"joint_sample_count": 400, "sample_count": 60}

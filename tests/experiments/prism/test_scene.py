@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from pftrack.core.geometry.camera import pinhole
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import History
+from pftrack.core.numerics.matrices import pinhole
 from pftrack.sources.prism import FACES, FRAMES, REAR, VERTICES_MM, PrismParameters, PrismSource, Sight, sight
 
 SCENE = PrismParameters()

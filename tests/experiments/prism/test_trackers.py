@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.geometry.camera import pinhole
 from pftrack.core.geometry.rotation import rotation
-from pftrack.core.model.frame import Frame, Measurements
 from pftrack.core.model.parameters import ParameterError, Value, revise
-from pftrack.core.model.source import History
+from pftrack.core.model.recipe import Change
+from pftrack.core.model.source import Frame, History, Measurements
+from pftrack.core.numerics.matrices import pinhole
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
 from pftrack.experiments.prism import trackers as prism
@@ -18,7 +18,7 @@ from pftrack.experiments.prism.trackers import TRACKERS, TrackedPrismParameters
 from pftrack.experiments.shared.pose.methods import METHODS, Method
 from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED
 from pftrack.experiments.shared.pose.state import PoseState
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 from pftrack.sources.prism import NAMES, PRINCIPAL_PX, VERTICES_MM, PrismSource
 
 MIRROR = np.array([2, 3, 0, 1, 6, 7, 4, 5])

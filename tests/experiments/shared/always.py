@@ -1,6 +1,7 @@
 """A likelihood that is the same whatever a tracker believes."""
 
-from pftrack.experiments.shared.pose.methods import FeatureLikelihood, StateLikelihood
+from pftrack.experiments.shared.pose.layered import FeatureLikelihood
+from pftrack.experiments.shared.pose.methods import StateLikelihood
 
 __all__ = ["always"]
 

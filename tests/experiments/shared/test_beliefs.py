@@ -7,16 +7,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.geometry.camera import pinhole
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.parameters import revise
-from pftrack.core.numerics.gaussian import Gaussian
-from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.core.numerics.matrices import pinhole
+from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments.shared.pose import methods as pose
-from pftrack.experiments.shared.pose.beliefs import AffineLayers, Belief, JointParticles, PerspectiveLayers
+from pftrack.experiments.shared.pose.beliefs import AffineLayers, Belief, JointParticles, PerspectiveLayers, Solid
+from pftrack.experiments.shared.pose.methods import measurement, report
 from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
-from pftrack.experiments.shared.pose.reports import measurement, report
-from pftrack.experiments.shared.pose.solid import Solid
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.sources.prism import NAMES, VERTICES_MM
 from tests.experiments.shared.always import always

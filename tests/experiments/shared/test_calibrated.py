@@ -7,14 +7,14 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
-from pftrack.core.geometry.camera import pinhole
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.parameters import Value, revise
-from pftrack.core.numerics.gaussian import Gaussian
-from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.core.model.recipe import Change
+from pftrack.core.numerics.matrices import pinhole
+from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments import find
 from pftrack.experiments.shared.pose import layered
-from pftrack.experiments.shared.pose.beliefs import AffineLayers
+from pftrack.experiments.shared.pose.beliefs import GAUSSIAN, STUDENT_4, STUDENT_8, AffineLayers, Solid
 from pftrack.experiments.shared.pose.calibrated import (
     Calibration,
     depth_slopes,
@@ -24,9 +24,8 @@ from pftrack.experiments.shared.pose.calibrated import (
     seen_moments,
 )
 from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
-from pftrack.experiments.shared.pose.solid import GAUSSIAN, STUDENT_4, STUDENT_8, Solid
 from pftrack.filters.affine import AffineLayer
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 from pftrack.sources.prism import VERTICES_MM
 
 SLOPES = np.array([[4.0, 0.3, 0.2], [-0.1, 5.0, 0.4]])

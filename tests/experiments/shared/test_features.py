@@ -8,9 +8,8 @@ import pytest
 
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.series import Hypotheses, Series
-from pftrack.experiments.shared.loss_probability.features import KINDS, Memory, feature_names, remember
-from pftrack.experiments.shared.loss_probability.scenes import Scenes
-from pftrack.experiments.shared.loss_probability.signals import read_signals, signal_names
+from pftrack.experiments.shared.loss_probability import KINDS, Memory, Scenes, feature_names, remember
+from pftrack.experiments.shared.signals import read_signals, signal_names
 
 SERIES = (
     Series("size", "ESS", role="ess"),

@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from pftrack.core.model.part import Amount, Contributions, Histograms, Part, Patches, Residual
+from pftrack.core.model.likelihood import Amount, Contributions, Histograms, Part, Patches, Residual
 from pftrack.experiments import find
-from pftrack.experiments.own import extend, trust, widen
+from pftrack.experiments.own.code import trust
+from pftrack.experiments.own.extension import extend, widen
 from pftrack.runs.inspection import Inspection
 from pftrack.runs.run import Run
 

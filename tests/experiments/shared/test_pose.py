@@ -3,25 +3,22 @@
 import numpy as np
 import pytest
 
-from pftrack.core.geometry.camera import pinhole
 from pftrack.core.geometry.rotation import rotation
-from pftrack.core.model.frame import Frame, Landmarks, Target
 from pftrack.core.model.parameters import revise
-from pftrack.core.model.source import History
-from pftrack.core.numerics.gaussian import Gaussian
-from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.experiments.head.trackers import step as head
-from pftrack.experiments.head.trackers.parameters import HeadTrackerParameters
+from pftrack.core.model.source import Frame, History, Landmarks, Target
+from pftrack.core.numerics.matrices import pinhole
+from pftrack.core.numerics.random import Gaussian, Purpose, Stream
+from pftrack.experiments.head import trackers as head
+from pftrack.experiments.head.parameters import HeadTrackerParameters
 from pftrack.experiments.prism import trackers as prism
 from pftrack.experiments.prism.trackers import TrackedPrismParameters
 from pftrack.experiments.shared.pose import methods as pose
-from pftrack.experiments.shared.pose.beliefs import AffineLayers, JointParticles
+from pftrack.experiments.shared.pose.beliefs import AffineLayers, JointParticles, Solid
+from pftrack.experiments.shared.pose.drawing import place_points
 from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED, PoseTrackerParameters
-from pftrack.experiments.shared.pose.solid import Solid
 from pftrack.experiments.shared.pose.state import PoseState
-from pftrack.experiments.shared.pose_placing import place_points
 from pftrack.sources.prism import VERTICES_MM, PrismSource
-from pftrack.vision.geometry.face_model import FEATURES, mean_model
+from pftrack.vision.geometry.face import FEATURES, mean_model
 
 FOCAL, PRINCIPAL = 800.0, np.array([320.0, 240.0])
 PLACE = np.array([20.0, -10.0, 700.0])

@@ -6,17 +6,18 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pftrack.core.geometry.camera import pinhole
 from pftrack.core.geometry.rotation import rotation
-from pftrack.core.model.drawing import COLOURS, Axes, Drawing, Frustum, Links, Mesh, Text
+from pftrack.core.model.drawing import Axes, Drawing, Frustum, Links, Mesh, Text
+from pftrack.core.model.palette import COLOURS
+from pftrack.core.model.recipe import Change
+from pftrack.core.numerics.matrices import pinhole
 from pftrack.experiments import find
-from pftrack.experiments.head.sketch import front
-from pftrack.experiments.head.trackers.parameters import AS_PUBLISHED
-from pftrack.experiments.shared.pose_placing import heights, place_points
-from pftrack.experiments.shared.pose_sketch import beside, dashes
-from pftrack.runs.run import Change, Run
+from pftrack.experiments.head.draw import front
+from pftrack.experiments.head.parameters import AS_PUBLISHED
+from pftrack.experiments.shared.pose.drawing import beside, dashes, heights, place_points
+from pftrack.runs.run import Run
 from pftrack.sources.prism import NAMES, VERTICES_MM
-from pftrack.vision.geometry.face_model import FEATURES, TITLES, FaceModel, mean_model
+from pftrack.vision.geometry.face import FEATURES, TITLES, FaceModel, mean_model
 from tests.experiments.head.heads import Pictures, empty, pictures
 
 BOTH = pytest.mark.parametrize("name", ["prism", "head"])

@@ -13,13 +13,11 @@ from numpy.typing import NDArray
 from scipy.stats import multivariate_normal, norm
 
 from pftrack.core.model.parameters import Value, revise
-from pftrack.core.numerics.gaussian import Gaussian
-from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments.shared.pose import methods as pose
-from pftrack.experiments.shared.pose.beliefs import JointParticles, Layers
+from pftrack.experiments.shared.pose.beliefs import JointParticles, Layers, Solid
+from pftrack.experiments.shared.pose.methods import measurement, report
 from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED, PoseTrackerParameters
-from pftrack.experiments.shared.pose.reports import measurement, report
-from pftrack.experiments.shared.pose.solid import Solid
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.filters.affine import ENTRY_NOISE, AffineBelief, AffineLayer
 from pftrack.filters.layers import Projection

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.parameters import Value, declarations
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
 from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 
 HEAD, PRISM = find("head"), find("prism")
 SMALL: dict[str, Value] = {"image_width_px": 160, "feature_noise_px": 1.5, "slack_px": 2.0, "initial_speed_px": 2.0}

@@ -5,8 +5,16 @@ import math
 import numpy as np
 import pytest
 
-from pftrack.experiments.shared.loss_probability.logistic import Logistic, fit
-from pftrack.experiments.shared.loss_probability.scores import BINS, brier, calibration_error, delays, reliability, roc
+from pftrack.experiments.shared.loss_probability import (
+    BINS,
+    Logistic,
+    brier,
+    calibration_error,
+    delays,
+    fit,
+    reliability,
+    roc,
+)
 
 
 def test_a_single_feature_of_two_values_is_fitted_to_the_log_odds() -> None:

@@ -7,10 +7,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import multivariate_normal
 
-from pftrack.core.model.frame import Frame, Target
 from pftrack.core.model.parameters import revise
+from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.experiments.shared.point_state import PointState
+from pftrack.experiments.shared.reports import PointState
 from pftrack.experiments.sine.trackers import TRACKERS, SignalTrackerParameters
 
 START = 0.7

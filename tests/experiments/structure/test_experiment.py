@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.drawing import Ellipse, Ellipsoids
-from pftrack.core.model.export import find_export
+from pftrack.core.model.preset import Preset
+from pftrack.core.model.recipe import Change
+from pftrack.core.model.setup import find_export
 from pftrack.experiments import find
-from pftrack.experiments.experiment import Preset
-from pftrack.experiments.structure.truth import shape_errors
-from pftrack.experiments.structure.world import shape_world
-from pftrack.runs.run import Change, Run
+from pftrack.experiments.structure.draw import shape_errors, shape_world
+from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 from pftrack.sources.tracks.table import read_tracks
-from pftrack.vision.geometry.face_model import FEATURES, fit_similarity, mean_model, person
-from pftrack.vision.structure.alignment import shape_error
+from pftrack.vision.geometry.face import FEATURES, fit_similarity, mean_model, person
+from pftrack.vision.structure.tracks import shape_error
 
 EXPERIMENT = find("structure")
 

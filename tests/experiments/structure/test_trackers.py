@@ -8,16 +8,16 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.geometry.rotation import rotation
-from pftrack.core.model.frame import Frame, Measurements
+from pftrack.core.model.recipe import Change
+from pftrack.core.model.source import Frame, Measurements
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
-from pftrack.experiments.structure.trackers.parameters import StructureTrackerParameters
-from pftrack.experiments.structure.trackers.state import StructureState
-from pftrack.experiments.structure.trackers.step import TRACKERS
-from pftrack.experiments.structure.truth import shape_errors
-from pftrack.runs.run import Change, Run
-from pftrack.sources.tracks.bodies import body_of, normalise, unnamed_shape
-from pftrack.sources.tracks.target import BodyTarget
+from pftrack.experiments.structure.draw import shape_errors
+from pftrack.experiments.structure.methods import StructureTrackerParameters
+from pftrack.experiments.structure.trackers import TRACKERS, StructureState
+from pftrack.runs.run import Run
+from pftrack.sources.tracks.recorded import BodyTarget
+from pftrack.sources.tracks.table import body_of, normalise, unnamed_shape
 
 EXPERIMENT = find("structure")
 FOCAL = 4e6

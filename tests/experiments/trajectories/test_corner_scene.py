@@ -4,17 +4,21 @@ from numpy.typing import NDArray
 
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import History
-from pftrack.experiments.trajectories.scene.corners_motion import (
-    BOOK,
+from pftrack.experiments.trajectories.corner_scene import (
     BOX,
     CORNERS_PX,
     FRAMES,
-    WALL,
+    LINE,
+    SIZE_PX,
+    CornerSceneParameters,
+    CornerSource,
     SceneMotion,
+    book,
     shifts_px,
+    wall,
 )
-from pftrack.experiments.trajectories.scene.corners_scene import CornerSceneParameters, CornerSource
-from pftrack.experiments.trajectories.scene.corners_textures import LINE, SIZE_PX, book, wall
+from pftrack.experiments.trajectories.corner_scene import CORNERS_MOTION_BOOK as BOOK
+from pftrack.experiments.trajectories.corner_scene import CORNERS_MOTION_WALL as WALL
 from pftrack.vision.detection.matching import cut, match
 
 PLAIN = CornerSceneParameters()

@@ -4,8 +4,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pftrack.core.model.parameters import revise
-from pftrack.experiments.trajectories.trackers.corner_parameters import CornerParameters
-from pftrack.experiments.trajectories.trackers.corners import GONE_FRAMES, begin, follow
+from pftrack.experiments.trajectories.corners import GONE_FRAMES, CornerParameters, begin, follow
 
 SIZE = (160, 120)
 

@@ -10,18 +10,17 @@ import numpy as np
 import pytest
 
 from pftrack.core.model.drawing import Links, Mesh, Points
-from pftrack.core.model.frame import Frame, Measurements
 from pftrack.core.model.parameters import ParameterError
+from pftrack.core.model.recipe import Change
 from pftrack.core.model.series import Interval
+from pftrack.core.model.source import Frame, Measurements
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
-from pftrack.experiments.trajectories import exports
-from pftrack.experiments.trajectories.scene.reference import REFERENCE_PX
-from pftrack.experiments.trajectories.scene.scene import TRUE_PATH
-from pftrack.experiments.trajectories.scene.target import TrajectoriesTarget
-from pftrack.experiments.trajectories.trackers.parameters import TrajectoriesTrackerParameters
-from pftrack.experiments.trajectories.trackers.step import TRACKERS
-from pftrack.runs.run import Change, Run
+from pftrack.experiments.trajectories import draw
+from pftrack.experiments.trajectories.scene import REFERENCE_PX, TRUE_PATH, TrajectoriesTarget
+from pftrack.experiments.trajectories.step import TRACKERS
+from pftrack.experiments.trajectories.trackers import TrajectoriesTrackerParameters
+from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 
 EXPERIMENT = find("trajectories")
@@ -168,9 +167,9 @@ def test_a_spreadsheet_computes_no_name(tmp_path: Path) -> None:
 
 def test_far_from_the_origin_places_keep_their_digits() -> None:
     """A path in metres of a map has six digits before the point; parts of a millimetre are written behind it."""
-    assert exports._cell(np.float64(654321.1234)) == "654321.1234"
-    assert exports._cell(np.float64(0.25)) == "0.25"
-    assert not exports._cell(np.float64(np.nan))
+    assert draw._cell(np.float64(654321.1234)) == "654321.1234"
+    assert draw._cell(np.float64(0.25)) == "0.25"
+    assert not draw._cell(np.float64(np.nan))
 
 
 def test_a_selected_track_that_comes_late_has_no_estimate_before(tmp_path: Path) -> None:

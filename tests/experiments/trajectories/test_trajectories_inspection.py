@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pftrack.core.model.part import Contributions, Patches, Residual
+from pftrack.core.model.likelihood import Contributions, Patches, Residual
 from pftrack.experiments import find
 from pftrack.filters.trajectories.cloud import Cloud
 from pftrack.runs.inspection import Inspection

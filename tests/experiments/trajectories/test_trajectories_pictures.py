@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from pftrack.core.model.drawing import Drawing, Mesh, Text, WorldDrawing
 from pftrack.core.model.marks import Box
 from pftrack.core.model.parameters import ParameterError
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 from pftrack.sources.sequence import open_sequence
 
 EXPERIMENT = find("trajectories")

@@ -25,9 +25,10 @@ from pftrack.core.model.drawing import (
     Polyline,
     Primitive,
     Text,
+    Viewpoint,
+    World,
     WorldDrawing,
 )
-from pftrack.core.model.world import Viewpoint, World
 from pftrack.experiments import find
 from pftrack.runs.run import Run
 from pftrack_server.flat.codec import DrawingEncoder, DrawingError, decode

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from pftrack.sources.errors import SourceError
+from pftrack.sources.limits import SourceError
 from pftrack_server.sessions.panel_commands import PanelCommands
 from tests.apart import run
 

@@ -8,15 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pftrack.experiments.own import trust
-from pftrack.experiments.own.code import FUNCTIONS
-from pftrack.teaching.exercises import Exercise, Verdict, check, check_text, exercise_named_in, read_exercises
-from pftrack.teaching.exercises.exercise import Check
-from pftrack.teaching.exercises.grid import moments_on_grid
+from pftrack.experiments.own.code import FUNCTIONS, trust
+from pftrack.teaching.exercises import Verdict, exercise_named_in, read_exercises
+from pftrack.teaching.exercises.grading import check, check_text, results, table_of
 from pftrack.teaching.exercises.margins import bernstein_margin
 from pftrack.teaching.exercises.properties import PROPERTIES
-from pftrack.teaching.exercises.reports import results, table_of
-from pftrack.teaching.exercises.submission import Submission
+from pftrack.teaching.exercises.submission import Check, Exercise, Submission, moments_on_grid
 
 SOLUTIONS = {path.stem.replace("_", "-"): path for path in sorted((Path(__file__).parent / "solutions").glob("*.py"))}
 SHIPPED = read_exercises()

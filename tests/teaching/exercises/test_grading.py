@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from pftrack.process import MEBIBYTE
-from pftrack.teaching.exercises import grade, read_exercises
-from pftrack.teaching.exercises.grading import BUDGET, submissions_in
+from pftrack.teaching.exercises import read_exercises
+from pftrack.teaching.exercises.grading import BUDGET, grade, submissions_in
 
 RIGHT = (Path(__file__).parent / "solutions" / "importance_weights.py").read_text()
 NORMALISE = 'import os, socket\nimport numpy as np\nEXERCISE = "importance-weights"\n\ndef normalise(log_weights):\n'

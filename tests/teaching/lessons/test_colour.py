@@ -3,10 +3,8 @@
 import numpy as np
 
 from pftrack.runs.record import make
-from pftrack.teaching.lessons.answers import answer_of, question_recipe
 from pftrack.teaching.lessons.course.colour import LESSON
-from pftrack.teaching.lessons.lesson import Scenario
-from pftrack.teaching.lessons.verdict import judge
+from pftrack.teaching.lessons.lesson import Scenario, answer_of, judge, question_recipe
 
 
 def test_the_question_is_about_a_sharper_likelihood_in_the_scenario() -> None:

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pftrack.teaching.lessons.course.estimate import LESSON, exact_losses, expected_losses, median, posterior
-from pftrack.teaching.lessons.verdict import judge
+from pftrack.teaching.lessons.lesson import judge
 from tests.teaching.lessons.demonstrations import asked_at, shown
 
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 
 from pftrack.core.model.parameters import ParameterError
-from pftrack.teaching.lessons import LESSONS, Lesson, judge
-from pftrack.teaching.lessons.lesson import Answer, Demonstration, Mistake
+from pftrack.teaching.lessons import LESSONS
+from pftrack.teaching.lessons.lesson import Answer, Demonstration, Lesson, Mistake, judge
 
 CHECKS = [(name, check.name) for name, lesson in LESSONS.items() for check in lesson.checks]
 NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")

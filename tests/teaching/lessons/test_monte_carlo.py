@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pftrack.teaching.lessons.course.monte_carlo import LESSON, MEAN, SD, rms, sample, sizes_up_to
-from pftrack.teaching.lessons.verdict import judge
+from pftrack.teaching.lessons.lesson import judge
 from tests.teaching.lessons.demonstrations import asked_at
 
 

@@ -11,11 +11,10 @@ from pftrack.core.model.parameters import revise
 from pftrack.core.model.recipe import Recipe
 from pftrack.output.exports.notebook import code, markdown, notebook
 from pftrack.runs.record import make
-from pftrack.teaching.lessons import LESSONS, Scenario
-from pftrack.teaching.lessons.answers import answer_of, question_recipe
-from pftrack.teaching.lessons.cells import lesson_cell
+from pftrack.teaching.lessons import LESSONS
 from pftrack.teaching.lessons.lecturers import read_lessons
-from pftrack.teaching.lessons.notebook import demonstration_notebook, lesson_notebook
+from pftrack.teaching.lessons.lesson import Scenario, answer_of, question_recipe
+from pftrack.teaching.lessons.notebook import demonstration_notebook, lesson_cell, lesson_notebook
 from tests.notebooks import executed
 from tests.teaching.lessons.demonstrations import DEMONSTRATIONS, demonstration
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pftrack.teaching.lessons import LESSONS, judge
+from pftrack.teaching.lessons import LESSONS
 from pftrack.teaching.lessons.course.outliers import (
     CELL,
     GRID,
@@ -13,6 +13,7 @@ from pftrack.teaching.lessons.course.outliers import (
     posterior,
     show,
 )
+from pftrack.teaching.lessons.lesson import judge
 
 SCALES = 0.2, 1.0, 5.0
 PLACES = -5.0, 0.0, 2.5, 20.0

@@ -30,8 +30,7 @@ from pftrack.teaching.lessons.figure import (
     StripChart,
     Tree,
 )
-from pftrack.teaching.lessons.plotting import draw, encode
-from pftrack.teaching.lessons.traces import DRAWERS
+from pftrack.teaching.lessons.traces import DRAWERS, draw, encode
 from tests.teaching.lessons.demonstrations import DEMONSTRATIONS, shown
 
 UNIT = Axis(title="x", low=0.0, high=4.0, unit="m")

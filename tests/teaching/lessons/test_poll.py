@@ -5,10 +5,8 @@ from itertools import pairwise
 
 import pytest
 
-from pftrack.teaching.lessons import LESSONS, Demonstration, Question
-from pftrack.teaching.lessons.answers import answer_of
-from pftrack.teaching.lessons.lesson import Answer
-from pftrack.teaching.lessons.poll import MOST_ANSWERS, poll_answers
+from pftrack.teaching.lessons import LESSONS
+from pftrack.teaching.lessons.lesson import MOST_ANSWERS, Answer, Demonstration, Question, answer_of, poll_answers
 
 NUMBER = re.compile(r"-?[\d,]+(?:\.\d+)?")
 ASKED = [name for name, lesson in LESSONS.items() if isinstance(lesson.body, Demonstration)]

@@ -5,7 +5,8 @@ import pytest
 from pftrack.core.model.parameters import declarations
 from pftrack.experiments import find
 from pftrack.runs.record import make
-from pftrack.teaching.lessons import LESSONS, Scenario
+from pftrack.teaching.lessons import LESSONS
+from pftrack.teaching.lessons.lesson import Scenario
 
 SCENARIOS = [
     *((f"{name}, use {number}", use.scenario) for name, it in LESSONS.items() for number, use in enumerate(it.uses)),

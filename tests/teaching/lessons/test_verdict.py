@@ -6,8 +6,7 @@ from dataclasses import replace
 import pytest
 
 from pftrack.core.model.parameters import ParameterError
-from pftrack.teaching.lessons.lesson import Answer, Mistake, Question
-from pftrack.teaching.lessons.verdict import judge, read_answer
+from pftrack.teaching.lessons.lesson import Answer, Mistake, Question, judge, read_answer
 
 HALVED = Question(
     "By what factor does the error fall?",

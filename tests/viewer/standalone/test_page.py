@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 
 from pftrack.core import entry_points
-from pftrack.core.model.export import ExportError
-from pftrack.core.model.frame import Frame
-from pftrack.core.model.recipe import Recipe
-from pftrack.core.model.timeline import Change
+from pftrack.core.model.recipe import Change, Recipe
+from pftrack.core.model.setup import ExportError
+from pftrack.core.model.source import Frame
 from pftrack.experiments import find
-from pftrack.output.displays.readings import format_reading
+from pftrack.output.displays import format_reading
 from pftrack.runs.record import make
 from pftrack.runs.run import Run
 from tests.conftest import FRUGAL

@@ -1,9 +1,9 @@
 import numpy as np
 
-from pftrack.reproduce.structure.scenes import prism_tracks
-from pftrack.vision.structure.accumulated import accumulate, empty, principal_shape
-from pftrack.vision.structure.alignment import shape_error
+from pftrack.reproduce.structure.trials import prism_tracks
 from pftrack.vision.structure.factorization import factorize
+from pftrack.vision.structure.recursive import accumulate, empty, principal_shape
+from pftrack.vision.structure.tracks import shape_error
 
 
 def test_it_is_the_factorization_of_all_frames() -> None:

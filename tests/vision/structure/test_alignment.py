@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from pftrack.core.geometry.rotation import rotation
-from pftrack.vision.structure.alignment import align, residuals, shape_error
+from pftrack.vision.structure.tracks import align, residuals, shape_error
 
 TRUTH = np.random.default_rng(0).normal(size=(8, 3)) * 20.0 + [100.0, 0.0, 700.0]
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from pftrack.core.numerics.matrices import product
-from pftrack.vision.structure.alignment import shape_error
 from pftrack.vision.structure.factorization import Camera, Factorization, factorize, metric_upgrade
+from pftrack.vision.structure.tracks import shape_error
 from tests.vision.structure.bodies import body, cameras, seen
 
 BODY = body()

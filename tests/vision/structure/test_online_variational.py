@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from pftrack.vision.structure import online_variational, variational
-from pftrack.vision.structure.alignment import shape_error
-from pftrack.vision.structure.online_variational import Settings
-from pftrack.vision.structure.tracks import Tracks
+from pftrack.vision.structure import variational
+from pftrack.vision.structure.tracks import Tracks, shape_error
+from pftrack.vision.structure.variational import Settings
 from tests.vision.structure.bodies import body, cameras, seen
 
 BODY = body()
@@ -15,7 +14,7 @@ SHORT = Settings(window=12)
 
 def test_eta_settles_at_a_half() -> None:
     """With lambda = 0.5 eta is 1, 2/3, 4/7, ... and tends to 0.5, for all points alike."""
-    states = online_variational.run(seen(BODY, cameras(40)), SHORT)
+    states = variational.run(seen(BODY, cameras(40)), SHORT)
     etas = np.array([state.eta for state in states if state.full])
     assert etas[:3, 0] == pytest.approx([1.0, 2 / 3, 4 / 7])
     assert etas[-1] == pytest.approx(0.5)
@@ -25,7 +24,7 @@ def test_eta_settles_at_a_half() -> None:
 def test_the_first_full_window_is_the_batch() -> None:
     """Until the window is full nothing is known; then it is what ten passes over these frames give."""
     tracks = seen(BODY, cameras(14), 1.0, noise=1.0)
-    states = online_variational.run(tracks, SHORT)
+    states = variational.run(tracks, SHORT)
     assert [state.full for state in states[9:13]] == [False, False, True, True]
     assert not states[10].shape.any()
     assert states[10].published is None
@@ -38,24 +37,24 @@ def test_the_first_full_window_is_the_batch() -> None:
 
 def test_memory_does_not_grow() -> None:
     """However many frames are taken, the state holds one window."""
-    states = online_variational.run(seen(BODY, cameras(60), 1.0, noise=1.0), SHORT)
+    states = variational.run(seen(BODY, cameras(60), 1.0, noise=1.0), SHORT)
     assert {state.rows.shape for state in states[11:]} == {(24, 9)}
     assert {state.motion.shape for state in states[11:]} == {(24, 4)}
 
 
 @pytest.mark.parametrize("forgetting", ["common", "by-information"])
-def test_noise_free_tracks_are_recovered(forgetting: online_variational.Forgetting) -> None:
+def test_noise_free_tracks_are_recovered(forgetting: variational.Forgetting) -> None:
     """From nearly noise-free tracks the shape is right to 1e-6 in every step."""
-    states = online_variational.run(seen(BODY, cameras(40), 1e-4), Settings(window=20, forgetting=forgetting))
+    states = variational.run(seen(BODY, cameras(40), 1e-4), Settings(window=20, forgetting=forgetting))
     assert max(shape_error(state.shape, BODY) for state in states if state.full) < 1e-6
 
 
 def test_states_are_values() -> None:
     """The same state and frame give the same next state, to the bit, and the first is left as it was."""
     tracks = seen(BODY, cameras(20), 1.0, noise=1.0)
-    state = online_variational.run(tracks, SHORT)[-1]
+    state = variational.run(tracks, SHORT)[-1]
     rows, second = state.rows.copy(), state.second.copy()
-    one, other = (online_variational.step(state, tracks.positions[3], tracks.variances[3]) for _ in range(2))
+    one, other = (variational.step(state, tracks.positions[3], tracks.variances[3]) for _ in range(2))
     assert np.array_equal(one.second, other.second)
     assert np.array_equal(state.rows, rows)
     assert np.array_equal(state.second, second)
@@ -72,7 +71,7 @@ def test_a_hidden_point_is_not_forgotten_where_information_counts() -> None:
     """Of a point that is hidden longer than the window the common average keeps nothing, its own average all."""
     tracks = seen(BODY, cameras(60), hidden_late(), noise=1.0)
     common, own = (
-        online_variational.run(tracks, Settings(window=20, forgetting=forgetting, memory=0.95))[-1]
+        variational.run(tracks, Settings(window=20, forgetting=forgetting, memory=0.95))[-1]
         for forgetting in ("common", "by-information")
     )
     assert shape_error(own.shape, BODY) < 0.5 * shape_error(common.shape, BODY)
@@ -84,7 +83,7 @@ def test_equal_information_forgets_equally() -> None:
     """For points that are always seen alike both kinds of forgetting have nearly the same eta."""
     tracks = seen(BODY, cameras(60), 1.0)
     common, own = (
-        online_variational.run(tracks, Settings(window=30, forgetting=forgetting, memory=0.8))[-1]
+        variational.run(tracks, Settings(window=30, forgetting=forgetting, memory=0.8))[-1]
         for forgetting in ("common", "by-information")
     )
     assert own.eta == pytest.approx(common.eta, rel=0.15)
@@ -96,7 +95,7 @@ def test_unseen_points_stay_finite() -> None:
     sd[25] = np.inf
     for forgetting in ("common", "by-information"):
         settings = Settings(window=12, forgetting=forgetting)  # type: ignore[arg-type] # one of the two
-        state = online_variational.run(seen(BODY, cameras(40), sd, noise=1.0), settings)[-1]
+        state = variational.run(seen(BODY, cameras(40), sd, noise=1.0), settings)[-1]
         assert np.isfinite(state.second).all()
         assert np.isfinite([state.free_energy, state.average_energy, state.best_energy]).all()
         assert state.published is not None
@@ -104,7 +103,7 @@ def test_unseen_points_stay_finite() -> None:
 
 def test_what_is_published_is_the_best_so_far() -> None:
     """The published shape is that of the step with the greatest average free energy."""
-    states = [s for s in online_variational.run(seen(BODY, cameras(40), 1.0, noise=1.0), SHORT) if s.full]
+    states = [s for s in variational.run(seen(BODY, cameras(40), 1.0, noise=1.0), SHORT) if s.full]
     best = int(np.argmax([state.average_energy for state in states]))
     assert states[-1].best_energy == states[best].average_energy
     assert np.array_equal(states[-1].published, states[best].shape)
@@ -113,12 +112,12 @@ def test_what_is_published_is_the_best_so_far() -> None:
 def test_bad_input_is_refused() -> None:
     """Too few points, another number of them, NaN and settings without sense are refused with a sentence."""
     with pytest.raises(ValueError, match="at least 4 points, got 3"):
-        online_variational.begin(3)
-    state = online_variational.begin(5)
+        variational.begin(3)
+    state = variational.begin(5)
     with pytest.raises(ValueError, match=r"positions and variances \(5, 2\), got \(4, 2\)"):
-        online_variational.step(state, np.ones((4, 2)), np.ones((4, 2)))
+        variational.step(state, np.ones((4, 2)), np.ones((4, 2)))
     with pytest.raises(ValueError, match="finite positions"):
-        online_variational.step(state, np.full((5, 2), np.nan), np.ones((5, 2)))
+        variational.step(state, np.full((5, 2), np.nan), np.ones((5, 2)))
     with pytest.raises(ValueError, match="window of at least 2"):
         Settings(window=1)
     with pytest.raises(ValueError, match="memory of 0 to 1"):

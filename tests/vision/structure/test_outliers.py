@@ -6,11 +6,12 @@ from numpy.typing import NDArray
 
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.parameters import Value
+from pftrack.core.model.recipe import Change
 from pftrack.experiments import find
-from pftrack.runs.run import Change, Run
+from pftrack.runs.run import Run
 from pftrack.vision.structure import variational
 from pftrack.vision.structure.factorization import metric_transform
-from pftrack.vision.structure.outliers import find_right, fit_despite_outliers
+from pftrack.vision.structure.growing import find_right, fit_despite_outliers
 from pftrack.vision.structure.tracks import Tracks
 
 POINTS = np.random.default_rng(7).standard_normal((12, 3))

@@ -7,11 +7,9 @@ import pytest
 
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.vision.structure import variational
-from pftrack.vision.structure.alignment import shape_error
-from pftrack.vision.structure.factorization import factorize
+from pftrack.vision.structure.factorization import cholesky_log_det, cholesky_solve, factorize, invert
 from pftrack.vision.structure.passes import free_energy, moments, posterior_points, posterior_rows
-from pftrack.vision.structure.positive import cholesky_log_det, cholesky_solve, invert
-from pftrack.vision.structure.tracks import Tracks
+from pftrack.vision.structure.tracks import Tracks, shape_error
 from pftrack.vision.structure.variational import GAMMA, Initial, Variational
 from tests.vision.structure.bodies import body, cameras, seen
 

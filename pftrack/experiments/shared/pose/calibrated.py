@@ -39,11 +39,10 @@ from numpy.typing import NDArray
 from pftrack.core.geometry.rotation import derivatives, rotation, turn
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials
-from pftrack.core.numerics.gaussian import Gaussian
 from pftrack.core.numerics.matrices import contiguous_copy, multiply, product
-from pftrack.experiments.shared.pose.beliefs import Belief
+from pftrack.core.numerics.random import Gaussian
+from pftrack.experiments.shared.pose.beliefs import GAUSSIAN, Belief, Solid
 from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
-from pftrack.experiments.shared.pose.solid import GAUSSIAN, Solid
 from pftrack.filters import perspective
 from pftrack.filters.random_effects import excess_variance, fit_covariance, fit_gain
 

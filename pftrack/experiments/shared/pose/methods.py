@@ -6,44 +6,34 @@ likelihood and leaves the rest to `begin` and `advance`. The methods understand 
 take over from another in mid-run.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.geometry.camera import pinhole_jacobian
 from pftrack.core.geometry.rotation import rotation
-from pftrack.core.numerics.gaussian import Gaussian
-from pftrack.core.numerics.matrices import least_squares, product
-from pftrack.core.numerics.random import Generator
-from pftrack.experiments.shared.pose import hypotheses, layered
-from pftrack.experiments.shared.pose.beliefs import AffineLayers, Belief, JointParticles, Layers, PerspectiveLayers
-from pftrack.experiments.shared.pose.hypotheses import Rival
-from pftrack.experiments.shared.pose.layered import FeatureLikelihood, Layered
+from pftrack.core.model.series import Reduction, Series, SeriesValue
+from pftrack.core.numerics.matrices import least_squares, pinhole_jacobian, product
+from pftrack.core.numerics.random import Gaussian, Generator
+from pftrack.experiments.shared.pose import layered
+from pftrack.experiments.shared.pose.beliefs import (
+    AffineLayers,
+    Belief,
+    JointParticles,
+    Layers,
+    PerspectiveLayers,
+    Solid,
+)
+from pftrack.experiments.shared.pose.layered import FeatureLikelihood, Layered, Rival
 from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
-from pftrack.experiments.shared.pose.solid import Solid
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.filters import adaptive, rao_blackwell
 from pftrack.filters.affine import ENTRY_NOISE, AffineBelief, AffineLayer
 from pftrack.filters.layers import UpperLayer
 from pftrack.filters.learning import mixture_em
 from pftrack.filters.perspective import POSE_NOISE, PerspectiveLayer
-
-__all__ = [
-    "METHODS",
-    "Method",
-    "StateLikelihood",
-    "advance",
-    "begin",
-    "has_switched",
-    "hold",
-    "slopes",
-    "slopes_at",
-    "transfer",
-    "translation",
-]
 
 Method: TypeAlias = Literal["pf-asd", "alpha-1", "alpha-0", "rb-pf"]
 
@@ -122,7 +112,7 @@ def advance(
     if rival is not None:
         rival = replace(rival, layers=_steer(rival.layers, parameters, method))
         others = likelihood(replace(state, belief=_layers(rival.layers, parameters)))
-    apart, rival = hypotheses.step(apart, rival, layer, (own, others), settings, rng)
+    apart, rival = layered.step_hypotheses(apart, rival, layer, (own, others), settings, rng)
     return _layers(apart, parameters, rival)
 
 
@@ -318,3 +308,65 @@ def _camera(solid: Solid, positions: NDArray[np.float64], theta: NDArray[np.floa
     """Return the affine camera (2, 4) that sees a solid of this pose with the middle of its features in theirs."""
     slopes = product(solid.reference[:, :3], rotation(theta))
     return np.column_stack([slopes, positions.mean(axis=0) - product(slopes, solid.points_mm.mean(axis=0))])
+
+
+# What trackers of a solid's points report beside the pose: of their particles, and of each feature.
+
+
+def report(method: Method, features: tuple[str, ...]) -> tuple[Series, ...]:
+    """Return the series of a method that tracks a solid whose features have these names."""
+    common = (
+        Series("ess", "ESS", role="ess"),
+        Series("particles", "particles", role="particles"),
+        Series("feature_recognised", "recognised", shape="vector", role="flag", components=features),
+        Series("feature_x_px", "position, x", "px", "vector", components=features),
+        Series("feature_y_px", "position, y", "px", "vector", components=features),
+        Series("feature_sd_px", "standard deviation", "px", "vector", components=features),
+        Series(
+            "switched",
+            "switched",
+            role="flag",
+            reductions=(Reduction("switches", "frames in which a feature changed its prediction", "count"),),
+        ),
+    )
+    if method == "rb-pf":
+        return common
+    return (
+        *common,
+        Series("alpha", "alpha", shape="vector", components=features),
+        Series(
+            "samples",
+            "proposals",
+            shape="vector",
+            role="share",
+            components=("own past", "solid"),
+            colours=("prediction", "observation"),
+            reductions=(Reduction("solid_share", "share of particles from the solid's pose", "share", "solid"),),
+        ),
+        Series("unique_ancestors", "survivors"),
+    )
+
+
+def measurement(series: tuple[Series, ...]) -> Callable[[PoseState], Mapping[str, SeriesValue]]:
+    """Return a function that measures these series of a state.
+
+    ESS and number of particles are sums over the features, where each has particles of its own. Alpha is the share of
+    the solid's prediction as learned up to this frame; the samples are those of this frame. While a lost object is
+    looked for, its belief may still be that of the method before, and have more or less than is declared.
+    """
+    names = {one.name for one in series}
+
+    def measure(state: PoseState) -> Mapping[str, SeriesValue]:
+        weights = np.exp(state.belief.log_weights)
+        own = {name: value for name, value in state.belief.own_series().items() if name in names}
+        return own | {
+            "ess": float((1.0 / np.square(weights).sum(axis=-1)).sum()),
+            "particles": float(weights.size),
+            "feature_recognised": tuple(state.recognised.astype(np.float64).tolist()),
+            "feature_x_px": tuple(state.feature_means[:, 0].tolist()),
+            "feature_y_px": tuple(state.feature_means[:, 1].tolist()),
+            "feature_sd_px": tuple(np.sqrt(np.trace(state.feature_covariances, axis1=1, axis2=2) / 2.0).tolist()),
+            "switched": float(state.switched),
+        }
+
+    return measure

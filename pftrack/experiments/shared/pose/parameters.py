@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from pydantic import field_validator
 
 from pftrack.core.model.parameters import Parameters, Value, parameter
-from pftrack.experiments.shared.parameters import loss_share
+from pftrack.experiments.shared.reports import loss_share
 from pftrack.filters.learning.charts import Chart
 from pftrack.filters.learning.guidance import Guidance
 

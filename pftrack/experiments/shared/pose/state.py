@@ -7,13 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.geometry.camera import pinhole
 from pftrack.core.geometry.rotation import rotation
-from pftrack.core.numerics.gaussian import Gaussian
-from pftrack.core.numerics.matrices import product
-from pftrack.experiments.shared.pose.beliefs import Belief
+from pftrack.core.numerics.matrices import pinhole, product
+from pftrack.core.numerics.random import Gaussian
+from pftrack.experiments.shared.pose.beliefs import GAUSSIAN, Belief, Solid, Widths
 from pftrack.experiments.shared.pose.calibrated import Calibration
-from pftrack.experiments.shared.pose.solid import GAUSSIAN, Solid, Widths
 
 __all__ = ["PoseState"]
 

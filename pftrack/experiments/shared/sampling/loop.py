@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials
+from pftrack.core.numerics.matrices import inner_product
 from pftrack.core.numerics.random import standard_normals
-from pftrack.core.numerics.sums import inner_product
 from pftrack.filters.auxiliary import correction
 from pftrack.filters.dynamics import diffuse, predict
 from pftrack.filters.particles import moments, normalise

@@ -6,7 +6,7 @@ from pydantic import model_validator
 
 from pftrack.core.model.glossary import Term
 from pftrack.core.model.parameters import ParameterError, Parameters, parameter
-from pftrack.experiments.shared.parameters import particle_count, resampling_threshold
+from pftrack.experiments.shared.reports import particle_count, resampling_threshold
 from pftrack.filters.auxiliary import WeightRule
 
 __all__ = [

@@ -1,24 +1,90 @@
 """The trackers of the loop by name: the rules by which they choose, how they go on, and what they report."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pftrack.core.model.likelihood import ObservationLikelihood
+from pftrack.core.model.likelihood import Cloud, ObservationLikelihood
 from pftrack.core.model.series import Series, SeriesValue
+from pftrack.core.model.source import Frame
 from pftrack.core.model.tracker import Fold, Tracker, nothing
-from pftrack.core.numerics.gaussian import Gaussian
+from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.experiments.shared import reports
-from pftrack.experiments.shared.point_state import PointState
-from pftrack.experiments.shared.sampling.common import cloud_of
-from pftrack.experiments.shared.sampling.loop import Loop, Rule, Scheme
+from pftrack.experiments.shared.reports import PointState
+from pftrack.experiments.shared.sampling.loop import LogLikelihood, Loop, Rule, Scheme, loop_with
+from pftrack.experiments.shared.sampling.parameters import SamplingParameters
 from pftrack.filters.particles import ParticleSet
 from pftrack.filters.resampling import RESAMPLERS
 
-__all__ = ["SAMPLERS", "Sampler", "advance", "fold", "measure_particles", "scheme"]
+# What all trackers of pictures by particles need of a frame, and of a state that another method has left.
+
+
+def particles_of(state: PointState, parameters: SamplingParameters, rng: Stream) -> ParticleSet:
+    """Return the particles, drawn from the posterior if a filter without particles was at work before."""
+    if state.particles is not None:
+        return state.particles
+    fresh = Stream(rng.seed, rng.frame, Purpose.START)
+    return ParticleSet.uniform(state.posterior.sample(fresh, parameters.sample_count))
+
+
+def picture_of(frame: Frame) -> NDArray[np.uint8]:
+    """Return the picture (height, width, 3) of a frame.
+
+    Raises:
+        ValueError: It is a signal.
+    """
+    if frame.image_rgb is None:
+        raise ValueError("a tracker of colour needs pictures, got a signal")
+    return frame.image_rgb
+
+
+def size_of(image_rgb: NDArray[np.uint8]) -> tuple[int, int]:
+    """Return width and height of a picture, px."""
+    height, width, _ = image_rgb.shape
+    return width, height
+
+
+def centre_of(state: PointState) -> NDArray[np.float64]:
+    """Return the posterior mean (d,) of all that a state is."""
+    return state.posterior.mean
+
+
+def cloud_of(samplers: tuple[str, ...], state: PointState) -> Cloud | None:
+    """Return the particles of a state, laid open; None without.
+
+    Args:
+        samplers: Names of what draws by prediction and what by observation; empty where there is no choice.
+        state: Any whose particles by prediction come first.
+    """
+    particles = state.particles
+    if particles is None:
+        return None
+    predicted = len(particles) - state.observation_count
+    counts = (predicted, state.observation_count) if samplers else ()
+    return Cloud(particles.states, particles.log_weights, particles.ancestors, counts, samplers, state.resampled)
+
+
+def crop(image_rgb: NDArray[np.uint8], middle: NDArray[np.float64], reach: tuple[int, int]) -> NDArray[np.uint8]:
+    """Return the part of a picture within a reach of a place, clipped to it; empty if that is outside.
+
+    Args:
+        image_rgb: (height, width, 3).
+        middle: (2,) px; it is rounded to a pixel.
+        reach: Columns and rows to either side.
+    """
+    height, width, _ = image_rgb.shape
+    if not np.isfinite(middle).all() or np.abs(middle).max() > 2 * (height + width):
+        return image_rgb[:0, :0]
+    column, row = (int(np.floor(value + 0.5)) for value in middle)
+    (across, down) = reach
+    left, right = max(column - across, 0), max(column + across + 1, 0)
+    top, bottom = max(row - down, 0), max(row + down + 1, 0)
+    return image_rgb[top:bottom, left:right].copy()
+
 
 State = TypeVar("State", bound=PointState)
 
@@ -187,3 +253,30 @@ def _measure_both(
     state: PointState,
 ) -> Mapping[str, SeriesValue]:
     return {**first(state), **second(state)}
+
+
+# What the loop weighs particles by: any compiled likelihood of pictures, with its parameters packed for compiled code.
+#
+# A family of trackers reuses the loop with a `Likelihood` of its own:
+#
+#
+#
+
+
+@dataclass(frozen=True)
+class Likelihood:
+    """p(z | x) of a picture.
+
+    Attributes:
+        log_likelihood: (picture, states (N, d), packed parameters) -> (N,); compiled.
+        packed: What the family knows of its target, such as the parameters -> a named tuple of what the function needs.
+        loop: The loop that weighs by it.
+    """
+
+    log_likelihood: LogLikelihood
+    packed: Callable[[Any], tuple[Any, ...]]
+    loop: Any = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Build the loop; it is compiled when it runs first."""
+        object.__setattr__(self, "loop", loop_with(self.log_likelihood))

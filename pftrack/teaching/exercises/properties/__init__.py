@@ -4,7 +4,7 @@ Those of single functions call these with arrays made for it; those of a filter 
 another tracker, or with the truth. `registry` has all of them by name, with their options.
 """
 
-from pftrack.teaching.exercises.properties.property import Option, Property
 from pftrack.teaching.exercises.properties.registry import PROPERTIES
+from pftrack.teaching.exercises.properties.weights import Option, Property
 
 __all__ = ["PROPERTIES", "Option", "Property"]

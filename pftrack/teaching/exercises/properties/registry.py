@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping
 
-from pftrack.teaching.exercises.properties import conduct, exact, parents, scene, weights
-from pftrack.teaching.exercises.properties.property import Property
+from pftrack.teaching.exercises.properties import exact, weights
+from pftrack.teaching.exercises.properties.weights import Property
 
 __all__ = ["PROPERTIES"]
 
@@ -13,26 +13,26 @@ PROPERTIES: Mapping[str, Property] = {
         Property(
             "keeps-count",
             "Resampling returns as many parents as are asked for, and none of weight zero",
-            parents.keeps_count,
+            weights.keeps_count,
             {"draws": 20},
         ),
         Property(
             "unbiased",
             "Resampling is unbiased",
-            parents.unbiased,
+            weights.unbiased,
             {"draws": 3000},
             "Bernstein's bound for sums of 0-or-1 numbers: a right solution fails with a probability below 1e-6.",
         ),
         Property(
             "even",
             "Each particle has N times its weight children, rounded up or down",
-            parents.even,
+            weights.even,
             {"draws": 100},
         ),
         Property(
             "threshold",
             "Parents are drawn just when the effective sample size is too low",
-            parents.threshold,
+            weights.threshold,
             {"share": 0.5, "cases": 60},
         ),
         Property(
@@ -65,18 +65,18 @@ PROPERTIES: Mapping[str, Property] = {
         Property(
             "held",
             "The target is held",
-            scene.held,
+            weights.held,
             {"runs": 20, "needed": 19, "largest_error": 0.0},
             "Two of 20 runs have to fail; the page on exercises says how seldom a right solution loses one.",
         ),
         Property(
             "linear",
             "The cost grows linearly",
-            conduct.linear,
+            exact.linear,
             {"small": 500, "large": 32_000, "most_exponent": 1.5},
             "Processor time, the least of seven calls; one that seems too long is measured three times.",
         ),
-        Property("unchanged", "Nothing is mutated", conduct.unchanged),
-        Property("replays", "It replays: all randomness is that of the seed", conduct.replays),
+        Property("unchanged", "Nothing is mutated", exact.unchanged),
+        Property("replays", "It replays: all randomness is that of the seed", exact.replays),
     )
 }

@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pftrack.core.model.parameters import Value
-from pftrack.core.model.recipe import Recipe
-from pftrack.core.model.timeline import Change
-from pftrack.teaching.lessons.answers import Columns
-from pftrack.teaching.lessons.lesson import Answer, Check, Lesson, Mistake, Outcome, Question, Scenario, Use
+from pftrack.core.model.recipe import Change, Recipe
+from pftrack.teaching.lessons.lesson import Answer, Check, Columns, Lesson, Mistake, Outcome, Question, Scenario, Use
 
 if TYPE_CHECKING:
     from pftrack.reproduce.histogram.likeness import Likenesses

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.core.model.recipe import Recipe
-from pftrack.core.model.timeline import Change
+from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.teaching.lessons.course.axes import ceiling

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.core.model.recipe import Recipe
-from pftrack.core.model.timeline import Change
+from pftrack.core.model.recipe import Change, Recipe
 from pftrack.teaching.lessons.course.axes import ceiling
 from pftrack.teaching.lessons.course.densities import normal
 from pftrack.teaching.lessons.figure import Axis, Curve, Figure, Handle, HeatMap, Panel, Rule, Scatter

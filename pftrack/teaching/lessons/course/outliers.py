@@ -13,10 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import wofz
 
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.core.model.recipe import Recipe
-from pftrack.core.model.timeline import Change
-from pftrack.experiments.trajectories.scene.reference import REFERENCE_PX
-from pftrack.experiments.trajectories.scene.scene import FRAMES, true_path
+from pftrack.core.model.recipe import Change, Recipe
+from pftrack.experiments.trajectories.scene import FRAMES, REFERENCE_PX, true_path
 from pftrack.filters.trajectories.whole import Method, Settings, follow, track_error
 from pftrack.teaching.lessons.course.axes import ceiling
 from pftrack.teaching.lessons.course.densities import normal

@@ -5,8 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.model.recipe import Recipe
-from pftrack.core.model.timeline import Change
+from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.numerics.matrices import solve_system
 from pftrack.teaching.lessons.course.axes import ceiling
 from pftrack.teaching.lessons.course.densities import normal

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.core.numerics.gaussian import Gaussian
+from pftrack.core.numerics.random import Gaussian
 from pftrack.filters import kalman
 from pftrack.filters.dynamics import random_walk
 from pftrack.teaching.lessons.course.densities import normal

@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.model.parameters import Parameters, parameter
-from pftrack.core.model.recipe import Recipe
-from pftrack.core.model.timeline import Change
+from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.filters import bootstrap
 from pftrack.filters.particles import ParticleSet
@@ -21,9 +20,11 @@ from pftrack.teaching.lessons.course.corridor import (
     Pace,
     assign_bins,
     cached_walk,
+    resampled_panel,
+    steps_so_far,
     total_variation,
+    weigh,
 )
-from pftrack.teaching.lessons.course.corridor_panels import resampled_panel, steps_so_far, weigh
 from pftrack.teaching.lessons.course.rounds import GRID, MEASURED, PRIOR_VARIANCE, RecursionParameters, moments
 from pftrack.teaching.lessons.figure import Figure
 from pftrack.teaching.lessons.lesson import (

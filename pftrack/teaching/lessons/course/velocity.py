@@ -10,9 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pftrack.core.numerics.gaussian import Gaussian
 from pftrack.core.numerics.matrices import cholesky
-from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.filters import kalman
 from pftrack.filters.dynamics import LinearDynamics
 

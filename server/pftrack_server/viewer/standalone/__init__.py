@@ -9,7 +9,7 @@ other. One clock in the page says which frame it is; scene, plots and figures fo
 - `document`, `plots`: the page put together, with the plots that the library prints
 - `page/`: what is in it; the player in its frame is viser's (`viser_adapter.player_page`)
 
-`pftrack` finds `write_page` by its entry point, when somebody asks for it (`pftrack.output.exports.viewers`).
+`pftrack` finds `write_page` by its entry point, when somebody asks for it (`pftrack.output.exports.formats`).
 """
 
 from pftrack_server.viewer.standalone.document import write_page

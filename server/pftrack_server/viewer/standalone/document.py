@@ -10,12 +10,9 @@ from typing import Any
 
 from pftrack.core.model.plot import Reading
 from pftrack.core.version import __version__
-from pftrack.output.displays import explanation_html, summary_lines
-from pftrack.output.displays.readings import format_reading, readings_of
-from pftrack.output.displays.sparkline import track
-from pftrack.runs.lost_frames import find_lost_frames
+from pftrack.output.displays import explanation_html, format_reading, readings_of, summary_lines, track
 from pftrack.runs.manifest import citation_of, manifest_of, title_of
-from pftrack.runs.run import Run
+from pftrack.runs.run import Run, find_lost_frames
 from pftrack_server.viewer.camera import FLAT_RAD, FULL_RELIEF_RAD, RELIEF_STEPS
 from pftrack_server.viewer.modules import join
 from pftrack_server.viewer.standalone.plots import PagePlot, plots_of

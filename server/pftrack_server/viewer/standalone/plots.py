@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from pftrack.core.model.export import ExportError
+from pftrack.core.model.setup import ExportError
 from pftrack.output.figures.picture import encode
 from pftrack.output.figures.sheet import drawable, figure_of
 from pftrack.output.figures.style import INK

@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pftrack.experiments.linkage.sets.cells import cosine_range, link_cells, section
-from pftrack.reproduce.linkage.set_algebra import random_shape, values
+from pftrack.experiments.linkage.sets.plane import cosine_range, link_cells, section
+from pftrack.reproduce.linkage.regions import random_shape, values
 
 NOTHING = (-1.0, 0.0, 0.0)
 

@@ -1,8 +1,8 @@
 import numpy as np
 
-from pftrack.experiments.linkage.sets.guides import circumscribe, contract, cut_by_guides, shrink_to_extent
-from pftrack.experiments.linkage.sets.strips import TRACE
-from pftrack.reproduce.linkage.set_algebra import random_shape, values
+from pftrack.experiments.linkage.sets.plane import TRACE
+from pftrack.experiments.linkage.sets.regions import circumscribe, contract, cut_by_guides, shrink_to_extent
+from pftrack.reproduce.linkage.regions import random_shape, values
 
 
 def test_contraction_keeps_every_point_and_is_tight() -> None:

@@ -1,10 +1,17 @@
 import numpy as np
 import pytest
 
-from pftrack.experiments.linkage.sets.observation import observe_in_plane
-from pftrack.experiments.linkage.sets.prediction import OUTER
-from pftrack.experiments.linkage.sets.regions import HIGH, LOW, SHAPE, Ways, contains, region_of
-from pftrack.experiments.linkage.sets.strips import TRACE, VOLUME
+from pftrack.experiments.linkage.sets.plane import TRACE, VOLUME
+from pftrack.experiments.linkage.sets.regions import (
+    HIGH,
+    LOW,
+    OUTER,
+    SHAPE,
+    Ways,
+    contains,
+    observe_in_plane,
+    region_of,
+)
 from tests.experiments.linkage.sets.ellipsoids import lost, within
 
 FULL = Ways(True, TRACE, True, True, True, True, True, OUTER)

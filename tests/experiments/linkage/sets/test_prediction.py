@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from pftrack.experiments.linkage.sets.prediction import OUTER, predict
-from pftrack.reproduce.linkage.set_algebra import random_shape, sticks_out
+from pftrack.experiments.linkage.sets.regions import OUTER, predict
+from pftrack.reproduce.linkage.regions import random_shape, sticks_out
 
 
 def test_the_bound_holds_where_some_coordinates_stay() -> None:

@@ -1,12 +1,10 @@
 import numpy as np
 import pytest
 
-from pftrack.core.geometry.rotation_vector import matrix
-from pftrack.experiments.linkage.sets.prediction import OUTER
-from pftrack.experiments.linkage.sets.regions import CENTRE, SHAPE, Ways, region_of
-from pftrack.experiments.linkage.sets.space_cells import Link, image, rotate, space_cells
-from pftrack.experiments.linkage.sets.space_observation import observe_in_space
-from pftrack.experiments.linkage.sets.strips import TRACE
+from pftrack.core.geometry.rotation import matrix
+from pftrack.experiments.linkage.sets.plane import TRACE
+from pftrack.experiments.linkage.sets.regions import CENTRE, OUTER, SHAPE, Ways, region_of
+from pftrack.experiments.linkage.sets.space import Link, image, observe_in_space, rotate, space_cells
 from tests.experiments.linkage.sets.ellipsoids import lost, within
 
 FULL = Ways(True, TRACE, True, True, True, True, True, OUTER)

@@ -3,8 +3,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from pftrack.experiments.linkage.sets.strips import TRACE, VOLUME, cut, cut_along, volume_ratio
-from pftrack.reproduce.linkage.set_algebra import (
+from pftrack.experiments.linkage.sets.plane import TRACE, VOLUME, cut, cut_along, volume_ratio
+from pftrack.reproduce.linkage.regions import (
     algebra,
     count_lost_points,
     points_of_both,

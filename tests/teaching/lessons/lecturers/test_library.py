@@ -9,11 +9,10 @@ from pathlib import Path
 import pytest
 
 from pftrack.core.model.parameters import declarations
-from pftrack.teaching.lessons import LESSONS, find, judge
-from pftrack.teaching.lessons.answers import answer_of, question_recipe
+from pftrack.teaching.lessons import LESSONS, find
 from pftrack.teaching.lessons.lecturers import Library, library, read_lessons
 from pftrack.teaching.lessons.lecturers.document import LARGEST_BYTES, Document, DocumentError
-from pftrack.teaching.lessons.lesson import Demonstration, Lesson, Scenario
+from pftrack.teaching.lessons.lesson import Demonstration, Lesson, Scenario, answer_of, judge, question_recipe
 from tests.teaching.lessons.demonstrations import DEMONSTRATIONS
 
 GOOD = """---

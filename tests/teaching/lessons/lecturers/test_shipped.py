@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-from pftrack.core.model.timeline import Change
-from pftrack.teaching.lessons import Lesson
-from pftrack.teaching.lessons.answers import Columns, answer_of, numbers_of, question_recipe
+from pftrack.core.model.recipe import Change
 from pftrack.teaching.lessons.lecturers import read_lessons
-from pftrack.teaching.lessons.lesson import Scenario
+from pftrack.teaching.lessons.lesson import Columns, Lesson, Scenario, answer_of, numbers_of, question_recipe
 
 LIBRARY = read_lessons()
 SHIPPED = {name: lesson for name, lesson in LIBRARY.lessons.items() if not lesson.number}

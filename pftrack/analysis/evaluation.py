@@ -1,0 +1,285 @@
+"""Trackers on the sequences of public benchmarks, which a user brings, by the benchmark's own protocol.
+
+The pictures of these benchmarks have no licence, so none comes along.
+"""
+
+import csv
+import json
+import math
+from collections.abc import Callable, Mapping
+from contextlib import closing
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from statistics import fmean
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.model.marks import Box
+from pftrack.core.model.measures import MEAN_IOU, PICTURE_MEASURES, EvaluatedRun, Measure, evaluate
+from pftrack.core.model.parameters import Value
+from pftrack.core.model.recipe import Change
+from pftrack.core.model.setup import Setup
+from pftrack.experiments.experiment import Experiment
+from pftrack.runs.run import Run
+from pftrack.runs.scoring import evaluated_run, extent_series
+from pftrack.sources.limits import SourceError
+from pftrack.sources.results.numbers import rectangle
+from pftrack.sources.sequence import open_sequence
+from pftrack.sources.truth import TruthTable
+
+# Sequences of benchmarks as they lie on a disk: a folder each, with pictures and a text of true boxes.
+#
+# | form | pictures | boxes | a line |
+# |---|---|---|---|
+# | OTB (Wu, Lim, Yang 2013) | `img/` | `groundtruth_rect.txt` | x, y, w, h; first pixel 1; commas, tabs or spaces |
+# | VOT (Kristan et al. 2016) | the folder, or `color/` | `groundtruth.txt` | x, y, w, h, or x and y of four corners |
+#
+# Of four corners the smallest upright box around them is taken. A line whose numbers are not finite, or whose box has
+# no area, is a frame without truth. Where there are fewer lines than pictures, lines begin with the picture that
+# `cfg.json` names as `startFrame`, as jwlim/tracker_benchmark has it, or with the first.
+
+Rectangle = tuple[float, float, float, float]
+
+LARGEST_TEXT_BYTES = 16 * 1024 * 1024
+
+
+class BenchmarkError(ValueError):
+    """A folder that is no sequence of a benchmark; the message says what was expected."""
+
+
+@dataclass(frozen=True, slots=True)
+class BenchmarkSequence:
+    """A sequence of a benchmark.
+
+    Attributes:
+        name: Of its folder.
+        pictures: The folder of its pictures.
+        start: Number of the picture of the first line, from 0.
+        frames: How many lines there are.
+        boxes: (x, y, w, h) in px by number of the picture, the first pixel being 0; frames without truth are missing.
+    """
+
+    name: str
+    pictures: Path
+    start: int
+    frames: int
+    boxes: Mapping[int, Rectangle]
+
+
+def find_sequences(folder: Path) -> list[BenchmarkSequence]:
+    """Return the sequence that a folder is, or those of the folders in it, by name.
+
+    Raises:
+        BenchmarkError: There is none, or one cannot be read.
+    """
+    if not folder.is_dir():
+        raise BenchmarkError(f"there is no folder {folder}")
+    folders = [folder] if _form_of(folder) else sorted(place for place in folder.iterdir() if _form_of(place))
+    if not folders:
+        raise BenchmarkError(
+            f"{folder.name} is no sequence and holds none: expected img/ with groundtruth_rect.txt (OTB), or pictures "
+            "with groundtruth.txt (VOT)"
+        )
+    return [_read(place) for place in folders]
+
+
+def _form_of(folder: Path) -> tuple[Path, Path, float] | None:
+    """Return the pictures, the text, and the number of the first pixel, of a folder that is a sequence."""
+    otb, vot = folder / "groundtruth_rect.txt", folder / "groundtruth.txt"
+    if otb.is_file() and (folder / "img").is_dir():
+        return folder / "img", otb, 1.0
+    if vot.is_file():
+        return (folder / "color" if (folder / "color").is_dir() else folder), vot, 0.0
+    return None
+
+
+def _read(folder: Path) -> BenchmarkSequence:
+    form = _form_of(folder)
+    if form is None:
+        raise BenchmarkError(f"{folder.name} is no sequence")
+    pictures, text, first_pixel = form
+    start = _start(folder, pictures)
+    place = f"{folder.name}/{text.name}"
+    try:
+        if text.stat().st_size > LARGEST_TEXT_BYTES:
+            raise BenchmarkError(f"{place} is larger than the {LARGEST_TEXT_BYTES // 1024**2} MiB allowed")
+        lines = [line for line in text.read_text(encoding="utf-8-sig").splitlines() if line.strip()]
+    except (OSError, UnicodeDecodeError):
+        raise BenchmarkError(f"{place} cannot be read as text") from None
+    boxes = {}
+    for number, line in enumerate(lines):
+        try:
+            x, y, w, h = rectangle(f"{place}, line {number + 1}", line)
+        except SourceError as error:
+            raise BenchmarkError(str(error)) from None
+        if all(math.isfinite(value) for value in (x, y, w, h)) and w > 0 and h > 0:
+            boxes[start + number] = (x - first_pixel, y - first_pixel, w, h)
+    if start not in boxes:
+        raise BenchmarkError(f"{place}, line 1: a tracker begins there, so it must be a box with an area")
+    return BenchmarkSequence(folder.resolve().name, pictures, start, len(lines), boxes)
+
+
+def _start(folder: Path, pictures: Path) -> int:
+    """Return which picture the first line is of: the one whose name is the number that `cfg.json` says."""
+    try:
+        wanted = int(json.loads((folder / "cfg.json").read_text(encoding="utf-8"))["startFrame"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return 0
+    numbers = sorted(int(path.stem) for path in pictures.iterdir() if path.stem.isdecimal())
+    return numbers.index(wanted) if wanted in numbers else 0
+
+
+# One-pass evaluation (OPE) by Wu, Lim and Yang, "Online object tracking: a benchmark" (2013).
+#
+# A tracker is given the true box of the first picture and nothing after it. The success curve says in what share of the
+# frames the box of the tracker overlaps the true one by more than a threshold; the figure that trackers are ranked by
+# is the area under it, the mean over the 21 thresholds 0, 0.05, ..., 1. Precision is the share of frames whose centre
+# is within 20 px of the true one. The first frame counts, as it does there.
+
+THRESHOLDS = np.arange(21) / 20.0
+GREY_LEVELS = 3.0
+"""Channels of a picture that differ by less on average are those of a grey one, after compression."""
+
+
+def _success(course: EvaluatedRun) -> NDArray[np.float64]:
+    """Return at what share of the thresholds a frame is a success, (L,)."""
+    overlap = MEAN_IOU.frames(course)
+    shares = (overlap[:, None] > THRESHOLDS).mean(axis=1)
+    return np.where(np.isnan(overlap), np.nan, shares)
+
+
+SUCCESS = Measure(
+    "success_auc",
+    "Success",
+    "Area under the curve of the share of labelled frames whose overlap is above a threshold, at 21 from 0 to 1.",
+    "mean",
+    _success,
+    source="Wu, Lim, Yang, Online object tracking: a benchmark, 2013",
+)
+
+PRECISION = next(measure for measure in PICTURE_MEASURES if measure.name == "precision_20px")
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """What a tracker came to on a sequence, over all seeds.
+
+    Attributes:
+        name: Of the sequence.
+        frames: How many there are.
+        grey: Whether its pictures have no colours.
+        success: Area under the success curve, of each seed.
+        precision: Share of frames within 20 px, of each seed.
+        frames_per_second: Of the tracker alone, the first frames left out: the median over all.
+    """
+
+    name: str
+    frames: int
+    grey: bool
+    success: tuple[float, ...]
+    precision: tuple[float, ...]
+    frames_per_second: float
+
+    def as_dict(self) -> dict[str, object]:
+        """Return the score as JSON values."""
+        return {
+            "name": self.name,
+            "frames": self.frames,
+            "grey": self.grey,
+            "success": list(self.success),
+            "precision": list(self.precision),
+            "success_mean": fmean(self.success),
+            "precision_mean": fmean(self.precision),
+            "frames_per_second": self.frames_per_second,
+        }
+
+
+def follows_boxes(experiment: Experiment) -> bool:
+    """Return whether an experiment takes a box on a recording and believes in one, which overlap needs."""
+    believed = extent_series(experiment.all_series()) is not None
+    return experiment.on_video is not None and Box in experiment.marks and believed
+
+
+def evaluate_sequence(
+    experiment: Experiment,
+    sequence: BenchmarkSequence,
+    *,
+    tracker: str | None = None,
+    seeds: int = 1,
+    values: Callable[[Setup], Mapping[str, Value]] = lambda _: {},
+    on_run: Callable[[], None] = lambda: None,
+) -> Score:
+    """Track through a sequence from its first box on, once for each seed.
+
+    Args:
+        experiment: Of a target with a box.
+        sequence: The sequence.
+        tracker: By name; the experiment's own if not given.
+        seeds: How many; they are 0, 1, 2, ...
+        values: Setup -> values of parameters that are not those with which a recording begins.
+        on_run: Called after each run.
+
+    Raises:
+        BenchmarkError: The tracker believes in no box, or the pictures do not fit the boxes.
+        SourceError: The pictures cannot be read.
+        ParameterError: The experiment refuses the box or a value.
+    """
+    if experiment.on_video is None or Box not in experiment.marks:
+        raise BenchmarkError(f"{experiment.id} follows no box on recordings")
+    with closing(open_sequence(sequence.pictures)) as pictures:
+        last = sequence.start + sequence.frames
+        if pictures.frame_count < last:
+            raise BenchmarkError(f"{sequence.name} has boxes for {last} pictures, got {pictures.frame_count} pictures")
+        mark = _within(sequence.boxes[sequence.start], pictures.size)
+        setup = experiment.on_video(pictures, mark, start=sequence.start, truth=TruthTable(sequence.boxes))
+        changes = (Change(0, dict(values(setup))),)
+        success, precision, step_ms = [], [], []
+        for seed in range(seeds):
+            run = Run(experiment, setup, tracker=tracker, seed=seed, frames=sequence.frames, timeline=changes)
+            run.finish()
+            course = evaluated_run(experiment, run.diagnostics)
+            found = evaluate((SUCCESS, PRECISION), course)
+            if SUCCESS.name not in found:
+                raise BenchmarkError(f"{run.tracker} of {experiment.id} believes in no box, which overlap needs")
+            success.append(float(found[SUCCESS.name]))
+            precision.append(float(found[PRECISION.name]))
+            step_ms += [row.step_ms for row in run.diagnostics[1:]]
+            on_run()
+        grey = _is_grey(pictures.picture(sequence.start))
+    speed = 1e3 / float(np.median(step_ms)) if step_ms else float("nan")
+    return Score(sequence.name, sequence.frames, grey, tuple(success), tuple(precision), speed)
+
+
+def _within(box: tuple[float, float, float, float], size: tuple[int, int]) -> Box:
+    """Return the part of a box that lies within a picture."""
+    x, y, w, h = box
+    left, top = max(x, 0.0), max(y, 0.0)
+    return Box.of(left, top, min(x + w, size[0]) - left, min(y + h, size[1]) - top)
+
+
+def _is_grey(picture_rgb: NDArray[np.uint8]) -> bool:
+    channels = picture_rgb.astype(np.float64)
+    return bool((channels.max(axis=2) - channels.min(axis=2)).mean() < GREY_LEVELS)
+
+
+# What classical trackers came to on the sequences of OTB, by its authors' own runs.
+#
+# The table holds areas under the success curve, one pass, of the file `results/OPE/<tracker>/scores_cvpr13/ALL.json` of
+# the repository jwlim/tracker_benchmark at commit 5e1029c. CPF is the particle filter of Pérez et al. (2002), KMS and
+# MS are mean shift (Comaniciu, Ramesh, Meer 2003; Collins 2003), the others are no colour trackers.
+
+PUBLISHED_SOURCE = "Wu, Lim, Yang, Online object tracking: a benchmark, 2013; jwlim/tracker_benchmark, results/OPE"
+
+
+def published(name: str) -> Mapping[str, float]:
+    """Return the area under the success curve by tracker on a sequence; empty for one that the table does not have."""
+    return _table().get(name.lower(), {})
+
+
+@cache
+def _table() -> Mapping[str, Mapping[str, float]]:
+    with Path(__file__).with_name("published.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    return {row.pop("sequence").lower(): {name: float(text) for name, text in row.items()} for row in rows}

@@ -1,0 +1,387 @@
+"""What the loop weighs particles of a ball by, the colour of the pixel under them, and what that is made of."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache, partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.model.likelihood import Amount, Component, ObservationLikelihood, Part, Patches, Residual
+from pftrack.core.model.source import Frame, Target
+from pftrack.core.model.tracker import LinearChain, LinearModel, NoiseScale, Tracker
+from pftrack.core.numerics.compiled import compiled, read_only
+from pftrack.core.numerics.random import Gaussian, Generator, Stream
+from pftrack.experiments.ball.parameters import BallTrackerParameters, ColourParameters, LoopParameters
+from pftrack.experiments.shared import reports
+from pftrack.experiments.shared.beliefs import NIS, FilterInterface, Update, innovation_parts, measure_innovation
+from pftrack.experiments.shared.reports import PointState
+from pftrack.experiments.shared.sampling.samplers import (
+    Likelihood,
+    centre_of,
+    cloud_of,
+    crop,
+    measure_particles,
+    particles_of,
+    picture_of,
+    size_of,
+)
+from pftrack.filters import fixed_lag, kalman, unscented_particle
+from pftrack.filters.dynamics import LinearDynamics, autoregression
+from pftrack.filters.learning import online_em
+from pftrack.filters.particles import ParticleSet
+from pftrack.filters.resampling import RESAMPLERS
+from pftrack.vision.likelihoods import chromaticity
+from pftrack.vision.likelihoods.chromaticity import ColourModel, log_kernel
+
+COMPONENTS = (Component("u", "px"), Component("v", "px"), Component("u before", "px"), Component("v before", "px"))
+
+SHOWN_PX = 5
+"""Pixels to either side of the one that is weighed, which are shown with it."""
+
+
+class Colour(NamedTuple):
+    """What the target looks like, as `chromaticity.log_kernel` takes it."""
+
+    mean: tuple[float, float]
+    precision: tuple[float, float]
+    background_level: float
+
+
+def colour_model(parameters: ColourParameters) -> ColourModel:
+    """Return the colour that the parameters describe."""
+    green = parameters.green_spread if parameters.colour_model == "chromaticity" else np.inf
+    return ColourModel((parameters.target_red_share, parameters.target_green_share), (parameters.red_spread, green))
+
+
+@compiled
+def _log_likelihood(image_rgb: NDArray[np.uint8], states: NDArray[np.float64], colour: Colour) -> NDArray[np.float64]:
+    return log_kernel(image_rgb, states, colour.mean, colour.precision, colour.background_level)
+
+
+@lru_cache(maxsize=64)
+def _pack(parameters: ColourParameters) -> Colour:
+    model = colour_model(parameters)
+    return Colour(model.mean, model.precision, parameters.background_level)
+
+
+CHROMATICITY = Likelihood(_log_likelihood, _pack)
+"""The colour of the pixel under a particle (Bando 2007, ch. 3 section 2.2)."""
+
+
+def _weigh(
+    state: PointState, states: NDArray[np.float64], frame: Frame, parameters: ColourParameters
+) -> NDArray[np.float64]:
+    del state
+    weighed: NDArray[np.float64] = CHROMATICITY.log_likelihood(
+        read_only(picture_of(frame)), np.ascontiguousarray(states.T).T, CHROMATICITY.packed(parameters)
+    )
+    return weighed
+
+
+def _parts(state: PointState, one: NDArray[np.float64], frame: Frame, parameters: ColourParameters) -> tuple[Part, ...]:
+    """Return the colour of the pixel beside the target's, in the shares that are compared."""
+    del state
+    image, model = picture_of(frame), colour_model(parameters)
+    around = crop(image, one[:2], (SHOWN_PX, SHOWN_PX))
+    shares = np.full(2, np.nan)
+    pixel = crop(image, one[:2], (0, 0)).reshape(-1).astype(np.float64)
+    if pixel.sum() > 0.0:
+        shares = pixel[:2] / pixel.sum()
+    residuals = tuple(
+        Residual(f"share of {name}", float(found), expected, spread)
+        for name, found, expected, spread in zip(("red", "green"), shares, model.mean, model.spread, strict=True)
+        if np.isfinite(spread)
+    )
+    red, green = model.mean
+    blue = max(1.0 - red - green, 0.0)
+    brightest = max(red, green, blue)
+    colour = np.rint(255.0 * np.array([[[red, green, blue]]]) / brightest).astype(np.uint8)
+    background = Amount("background level rho", parameters.background_level)
+    return (*residuals, background, Patches("colour expected, and found around the pixel", colour, around))
+
+
+LIKELIHOOD = ObservationLikelihood(
+    "colour of the pixel",
+    components=lambda _: COMPONENTS,
+    log_likelihood=_weigh,
+    centre=centre_of,
+    parts=_parts,
+    most_places=19_200,
+)
+"""The same, to be asked at any place."""
+
+# How a ball is expected to move, and how that is learned while it is tracked.
+#
+# All trackers of a ball share a second-order model of its position: constant velocity in Bando 2007, with less of the
+# velocity kept or with a known swing on request, or what online EM has made of the path so far.
+
+TRACKED = 2
+"""The position: the first coordinates of the state."""
+
+
+@lru_cache(maxsize=64)
+def noise(process_noise_px: float) -> NDArray[np.float64]:
+    """Return B of the state (x_t, x_{t-1}): (4, 2), px."""
+    return process_noise_px * np.eye(2 * TRACKED, TRACKED)
+
+
+@lru_cache(maxsize=64)
+def initial_dynamics(parameters: LoopParameters, size: tuple[int, int]) -> LinearDynamics:
+    """Return x_{t+1} = x_t + retention (x_t - x_{t-1}) + noise, or the swing of the assumed period about the middle."""
+    one, retention = np.eye(TRACKED), parameters.velocity_retention
+    spread = parameters.process_noise_px * one
+    if parameters.assumed_period_frames == 0:
+        return autoregression((1 + retention) * one, -retention * one, np.zeros(TRACKED), spread)
+    turn = 2 * np.cos(2 * np.pi / parameters.assumed_period_frames)
+    return autoregression(turn * one, -one, (2 - turn) * np.array(size) / 2, spread)
+
+
+def motion_dynamics(state: PointState, parameters: LoopParameters, size: tuple[int, int]) -> LinearDynamics:
+    """Return the model in force: what was learned, or the initial one.
+
+    Args:
+        state: Of the frame before.
+        parameters: In force.
+        size: Width and height of the picture, px.
+    """
+    if state.learner is not None:
+        return online_em.dynamics(state.learner, parameters.process_noise_px * np.eye(TRACKED))
+    return initial_dynamics(parameters, size)
+
+
+def begin_learning(known: Gaussian, size: tuple[int, int], parameters: LoopParameters) -> online_em.Learner:
+    """Begin with the initial model and the position (2,) as it is known, px."""
+    initial = initial_dynamics(parameters, size)
+    return online_em.begin(initial, known.mean, float(known.standard_deviations.max()), size)
+
+
+def with_learner(state: PointState, size: tuple[int, int], parameters: LoopParameters) -> PointState:
+    """Begin or end learning when it has been switched on or off."""
+    if parameters.learn_dynamics == (state.learner is not None):
+        return state
+    if not parameters.learn_dynamics:
+        return replace(state, learner=None)
+    known = Gaussian(state.estimate, state.posterior.covariance[:TRACKED, :TRACKED])
+    return replace(state, learner=begin_learning(known, size, parameters))
+
+
+def learn_motion(state: PointState, parameters: LoopParameters, size: tuple[int, int]) -> PointState:
+    """Return the state with what its estimate teaches, if it is to learn."""
+    if state.learner is None:
+        return state
+    settings = online_em.Settings(
+        parameters.forgetting,
+        parameters.warm_up_frames,
+        parameters.learning_ridge,
+        parameters.largest_spectral_radius,
+    )
+    initial = initial_dynamics(parameters, size)
+    return replace(state, learner=online_em.learn(state.learner, initial, state.estimate, state.sigma, settings))
+
+
+# What all trackers of a ball have in common: how they begin, and what they carry from frame to frame.
+
+
+def start(target: Target, frame: Frame, parameters: LoopParameters, rng: Generator) -> PointState:
+    """Begin at a known position: all particles around it, at rest; the estimate is the position itself."""
+    deviations = parameters.initial_sd_px * rng.standard_normal((TRACKED, parameters.sample_count)).T
+    positions = target.position + deviations
+    particles = ParticleSet.uniform(np.hstack([positions, positions]))
+    known = Gaussian(target.position, parameters.initial_sd_px**2 * np.eye(TRACKED))
+    learner = begin_learning(known, size_of(picture_of(frame)), parameters) if parameters.learn_dynamics else None
+    return PointState(fixed_lag.augment(known, 1), TRACKED, particles, learner=learner)
+
+
+def lineage_of(
+    state: PointState, parents: ParticleSet, particles: ParticleSet | None, parameters: LoopParameters
+) -> fixed_lag.Lineage | None:
+    """Return the particles' pasts, extended by a frame; None if the path is not smoothed.
+
+    Args:
+        state: Of the frame before.
+        parents: The particles of the frame before.
+        particles: Those of this frame, if there are any.
+        parameters: In force.
+    """
+    if parameters.smoothing_lag_frames == 0 or particles is None:
+        return None
+    lineage = state.lineage or fixed_lag.begin_lineage(parents, TRACKED)
+    return fixed_lag.extend_lineage(lineage, particles, parameters.smoothing_lag_frames)
+
+
+# Trackers that measure the colour centroid of the whole picture (Bando 2007, ch. 3 section 4).
+
+
+def step_unscented(state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> PointState:
+    """Draw every particle towards the colour centroid of the picture."""
+    image, model = picture_of(frame), colour_model(parameters)
+    size = size_of(image)
+    state = with_learner(state, size, parameters)
+    particles = particles_of(state, parameters, rng)
+    posterior = unscented_particle.step(
+        particles,
+        motion_dynamics(state, parameters, size),
+        lambda states: chromaticity.log_likelihood(image, states, model, parameters.background_level),
+        rng,
+        measurement=chromaticity.centroid(image, model),
+        observe=lambda positions: positions,
+        noise_covariance=parameters.measurement_noise_px**2 * np.eye(TRACKED),
+        recursive=parameters.recursive_covariance,
+        count=parameters.sample_count,
+        resample=RESAMPLERS[parameters.resampling],
+    )
+    tracked = PointState(
+        Gaussian(*posterior.particles.moments),
+        TRACKED,
+        posterior.particles,
+        log_evidence=posterior.log_evidence,
+        resampled=posterior.resampled,
+        alert=False,
+        learner=state.learner,
+        lineage=lineage_of(state, particles, posterior.particles, parameters),
+    )
+    return learn_motion(tracked, parameters, size)
+
+
+def step_kalman(state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> PointState:
+    """Follow the colour centroid with a Kalman filter; without any pixel of the colour, predict only."""
+    del rng
+    image = picture_of(frame)
+    size = size_of(image)
+    state = with_learner(state, size, parameters)
+    posterior = kalman.predict(state.posterior, motion_dynamics(state, parameters, size))
+    measurement = chromaticity.centroid(image, colour_model(parameters))
+    log_evidence, normalised = 0.0, None
+    if measurement is not None:
+        observation, noise = np.eye(TRACKED, 2 * TRACKED), parameters.measurement_noise_px**2 * np.eye(TRACKED)
+        normalised = kalman.innovate(posterior, measurement, observation, noise).normalised
+        posterior, log_evidence = kalman.update(posterior, measurement, observation, noise)
+    tracked = PointState(posterior, TRACKED, log_evidence=log_evidence, learner=state.learner, innovation=normalised)
+    return learn_motion(tracked, parameters, size)
+
+
+def _centroid_parts(
+    before: PointState, state: PointState, frame: Frame, parameters: BallTrackerParameters
+) -> tuple[Part, ...]:
+    """Return what the centroid said that was not expected; nothing where there is none."""
+    del state
+    image = picture_of(frame)
+    measurement = chromaticity.centroid(image, colour_model(parameters))
+    if measurement is None or frame.index == 0:
+        return ()
+    size = size_of(image)
+    predicted = kalman.predict(
+        before.posterior, motion_dynamics(with_learner(before, size, parameters), parameters, size)
+    )
+    noise = parameters.measurement_noise_px**2 * np.eye(TRACKED)
+    innovation = kalman.innovate(predicted, measurement, np.eye(TRACKED, 2 * TRACKED), noise)
+    return innovation_parts(("u", "v"), "px", measurement, innovation)
+
+
+def _centroid_likelihood(
+    state: PointState, states: NDArray[np.float64], frame: Frame, parameters: BallTrackerParameters
+) -> NDArray[np.float64]:
+    """Return the log density of the centroid, 0 where there is none."""
+    del state
+    measurement = chromaticity.centroid(picture_of(frame), colour_model(parameters))
+    if measurement is None:
+        return np.zeros(len(states))
+    off = (states[:, :TRACKED] - measurement) / parameters.measurement_noise_px
+    return np.asarray(-0.5 * np.square(off).sum(axis=1))
+
+
+def _chains(
+    state: PointState, frames: Sequence[Frame], parameters: BallTrackerParameters
+) -> tuple[LinearChain, ...] | None:
+    """Return the model of some frames, of which the first is the one that the state is of; None if it is learned."""
+    if parameters.learn_dynamics or state.learner is not None:
+        return None
+    images, model = [picture_of(frame) for frame in frames], colour_model(parameters)
+    dynamics = motion_dynamics(state, parameters, size_of(images[0]))
+    centroids = [chromaticity.centroid(image, model) for image in images[1:]]
+    chain = LinearChain.steady(
+        state.posterior.mean,
+        state.posterior.covariance,
+        dynamics.transition,
+        dynamics.offset,
+        dynamics.noise,
+        np.array([np.full(TRACKED, np.nan) if each is None else each for each in centroids]),
+        np.eye(TRACKED, 2 * TRACKED),
+        parameters.measurement_noise_px**2 * np.eye(TRACKED),
+    )
+    return (chain,)
+
+
+UNSCENTED = Tracker(
+    "upf",
+    "Unscented (UPF)",
+    "Draws every particle towards the colour centroid of the whole picture.",
+    start,
+    step_unscented,
+    series=reports.CLOUD,
+    measure=measure_particles,
+    likelihood=replace(LIKELIHOOD, weighs=False),
+    cloud=partial(cloud_of, ()),
+)
+
+KALMAN = Tracker(
+    "kalman",
+    "Kalman filter",
+    "Follows the colour centroid of the whole picture with one Gaussian.",
+    start,
+    step_kalman,
+    series=NIS,
+    measure=lambda state: measure_innovation(state.innovation),
+    evidence="normalised",
+    likelihood=ObservationLikelihood(
+        "colour centroid of the picture",
+        components=LIKELIHOOD.components,
+        log_likelihood=_centroid_likelihood,
+        centre=centre_of,
+    ),
+    update_parts=_centroid_parts,
+    linear=LinearModel(
+        {"process_noise_px": NoiseScale("process"), "measurement_noise_px": NoiseScale("observation")}, _chains
+    ),
+)
+
+# What a filter in a file is told of the states of a ball, and the bootstrap filter that stands in for it.
+
+
+def _propagate(
+    state: PointState, states: NDArray[np.float64], frame: Frame, parameters: BallTrackerParameters, rng: Generator
+) -> NDArray[np.float64]:
+    dynamics = motion_dynamics(state, parameters, size_of(picture_of(frame)))
+    means = dynamics.predict(states)
+    return dynamics.diffuse(rng, means, np.arange(len(states)))
+
+
+def _believe(state: PointState, update: Update, frame: Frame, parameters: BallTrackerParameters) -> PointState:
+    del frame
+    particles = update.particles
+    parents = state.particles
+    return PointState(
+        Gaussian(*particles.moments),
+        TRACKED,
+        particles,
+        log_evidence=update.log_evidence,
+        resampled=update.resampled,
+        lineage=lineage_of(state, parents, particles, parameters) if parents is not None else None,
+        repeatable=update.repeatable,
+    )
+
+
+FILTER_INTERFACE = FilterInterface(
+    likelihood=LIKELIHOOD,
+    observed="frame.image_rgb is the picture, (height, width, 3), 0 to 255; u counts its columns, v its rows",
+    example="pftrack.experiments.ball.example_filter",
+    reads="condensation",
+    start=start,
+    particles=particles_of,
+    propagate=_propagate,
+    believe=_believe,
+    series=reports.CLOUD,
+    measure=measure_particles,
+)

@@ -1,0 +1,269 @@
+"""How near the outline of a bending body comes to the edges of what has its colour.
+
+The picture is told apart into the body and the rest, by the body's colour or by being darker or lighter than what is
+around it. The edges of that mask go into a distance transform: an image of how far each pixel is from the nearest edge.
+A hypothesis then costs one look-up for each point of the model, and its log likelihood is -d_max^2 / sigma_d, with the
+largest of these distances: one point that is far from any edge is enough to refuse it.
+
+The likelihood asks that the model lies near edges, not that all edges are explained. A model turned head to tail, its
+tail folded back along the body, therefore fits almost perfectly; a limit on the bend rules it out.
+
+Source: Mitsugami et al. 2009, section 3.1, eq. 7; the limit is our own (docs/methods/diffusion.md).
+"""
+
+from functools import lru_cache
+from typing import Literal, NamedTuple, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.files import PictureKey
+from pftrack.core.numerics.checks import check_picture
+from pftrack.core.numerics.compiled import compiled, read_only
+from pftrack.core.numerics.elementary import sines_cosines
+
+# The outline of a fish from above that bends at the root of its tail (Mitsugami et al. 2009, section 3.1).
+#
+# The body is an ellipse, the tail a straight line that begins at the rear end of its long axis. A *pose* is (a, b,
+# theta, phi): the centre of the ellipse in px, the direction to the head and the bend of the tail against the body's
+# axis in rad, positive clockwise on the screen. What is painted, and counts as the silhouette, has a tail of some
+# width.
+
+BODY_POINTS, TAIL_POINTS = 24, 8
+"""Of the model that is compared with edges."""
+
+ROOT_INSIDE, ROOT_HALF_WIDTH, TIP_HALF_WIDTH = 6.0 / 40.0, 4.5 / 15.0, 2.0 / 15.0
+"""How far inside the body the painted tail begins, in half lengths, and its half widths, in half widths of the body."""
+
+
+class FishShape(NamedTuple):
+    """What does not change: the semi-axes of the body's ellipse and the length of the tail, px."""
+
+    half_length: float
+    half_width: float
+    tail_length: float
+
+    @property
+    def reach(self) -> float:
+        """How far the tip of a straight tail is from the body's centre, px."""
+        return self.half_length + self.tail_length
+
+
+GOLDFISH = FishShape(40.0, 15.0, 40.0)
+"""Of the simulated tank."""
+
+
+def body_points(pose: NDArray[np.float64], shape: FishShape, count: int = BODY_POINTS) -> NDArray[np.float64]:
+    """Return points of the body's outline (..., count, 2), px, of poses (..., 4)."""
+    around = 2.0 * np.pi * (np.arange(count) + 0.5) / count
+    along, across = shape.half_length * np.cos(around), shape.half_width * np.sin(around)
+    cosine, sine = np.cos(pose[..., 2, None]), np.sin(pose[..., 2, None])
+    x = pose[..., 0, None] + cosine * along - sine * across
+    y = pose[..., 1, None] + sine * along + cosine * across
+    return np.stack([x, y], axis=-1)
+
+
+def tail_line(pose: NDArray[np.float64], shape: FishShape) -> NDArray[np.float64]:
+    """Return root and tip of the tail (..., 2, 2), px, of poses (..., 4)."""
+    body, tail = pose[..., 2], pose[..., 2] + pose[..., 3]
+    root = pose[..., :2] - shape.half_length * np.stack([np.cos(body), np.sin(body)], axis=-1)
+    return np.stack([root, root - shape.tail_length * np.stack([np.cos(tail), np.sin(tail)], axis=-1)], axis=-2)
+
+
+def model_points(pose: NDArray[np.float64], shape: FishShape) -> NDArray[np.float64]:
+    """Return all points that are compared with edges (..., 32, 2), px: of the body's outline, then of the tail."""
+    ends = tail_line(pose, shape)
+    share = (np.arange(TAIL_POINTS) + 1.0)[:, None] / TAIL_POINTS
+    tail = ends[..., :1, :] + share * (ends[..., 1:, :] - ends[..., :1, :])
+    return np.concatenate([body_points(pose, shape), tail], axis=-2)
+
+
+def tail_corners(pose: NDArray[np.float64], shape: FishShape) -> NDArray[np.float64]:
+    """Return the corners (4, 2) of the tail as it is painted, px, of a pose (4,): it begins inside the body."""
+    root, tip = tail_line(pose, shape)
+    begin = root + ROOT_INSIDE * shape.half_length * np.array([np.cos(pose[2]), np.sin(pose[2])])
+    across = shape.half_width * np.array([-np.sin(pose[2] + pose[3]), np.cos(pose[2] + pose[3])])
+    wide, narrow = ROOT_HALF_WIDTH * across, TIP_HALF_WIDTH * across
+    return np.array([begin + wide, tip + narrow, tip - narrow, begin - wide])
+
+
+def inside(point: NDArray[np.float64], pose: NDArray[np.float64], shape: FishShape) -> bool:
+    """Return whether a point (2,) lies within the silhouette of a pose (4,): the body and the tail as it is painted."""
+    cosine, sine = np.cos(pose[2]), np.sin(pose[2])
+    x, y = point - pose[:2]
+    along, across = cosine * x + sine * y, cosine * y - sine * x
+    if (along / shape.half_length) ** 2 + (across / shape.half_width) ** 2 <= 1.0:
+        return True
+    corners = tail_corners(pose, shape)
+    edges, ways = np.roll(corners, -1, axis=0) - corners, point - corners
+    sides = edges[:, 0] * ways[:, 1] - edges[:, 1] * ways[:, 0]
+    return bool((sides >= 0.0).all() or (sides <= 0.0).all())
+
+
+CAP_PX = 63
+"""Distances are no larger than this; so are those of points outside the picture."""
+QUARTERS = 4
+"""Of a pixel: distances are kept in quarters, which fit into a byte."""
+
+CANNY = (100, 200)
+OPEN_PX, CLOSE_PX = 3, 5
+"""Sides of the median that takes single pixels away, and of the closing that fills small holes."""
+
+BENT = 0.5 * np.pi
+"""The largest bend that a body can have, rad."""
+
+Told: TypeAlias = Literal["colour", "dark", "light"]
+
+
+class Foreground(NamedTuple):
+    """How pixels of the body are told from the rest.
+
+    Attributes:
+        told: By colour, or by being darker or lighter than the mean around them.
+        hue_low: Of the colour, 0..179 as OpenCV counts; above `hue_high` the range goes through 0.
+        hue_high: Of the colour.
+        saturation: At least, 0..255.
+        value: At least, 0..255.
+        contrast: How much darker or lighter at least, grey levels.
+        around: Radius of the square whose mean is compared with, px.
+    """
+
+    told: Told
+    hue_low: int
+    hue_high: int
+    saturation: int
+    value: int
+    contrast: int
+    around: int
+
+
+class Edges(NamedTuple):
+    """What a picture comes to.
+
+    Attributes:
+        mask: (height, width) 255 where the body is.
+        edges: (height, width) 255 on its edges.
+        distances: (height + 2, width + 2) quarters of px to the nearest edge, capped, with a border of the cap.
+    """
+
+    mask: NDArray[np.uint8]
+    edges: NDArray[np.uint8]
+    distances: NDArray[np.uint8]
+
+
+def edges_of(image_rgb: NDArray[np.uint8], foreground: Foreground) -> Edges:
+    """Return mask, edges and distances of a picture (height, width, 3).
+
+    Those of the last pictures are kept: a frame is tracked first and drawn then. One that may be written is not.
+
+    Raises:
+        TypeError: The picture is not an array of bytes.
+        ValueError: It is not (height, width, 3).
+    """
+    check_picture(image_rgb)
+    return (
+        _edges_of(image_rgb, foreground)
+        if image_rgb.flags.writeable
+        else _cached_edges(PictureKey(image_rgb), foreground)
+    )
+
+
+@lru_cache(maxsize=2)
+def _cached_edges(picture: PictureKey, foreground: Foreground) -> Edges:
+    return _edges_of(picture.image_rgb, foreground)
+
+
+def _edges_of(image_rgb: NDArray[np.uint8], foreground: Foreground) -> Edges:
+    mask = cv2.medianBlur(_classify_pixels(image_rgb, foreground), OPEN_PX)
+    mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((CLOSE_PX, CLOSE_PX), np.uint8))
+    edges = cv2.Canny(mask, *CANNY)
+    away = cv2.distanceTransform(cv2.bitwise_not(edges), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    if not edges.any():  # OpenCV leaves open how far nothing is away
+        away = np.full(edges.shape, CAP_PX, np.float32)
+    quarters = np.rint(QUARTERS * np.minimum(away, CAP_PX)).astype(np.uint8)
+    cap = (QUARTERS * CAP_PX,)
+    padded = cv2.copyMakeBorder(quarters, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=cap)
+    return Edges(np.asarray(mask, np.uint8), np.asarray(edges, np.uint8), read_only(np.asarray(padded, np.uint8)))
+
+
+def _classify_pixels(image_rgb: NDArray[np.uint8], foreground: Foreground) -> NDArray[np.uint8]:
+    if foreground.told == "colour":
+        hsv = cv2.cvtColor(image_rgb, cv2.COLOR_RGB2HSV)
+        low, high = foreground.hue_low, foreground.hue_high
+        ranges = [(low, high)] if low <= high else [(low, 179), (0, high)]
+        least = (foreground.saturation, foreground.value)
+        masks = [cv2.inRange(hsv, (first, *least), (last, 255, 255)) for first, last in ranges]
+        return np.asarray(masks[0] if len(masks) == 1 else cv2.bitwise_or(*masks), np.uint8)
+    grey = cv2.cvtColor(image_rgb, cv2.COLOR_RGB2GRAY)
+    side = 2 * foreground.around + 1
+    mean = cv2.blur(grey, (side, side))
+    difference = cv2.subtract(mean, grey) if foreground.told == "dark" else cv2.subtract(grey, mean)
+    return np.asarray(cv2.inRange(difference, (foreground.contrast,), (255,)), np.uint8)
+
+
+@compiled
+def largest_distances(distances: NDArray[np.uint8], states: NDArray[np.float64], shape: FishShape) -> NDArray[np.uint8]:
+    """Return the largest distance (N,) of the points of each hypothesis from an edge, quarters of px.
+
+    Args:
+        distances: As of `Edges`.
+        states: (N, d) whose first two columns are a, b and whose last two are theta, phi.
+        shape: Of the body.
+
+    Raises:
+        ValueError: The states have fewer than four columns.
+    """
+    if states.shape[1] < 4:
+        raise ValueError("expected states (N, d) with d >= 4, got fewer columns")
+    count, last = states.shape[0], states.shape[1] - 1
+    right, below = distances.shape[1] - 0.5, distances.shape[0] - 0.5
+    flat, row = distances.ravel(), distances.shape[1]
+    largest = np.zeros(count, np.uint8)
+    place = np.empty(count, np.int32)
+    x0, y0, theta = states[:, 0].copy(), states[:, 1].copy(), states[:, last - 1].copy()
+    tail = theta + states[:, last]
+    sine, cosine = sines_cosines(theta)
+    tail_sine, tail_cosine = sines_cosines(tail)
+    for point in range(BODY_POINTS + TAIL_POINTS):
+        if point < BODY_POINTS:
+            around = 2.0 * np.pi * (point + 0.5) / BODY_POINTS
+            along, across, back = shape.half_length * np.cos(around), shape.half_width * np.sin(around), 0.0
+        else:
+            along, across = -shape.half_length, 0.0
+            back = shape.tail_length * (point - BODY_POINTS + 1) / TAIL_POINTS
+        for n in range(count):
+            # Half a pixel to round, one for the border; what is outside ends on the border.
+            x = x0[n] + along * cosine[n] - across * sine[n] - back * tail_cosine[n] + 1.5
+            y = y0[n] + along * sine[n] + across * cosine[n] - back * tail_sine[n] + 1.5
+            place[n] = np.int32(min(max(y, 0.0), below)) * row + np.int32(min(max(x, 0.0), right))
+        for n in range(count):
+            largest[n] = max(largest[n], flat[place[n]])
+    return largest
+
+
+@compiled
+def log_likelihoods(
+    largest: NDArray[np.uint8], states: NDArray[np.float64], sigma_d: float, limited: bool
+) -> NDArray[np.float64]:
+    """Return -d_max^2 / sigma_d (N,), eq. 7; -inf for a bend beyond a right angle where it is limited.
+
+    Args:
+        largest: (N,) largest distances, quarters of px.
+        states: (N, d) whose last column is phi.
+        sigma_d: In px^2.
+        limited: Whether the bend is.
+
+    Raises:
+        ValueError: There are not as many states as distances.
+    """
+    if largest.shape[0] != states.shape[0]:
+        raise ValueError("expected states (N, d) for distances (N,), got another number")
+    count, last = states.shape[0], states.shape[1] - 1
+    found = np.empty(count)
+    for n in range(count):
+        distance = largest[n] / QUARTERS
+        found[n] = -distance * distance / sigma_d
+        if limited and abs(states[n, last]) > BENT:
+            found[n] = -np.inf
+    return found

@@ -1,1 +1,0 @@
-"""Silhouettes, fingers and first poses of a hand in a picture."""

@@ -1,0 +1,320 @@
+"""What is drawn in the picture: silhouette and protrusions, the hand that is shown, the others, and the truth."""
+
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.geometry.polygons import fill
+from pftrack.core.model.drawing import Links, Mesh, Points, Primitive, Viewpoint, World, WorldDrawing
+from pftrack.core.model.palette import COLOURS, Colour
+from pftrack.experiments.hand.fingers import HandFeatures
+from pftrack.experiments.hand.scene import HandTarget
+from pftrack.experiments.hand.shape import HandShape, joints, palm_axes, parts
+from pftrack.experiments.hand.state import HandState
+from pftrack.experiments.shared.pose.drawing import draw_with_rim
+from pftrack.experiments.shared.sketch import at_height
+
+# Meshes of a hand's parts in space: phalanges as tapered capsules, the palm as a plate, lines as thin ribbons.
+
+SIDES = 10
+"""Of a capsule, around its axis."""
+
+_QUARTER = np.deg2rad([90.0, 45.0, 0.0])
+PROFILE = [(0.0, -np.sin(angle), np.cos(angle)) for angle in _QUARTER]
+PROFILE += [(1.0, np.sin(angle), np.cos(angle)) for angle in _QUARTER[::-1]]
+"""Rings from end to end: which end they belong to, how far beyond it along the axis and away from it, in radii."""
+
+
+def capsules(
+    starts: NDArray[np.float64], ends: NDArray[np.float64], radii: NDArray[np.float64]
+) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    """Return vertices (n, 3) and faces (m, 3) of capsules.
+
+    Args:
+        starts: (k, 3) centres of one end.
+        ends: (k, 3) centres of the other.
+        radii: (k, 2) at these ends.
+    """
+    axes = ends - starts
+    lengths = np.maximum(np.sqrt(np.square(axes).sum(axis=1, keepdims=True)), 1e-9)
+    along = axes / lengths
+    # Any direction that is not nearly that of the axis gives two others at right angles to it.
+    helper = np.where(np.abs(along[:, 2:]) < 0.9, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]])
+    across = np.cross(along, helper)
+    across /= np.sqrt(np.square(across).sum(axis=1, keepdims=True))
+    other = np.cross(along, across)
+    angles = 2.0 * np.pi * np.arange(SIDES) / SIDES
+    around = across[:, None] * np.cos(angles)[:, None] + other[:, None] * np.sin(angles)[:, None]
+    rings = []
+    for end, beyond, away in PROFILE:
+        radius = radii[:, int(end)][:, None]
+        centre = starts + end * axes + beyond * radius * along
+        rings.append(centre[:, None] + away * radius[:, :, None] * around)
+    vertices = np.stack(rings, axis=1).reshape(-1, 3)
+    own = len(PROFILE) * SIDES
+    faces = _rings() + own * np.arange(len(starts))[:, None, None]
+    return vertices.astype(np.float32), faces.reshape(-1, 3).astype(np.int32)
+
+
+def plate(near: NDArray[np.float64], far: NDArray[np.float64]) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    """Return vertices (2 n, 3) and faces of a plate between two outlines (n, 3), the near one seen clockwise."""
+    count = len(near)
+    fan = np.stack([np.zeros(count - 2, int), np.arange(1, count - 1), np.arange(2, count)], axis=1)
+    here = np.arange(count)
+    following = (here + 1) % count
+    sides = [
+        np.stack([here, here + count, following], axis=1),
+        np.stack([following, here + count, following + count], axis=1),
+    ]
+    faces = np.concatenate([fan, fan[:, ::-1] + count, *sides])
+    return np.concatenate([near, far]).astype(np.float32), faces.astype(np.int32)
+
+
+def ribbon(segments: NDArray[np.float64], width: float) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    """Return vertices (4 n, 3) and faces of flat strips along segments (n, 2, 3), a little longer than these.
+
+    Args:
+        segments: In planes of constant z.
+        width: Of a strip, in the unit of the segments.
+    """
+    start, end = segments[:, 0], segments[:, 1]
+    along = end - start
+    along /= np.maximum(np.sqrt(np.square(along).sum(axis=1, keepdims=True)), 1e-9)
+    aside = 0.5 * width * np.stack([-along[:, 1], along[:, 0], np.zeros(len(along))], axis=1)
+    ahead = 0.5 * width * along
+    corners = np.stack([start - ahead - aside, end + ahead - aside, end + ahead + aside, start - ahead + aside], axis=1)
+    faces = np.array([[0, 1, 2], [0, 2, 3]]) + 4 * np.arange(len(segments))[:, None, None]
+    return corners.reshape(-1, 3).astype(np.float32), faces.reshape(-1, 3).astype(np.int32)
+
+
+@lru_cache(maxsize=1)
+def _rings() -> NDArray[np.int64]:
+    """Return the faces between the rings of one capsule."""
+    faces = []
+    for ring in range(len(PROFILE) - 1):
+        for side in range(SIDES):
+            a, b = ring * SIDES + side, ring * SIDES + (side + 1) % SIDES
+            faces += [[a, a + SIDES, b], [b, a + SIDES, b + SIDES]]
+    return np.array(faces)
+
+
+LARGEST_DRAWN = 400.0
+"""Longer side of the raster on which outlines are found, px: finer ones could not be seen."""
+FAINTEST = 0.3
+"""What is hardly probable at all is still seen."""
+
+
+def draw_silhouette(features: HandFeatures) -> dict[str, Primitive]:
+    """Draw the outline of the silhouette, the axes of its protrusions, their tips, and the wrist."""
+    to_picture = features.silhouette.in_picture
+    axes = [to_picture(each.axis) for each in features.protrusions]
+    lines = np.concatenate([np.zeros((0, 2, 2)), *(np.stack([axis[:-1], axis[1:]], axis=1) for axis in axes)])
+    ends = [axis[0] for axis in axes]
+    if features.wrist is not None:
+        ends.append(to_picture(features.wrist))
+    around = _contours(features.silhouette.mask, features.silhouette.reduction)
+    return {
+        "silhouette": Links(_raise(around, 0.8), COLOURS["observation"], 1.5, "silhouette"),
+        "protrusions": Links(_raise(lines, 1.0), COLOURS["second"], 2.0, "protrusions"),
+        "protrusion ends": _dots(np.array(ends).reshape(-1, 2), COLOURS["second"], 6.0, "protrusions"),
+    }
+
+
+def hand(state: HandState, place: int, size: tuple[int, int]) -> dict[str, Primitive]:
+    """Draw one of the kept hands: its outline, and its fingers as lines with their joints; grey while none is seen."""
+    pose, colour = state.beam.members[place], hand_colour(state)
+    around = outline(pose, state.scale, state.shape, size)
+    return {
+        "outline": Links(_raise(around, 2.0), colour, 2.0, "hand"),
+        **draw_with_rim("fingers", bones(pose, state.scale, state.shape, colour, "fingers")),
+    }
+
+
+def hand_colour(state: HandState) -> Colour:
+    """Return the colour of an estimate, or of what is only remembered while no hand is seen."""
+    return COLOURS["hidden" if state.searching else "estimate"]
+
+
+def ghosts(state: HandState, shown: int, size: tuple[int, int]) -> dict[str, Primitive]:
+    """Draw the outlines of the other kept hands, the more opaque the more probable."""
+    width = 0.03 * state.scale
+    vertices, faces, opacities = [np.zeros((0, 3), np.float32)], [np.zeros((0, 3), np.int32)], [np.zeros(0, np.float32)]
+    count = 0
+    for place, weight in enumerate(state.beam.weights.tolist()):
+        if place == shown:
+            continue
+        around = outline(state.beam.members[place], state.scale, state.shape, size)
+        corners, triangles = ribbon(_raise(around, 1.5).astype(np.float64), width)
+        vertices.append(corners)
+        faces.append(triangles + np.int32(count))
+        opacities.append(np.full(len(corners), FAINTEST + (1.0 - FAINTEST) * weight, np.float32))
+        count += len(corners)
+    together = np.concatenate(vertices), np.concatenate(faces)
+    return {"ghosts": Mesh(*together, COLOURS["prediction"], np.concatenate(opacities), "other hands")}
+
+
+def truth(target: HandTarget) -> dict[str, Primitive]:
+    """Draw the fingers where they truly are, and their tips, with a light rim."""
+    lines = bones(target.pose, target.scale, target.shape, COLOURS["truth"], "truth")
+    return {
+        **draw_with_rim("true fingers", lines),
+        "true tips rim": _dots(target.tips, COLOURS["paper"], 8.0, "truth", 2.5),
+        "true tips": _dots(target.tips, COLOURS["truth"], 6.0, "truth", 2.6),
+    }
+
+
+def second_run(estimate: tuple[float, ...], size: float) -> dict[str, Primitive]:
+    """Draw a cross of a size, px, at each finger tip of a second run: all that a row knows of its hand."""
+    tips = np.array(estimate).reshape(5, 1, 1, 3)[..., :2]
+    arms = size * np.array([[[-1.0, -1.0], [1.0, 1.0]], [[-1.0, 1.0], [1.0, -1.0]]])
+    return {"second": Links(_raise((tips + arms).reshape(-1, 2, 2), 2.4), COLOURS["second"], 2.0, "second run")}
+
+
+def bones(pose: NDArray[np.float64], scale: float, shape: HandShape, colour: Colour, layer: str) -> Links:
+    """Draw the fingers of a pose as lines from joint to joint, and the lines from the wrist to where they begin."""
+    places = joints(pose, scale, shape)[:, :, :2]
+    wrist = np.broadcast_to(pose[:2], (5, 1, 2))
+    chain = np.concatenate([wrist, places], axis=1)
+    ends = np.stack([chain[:, :-1], chain[:, 1:]], axis=2).reshape(-1, 2, 2)
+    return Links(_raise(ends, 2.2), colour, 1.5, layer)
+
+
+def outline(pose: NDArray[np.float64], scale: float, shape: HandShape, size: tuple[int, int]) -> NDArray[np.float64]:
+    """Return the outline of a pose's silhouette as segments (n, 2, 2), px of a picture of this width and height."""
+    step = max(1.0, max(size) / LARGEST_DRAWN)
+    corners, counts = parts(pose, scale, shape)
+    width, height = (int(np.ceil(length / step)) for length in size)
+    return _contours(fill((corners + 0.5) / step - 0.5, counts, height, width), step)
+
+
+def _contours(mask: NDArray[np.bool_], step: float) -> NDArray[np.float64]:
+    """Return the outlines of a mask as segments (n, 2, 2), px; its pixels are `step` px wide."""
+    found, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_LIST, cv2.CHAIN_APPROX_SIMPLE)
+    rings = [ring.reshape(-1, 2).astype(np.float64) for ring in found if len(ring) > 1]
+    lines = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in rings]
+    together = np.concatenate(lines) if lines else np.zeros((0, 2, 2))
+    return np.asarray(step * (together + 0.5) - 0.5)
+
+
+def _raise(segments: NDArray[np.float64], height: float) -> NDArray[np.float32]:
+    return at_height(segments.reshape(-1, 2), height).reshape(-1, 2, 3)
+
+
+def _dots(places: NDArray[np.float64], colour: Colour, size: float, layer: str, height: float = 1.2) -> Points:
+    return Points(at_height(places, height), np.tile(np.array(colour, np.uint8), (len(places), 1)), size, layer)
+
+
+# The hand in space: its sixteen parts and its joints in palm axes, the other hands as ghosts, and the true one.
+#
+# The silhouette says nothing of depth, so hands that look alike from the front may differ much from aside. The forearm
+# points downwards however the hand is turned in the picture, and the camera is in front.
+
+HAND_WORLD = World(
+    "hand",
+    "Hand in space",
+    "palm axes",
+    1.75,
+    middle=(0.0, 0.95, 0.0),
+    viewpoints=(
+        Viewpoint("3-d", "3-D", 40.0, 20.0),
+        Viewpoint("front", "Front", 0.0, 0.0),
+        Viewpoint("side", "Side", 90.0, 0.0),
+        Viewpoint("tips", "Tips", 0.0, 90.0),
+    ),
+)
+
+FOREARM = 0.6
+"""How much of it is shown, palm axes."""
+BONE = 0.03
+"""Half the width of a ghost's bones, palm axes."""
+WORLD_FAINTEST = 0.12
+
+
+def hand_world(state: HandState, shown: int, target: object) -> WorldDrawing:
+    """Draw one of the kept hands with its joints, the others as bones, and the true one where it is known.
+
+    Args:
+        state: What is believed.
+        shown: Which hand is drawn whole.
+        target: What is known of the truth.
+    """
+    pose = state.beam.members[shown]
+    upright = _upright(float(pose[2]))
+    places = _place(pose, state.scale, state.shape, upright)
+    drawn: dict[str, Primitive] = {
+        "forearm": _forearm(state.shape),
+        **_ghosts(state, shown, upright),
+        "palm": _palm(pose, state, upright),
+        "fingers": _fingers(places, state),
+        "joints": _joints(places),
+    }
+    if isinstance(target, HandTarget):
+        true = _place(target.pose, target.scale, target.shape, upright)
+        chain = np.concatenate([np.zeros((5, 1, 3)), true], axis=1)
+        ends = np.stack([chain[:, :-1], chain[:, 1:]], axis=2).reshape(-1, 2, 3)
+        drawn["true fingers"] = Links(ends.astype(np.float32), COLOURS["truth"], 2.0, "truth")
+    return WorldDrawing(HAND_WORLD, drawn)
+
+
+def _upright(angle: float) -> NDArray[np.float64]:
+    """Return the matrix (3, 3) that turns rows up, and a hand that is turned by an angle in the picture upright."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return np.array([[cosine, -sine, 0.0], [-sine, -cosine, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _place(
+    pose: NDArray[np.float64], scale: float, shape: HandShape, upright: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the joints and tips (5, 4, 3) of a pose from its wrist, palm axes."""
+    places = joints(pose, scale, shape)
+    places[:, :, :2] -= pose[:2]
+    return np.asarray((places / scale) @ upright.T)
+
+
+def _palm(pose: NDArray[np.float64], state: HandState, upright: NDArray[np.float64]) -> Mesh:
+    shape = state.shape
+    turn = upright @ palm_axes(pose, state.scale, shape.side) / state.scale
+    count = len(shape.outline)
+    near, far = (
+        np.column_stack([shape.outline, np.full(count, z)]) @ turn.T for z in (shape.thickness, -shape.thickness)
+    )
+    vertices, faces = plate(near[::-1], far[::-1]) if shape.side > 0.0 else plate(near, far)
+    return Mesh(vertices, faces, hand_colour(state), 0.85, "hand")
+
+
+def _fingers(places: NDArray[np.float64], state: HandState) -> Mesh:
+    starts, ends = places[:, :-1].reshape(-1, 3), places[:, 1:].reshape(-1, 3)
+    radii = np.stack([state.shape.radii[:, :-1], state.shape.radii[:, 1:]], axis=2).reshape(-1, 2)
+    return Mesh(*capsules(starts, ends, radii), hand_colour(state), 0.85, "hand")
+
+
+def _joints(places: NDArray[np.float64]) -> Points:
+    every = places.reshape(-1, 3).astype(np.float32)
+    colours = np.tile(np.array(COLOURS["paper"], np.uint8), (len(every), 1))
+    return Points(every, colours, 0.05, "fingers")
+
+
+def _ghosts(state: HandState, shown: int, upright: NDArray[np.float64]) -> dict[str, Primitive]:
+    starts, ends, opacities = [np.zeros((0, 3))], [np.zeros((0, 3))], [np.zeros(0)]
+    for place, weight in enumerate(state.beam.weights.tolist()):
+        if place == shown:
+            continue
+        places = _place(state.beam.members[place], state.scale, state.shape, upright)
+        offset = np.append(state.beam.members[place][:2] - state.beam.members[shown][:2], 0.0) / state.scale
+        chain = np.concatenate([np.zeros((5, 1, 3)), places], axis=1) + offset @ upright.T
+        starts.append(chain[:, :-1].reshape(-1, 3))
+        ends.append(chain[:, 1:].reshape(-1, 3))
+        opacities.append(np.full(20, WORLD_FAINTEST + (1.0 - WORLD_FAINTEST) * weight))
+    firsts = np.concatenate(starts)
+    vertices, faces = capsules(firsts, np.concatenate(ends), np.full((len(firsts), 2), BONE))
+    each = len(vertices) // max(len(firsts), 1)
+    shares = np.repeat(np.concatenate(opacities), each).astype(np.float32)
+    return {"ghosts": Mesh(vertices, faces, COLOURS["prediction"], shares, "other hands")}
+
+
+def _forearm(shape: HandShape) -> Links:
+    half = shape.arm[0]
+    corners = np.array([[-half, -FOREARM, 0.0], [-half, 0.0, 0.0], [half, 0.0, 0.0], [half, -FOREARM, 0.0]])
+    return Links(np.stack([corners[:-1], corners[1:]], axis=1).astype(np.float32), COLOURS["hidden"], 2.0, "hand")

@@ -1,0 +1,477 @@
+"""All that can be set on the trackers of a hand; areas and distances are those of a palm axis of 52 px."""
+
+import math
+from functools import lru_cache
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.model.parameters import Parameters, parameter
+from pftrack.core.numerics.compiled import compiled
+from pftrack.experiments.hand.shape import ANGLES, HandShape
+from pftrack.experiments.hand.silhouette import SilhouetteParameters
+from pftrack.experiments.shared.reports import loss_share, particle_count
+from pftrack.filters.particles import normalise
+
+NOMINAL_SCALE_PX = 52.0
+"""Length of the palm axis for which areas and distances are given; those in px grow with it, areas with its square."""
+
+MOST_KEPT = 16
+"""Hands from frame to frame."""
+
+BEAM, PARTICLES = ("beam",), ("particles",)
+KEPT, CANDIDATES, MOTION, FIT, RANKING = "Beam", "Candidates", "Motion", "Fit", "Ranking"
+LOSS = "Loss"
+
+
+class _Search(Parameters):
+    """What is tried, and how much of it is kept."""
+
+    beam_width: int = parameter(
+        4,
+        "Hands kept",
+        "How many different hands are kept from frame to frame.",
+        ge=1,
+        le=MOST_KEPT,
+        step=1,
+        group=KEPT,
+        trackers=BEAM,
+    )
+    palm_count: int = parameter(
+        20,
+        "Palms tried",
+        "For how many of the best palms fingers are looked for.",
+        ge=1,
+        le=100,
+        step=1,
+        group=CANDIDATES,
+        trackers=BEAM,
+    )
+    step_area_px2: float = parameter(
+        90,
+        "Step area",
+        "How much of the silhouette one step of a candidate's angle changes, for a palm axis of 52 px.",
+        unit="px²",
+        ge=10,
+        le=1000,
+        step=10,
+        group=CANDIDATES,
+        trackers=BEAM,
+    )
+    sample_count: int = particle_count(100, group=CANDIDATES, trackers=PARTICLES)
+
+
+class _Motion(Parameters):
+    """How far a hand may be from where it was expected."""
+
+    palm_turn_sd_rad: float = parameter(
+        0.06,
+        "Palm in the picture",
+        "Standard deviation of the palm's angles a and c from the prediction.",
+        unit="rad",
+        ge=0.005,
+        le=1,
+        step=0.005,
+        group=MOTION,
+        role="noise",
+    )
+    palm_tilt_sd_rad: float = parameter(
+        0.10,
+        "Palm about the forearm",
+        "Standard deviation of the palm's angle b from the prediction.",
+        unit="rad",
+        ge=0.005,
+        le=1,
+        step=0.005,
+        group=MOTION,
+        role="noise",
+    )
+    flexion_sd_rad: float = parameter(
+        0.35,
+        "Bending of fingers",
+        "Standard deviation of a finger's flexion from the prediction.",
+        unit="rad",
+        ge=0.01,
+        le=2,
+        step=0.01,
+        group=MOTION,
+        role="noise",
+    )
+    spread_sd_rad: float = parameter(
+        0.08,
+        "Spreading of fingers",
+        "Standard deviation of a finger's spread from the prediction.",
+        unit="rad",
+        ge=0.005,
+        le=1,
+        step=0.005,
+        group=MOTION,
+        role="noise",
+    )
+    growth_sd: float = parameter(
+        0,
+        "Change of size",
+        "By which share a hand that comes nearer or goes away may grow or shrink from frame to frame; 0 if it stays as "
+        "far. It trades off with tilts, and needs the refined ranking.",
+        ge=0,
+        le=0.1,
+        step=0.005,
+        group=MOTION,
+        trackers=BEAM,
+    )
+    still_penalty: float = parameter(
+        0.7,
+        "Price of standing still",
+        "By how much less probable, in natural logarithms, the pose of before is as a prediction than one moved on.",
+        ge=0,
+        le=10,
+        step=0.1,
+        group=MOTION,
+        trackers=BEAM,
+    )
+    wrist_prior: bool = parameter(
+        True,
+        "Straight wrist",
+        "Whether a bent wrist is less probable. It trades off with bent fingers, and a silhouette shows little of it.",
+        group=MOTION,
+    )
+    wrist_sd_rad: float = parameter(
+        0.15,
+        "Bending of the wrist",
+        "Standard deviation of the wrist's flexion c from 0.",
+        unit="rad",
+        ge=0.01,
+        le=2,
+        step=0.01,
+        group=MOTION,
+        role="noise",
+    )
+
+
+class _Fit(Parameters):
+    """How well parts of the hand must fit the silhouette."""
+
+    palm_fit_sd: float = parameter(
+        2,
+        "Palm fit",
+        "Standard deviation of a palm's mean protrusion length, in fiftieths of the palm axis.",
+        ge=0.1,
+        le=20,
+        step=0.1,
+        group=FIT,
+        role="sharpness",
+    )
+    hidden_fit_sd: float = parameter(
+        2.5,
+        "Fit of hidden fingers",
+        "The same for a finger that no protrusion shows.",
+        ge=0.1,
+        le=20,
+        step=0.1,
+        group=FIT,
+        role="sharpness",
+    )
+    tip_sd_px: float = parameter(
+        3.5,
+        "Fit of tips",
+        "Standard deviation of a finger's tip from that of its protrusion, for a palm axis of 52 px.",
+        unit="px",
+        ge=0.1,
+        le=50,
+        step=0.1,
+        group=FIT,
+        role="sharpness",
+    )
+    axis_sd_px: float = parameter(
+        2.5,
+        "Fit of axes",
+        "Standard deviation of a finger's axis from that of its protrusion once the tips coincide, for 52 px.",
+        unit="px",
+        ge=0.1,
+        le=50,
+        step=0.1,
+        group=FIT,
+        role="sharpness",
+    )
+    hidden_cost: float = parameter(
+        2,
+        "Price of a hidden finger",
+        "By how much less probable, in natural logarithms, it is that no protrusion shows a finger.",
+        ge=0,
+        le=20,
+        step=0.1,
+        group=FIT,
+    )
+    joint_cost: float = parameter(
+        1.5,
+        "Price of a hidden tip",
+        "By how much less probable it is that the end of a protrusion is a finger's last joint rather than its tip.",
+        ge=0,
+        le=20,
+        step=0.1,
+        group=FIT,
+    )
+
+
+class _Loss(Parameters):
+    """When a hand is lost."""
+
+    highest_misfit: float = parameter(
+        0.35,
+        "Highest misfit",
+        "Share of the silhouette's area by which the best hand may differ from it; one that differs by more is wrong.",
+        ge=0.05,
+        le=2,
+        step=0.05,
+        group=LOSS,
+    )
+    lost_after_frames: int = parameter(
+        3,
+        "Lost after",
+        "After so many such frames in a row the tracker waits for an open hand.",
+        unit="frames",
+        ge=1,
+        le=100,
+        step=1,
+        group=LOSS,
+        role="memory",
+    )
+    patience_frames: int = parameter(
+        5,
+        "Patience",
+        "For how many frames without a hand in the picture the last pose is kept to go on from.",
+        unit="frames",
+        ge=0,
+        le=100,
+        step=1,
+        group=LOSS,
+        role="memory",
+    )
+
+
+class HandTrackerParameters(_Search, _Motion, _Fit, _Loss, SilhouetteParameters):
+    """Candidates, how they are weighed against the silhouette, and how whole hands are ranked."""
+
+    scoring: Literal["points", "cells", "reference"] = parameter(
+        "points",
+        "Scoring",
+        "Whether a candidate is judged as a point, by Gaussians of fixed widths, or for its cell of angles, by their "
+        "mean over it (Shimada 1997, eq. 2.9). Or as in the reference implementation: as a point, with the prior of "
+        "one prediction, not their sum, protrusions that end at tips and last joints only, and no test of reach.",
+        group=RANKING,
+    )
+    ranking: Literal["refined", "reference"] = parameter(
+        "refined",
+        "Ranking",
+        "Whether the best hands are brought nearer to the silhouette before they are compared with it, or are compared "
+        "as the search's steps left them.",
+        group=RANKING,
+        trackers=BEAM,
+    )
+    cover_term: bool = parameter(
+        True,
+        "Whole silhouettes",
+        "Whether the best hands are drawn and compared with the silhouette as wholes.",
+        group=RANKING,
+    )
+    cover_sd: float = parameter(
+        0.04,
+        "Fit of whole silhouettes",
+        "Share of the silhouette's area by which a right hand may differ from it.",
+        ge=0.005,
+        le=1,
+        step=0.005,
+        group=RANKING,
+        role="sharpness",
+    )
+    lost_share: float = loss_share(0.3, group=RANKING)
+    shown_hypothesis: int = parameter(
+        1,
+        "Shown hypothesis",
+        "Which of the hands that are kept is drawn, the most probable first.",
+        ge=1,
+        le=MOST_KEPT,
+        step=1,
+        group="Drawing",
+        role="drawing",
+    )
+
+
+# What compiled code needs of parameters, in px of the hand that is followed.
+
+SWEEPS = 3
+"""How often each number of a pose is moved uphill."""
+MIDDLE_JOINT, LAST_JOINT = 1, 2
+"""Of the places along a finger, from the root 0 to the tip 3."""
+WRIST_SD_PX = 2.0
+"""Of the wrist from where it was seen, for a palm axis of 52 px."""
+
+
+class Settings(NamedTuple):
+    """Steps, standard deviations and costs; areas in px^2, distances in px, angles in rad.
+
+    Attributes:
+        step_area: S_c.
+        turn_sd: Of the palm's a and c from the prediction.
+        tilt_sd: Of its b.
+        flexion_sd: Of fingers.
+        spread_sd: Of fingers.
+        straight_sd: Of c from 0; infinite if that does not count.
+        wrist_sd: Of the wrist from where it was seen.
+        palm_count: For how many palms fingers are looked for.
+        palm_fit_sd: Of x_p of a palm.
+        hidden_fit_sd: Of x_p of a hidden finger.
+        tip_sd: Of the distance of a tip.
+        axis_sd: Of the mean distance of axes.
+        hidden_cost: Of a finger that no protrusion shows.
+        joint_cost: Of a protrusion that ends at a finger's last joint.
+        unit: Length of the palm axis beside that for which costs of lengths are given.
+        cover_sd: Share of the silhouette's area by which a right hand differs; infinite if that does not count.
+        cells: Whether likelihoods are means over the cells of candidates.
+        mixture: Whether a hand's prior is the sum over all predictions.
+        lowest_end: Number of the joint nearest to the palm at which a protrusion may end, 3 being the tip.
+        reach: Whether palms are refused whose fingers do not reach all protrusions.
+        growth_sd: By which share the hand may be seen larger or smaller than in the frame before; 0 if it may not.
+        sweeps: How often each number of a pose is moved uphill before hands are ranked.
+    """
+
+    step_area: float
+    turn_sd: float
+    tilt_sd: float
+    flexion_sd: float
+    spread_sd: float
+    straight_sd: float
+    wrist_sd: float
+    palm_count: int
+    palm_fit_sd: float
+    hidden_fit_sd: float
+    tip_sd: float
+    axis_sd: float
+    hidden_cost: float
+    joint_cost: float
+    unit: float
+    cover_sd: float
+    cells: bool
+    mixture: bool
+    lowest_end: int
+    reach: bool
+    growth_sd: float
+    sweeps: int
+
+
+class Task(NamedTuple):
+    """A hand that is looked for, and how.
+
+    Attributes:
+        scale: Length of its palm axis, px.
+        shape: Of the hand.
+        settings: Steps, standard deviations and costs.
+    """
+
+    scale: float
+    shape: HandShape
+    settings: Settings
+
+
+@lru_cache(maxsize=64)
+def settings(parameters: HandTrackerParameters, scale: float) -> Settings:
+    """Return the settings for a palm axis of a length, px."""
+    unit = scale / NOMINAL_SCALE_PX
+    return Settings(
+        step_area=parameters.step_area_px2 * unit * unit,
+        turn_sd=float(parameters.palm_turn_sd_rad),
+        tilt_sd=float(parameters.palm_tilt_sd_rad),
+        flexion_sd=float(parameters.flexion_sd_rad),
+        spread_sd=float(parameters.spread_sd_rad),
+        straight_sd=float(parameters.wrist_sd_rad) if parameters.wrist_prior else math.inf,
+        wrist_sd=WRIST_SD_PX * unit,
+        palm_count=parameters.palm_count,
+        palm_fit_sd=float(parameters.palm_fit_sd),
+        hidden_fit_sd=float(parameters.hidden_fit_sd),
+        tip_sd=parameters.tip_sd_px * unit,
+        axis_sd=parameters.axis_sd_px * unit,
+        hidden_cost=float(parameters.hidden_cost),
+        joint_cost=float(parameters.joint_cost),
+        unit=unit,
+        cover_sd=float(parameters.cover_sd) if parameters.cover_term else math.inf,
+        cells=parameters.scoring == "cells",
+        mixture=parameters.scoring != "reference",
+        lowest_end=LAST_JOINT if parameters.scoring == "reference" else MIDDLE_JOINT,
+        reach=parameters.scoring != "reference",
+        growth_sd=float(parameters.growth_sd),
+        sweeps=SWEEPS if parameters.ranking == "refined" else 0,
+    )
+
+
+# How probable a hand is before it is compared with the picture: Gaussians around the predictions of the kept hands.
+#
+# Every kept hand predicts where a hand may be, with the probability that it has itself. A hand may have come from any
+# of them, so its prior is the sum over all predictions (Shimada 1997, eq. 2.13), each a Gaussian (eqs. 2.4 and 2.12):
+#
+#
+# Two predictions that agree so count for more than one that stands alone. The other way is to give each hand the share
+# of the prediction near which it was looked for, and no more.
+
+
+class Predictions(NamedTuple):
+    """Where hands are expected.
+
+    Attributes:
+        poses: (I, 25).
+        log_weights: (I,) logarithms of P_f, up to a constant.
+    """
+
+    poses: NDArray[np.float64]
+    log_weights: NDArray[np.float64]
+
+
+@compiled
+def palm_log_shares(pose: NDArray[np.float64], predictions: Predictions, settings: Settings) -> NDArray[np.float64]:
+    """Return what each prediction gives to the prior of a palm (I,), as logarithms: three angles of a pose (25,)."""
+    shares = np.empty(predictions.poses.shape[0])
+    for i in range(shares.shape[0]):
+        shares[i] = predictions.log_weights[i] - 0.5 * _palm_square(pose, predictions.poses[i], settings)
+    return shares
+
+
+@compiled
+def log_shares(pose: NDArray[np.float64], predictions: Predictions, settings: Settings) -> NDArray[np.float64]:
+    """Return what each prediction gives to the prior of a whole hand (I,), as logarithms up to a constant.
+
+    A finger's flexion is the mean of its three joints, which bend alike.
+
+    Args:
+        pose: (25,).
+        predictions: I of them.
+        settings: Standard deviations.
+    """
+    shares = np.empty(predictions.poses.shape[0])
+    for i in range(shares.shape[0]):
+        predicted = predictions.poses[i]
+        square = _palm_square(pose, predicted, settings)
+        for j in range(2):
+            off = (pose[j] - predicted[j]) / settings.wrist_sd
+            square += off * off
+        for at in range(5, ANGLES, 4):
+            turn, bent = (pose[at] - predicted[at]) / settings.spread_sd, 0.0
+            for j in range(at + 1, at + 4):
+                bent += (pose[j] - predicted[j]) / (3.0 * settings.flexion_sd)
+            square += turn * turn + bent * bent
+        shares[i] = predictions.log_weights[i] - 0.5 * square
+    return shares
+
+
+@compiled
+def log_prior(shares: NDArray[np.float64], origin: int, mixture: bool) -> float:
+    """Return the log prior of a hand of shares (I,): of all predictions (eq. 2.13), or of the one it was found near."""
+    return float(normalise(shares)[1] if mixture else shares[origin])
+
+
+@compiled
+def _palm_square(pose: NDArray[np.float64], predicted: NDArray[np.float64], settings: Settings) -> float:
+    square = 0.0
+    for j in range(2, 5):
+        off = (pose[j] - predicted[j]) / (settings.tilt_sd if j == 3 else settings.turn_sd)
+        square += off * off
+    return square

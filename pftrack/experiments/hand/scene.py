@@ -1,0 +1,347 @@
+"""A simulated hand before a dark background, seen as a silhouette (docs/methods/hands.md)."""
+
+import math
+from dataclasses import dataclass, field
+from functools import lru_cache
+from types import MappingProxyType
+from typing import Literal, Self, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.model.parameters import parameter
+from pftrack.core.model.source import Frame, History, Target
+from pftrack.core.numerics.compiled import read_only
+from pftrack.core.numerics.elementary import exponential, sines_cosines
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments.hand.shape import ANGLES, MODEL, HandShape, joints, open_pose, silhouette
+from pftrack.sources.recording import OverlayParameters, paint, strip
+
+# How the simulated hand moves: three motions that begin with an open hand (after Shimada 1997, section 2.8).
+#
+# - *wrist*: the hand turns about its long axis until it is seen from the side, with fingers a little curled: with
+#   straight ones a turn either way has the same silhouette;
+# - *bend*: the fingers close until none is seen beside the palm;
+# - *occlusion*: the middle and the ring finger fold within two frames, stay folded, and come back.
+#
+# Time is in frames of the motion, and need not be whole.
+
+MotionName: TypeAlias = Literal["wrist", "bend", "occlusion"]
+
+FRAMES = MappingProxyType({"wrist": 30, "bend": 30, "occlusion": 24})
+"""Of each motion."""
+
+FOUR = np.array([9, 13, 17, 21])
+"""Where a pose holds the angles of the four fingers, each beginning with its spread."""
+FOLDED = FOUR[1:3]
+"""Those that fold in *occlusion*: the middle and the ring finger."""
+
+
+def pose_at(motion: MotionName, time: float) -> NDArray[np.float64]:
+    """Return the pose (25,) of a hand whose wrist is at the origin and whose fingers point upwards.
+
+    Args:
+        motion: Which of the three.
+        time: In frames, from 0; after its last frame the motion stays as it is there.
+    """
+    pose, last = open_pose((0.0, 0.0)), FRAMES[motion] - 1.0
+    match motion:
+        case "wrist":
+            share = _ease(time / last)
+            pose[2], pose[3] = 0.10 * share, 1.05 * share
+            _flex(pose, FOUR, 0.22)
+        case "bend":
+            share = _ease((time - 3.0) / (last - 3.0))
+            _flex(pose, FOUR, 1.25 * share)
+            pose[6:9] += share * (0.35 - pose[6:9])
+        case "occlusion":
+            pose[3] = 0.25 * sines_cosines(np.array([0.25 * time]))[0][0]
+            share = min(max((time - 4.0) / 2.0, 0.0), 1.0) - min(max((time - 14.0) / 4.0, 0.0), 1.0)
+            _flex(pose, FOLDED, 1.3 * share)
+    return pose
+
+
+def folded_time(motion: MotionName, time: float) -> float:
+    """Return the time of a motion that runs forwards, then backwards, then forwards again without end."""
+    last = FRAMES[motion] - 1.0
+    within = time % (2.0 * last)
+    return min(within, 2.0 * last - within)
+
+
+def _ease(share: float) -> float:
+    """Return 0 before the beginning, 1 after the end, and half a cosine between."""
+    return 0.5 - 0.5 * float(sines_cosines(np.array([np.pi * min(max(share, 0.0), 1.0)]))[1][0])
+
+
+def _flex(pose: NDArray[np.float64], fingers: NDArray[np.int64], angle: float) -> None:
+    for first in fingers:
+        pose[first + 1 : first + 4] = angle
+
+
+# What can be turned in the scene of the simulated hand.
+
+HAND, CAMERA = "Hand", "Camera and light"
+
+
+class HandSceneParameters(OverlayParameters):
+    """The scene: how the hand moves, how it differs from the model, and how well it is seen."""
+
+    # fmt: off
+    motion: MotionName = parameter(
+        "occlusion", "Motion",
+        "What the hand does: it turns at the wrist, bends all fingers, or folds two of them within two frames.",
+        live=False, group=HAND)
+    speed: float = parameter(
+        1.0, "Speed", "How fast it does that; at 1 a motion takes 24 to 30 frames.",
+        ge=0.25, le=4, step=0.25, live=False, group=HAND, role="world")
+    passes: int = parameter(
+        1, "Passes", "How often the motion is gone through, forwards and backwards in turn.",
+        ge=1, le=40, step=1, live=False, group=HAND)
+    hand: Literal["right", "left"] = parameter(
+        "right", "Which hand", "Whose palm is seen: a right hand with the thumb on the right, or a left one.",
+        live=False, group=HAND)
+    turn_deg: float = parameter(
+        0, "Turn", "By how much hand and arm are turned on the screen, counter-clockwise.",
+        unit="°", ge=-180, le=180, step=5, live=False, group=HAND)
+    palm_axis_px: float = parameter(
+        52, "Palm axis", "From the wrist to the middle of the knuckles, in a picture with sides of 200 px.",
+        unit="px", ge=20, le=70, step=1, live=False, group=HAND)
+    proportions: float = parameter(
+        0.04, "Other proportions",
+        "By which share lengths and widths of a finger differ at most from those that the trackers expect.",
+        ge=0, le=0.2, step=0.01, live=False, group=HAND)
+    edge_noise_px: float = parameter(
+        0.6, "Edge noise", "Standard deviation of where the edge of the silhouette is seen.",
+        unit="px", ge=0, le=4, step=0.1, group=CAMERA, role="world")
+    image_noise_sd: float = parameter(
+        0, "Pixel noise", "Standard deviation of the noise on every pixel.",
+        unit="grey levels", ge=0, le=60, step=1, group=CAMERA, role="world")
+    flash_every: int = parameter(
+        0, "Flashes", "Every how many frames one is all white, as by a flash of light; 0 for none.",
+        unit="frames", ge=0, le=100, step=1, group=CAMERA)
+    picture_side_px: int = parameter(
+        200, "Picture size", "Width and height of the picture; the hand grows with it.",
+        unit="px", ge=120, le=1000, step=20, live=False, group=CAMERA)
+    # fmt: on
+
+
+# What the camera sees of the simulated hand: a silhouette whose edge is a little off, before a dark background.
+#
+# The distance of each pixel from the silhouette's edge, positive inside, is taken together with smooth noise, and where
+# the sum is above 0 the hand is seen. So the edge moves by the noise, and what is thin stays whole.
+
+PAINTING_HAND, BACKGROUND = (224, 172, 138), (16, 20, 24)
+"""RGB. Any threshold of brightness between 25 and 175 tells them apart."""
+
+SMOOTH_PX = 2.0
+"""Standard deviation of the Gaussian by which the edge's noise is smoothed."""
+REACH_PX = 6
+
+EDGE, PIXELS = 0, 1
+"""Draws of a frame."""
+
+
+def with_noisy_edge(mask: NDArray[np.bool_], noise_px: float, seed: int, frame: int) -> NDArray[np.bool_]:
+    """Return a silhouette (height, width) whose edge has moved.
+
+    Args:
+        mask: (height, width).
+        noise_px: Standard deviation of how far it moves.
+        seed: Of the run.
+        frame: Of the frame.
+    """
+    if noise_px <= 0.0:
+        return mask
+    inside, outside = (
+        cv2.distanceTransform(side.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE) for side in (mask, ~mask)
+    )
+    # The edge runs between the pixels, half a pixel from the centres on either side.
+    distance = np.where(mask, inside - np.float32(0.5), np.float32(0.5) - outside)
+    near = np.abs(distance) < 5.0 * noise_px
+    return np.asarray(np.where(near, distance + noise_px * _smooth_noise(mask.shape, seed, frame), distance) > 0.0)
+
+
+def paint_silhouette(mask: NDArray[np.bool_], noise_sd: float, seed: int, frame: int) -> NDArray[np.uint8]:
+    """Return the picture (height, width, 3) of a silhouette, RGB.
+
+    Args:
+        mask: (height, width).
+        noise_sd: Standard deviation of the noise of every pixel, grey levels; the same in all channels.
+        seed: Of the run.
+        frame: Of the frame.
+    """
+    image = np.where(mask[:, :, None], np.array(PAINTING_HAND, np.uint8), np.array(BACKGROUND, np.uint8))
+    if noise_sd > 0.0:
+        noise = noise_sd * _normals(mask.shape, seed, frame, PIXELS)[:, :, None]
+        image = np.clip(np.rint(image + noise), 0, 255).astype(np.uint8)
+    return image
+
+
+def _normals(shape: tuple[int, ...], seed: int, frame: int, draw: int) -> NDArray[np.float64]:
+    """Return N(0, 1) numbers (height, width) of one of a frame's draws."""
+    # The first draws of frame 0 make the hand.
+    return np.asarray(Stream(seed, 2 * frame + draw + 1, Purpose.SCENE).standard_normal(shape))
+
+
+def _smooth_noise(shape: tuple[int, ...], seed: int, frame: int) -> NDArray[np.float64]:
+    """Return smooth noise (height, width) of unit variance: sums in an order of their own, not by OpenCV's."""
+    weights, (height, width) = _weights(), shape
+    noise = _normals((height + 2 * REACH_PX, width + 2 * REACH_PX), seed, frame, EDGE)
+    across = weights[0] * noise[:, :width]
+    for step in range(1, len(weights)):
+        across += weights[step] * noise[:, step : step + width]
+    smooth = weights[0] * across[:height]
+    for step in range(1, len(weights)):
+        smooth += weights[step] * across[step : step + height]
+    return np.asarray(smooth)
+
+
+@lru_cache(maxsize=1)
+def _weights() -> tuple[float, ...]:
+    """Return the Gaussian's weights; the sum of their squares is 1, so that the variance stays."""
+    steps = np.arange(-REACH_PX, REACH_PX + 1)
+    weights = exponential(-0.5 * np.square(steps / SMOOTH_PX))
+    return tuple((weights / np.sqrt(sum(np.square(weights).tolist()))).tolist())
+
+
+# The truth of a frame in which a hand is seen.
+
+
+@dataclass(frozen=True, slots=True)
+class HandTarget(Target):
+    """Where a hand truly is: `position` (15,) is where the five tips are, thumb first, px.
+
+    Of each that is column, row, and height above the wrist towards the camera.
+
+    Attributes:
+        pose: (25,) as `pftrack.experiments.hand.shape` has it.
+        scale: Length of the palm axis, px.
+        shape: Of this hand.
+        model: What a tracker knows of the hand's shape: that of the average hand, or what was measured of a person.
+    """
+
+    pose: NDArray[np.float64] = field(default_factory=lambda: np.zeros(ANGLES))
+    scale: float = 1.0
+    shape: HandShape = MODEL
+    model: HandShape = MODEL
+
+    @classmethod
+    def of(
+        cls,
+        pose: NDArray[np.float64],
+        scale: float,
+        shape: HandShape,
+        model: HandShape,
+        *,
+        hidden: bool | None = False,
+    ) -> Self:
+        """Return the truth of a pose, with the box around wrist and tips."""
+        tips = joints(pose, scale, shape)[:, 3]
+        points = np.vstack([pose[:2], tips[:, :2]])
+        width, height = (points.max(axis=0) - points.min(axis=0)).tolist()
+        return cls(
+            position=tips.ravel(),
+            size=max(width, height),
+            hidden=hidden,
+            extent=(width, height),
+            pose=pose,
+            scale=scale,
+            shape=shape,
+            model=model,
+        )
+
+    @property
+    def tips(self) -> NDArray[np.float64]:
+        """(5, 2) column and row of the tips, thumb first, px."""
+        return self.position.reshape(5, 3)[:, :2]
+
+
+# The simulated hand as a source: frames of a silhouette, with the truth.
+
+WRIST = (0.0, 37.0)
+"""Of a hand that is not turned, from the middle of a picture with sides of `SIDE_PX`, px, as in the reference scene."""
+SIDE_PX = 200.0
+ARM = (MODEL.arm[0], 4.0)
+"""Half the forearm's width and its length: beyond the border, however it is turned."""
+FRAME_RATE_HZ = 10.0
+LOOK_ALIKE = "#e0ac8a"
+"""Colour of the look-alikes: the hand's."""
+
+
+class HandSource:
+    """Two or three seconds of a hand.
+
+    Attributes:
+        size: Width and height of the picture, px.
+        frame_rate_hz: 10.
+        frame_count: That of the motion, by its speed and passes.
+        start: The hand in frame 0.
+        noisy: True: the seed gives the hand's proportions and the edge's noise.
+    """
+
+    def __init__(self, seed: int, parameters: HandSceneParameters) -> None:
+        """Hold the hand up; arguments as for every source."""
+        self._seed = seed
+        self._motion, self._speed = parameters.motion, parameters.speed
+        side = parameters.picture_side_px
+        self._scale = parameters.palm_axis_px * side / SIDE_PX
+        self._turn = parameters.turn_deg * math.pi / 180.0
+        self._model = MODEL.with_changes(side=1.0 if parameters.hand == "right" else -1.0, arm=ARM)
+        self._shape = hand_of(seed, parameters.proportions, self._model)
+        sines, cosines = sines_cosines(np.array([self._turn]))
+        across, down = (offset * side / SIDE_PX for offset in WRIST)
+        middle = side / 2.0
+        self._wrist = (
+            middle + cosines[0] * across + sines[0] * down,
+            middle - sines[0] * across + cosines[0] * down,
+        )
+        self.size = (side, side)
+        self.frame_rate_hz = FRAME_RATE_HZ
+        steps = (FRAMES[parameters.motion] - 1) * parameters.passes / parameters.speed
+        self.frame_count: int | None = math.ceil(steps) + 1
+        self.noisy = True
+        self.start: Target = self.target(0, parameters)
+
+    def frame(self, index: int, history: History[HandSceneParameters]) -> Frame:
+        """Return the hand at an instant; the same arguments give the same frame, to the bit."""
+        parameters = history.at(index)
+        target = self.target(index, parameters)
+        image = self._picture(target, index, parameters)
+        return Frame(index, index / FRAME_RATE_HZ, image_rgb=read_only(image), target=target)
+
+    def target(self, index: int, parameters: HandSceneParameters) -> HandTarget:
+        """Return the truth of a frame."""
+        pose = pose_at(self._motion, folded_time(self._motion, self._speed * index))
+        pose[:2] = self._wrist
+        # The hand of the other side is the mirror image, which turns the other way.
+        pose[2:4] *= self._model.side
+        pose[2] += self._turn
+        target = HandTarget.of(pose, self._scale, self._shape, self._model)
+        left, right = strip(parameters, self.size[0])
+        columns = np.append(target.tips[:, 0], pose[0])
+        if left <= columns.min() and columns.max() < right:
+            return HandTarget.of(pose, self._scale, self._shape, self._model, hidden=True)
+        return target
+
+    def _picture(self, target: HandTarget, index: int, parameters: HandSceneParameters) -> NDArray[np.uint8]:
+        if parameters.flash_every and index % parameters.flash_every == parameters.flash_every - 1:
+            return np.full((self.size[1], self.size[0], 3), 255, np.uint8)
+        mask = silhouette(target.pose, target.scale, target.shape, self.size)
+        mask = with_noisy_edge(mask, parameters.edge_noise_px, self._seed, index)
+        image = paint_silhouette(mask, parameters.image_noise_sd, self._seed, index)
+        if parameters.occlusion_width_px > 0 or parameters.distracter_radius_px > 0:
+            paint(image, parameters, LOOK_ALIKE)
+        return image
+
+
+def hand_of(seed: int, proportions: float, model: HandShape) -> HandShape:
+    """Return the hand of a seed: each finger's lengths and radii differ from the model's by shares of their own.
+
+    Args:
+        seed: Of the run.
+        proportions: Largest share; they are uniform.
+        model: What it differs from.
+    """
+    lengths, widths = 1.0 + proportions * (2.0 * Stream(seed, 0, Purpose.SCENE).random((2, 5, 1)) - 1.0)
+    return model.with_changes(phalanges=lengths * model.phalanges, radii=widths * model.radii)

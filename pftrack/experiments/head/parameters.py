@@ -1,0 +1,384 @@
+"""What can be turned on the trackers of a head by its eleven features."""
+
+import math
+from dataclasses import replace
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import field_validator
+
+from pftrack.core.model.parameters import ParameterError, Value, parameter
+from pftrack.core.numerics.elementary import exponential
+from pftrack.experiments.head.appearance import EYE_DISTANCE_PX
+from pftrack.experiments.shared.pose import parameters as pose
+from pftrack.experiments.shared.pose.calibrated import seen_moments
+from pftrack.experiments.shared.pose.parameters import (
+    LAYERED,
+    UPPER,
+    PoseTrackerParameters,
+    joint_particles,
+    particles_per_feature,
+    pose_guidance,
+)
+from pftrack.experiments.shared.pose.state import PoseState
+from pftrack.vision.geometry.face import FEATURES, FaceModel, fit_similarity, mean_model, spread_mm2
+from pftrack.vision.geometry.face import FEATURES as FEATURE_NAMES
+from pftrack.vision.model_files import as_json, read_points
+from pftrack.vision.structure import growing
+from pftrack.vision.structure.growing import Growing
+
+# A face model that somebody brings along, for a growing one to begin with: read, checked, and laid onto the mean face.
+#
+# What "frontal" is, and where the head's origin, is the mean face's affair, so a model that is turned or moved is
+# turned and moved back. It must be a face: one of another size by half, or with a point three standard deviations of
+# anybody's face from where the mean has it, is a mistake or a joke.
+
+SIZES = (0.5, 2.0)
+FURTHEST_MM = 25.0
+
+
+@lru_cache(maxsize=8)
+def starting_model(text: str) -> FaceModel:
+    """Return the face of a file of points, as large as it is, turned and moved onto the mean face.
+
+    Raises:
+        ValueError: It is no such file, has another number of points, or they make no face.
+    """
+    points, mean = read_points(text, FEATURES), mean_model().points_mm
+    onto = fit_similarity(points, mean)
+    if not SIZES[0] <= 1.0 / onto.scale <= SIZES[1]:
+        raise ValueError(
+            f"expected a face of {SIZES[0]:g} to {SIZES[1]:g} times the mean's size, got {1 / onto.scale:.3g}"
+        )
+    apart = np.sqrt(np.square(onto(points) - mean).sum(axis=1))
+    worst = int(apart.argmax())
+    if apart[worst] > FURTHEST_MM:
+        raise ValueError(
+            f"expected points within {FURTHEST_MM:g} mm of the mean face's, got {FEATURES[worst]} "
+            f"{apart[worst]:.0f} mm away"
+        )
+    return FaceModel(onto(points) / onto.scale)
+
+
+LOOK, RELIEF, LOSS = "What features look like", "Templates in relief", "A lost face"
+GROWTH = "Growing face model"
+
+AS_PUBLISHED: dict[str, Value] = {**pose.AS_PUBLISHED, "templates": "flat", "face_model": "mean", "hidden_weight": 0.0}
+"""What Bando 2007 has and the defaults have not."""
+
+
+class HeadTrackerParameters(PoseTrackerParameters):
+    """The trackers of a solid's points, with templates as what the points look like."""
+
+    guidance = pose_guidance("head")
+
+    sample_count: int = particles_per_feature(len(FEATURE_NAMES))
+    joint_sample_count: int = joint_particles(5000, "; Bando's 25,000 take a tenth of a second a frame")
+    face_model: Literal["growing", "mean", "personal"] = parameter(
+        "growing",
+        "Face model",
+        "Whether the face grows from the mean of other people to the person's own while it is tracked, or is assumed "
+        "to be that mean, or the person's own (on a recording, the mean face stretched over the points of the first "
+        "picture).",
+        group=UPPER,
+    )
+    focal_widths: float = parameter(
+        1.875,
+        "Focal length",
+        "Of the pinhole, in widths of the picture; a recording does not say it, and 1 is a usual guess.",
+        unit="widths",
+        ge=0.3,
+        le=20,
+        step=0.05,
+        group=UPPER,
+    )
+    correlation_spread: float = parameter(
+        0.15,
+        "Correlation spread",
+        "How far a patch's correlation with its template may be from 1; at 0.15 a correlation of 0.5 weighs 0.004.",
+        ge=0.02,
+        le=2,
+        step=0.01,
+        group=LOOK,
+        role="sharpness",
+    )
+    hidden_weight: float = parameter(
+        0.5,
+        "Odds of a hidden feature",
+        "Odds that a feature is hidden which fits as well as the others; they grow as it fits worse. What is hidden is "
+        "then where the pose has it, in place of clinging to what looks most like it. A second filter takes all "
+        "features for visible, and the one that explains the pictures better is believed. 0 is Bando's: never hidden.",
+        ge=0,
+        le=2,
+        step=0.01,
+        group=LOOK,
+        trackers=LAYERED,
+    )
+    template_scale: float = parameter(
+        1,
+        "Template size",
+        "Size of the templates, as a multiple of Bando's for a face of this size.",
+        ge=0.3,
+        le=2,
+        step=0.05,
+        group=LOOK,
+    )
+    templates: Literal["relief", "flat"] = parameter(
+        "relief",
+        "Templates",
+        "Whether features are laid onto the surface of a head and bent with it as it turns, which keeps them through "
+        "fast and strong turns, or compared as they were seen at first (flat, Bando 2007). In relief they are neither "
+        "renewed nor gathered by pose.",
+        group=LOOK,
+    )
+    template_renewal: float = parameter(
+        0,
+        "Template renewal",
+        "How fast templates follow what is seen; they then also follow every error, so it is 0 in Bando 2007.",
+        ge=0,
+        le=0.2,
+        step=0.005,
+        group=LOOK,
+    )
+    templates_by_pose: bool = parameter(
+        False,
+        "Templates by pose",
+        "Whether to gather further templates while the head is turned, and use those of the nearest pose.",
+        group=LOOK,
+    )
+    slack_px: float = parameter(
+        8,
+        "Slack of the features",
+        "With templates in relief, how far a feature may be from where the head has it: so much wider is the head's "
+        "prediction, and features that are further away than that count for less.",
+        unit="px",
+        ge=0.5,
+        le=100,
+        step=0.5,
+        group=RELIEF,
+        trackers=LAYERED,
+    )
+    initial_speed_px: float = parameter(
+        8,
+        "Initial speed",
+        "With templates in relief, how fast a head may already be moving where tracking begins, and where it is found "
+        "again: the standard deviation of its features' speed, each frame.",
+        unit="px",
+        ge=0,
+        le=100,
+        step=0.5,
+        group=RELIEF,
+        trackers=LAYERED,
+    )
+    pose_change_noise: float = parameter(
+        1,
+        "Change of the turn",
+        "With templates in relief and the pinhole, how fast turning and moving may change, in place of the camera "
+        "noise: a multiple of 1 degree and 1 mm each frame.",
+        ge=0.05,
+        le=50,
+        step=0.05,
+        group=RELIEF,
+        trackers=LAYERED,
+        role="noise",
+    )
+    recognised_correlation: float = parameter(
+        0.5,
+        "Recognised from",
+        "Least correlation with its template at which a feature counts as recognised.",
+        ge=0,
+        le=1,
+        step=0.01,
+        group=LOSS,
+    )
+    least_recognised: int = parameter(
+        3,
+        "Features that make a face",
+        "With fewer recognised features for some frames the face is lost.",
+        ge=1,
+        le=11,
+        step=1,
+        group=LOSS,
+    )
+    largest_misfit: float = parameter(
+        0.25,
+        "Features out of place",
+        "With the features further from where the pose has them than this share of the distance between the eyes, by "
+        "their median and for some frames, the face is lost.",
+        ge=0.02,
+        le=2,
+        step=0.01,
+        group=LOSS,
+    )
+    patience_frames: int = parameter(
+        8,
+        "Patience",
+        "Frames with too few recognised features, or with features out of place, after which the face is lost.",
+        unit="frames",
+        ge=1,
+        le=300,
+        step=1,
+        group=LOSS,
+        role="memory",
+    )
+    find_again: bool = parameter(
+        False,
+        "Find again",
+        "Whether a lost face is given up and looked for again; Bando does neither.",
+        group=LOSS,
+    )
+    model_frozen: bool = parameter(
+        False,
+        "Freeze the model",
+        "Whether the growing face model learns no more; the frames still decide whether mean or own face is used.",
+        group=GROWTH,
+    )
+    model_memory: float = parameter(
+        1,
+        "Memory of the model",
+        "What the growing face model keeps of a well-seen point with each frame; 1 forgets nothing.",
+        ge=0.5,
+        le=1,
+        step=0.001,
+        group=GROWTH,
+        role="memory",
+    )
+    model_restarts: int = parameter(
+        0,
+        "Restart model",
+        "Forgets what the growing face model has learned, and begins again with the face that it began with.",
+        ge=0,
+        le=1_000_000,
+        step=1,
+        action=True,
+        group=GROWTH,
+    )
+    starting_face: str = parameter(
+        "",
+        "Begin with a face model",
+        "With which face the growing model begins: one that was exported as JSON, or the mean face if there is none.",
+        accept=".json",
+        group=GROWTH,
+    )
+
+    @property
+    def pose_change(self) -> float:
+        """How fast the pose before a pinhole may change, as a multiple of Bando's noise."""
+        return self.camera_noise if self.templates == "flat" else self.pose_change_noise
+
+    @property
+    def slack(self) -> float:
+        """How far a feature may be from where the head has it, px."""
+        return 0.0 if self.templates == "flat" else self.slack_px
+
+    @property
+    def hidden_odds(self) -> float:
+        """Odds that a feature is hidden which fits as well as the others."""
+        return self.hidden_weight
+
+    @property
+    def speed_at_start(self) -> float:
+        """How fast features may already be moving where tracking begins, px a frame."""
+        return 0.0 if self.templates == "flat" else self.initial_speed_px
+
+    @field_validator("starting_face")
+    @classmethod
+    def _is_a_face(cls, text: str) -> str:
+        """Keep nothing but the points, so that a recipe stays short, and those as they are.
+
+        Every change of any parameter comes by here again, and laid onto the mean face once more a last decimal may
+        differ: that would be another face, with which the model begins again.
+        """
+        if not text:
+            return text
+        try:
+            starting_model(text)
+            return as_json(FEATURE_NAMES, read_points(text, FEATURE_NAMES)).decode()
+        except ValueError as error:
+            raise ParameterError("starting_face", text, f"a face model ({error})") from None
+
+
+# What a tracked frame teaches of the person's own face (`structure.growing`).
+#
+# The features' positions and variances are what the growing model learns from. But templates of the first frame slip:
+# the nose's follows the cheeks beside it as the head turns, and what they slip to lasts as long as the pose does. Taken
+# as it stands, a track says of the face what is not so: fed with the particles' own variances the model ended 13 mm
+# from the truth where the mean face is off by 3 (six simulated drivers, 210 to 212 and Bando's). How far a feature is
+# off shows in its correlation with its template: 1 px at 0.95, 2 at 0.85, 4 at 0.75, 8 at 0.6. So
+#
+# - the variance of a position is v / (1 - kappa), as in `trackers.pose.calibrated`, plus that of the slip, whose
+# standard   deviation grows tenfold with each quarter by which the correlation falls; - errors that last for frames are
+# counted as often as they are new: all variances are those of `PERSISTENCE` frames; - a feature that is not recognised
+# teaches nothing, and nor does a doubtful frame, or one in which features may   be hidden (`trackers.pose.hypotheses`):
+# what a cover teaches is not the face.
+#
+# What is learned is used in the next frame.
+
+PERSISTENCE = 5.0
+"""For so many frames an error of a template lasts."""
+
+SLIP_PX = 1.0
+"""Standard deviation of the slip of a template that fits, for a face of Bando's size."""
+
+SLIP_DECADES = 4.0
+"""By so many powers of ten it grows as the correlation falls from 1 to 0."""
+
+FEWEST_FEATURES = 4
+"""A camera has six numbers, so three points say nothing of the shape."""
+
+LN_10 = 2.302585092994046
+
+
+def begin(start: FaceModel, focal_px: float, parameters: HeadTrackerParameters) -> Growing:
+    """Begin with a face, which may be off as people are from their mean."""
+    return growing.begin(start.points_mm, spread_mm2(), _settings(focal_px, parameters))
+
+
+def widen_motion(growth: Growing) -> Growing:
+    """Return what is known of the face, for a head that may have moved anywhere since it was last seen."""
+    return replace(growth, own=replace(growth.own, camera=None), mean_camera=None)
+
+
+def learn(
+    growth: Growing,
+    state: PoseState,
+    correlations: NDArray[np.float64],
+    eye_distance_px: float,
+    parameters: HeadTrackerParameters,
+) -> Growing:
+    """Return what is known after a frame in which the face was tracked.
+
+    Args:
+        growth: What was known.
+        state: The frame's features.
+        correlations: (F,) with their templates.
+        eye_distance_px: At first sight.
+        parameters: In force.
+    """
+    settings = _settings(state.solid.focal_px, parameters)
+    growth = growth if growth.settings == settings else replace(growth, settings=settings)
+    variances = position_variances(state, correlations, eye_distance_px, parameters.sd_floor_px)
+    if np.isfinite(variances[:, 0]).sum() < FEWEST_FEATURES:
+        return growth
+    means, *_ = seen_moments(state.belief)
+    return growing.step(growth, means - state.solid.principal_px, variances)
+
+
+def position_variances(
+    state: PoseState, correlations: NDArray[np.float64], eye_distance_px: float, sd_floor_px: float
+) -> NDArray[np.float64]:
+    """Return variances (F, 2) px^2 of the features' positions, infinite where a feature is not recognised."""
+    means, own, few = seen_moments(state.belief)
+    told = np.maximum(own, sd_floor_px**2)
+    slip_px = SLIP_PX * eye_distance_px / EYE_DISTANCE_PX
+    slip = slip_px**2 * exponential(2.0 * SLIP_DECADES * LN_10 * (1.0 - np.clip(correlations, 0.0, 1.0)))
+    variances: NDArray[np.float64] = PERSISTENCE * (told * few[:, None] + slip[:, None])
+    # A sum is finite if all of its terms are.
+    known = np.isfinite(variances + means + correlations[:, None]).all(axis=1)
+    return np.where((state.recognised & known)[:, None], variances, math.inf)
+
+
+def _settings(focal_px: float, parameters: HeadTrackerParameters) -> growing.Settings:
+    return growing.Settings(float(focal_px), parameters.model_memory, frozen=parameters.model_frozen)

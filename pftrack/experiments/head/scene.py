@@ -1,0 +1,321 @@
+"""The simulated driver's head: procedural, textured, self-occluding, with changes of light (docs/methods/heads.md).
+
+Bando's videos of drivers are not to be had, so their place is taken by a head that is drawn from a face model:
+
+- `parameters`: what can be turned, most of it live;
+- `texture`: the face's albedo, painted from the eleven points;
+- `rasteriser`: a depth-buffered drawing of the mesh;
+- `background`, `occluders`: what is behind the head and what passes in front of it;
+- `sensor`: noise and rounding;
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.geometry.rotation import rotation
+from pftrack.core.model.source import Frame, History, Landmarks, Target
+from pftrack.core.numerics.matrices import product
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments.head.painting import (
+    LEFT_MM,
+    STEP_MM,
+    TOP_MM,
+    albedo,
+    background,
+    blur,
+    cover,
+    expose,
+    lit,
+    project,
+    rasterise,
+    with_lenses,
+    with_sunglasses,
+)
+from pftrack.experiments.head.scene_parameters import HeadSceneParameters
+from pftrack.vision.geometry.face import FEATURES, FaceModel, HeadMesh, head_mesh, mean_model, person
+
+# How the head moves: its script, and how changes of speed and amplitude enter it.
+#
+# Rest, two turns to either side, rest, two nods, rest, two rolls, rest, with a small wobble on all axes throughout. At
+# speed 1 the script takes 900 frames, 330 of them with an axis beyond 20 degrees; then it repeats without a jump.
+#
+# What is asked for in mid-run must not make the head jump either, and a frame must remain a function of the history of
+# parameters alone. So the place in the script is the sum of all past speeds, and the amplitude in force follows the one
+# asked for with a lag of half a second, written in closed form over the spans of the history.
+
+SCRIPT_FRAMES = 900
+UNITS = 600.0
+"""The script's own measure of time."""
+
+SEGMENTS = ((30.0, 190.0, 1, 35.0), (210.0, 370.0, 0, 25.0), (390.0, 550.0, 2, 25.0))
+"""First and last unit, axis of rotation (0 is the nod) and amplitude in degrees."""
+
+EASE = 0.06
+WOBBLE_FROM, WOBBLE_FULL = 10.0, 50.0
+"""Frames between which the wobble fades in, so that the head begins at theta = 0."""
+
+LAG_FRAMES = 15.0
+
+Spans = Sequence[tuple[int, HeadSceneParameters]]
+
+
+def script_time(spans: Spans) -> float:
+    """Return how many runs of the script have passed: 1 at the end of the first.
+
+    Args:
+        spans: How many steps were taken with which parameters.
+    """
+    return sum(steps * parameters.speed for steps, parameters in spans) / SCRIPT_FRAMES
+
+
+def eased_amplitude(spans: Spans, initial: float) -> float:
+    """Return the amplitude in force, which follows the one asked for with a lag.
+
+    Args:
+        spans: How many steps were taken with which parameters.
+        initial: The amplitude at frame 0.
+    """
+    amplitude = initial
+    for steps, parameters in spans:
+        amplitude = parameters.amplitude + (amplitude - parameters.amplitude) * math.exp(-steps / LAG_FRAMES)
+    return float(amplitude)
+
+
+def angles_rad(time: float, amplitude: float) -> NDArray[np.float64]:
+    """Return theta (3,) in rad: nod (down is positive), turn (to image left), roll (clockwise in the image).
+
+    Args:
+        time: Runs of the script, from 0.
+        amplitude: Factor on all angles; 1 is the script's.
+    """
+    unit = UNITS * (time % 1.0)
+    degrees = _wobble_deg(time)
+    for first, last, axis, peak in SEGMENTS:
+        part = (unit - first) / (last - first)
+        if 0.0 <= part < 1.0:
+            ease = min(min(part, 1.0 - part) / EASE, 1.0)
+            degrees[axis] += peak * ease * np.sin(4.0 * np.pi * part)
+    return np.deg2rad(amplitude * degrees)
+
+
+def _wobble_deg(time: float) -> NDArray[np.float64]:
+    fade = min(max((SCRIPT_FRAMES * time - WOBBLE_FROM) / (WOBBLE_FULL - WOBBLE_FROM), 0.0), 1.0)
+    turn = 2.0 * np.pi * time
+    nod, yaw, roll = np.sin(5.3 * turn), np.sin(4.1 * turn + 1.0) - np.sin(1.0), np.sin(3.7 * turn)
+    return fade * np.array([2.0 * nod, 2.0 * yaw, 1.5 * roll])
+
+
+# The truth of a frame in which a head is seen.
+
+
+@dataclass(frozen=True, slots=True)
+class HeadTarget(Target):
+    """Where a head truly is: `position` is theta (3,) in rad, `landmarks` are the features and the driver's own face.
+
+    Attributes:
+        translation_mm: (3,) t in Xc = R(theta) X + t, the camera's frame.
+    """
+
+    translation_mm: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+
+    @classmethod
+    def observe(
+        cls,
+        model: FaceModel,
+        theta_rad: NDArray[np.float64],
+        translation_mm: NDArray[np.float64],
+        points_px: NDArray[np.float64],
+        visible: NDArray[np.bool_],
+    ) -> Self:
+        """Return the truth; the head counts as hidden when none of its features is seen.
+
+        Args:
+            model: The driver's own face.
+            theta_rad: (3,) nod, turn and roll.
+            translation_mm: (3,) in the camera's frame.
+            points_px: (11, 2) features in the picture.
+            visible: (11,) whether each is seen.
+        """
+        return cls(
+            position=theta_rad,
+            size=float(np.ptp(points_px, axis=0).max()),
+            hidden=not visible.any(),
+            landmarks=Landmarks(points_px, visible, model.points_mm, FEATURES),
+            translation_mm=translation_mm,
+        )
+
+
+# The simulated head as a source: frames of a driver's face in near-infrared light, with the truth.
+#
+# The camera is behind the steering wheel (f = 1200 px at a width of 640); the head turns about a point
+# in the neck, so that its face moves in the picture and in depth as it turns, and the pure rotation that the affine
+# camera assumes is wrong by as much as it is in a car.
+
+FRAME_RATE_HZ = 30.0
+REFERENCE_WIDTH, REFERENCE_FOCAL_PX = 640, 1200.0
+PIVOT_MM = np.array([0.0, 90.0, 100.0])
+HEAD_MM = np.array([0.0, -15.0, 700.0])
+"""Where the head's origin is in the camera's frame while theta = 0."""
+
+AMBIENT = 0.18
+HAIR_BEHIND_MM, HAIR = 75.0, 0.15
+LONGITUDES, LATITUDES = 110, 120
+"""Of the mesh that is drawn: with three tenths of the full one's triangles the face differs by 0.2 grey levels."""
+
+VISIBLE_WITHIN_MM = 4.0
+
+
+class HeadSource:
+    """Endless frames of a driver who turns, nods and rolls the head.
+
+    Attributes:
+        size: Width and height of the picture, px.
+        frame_rate_hz: 30.
+        frame_count: None; the script repeats.
+        start: The truth of frame 0, theta = 0.
+        noisy: Whether there is pixel noise, which depends on the seed.
+        model: The driver's own face, the individual model.
+        focal_px: Focal length, px.
+        centre_px: (2,) principal point, px.
+    """
+
+    def __init__(self, seed: int, parameters: HeadSceneParameters) -> None:
+        """Set the scene.
+
+        Args:
+            seed: Of the pixel noise.
+            parameters: In force at frame 0.
+        """
+        self._seed = seed
+        width = parameters.image_width_px
+        self.size = (width, 3 * width // 4)
+        self.frame_rate_hz = FRAME_RATE_HZ
+        self.frame_count: int | None = None
+        self.model = face_of(parameters)
+        self.focal_px = focal_px(width)
+        self.centre_px = np.array([self.size[0] / 2.0, self.size[1] / 2.0])
+        self.noisy = parameters.image_noise_sd > 0
+        self.start: Target = self._render(np.zeros(3), 0.0, parameters)[1]
+
+    def frame(self, index: int, history: History[HeadSceneParameters]) -> Frame:
+        """Return the scene at an instant; the same arguments give the same frame, to the bit."""
+        parameters = history.at(index)
+        spans = history.spans(index, "speed", "amplitude")
+        time = script_time(spans)
+        theta = angles_rad(time, eased_amplitude(spans, history.at(0).amplitude))
+        grey, target = self._render(theta, time, parameters)
+        noise = Stream(self._seed, index, Purpose.SCENE).standard_normal(
+            grey.size if parameters.image_noise_sd > 0 else 0
+        )
+        image = expose(grey, float(parameters.image_noise_sd), noise)
+        image.flags.writeable = False
+        return Frame(index, index / FRAME_RATE_HZ, image_rgb=image, target=target)
+
+    def _render(
+        self, theta: NDArray[np.float64], time: float, parameters: HeadSceneParameters
+    ) -> tuple[NDArray[np.float32], HeadTarget]:
+        """Return the picture in grey levels before noise, and the truth."""
+        return self.picture_of(theta, HEAD_MM + PIVOT_MM - product(rotation(theta), PIVOT_MM), time, parameters)
+
+    def picture_of(
+        self,
+        theta: NDArray[np.float64],
+        translation: NDArray[np.float64],
+        time: float,
+        parameters: HeadSceneParameters,
+    ) -> tuple[NDArray[np.float32], HeadTarget]:
+        """Return the picture (height, width) of a head anywhere, in grey levels before noise, and the truth.
+
+        Args:
+            theta: (3,) rad.
+            translation: (3,) mm, where the head's origin is in the camera's frame.
+            time: By which the light changes, in runs of the script.
+            parameters: The scene.
+        """
+        mesh = _mesh(parameters.person, parameters.face, parameters.sunglasses)
+        texture = _texture(parameters.person, parameters.face, parameters.sunglasses)
+        turn = rotation(theta)
+        sun, sun_share, gain = _light(time)
+        strength = parameters.sun_strength * sun_share
+        light = lit(product(mesh.normals, turn.T), sun, AMBIENT, parameters.lamp_strength, strength)
+        centre = (float(self.centre_px[0]), float(self.centre_px[1]))
+        pixels, inverse_depths = project(product(mesh.vertices_mm, turn.T) + translation, self.focal_px, centre)
+        grey = background(parameters.person, self.size[0]).copy()
+        depth_buffer = np.zeros(grey.shape, np.float32)
+        rasterise(
+            grey,
+            depth_buffer,
+            mesh.triangles,
+            pixels,
+            inverse_depths,
+            mesh.vertices_mm,
+            light,
+            texture,
+            (LEFT_MM, TOP_MM, STEP_MM),
+            (HAIR_BEHIND_MM, HAIR),
+        )
+        hidden = np.zeros(grey.shape, np.bool_)
+        cover(grey, hidden, parameters)
+        grey = blur(grey * np.float32(gain), parameters.blur_px * self.size[0] / REFERENCE_WIDTH)
+        points, depths = project(product(self.model.points_mm, turn.T) + translation, self.focal_px, centre)
+        visible = _visible(points, 1.0 / depths, depth_buffer, hidden)
+        return grey, HeadTarget.observe(self.model, theta, translation, points, visible)
+
+
+def face_of(parameters: HeadSceneParameters) -> FaceModel:
+    """Return the face of the driver."""
+    return mean_model() if parameters.face == "mean" else person(parameters.person)
+
+
+def focal_px(width: int) -> float:
+    """Return the focal length, px, of the camera whose pictures are so wide, px."""
+    return REFERENCE_FOCAL_PX * width / REFERENCE_WIDTH
+
+
+def _light(time: float) -> tuple[NDArray[np.float64], float, float]:
+    """Return the sun's direction (3,) and share of its full strength, and the camera's gain."""
+    sun = np.array([0.8 * np.cos(2.0 * np.pi * (0.15 + 1.3 * time)), -0.35, -0.5])
+    share = min(max(np.sin(2.0 * np.pi * 2.2 * time) + 0.2, 0.0), 1.0)
+    return sun / np.sqrt(np.square(sun).sum()), share, 1.0 + 0.08 * float(np.sin(2.0 * np.pi * 3.1 * time))
+
+
+def _visible(
+    points: NDArray[np.float64],
+    depths: NDArray[np.float64],
+    depth_buffer: NDArray[np.float32],
+    hidden: NDArray[np.bool_],
+) -> NDArray[np.bool_]:
+    """Return which points (n,) are seen: in the picture, within 4 mm of the surface there, nothing before it."""
+    height, width = depth_buffer.shape
+    columns, rows = np.floor(points + 0.5).astype(int).T
+    inside = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
+    columns, rows = np.clip(columns, 0, width - 1), np.clip(rows, 0, height - 1)
+    inverse = depth_buffer[rows, columns]
+    surface = 1.0 / np.maximum(inverse, 1e-9)
+    seen: NDArray[np.bool_] = inside & (depths < surface + VISIBLE_WITHIN_MM) & ~hidden[rows, columns]
+    return seen
+
+
+@lru_cache(maxsize=8)
+def _mesh(seed: int, face: str, sunglasses: bool) -> HeadMesh:
+    model = _model(seed, face)
+    mesh = head_mesh(model, LONGITUDES, LATITUDES)
+    return with_lenses(mesh, model) if sunglasses else mesh
+
+
+@lru_cache(maxsize=8)
+def _texture(seed: int, face: str, sunglasses: bool) -> NDArray[np.float32]:
+    model = _model(seed, face)
+    if sunglasses:
+        return with_sunglasses(_texture(seed, face, False), model)
+    return albedo(model, seed)
+
+
+def _model(seed: int, face: str) -> FaceModel:
+    return mean_model() if face == "mean" else person(seed)

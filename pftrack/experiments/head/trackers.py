@@ -1,0 +1,379 @@
+"""Trackers of a head by templates of its features (Bando 2007, ch. 4 section 4).
+
+- `first_sight`: the solid and the templates that are made from frame 0; `starting_face`: a face model brought along
+- `memory`: templates and size of the face; `templates`: how large they are cut; `reliefs`: how they are laid onto it
+- `growth`: the person's own face, found while it is tracked; `reports`: what is told of a frame
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.model.series import Series, SeriesValue
+from pftrack.core.model.source import Frame, Target
+from pftrack.core.model.tracker import Tracker
+from pftrack.core.numerics.random import Gaussian, Stream
+from pftrack.experiments.head import appearance
+from pftrack.experiments.head import parameters as face_growth
+from pftrack.experiments.head.appearance import SEARCH_EVERY, FirstSight, HeadMemory, around, widen
+from pftrack.experiments.head.first_sight import (
+    EYES,
+    Found,
+    form_of,
+    growth_of,
+    is_same_face,
+    model_of,
+    pose_found,
+    reliefs_of,
+    solid_of,
+)
+from pftrack.experiments.head.parameters import HeadTrackerParameters, position_variances
+from pftrack.experiments.shared.pose import methods as pose
+from pftrack.experiments.shared.pose.beliefs import Solid
+from pftrack.experiments.shared.pose.calibrated import pose_and_band
+from pftrack.experiments.shared.pose.layered import FeatureLikelihood
+from pftrack.experiments.shared.pose.methods import METHODS, Method, measurement, report
+from pftrack.experiments.shared.pose.particles import contribution_parts, point_clouds, pose_likelihood
+from pftrack.experiments.shared.pose.state import PoseState
+from pftrack.vision.detection.face import find_again
+from pftrack.vision.geometry.face import FEATURES, FaceModel, fit_similarity
+from pftrack.vision.likelihoods import separation, template
+from pftrack.vision.likelihoods.template import TemplateBank, Templates
+from pftrack.vision.structure.growing import Growing
+
+# What trackers of a head report beyond those of any solid: of the templates, and of a face model that grows.
+
+CORRELATION = Series(
+    "correlation", "correlation with its template", shape="vector", role="likeness", components=FEATURES
+)
+TEMPLATE_LIKENESS = Series(
+    "template_likeness",
+    "template's likeness to the first one",
+    shape="vector",
+    role="model_likeness",
+    components=FEATURES,
+)
+
+TRACK_SD = Series(
+    "track_sd_px",
+    "standard deviation as a track, its template's slips included",
+    "px",
+    "vector",
+    components=FEATURES,
+)
+
+GROWTH = (
+    Series("own_share", "share of the person's own face in the model"),
+    Series("own_probability", "probability that the own face predicts better than the mean"),
+    Series("own_advantage", "log density by the own face less that by the mean face"),
+    Series("free_energy", "log density of the features by the own face"),
+    Series("shape_sd_mm", "standard deviation of the model's points", "mm"),
+    Series("shape_frames", "frames that the model has learned from", "frames"),
+)
+
+
+def head_series(method: Method) -> tuple[Series, ...]:
+    """Return what a tracker of a head reports."""
+    return (*report(method, FEATURES), CORRELATION, TEMPLATE_LIKENESS, TRACK_SD, *GROWTH)
+
+
+def head_measurement(method: Method) -> Callable[[PoseState], Mapping[str, SeriesValue]]:
+    """Return a function that measures these series of a state; those of a growing model only where there is one."""
+    layers = measurement(report(method, FEATURES))
+
+    def measure(state: PoseState) -> Mapping[str, SeriesValue]:
+        memory: HeadMemory = state.memory
+        values = {
+            **layers(state),
+            CORRELATION.name: tuple(memory.correlations.tolist()),
+            TEMPLATE_LIKENESS.name: tuple(memory.template_likeness.tolist()),
+            TRACK_SD.name: tuple(_track_sd(state, memory).tolist()),
+        }
+        growth = memory.growth
+        if growth is None:
+            return values
+        variances = np.trace(growth.covariances, axis1=1, axis2=2)
+        return values | {
+            "own_share": growth.weight,
+            "own_probability": growth.probability,
+            "own_advantage": growth.advantage,
+            "free_energy": growth.free_energy,
+            "shape_sd_mm": float(np.sqrt(variances.mean())),
+            "shape_frames": float(growth.own.frames),
+        }
+
+    return measure
+
+
+def _track_sd(state: PoseState, memory: HeadMemory) -> NDArray[np.float64]:
+    """Return how far each feature's position may be off by all that a face learns from it, (F,) px; NaN if unknown."""
+    variances = position_variances(state, memory.correlations, memory.sight.eye_distance_px, 0.0).mean(axis=1)
+    return np.sqrt(np.where(np.isfinite(variances), variances, np.nan))
+
+
+# Trackers of a head: eleven features by their templates, by the methods of `pose` (Bando 2007, ch. 4 section 4).
+#
+# Templates are cut from frame 0 around the features, and the pose is relative to that frame: there theta = 0
+# (`first_sight`).
+#
+# Another face model, another camera or other templates may be chosen in mid-run: they are then made from frame 0, as
+# they would have been there, and the pose goes on from where it was.
+
+Look: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+"""From positions (F, N, 2) px to correlations (F, N)."""
+
+SAME_SIZE = (0.8, 1.25)
+"""A face that is found again at a scale between these keeps its templates."""
+
+FOUND_SD_RAD = float(np.deg2rad(10.0))
+FOUND_SPREAD = 0.05
+"""Spread of the particles of a face that is found again, as a share of the distance between its eyes."""
+
+LEAST_CHANGE_MM = 0.2
+"""A growing face makes another solid only when a coordinate of it has changed by this: less is seen by no template."""
+
+
+def start(method: Method, target: Target, frame: Frame, parameters: HeadTrackerParameters, rng: Stream) -> PoseState:
+    """Cut the templates and begin at the features of frame 0, where theta = 0.
+
+    Raises:
+        ValueError: The features are not given, not within the picture, or do not make a face.
+    """
+    landmarks = target.landmarks
+    if landmarks is None:
+        raise ValueError("a head is tracked by its features, got a target without any")
+    sight = FirstSight(_grey(frame), landmarks.points_px, FaceModel(landmarks.model_mm, landmarks.names))
+    return _begin(method, sight, parameters, rng)
+
+
+def step(method: Method, state: PoseState, frame: Frame, parameters: HeadTrackerParameters, rng: Stream) -> PoseState:
+    """Weigh particles by how well the picture there correlates with the templates; look for a face that is lost."""
+    grey, state = _grey(frame), _form(state, parameters)
+    memory = _memory(state)
+    if memory.lost:
+        return _search(method, state, grey, parameters, rng)
+    templates = memory.templates(state.pose.mean, by_pose=parameters.templates_by_pose)
+    look = _look(state, grey, templates, parameters)
+
+    def likelihood(hypothesis: PoseState) -> FeatureLikelihood:
+        seen = look if hypothesis is state else _look(hypothesis, grey, templates, parameters)
+        return partial(_log_likelihood, seen, parameters)
+
+    belief = pose.advance(state, likelihood, parameters, method, rng)
+    angles, calibration = pose_and_band(state.calibration, state.solid, belief, parameters)
+    switched = pose.has_switched(state.belief, belief)
+    after = replace(state, belief=belief, pose=angles, switched=switched, calibration=calibration)
+    means = after.feature_means
+    correlations = look(means[:, None])[:, 0]
+    recognised = correlations >= parameters.recognised_correlation
+    misfit = memory.misfit(after.project(after.solid.points_mm), means)
+    doubtful = int(recognised.sum()) < parameters.least_recognised or misfit > parameters.largest_misfit
+    patience = parameters.patience_frames if parameters.find_again else 0
+    memory = memory.judge(correlations, means, patience, doubtful=doubtful)
+    after = replace(after, recognised=recognised)
+    if memory.growth is not None and belief.all_visible and not doubtful:
+        size_px = memory.sight.eye_distance_px
+        memory = replace(memory, growth=face_growth.learn(memory.growth, after, correlations, size_px, parameters))
+    return replace(after, memory=_learn(memory, grey, after, templates, parameters))
+
+
+def _look(state: PoseState, grey: NDArray[np.uint8], templates: Templates, parameters: HeadTrackerParameters) -> Look:
+    """Return how well features look like their templates, flat ones or those in relief as the head will stand."""
+    bent = _memory(state).reliefs
+    if bent is None:
+        return lambda positions: template.correlations(grey, positions, templates)
+    views = separation.project_views(bent, pose.slopes(state, parameters))
+    return appearance.Look(grey, _memory(state).sight, views)
+
+
+def _log_likelihood(
+    look: Look, parameters: HeadTrackerParameters, positions: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    return template.score(look(positions), parameters.correlation_spread)
+
+
+def _begin(
+    method: Method, sight: FirstSight, parameters: HeadTrackerParameters, rng: Stream, growth: Growing | None = None
+) -> PoseState:
+    """Begin at first sight, with what is known of the person's face from before."""
+    form, points_px = form_of(parameters), sight.points_px
+    bank = TemplateBank.begin(sight.templates(form.template_scale))
+    growth = growth or growth_of(sight, form, parameters)
+    model = model_of(sight, form, growth)
+    solid, turn = solid_of(sight, model, form)
+    belief = pose.begin(solid, points_px, parameters, method, rng)
+    bent = reliefs_of(sight, model, form)
+    memory = HeadMemory(bank, sight, form, model, turn, around(points_px), growth=growth, reliefs=bent)
+    return PoseState(solid, belief, belief.pose, np.ones(len(points_px), np.bool_), memory=memory)
+
+
+def _form(state: PoseState, parameters: HeadTrackerParameters) -> PoseState:
+    """Make solid and templates again where the parameters that they depend on have changed."""
+    memory, form = _memory(state), form_of(parameters)
+    if form == memory.form:
+        return _grow(state)
+    if form.template_scale != memory.form.template_scale:
+        bank = TemplateBank.begin(memory.sight.templates(form.template_scale))
+        resized = memory.form._replace(template_scale=form.template_scale)
+        memory = replace(memory, bank=bank, form=resized, reliefs=reliefs_of(memory.sight, memory.model, resized))
+    if form == memory.form:
+        return replace(state, memory=memory)
+    kept = memory.growth is not None and form.learned_from == memory.form.learned_from
+    growth = memory.growth if kept else growth_of(memory.sight, form, parameters)
+    model = model_of(memory.sight, form, growth)
+    solid, turn = solid_of(memory.sight, model, form, memory.enlarged)
+    bent = reliefs_of(memory.sight, model, form)
+    memory = replace(memory, form=form, model=model, turn=turn, growth=growth, reliefs=bent)
+    return replace(pose.transfer(state, solid, parameters), memory=memory)
+
+
+def _grow(state: PoseState) -> PoseState:
+    """Put what the face has grown to in the place of the face that was assumed; the belief follows it as it grows."""
+    memory = _memory(state)
+    growth = memory.growth
+    if growth is None or np.abs(growth.shape - memory.model.points_mm).max() < LEAST_CHANGE_MM:
+        return state
+    model = FaceModel(growth.shape)
+    solid, turn = solid_of(memory.sight, model, memory.form, memory.enlarged)
+    return replace(state, solid=solid, memory=replace(memory, model=model, turn=turn))
+
+
+def _search(
+    method: Method, state: PoseState, grey: NDArray[np.uint8], parameters: HeadTrackerParameters, rng: Stream
+) -> PoseState:
+    """Look for a lost face now and then, and become less and less sure in between."""
+    memory = _memory(state)
+    if memory.lost_frames % SEARCH_EVERY == 1:
+        face = find_again(grey, memory.box, memory.model)
+        if face is not None and is_same_face(grey, memory.sight, face.points_px):
+            return _resume(method, state, grey, face.points_px, parameters, rng)
+    return replace(
+        state,
+        belief=pose.hold(state.belief),
+        pose=widen(state.pose, np.deg2rad(parameters.pose_noise_deg)),
+        recognised=np.zeros_like(state.recognised),
+        switched=False,
+        memory=replace(memory, lost_frames=memory.lost_frames + 1),
+    )
+
+
+def _resume(
+    method: Method,
+    state: PoseState,
+    grey: NDArray[np.uint8],
+    points_px: NDArray[np.float64],
+    parameters: HeadTrackerParameters,
+    rng: Stream,
+) -> PoseState:
+    """Go on with a face that was found again, turned as the picture says."""
+    memory = _memory(state)
+    moved = fit_similarity(memory.sight.points_px, points_px)
+    growth = None if memory.growth is None else face_growth.widen_motion(memory.growth)
+    if memory.reliefs is None and not SAME_SIZE[0] <= moved.scale <= SAME_SIZE[1]:
+        return _begin(method, FirstSight(grey, points_px, memory.sight.own), parameters, rng, growth)
+    solid, turn = solid_of(memory.sight, memory.model, memory.form, moved.scale)
+    roll = math.atan2(moved.rotation[1, 0], moved.rotation[0, 0])
+    found = _judge_face(memory, solid, grey, points_px, roll, parameters)
+    scale = moved.scale * found.scale
+    if found.scale != 1.0:
+        solid, turn = solid_of(memory.sight, memory.model, memory.form, scale)
+    theta = Gaussian(found.theta, FOUND_SD_RAD**2 * np.eye(3))
+    spread_px = FOUND_SPREAD * memory.box[2] / 1.5
+    belief = pose.begin(solid, found.points_px, parameters, method, rng, theta=theta, spread_px=spread_px)
+    fresh = replace(
+        memory,
+        turn=turn,
+        enlarged=scale,
+        lost_frames=0,
+        doubtful_frames=0,
+        box=around(found.points_px),
+        growth=growth,
+    )
+    return PoseState(solid, belief, belief.pose, np.ones(len(points_px), np.bool_), switched=True, memory=fresh)
+
+
+def _judge_face(
+    memory: HeadMemory,
+    solid: Solid,
+    grey: NDArray[np.uint8],
+    points_px: NDArray[np.float64],
+    roll_rad: float,
+    parameters: HeadTrackerParameters,
+) -> Found:
+    """Return how a face stands that was found: from the front but perhaps rolled, if templates are flat."""
+    bent = memory.reliefs
+    if bent is None:
+        return Found(np.array([0.0, 0.0, roll_rad]), 1.0, points_px)
+
+    def scores(slopes: NDArray[np.float64], positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        look = appearance.Look(grey, memory.sight, separation.project_views(bent, slopes))
+        return _log_likelihood(look, parameters, positions)
+
+    return pose_found(solid, points_px[EYES], roll_rad, scores)
+
+
+def _learn(
+    memory: HeadMemory,
+    grey: NDArray[np.uint8],
+    state: PoseState,
+    templates: Templates,
+    parameters: HeadTrackerParameters,
+) -> HeadMemory:
+    """Renew flat templates, or gather those of this pose, if so asked for."""
+    bank = memory.bank
+    if memory.reliefs is not None:
+        return memory
+    if parameters.templates_by_pose:
+        bank = bank.learn(grey, state.feature_means, state.pose.mean, float(memory.correlations.mean()))
+    elif parameters.template_renewal > 0.0 and not memory.doubtful_frames:
+        bank = TemplateBank.begin(template.renew(templates, grey, state.feature_means, parameters.template_renewal))
+    return memory if bank is memory.bank else replace(memory, bank=bank)
+
+
+def _memory(state: PoseState) -> HeadMemory:
+    memory = state.memory
+    if not isinstance(memory, HeadMemory):
+        raise TypeError(f"expected the state of a tracker of heads, got one with {type(memory).__name__}")
+    return memory
+
+
+def _grey(frame: Frame) -> NDArray[np.uint8]:
+    if frame.image_rgb is None:
+        raise ValueError("a head is tracked in pictures, got a frame without one")
+    return template.luma(frame.image_rgb)
+
+
+def _weigh(state: PoseState, frame: Frame, parameters: HeadTrackerParameters) -> FeatureLikelihood:
+    templates = _memory(state).templates(state.pose.mean, by_pose=parameters.templates_by_pose)
+    return partial(_log_likelihood, _look(state, _grey(frame), templates, parameters), parameters)
+
+
+LIKELIHOOD = pose_likelihood(
+    "templates of the features", FEATURES, _weigh, lambda state, _, parameters: _form(state, parameters)
+)
+"""How well the picture correlates with the templates where a pinhole sees the features of a pose."""
+
+
+def _tracker(method: Method, title: str, description: str) -> Tracker:
+    return Tracker(
+        method,
+        title,
+        description,
+        partial(start, method),
+        partial(step, method),
+        series=head_series(method),
+        measure=head_measurement(method),
+        searching=lambda state: _memory(state).lost,
+        likelihood=LIKELIHOOD,
+        cloud=partial(point_clouds, FEATURES),
+        update_parts=partial(contribution_parts, FEATURES),
+    )
+
+
+TRACKERS: dict[str, Tracker] = {method: _tracker(method, *words) for method, words in METHODS.items()}
+"""The trackers of a head, by name, in the order in which they are shown."""

@@ -1,0 +1,303 @@
+"""What the target looks like: the model that a state carries, as the parameters want it, and how it is renewed.
+
+The first look is kept as a patch of the picture, so that another space of colours can be chosen while tracking. A model
+that is renewed forgets it little by little; when another space is chosen, it begins with the first look again.
+"""
+
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.elementary import exponential, exponentials
+from pftrack.experiments.histogram.parameters import HistogramTrackerParameters
+from pftrack.experiments.shared.reports import PointState
+from pftrack.experiments.shared.sampling.samplers import Likelihood
+from pftrack.vision.likelihoods.background import NO_BACKGROUND, Background, background_of
+from pftrack.vision.likelihoods.counting import BINS, Space, bin_table
+from pftrack.vision.likelihoods.histogram import Window, fit, roots_of, shares, similarities, similarity
+
+# What is believed of a target that is tracked by the colours of its window.
+
+DIMENSION = 5
+"""Of the state: position (u, v) in px, velocity in px/frame, logarithm of the size beside the first one."""
+VELOCITY = slice(2, 4)
+SIZE = 4
+"""Which coordinates velocity and size are."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Look:
+    """What the target looked like when it was marked.
+
+    Attributes:
+        patch_rgb: (h, w, 3) the part of the picture in which the window and its surroundings lie.
+        middle: (2,) of the window within the patch, px.
+        window: Its shape; kernel and parts are chosen later.
+        size_px: Width and height as they were marked; those of the window are odd.
+    """
+
+    patch_rgb: NDArray[np.uint8]
+    middle: NDArray[np.float64]
+    window: Window
+    size_px: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class HistogramState(PointState):
+    """The posterior of one frame, immutable: that of the point, and what is known of its window.
+
+    Attributes:
+        look: How the target looked first.
+        space: Of the colours that the model counts.
+        kernel: Whether it counts the middle more.
+        parts: Into how many parts it divides the window, across and down.
+        model: q (110 in each part).
+        background: What is around the target, as far as it counts.
+        background_use: Whether bins are weighed by it, and how much contrast counts.
+        view: The last picture, small and grey, if the camera is followed.
+        likeness: rho of the window at the estimate.
+        missed: For how many frames in a row that has been too low.
+        searching: Whether the target is lost, and looked for; None while that is never done.
+    """
+
+    look: Look | None = None
+    space: Space = "hsv"
+    kernel: bool = False
+    parts: tuple[int, int] = (1, 1)
+    model: NDArray[np.float64] = field(default_factory=lambda: np.full(BINS, 1.0 / BINS))
+    background: Background = NO_BACKGROUND
+    background_use: tuple[bool, float] = (False, 0.0)
+    view: NDArray[np.uint8] | None = None
+    likeness: float = 1.0
+    missed: int = 0
+    searching: bool | None = None
+
+    @property
+    def scale(self) -> float:
+        """Size of the window beside the first one."""
+        return float(exponential(self.posterior.mean[SIZE]))
+
+    @property
+    def window(self) -> Window:
+        """The window at the estimate."""
+        first = self.first_window
+        half_width, half_height = (
+            int(np.floor(self.scale * half + 0.5)) for half in (first.reach_across_px, first.reach_down_px)
+        )
+        return Window(half_width, half_height, self.kernel, self.parts)
+
+    @property
+    def first_window(self) -> Window:
+        """The window that was marked.
+
+        Raises:
+            ValueError: The state was made without a target.
+        """
+        first = self.first_look.window
+        return Window(first.reach_across_px, first.reach_down_px, self.kernel, self.parts)
+
+    @property
+    def first_look(self) -> Look:
+        """How the target looked first.
+
+        Raises:
+            ValueError: The state was made without a target.
+        """
+        if self.look is None:
+            raise ValueError("a target's window is known from its start on, got a state without one")
+        return self.look
+
+    @property
+    def whole_model(self) -> NDArray[np.float64]:
+        """The model of all parts together, (110,)."""
+        return np.asarray(self.model.reshape(-1, BINS).sum(axis=0))
+
+    @property
+    def box_px(self) -> tuple[float, float]:
+        """Width and height of what was marked, at the size of the estimate, px."""
+        width, height = self.first_look.size_px
+        return self.scale * width, self.scale * height
+
+
+SURROUNDINGS = 2
+"""Sides of the part of the picture that a first look keeps, in sides of the window."""
+
+
+def first_look(
+    image_rgb: NDArray[np.uint8], position: NDArray[np.float64], parameters: HistogramTrackerParameters
+) -> Look:
+    """Return how a target looks, px."""
+    window = Window(int(parameters.window_width_px) // 2, int(parameters.window_height_px) // 2)
+    height, width, _ = image_rgb.shape
+    column, row = (int(np.floor(value + 0.5)) for value in position)
+    across, down = SURROUNDINGS * window.reach_across_px, SURROUNDINGS * window.reach_down_px
+    left, right = max(column - across, 0), min(column + across + 1, width)
+    top, bottom = max(row - down, 0), min(row + down + 1, height)
+    patch = image_rgb[top:bottom, left:right].copy()
+    size_px = parameters.window_width_px, parameters.window_height_px
+    return Look(patch, np.array([column - left, row - top], np.float64), window, size_px)
+
+
+def with_model(state: HistogramState, parameters: HistogramTrackerParameters) -> HistogramState:
+    """Return the state with a model that counts as the parameters say.
+
+    Raises:
+        ValueError: Too little of the target's window lay within the picture.
+    """
+    counting = parameters.colour_space, parameters.spatial_kernel, parts_of(parameters)
+    same = (state.space, state.kernel, state.parts) == counting
+    if same and state.background_use == _use(parameters):
+        return state
+    wanted = counted(state.first_look, parameters)
+    return replace(state, **({**wanted, "model": state.model} if same else wanted))
+
+
+def counted(look: Look, parameters: HistogramTrackerParameters) -> dict[str, Any]:
+    """Return how a target counts, by the names of a state's fields: space, kernel, parts, model and background."""
+    use = _use(parameters)
+    return {
+        "space": parameters.colour_space,
+        "kernel": parameters.spatial_kernel,
+        "parts": parts_of(parameters),
+        "model": model_of(look, parameters),
+        "background": _background(look, parameters.colour_space, parameters.spatial_kernel, *use),
+        "background_use": use,
+    }
+
+
+def _use(parameters: HistogramTrackerParameters) -> tuple[bool, float]:
+    """Return whether bins are weighed by the background, and how much contrast counts."""
+    return bool(parameters.weigh_background), float(parameters.surround_contrast)
+
+
+def parts_of(parameters: HistogramTrackerParameters) -> tuple[int, int]:
+    """Return into how many parts a window is divided, across and down."""
+    return int(parameters.parts_across), int(parameters.parts_down)
+
+
+@lru_cache(maxsize=64)
+def _background(look: Look, space: Space, kernel: bool, weigh: bool, contrast: float) -> Background:
+    """Return what the surroundings in the first picture tell, as far as it counts."""
+    if not (weigh or contrast > 0.0):
+        return NO_BACKGROUND
+    target = fit(look.patch_rgb, look.middle, replace(look.window, kernel=kernel), space)
+    reach = look.window.reach_across_px, look.window.reach_down_px
+    return background_of(look.patch_rgb, look.middle, reach, space, target, weigh=weigh, contrast=contrast)
+
+
+def model_of(look: Look | None, parameters: HistogramTrackerParameters) -> NDArray[np.float64]:
+    """Return the model (110 in each part) of a look.
+
+    Raises:
+        ValueError: There is none, or too little of the window lay within the picture.
+    """
+    if look is None:
+        raise ValueError("a target's model is made of its first look, got a state without one")
+    window = replace(look.window, kernel=parameters.spatial_kernel, parts=parts_of(parameters))
+    return fit(look.patch_rgb, look.middle, window, parameters.colour_space)
+
+
+def first_likeness(state: HistogramState) -> float:
+    """Return rho between the model and the first look: 1 until something is renewed, and less as the model drifts."""
+    if state.look is None:
+        return 1.0
+    first = _first_roots(state.look, state.space, state.kernel, state.parts)
+    return min(float((np.sqrt(state.model) * first).sum()), 1.0)
+
+
+@lru_cache(maxsize=64)
+def _first_roots(look: Look, space: Space, kernel: bool, parts: tuple[int, int]) -> NDArray[np.float64]:
+    """Return the square roots (110 in each part) of what a first look counts to."""
+    return np.sqrt(fit(look.patch_rgb, look.middle, replace(look.window, kernel=kernel, parts=parts), space))
+
+
+def judge(
+    state: HistogramState, image_rgb: NDArray[np.uint8], parameters: HistogramTrackerParameters
+) -> HistogramState:
+    """Compare the window at the estimate with the model: is the target lost, and may the model be renewed?
+
+    What is renewed by mistake is followed from then on, so only a window that is like the model counts, and only while
+    the particles agree where it is.
+    """
+    likeness = similarity(image_rgb, state.estimate, state.window, state.space, state.model, state.background)
+    missed = state.missed + 1 if likeness < parameters.lost_likeness else 0
+    searching = missed >= parameters.lost_after_frames if parameters.find_again else None
+    state = replace(state, likeness=likeness, missed=missed, searching=searching)
+    rate = parameters.renewal_rate
+    within = parameters.renewal_spread * min(state.box_px) / 2.0
+    if rate == 0.0 or likeness < parameters.renewal_likeness or state.sigma.max() > within:
+        return state
+    seen = shares(image_rgb, state.estimate, state.window, state.space)
+    return replace(state, model=(1.0 - rate) * state.model + rate * seen)
+
+
+# What the loop weighs particles of a window by: how like the model its colours are.
+
+LARGEST = 1.4
+"""Of the logarithm of a size, up or down: a window of a quarter of the first one's sides, or four times them."""
+
+
+class Packed(NamedTuple):
+    """What is known of the target's colours, for compiled code."""
+
+    table: NDArray[np.uint8]
+    root_model: NDArray[np.float64]
+    half_width: float
+    half_height: float
+    sharpness: float
+    kernel: bool
+    parts: tuple[int, int]
+    background: Background
+
+
+def pack(state: HistogramState, sharpness: float) -> Packed:
+    """Return what particles are weighed by, given the state before and lambda."""
+    window = state.first_window
+    return Packed(
+        bin_table(state.space),
+        roots_of(state.model, state.background),
+        float(window.reach_across_px),
+        float(window.reach_down_px),
+        float(sharpness),
+        state.kernel,
+        state.parts,
+        state.background,
+    )
+
+
+@compiled
+def _log_likelihood(image_rgb: NDArray[np.uint8], states: NDArray[np.float64], target: Packed) -> NDArray[np.float64]:
+    count = states.shape[0]
+    columns, rows, sizes = np.empty(count), np.empty(count), np.empty(count)
+    for n in range(count):
+        columns[n], rows[n], sizes[n] = states[n, 0], states[n, 1], states[n, SIZE]
+        if not abs(sizes[n]) <= LARGEST:
+            # Such a window is none: it is put beside the picture.
+            columns[n], sizes[n] = np.nan, 0.0
+    factors = exponentials(sizes)
+    half_widths, half_heights = np.empty(count), np.empty(count)
+    for n in range(count):
+        half_widths[n], half_heights[n] = target.half_width * factors[n], target.half_height * factors[n]
+    scores = similarities(
+        image_rgb,
+        columns,
+        rows,
+        half_widths,
+        half_heights,
+        target.table,
+        target.root_model,
+        target.kernel,
+        target.parts,
+        target.background,
+    )
+    for n in range(count):
+        scores[n] = -target.sharpness * (1.0 - scores[n])
+    return scores
+
+
+HISTOGRAM = Likelihood(_log_likelihood, lambda given: pack(*given))
+"""exp(-lambda (1 - rho)) of the window around a particle (Kagami 2012; Pérez et al. 2002)."""

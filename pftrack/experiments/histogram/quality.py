@@ -1,0 +1,84 @@
+"""What is said of the error of a window's place, and where that is not so (docs/explanation/calibration.md)."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.model.band import Calibration, Miscalibration
+from pftrack.core.model.measures import EvaluatedRun, Measure
+from pftrack.experiments.histogram.trackers import TRACKERS
+from pftrack.experiments.shared.loss_probability import Scenes, read_declaration
+
+SAMPLERS = ("condensation", "apf", "h-spf", "s-spf", "pc-pf")
+
+FAULTS = (
+    Miscalibration(
+        SAMPLERS,
+        "The weight exp(-lambda (1 - rho)) is a score of how alike two windows are, and no probability of the picture, "
+        "so that the width of the band is set by lambda: the band of 50 % holds the truth in 77 to 85 % of the "
+        "reports.",
+        ranges={"sharpness": (0, 100)},
+        direction="underconfident",
+    ),
+    Miscalibration(
+        SAMPLERS,
+        "With so large a lambda, small differences between patches of lawn decide, and the cloud sits on one of them: "
+        "the band of 95 % holds the truth in 80 % of the reports.",
+        ranges={"sharpness": (150, 1000)},
+    ),
+    Miscalibration(
+        ("greedy",),
+        "It keeps one place and no cloud. The deviation that it tells is the rounding to whole pixels, not the error "
+        "of the place, and a band of 95 % holds the truth in 18 to 55 % of the reports.",
+    ),
+)
+
+CALIBRATION = Calibration(faults=FAULTS, presets=("pictures", "look-alike"), scene="scene_number")
+
+# How probable it is that the window has lost its target.
+#
+# `python -m tools.loss_probability fit histogram` fits it and writes `loss_probability.json`.
+
+SCENES = Scenes(
+    {
+        "scene_number": (0, 9999),
+        "look_alike_red": (0.0, 1.0),
+        "occlusion_width_px": (0.0, 90.0),
+        "lighting_amplitude": (0.0, 0.4),
+    },
+    {
+        "sample_count": (50, 100, 300, 600),
+        "sharpness": (5.0, 10.0, 20.0, 50.0, 100.0),
+        "column_colours": ("lawn", "grey"),
+        "image_noise_sd": (0.0, 0.0, 4.0),
+        "process_noise_px": (1.5, 1.5, 3.0),
+    },
+    fitted=100,
+    judged=60,
+)
+"""Lawns of all kinds, look-alikes of all shades, columns of all widths, and likelihoods from blunt to sharp."""
+
+LOSS_DECLARATION = read_declaration(Path(__file__).with_name("loss_probability.json"), TRACKERS, SCENES)
+
+# What decides on the success of a simulated run: where the target is held in the end, whatever came between.
+
+LAST = 10
+
+
+def _is_held_at_end(course: EvaluatedRun) -> NDArray[np.float64]:
+    """Return 1 or 0 for each of the last labelled frames, NaN for the others."""
+    values = np.full(len(course.errors), np.nan)
+    last = np.flatnonzero(~np.isnan(course.errors))[-LAST:]
+    if course.lost is not None:
+        values[last] = ~course.lost[last]
+    return values
+
+
+HELD_AT_END = Measure(
+    "held_at_end",
+    f"On target in the last {LAST} frames",
+    f"Share of the last {LAST} labelled frames that do not count as lost.",
+    "share",
+    _is_held_at_end,
+)

@@ -1,0 +1,374 @@
+"""Trackers of a window by the histogram of its colours (Kagami 2012, after Perez et al. 2002).
+
+- `state`: what is known of the target; `model`: what it looked like, and how that is renewed;
+- `parameters` and `motion`: all that can be set.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import lru_cache, partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.model.series import Series, SeriesValue
+from pftrack.core.model.source import Frame, Target
+from pftrack.core.model.tracker import Fold, Tracker
+from pftrack.core.numerics.compiled import read_only
+from pftrack.core.numerics.elementary import logarithm
+from pftrack.core.numerics.matrices import product
+from pftrack.core.numerics.random import Gaussian, Generator, Stream
+from pftrack.experiments.histogram.inspection import LIKELIHOOD, first_view, follow_camera
+from pftrack.experiments.histogram.model import (
+    DIMENSION,
+    HISTOGRAM,
+    SIZE,
+    VELOCITY,
+    HistogramState,
+    counted,
+    first_likeness,
+    first_look,
+    judge,
+    pack,
+    with_model,
+)
+from pftrack.experiments.histogram.parameters import HistogramTrackerParameters
+from pftrack.experiments.shared import reports
+from pftrack.experiments.shared.beliefs import FilterInterface, Update
+from pftrack.experiments.shared.sampling.loop import Loop, Motion, Rule
+from pftrack.experiments.shared.sampling.samplers import SAMPLERS, advance, fold, particles_of, picture_of, scheme
+from pftrack.experiments.shared.sampling.samplers import measure_particles as measure_particles_of_samplers
+from pftrack.filters.particles import ParticleSet, normalise
+from pftrack.filters.resampling import systematic
+from pftrack.vision.likelihoods.counting import bin_table
+from pftrack.vision.likelihoods.histogram import rho_map, roots_of, similarities
+
+# What the trackers by colour histograms report of their states.
+
+BOX = Series("box", "believed box", "px", "vector", role="extent", components=("width", "height"))
+
+SERIES = (
+    Series("likeness", "likeness rho", role="likeness"),
+    Series("first_likeness", "model's likeness to the first look", role="model_likeness"),
+    BOX,
+)
+
+PARTICLE_SERIES = (Series("velocities", "different velocities", role="distinct"), *SERIES)
+"""Of those with particles as well: where nothing is added to a velocity, resampling can only lose some of them."""
+
+
+def measure(state: HistogramState) -> Mapping[str, SeriesValue]:
+    """Report rho of the window at the estimate, what became of the model, and the window's size."""
+    return {"likeness": state.likeness, "first_likeness": first_likeness(state), "box": state.box_px}
+
+
+def measure_particles(state: HistogramState) -> Mapping[str, SeriesValue]:
+    """Report the same, and how many different velocities the particles have."""
+    if state.particles is None:
+        return measure(state)
+    x, y = state.particles.states[:, VELOCITY].T
+    return {"velocities": float(len(np.unique(x + 1j * y))), **measure(state)}
+
+
+# Greedy search: the best place near the last one, frame by frame.
+#
+# It carries one place instead of a cloud and predicts nothing, which is what the lecture sets out from: an object that
+# is hidden for a moment, or passes a look-alike, is lost for good.
+
+ROUNDING = 1.0 / 12.0
+"""Variance of a place that is known to a pixel, px^2."""
+
+
+def start(target: Target, frame: Frame, parameters: HistogramTrackerParameters, rng: Stream) -> HistogramState:
+    """Begin at a known place."""
+    del rng
+    image = picture_of(frame)
+    look = first_look(image, target.position, parameters)
+    state = HistogramState(
+        _belief_at_rest(target.position[0], target.position[1], 0.0),
+        2,
+        look=look,
+        view=first_view(image, parameters),
+        **counted(look, parameters),
+    )
+    return judge(state, image, parameters)
+
+
+def step(state: HistogramState, frame: Frame, parameters: HistogramTrackerParameters, rng: Stream) -> HistogramState:
+    """Go to the place within reach whose window is most like the model; the nearest among equals."""
+    del rng
+    image = picture_of(frame)
+    state = follow_camera(with_model(state, parameters), image, parameters)
+    reach = np.arange(-parameters.search_reach_px, parameters.search_reach_px + 1.0)
+    across, down = (axis.ravel() for axis in np.meshgrid(reach, reach))
+    nearest_first = np.argsort(across * across + down * down, kind="stable")
+    columns, rows = state.estimate[0] + across[nearest_first], state.estimate[1] + down[nearest_first]
+    window = state.window
+    found = similarities(
+        read_only(image),
+        columns,
+        rows,
+        np.full(len(columns), float(window.reach_across_px)),
+        np.full(len(columns), float(window.reach_down_px)),
+        bin_table(state.space),
+        roots_of(state.model, state.background),
+        window.kernel,
+        window.parts,
+        state.background,
+    )
+    best = int(found.argmax())
+    moved = replace(
+        state,
+        posterior=_belief_at_rest(columns[best], rows[best], float(state.posterior.mean[SIZE])),
+        particles=None,
+        observation_count=0,
+        log_evidence=0.0,
+        resampled=False,
+        switched=False,
+        alert=None,
+    )
+    return judge(moved, image, parameters)
+
+
+def _belief_at_rest(column: float, row: float, size: float) -> Gaussian:
+    """Return the belief in a place, at rest."""
+    mean = np.array([column, row, 0.0, 0.0, size])
+    return Gaussian(mean, np.diag([ROUNDING, ROUNDING, 1.0, 1.0, 0.0]))
+
+
+GREEDY = Tracker(
+    "greedy",
+    "Greedy search",
+    "Goes to the best place near the last one, and predicts nothing.",
+    start,
+    step,
+    series=SERIES,
+    measure=measure,
+    likelihood=LIKELIHOOD,
+)
+
+# How a lost target is looked for: by the same likeness, all over the picture.
+#
+# While it is not found, nothing is known of where it is but what the picture says: the particles are spread over all
+# places in proportion to their likelihood. As soon as the best of them is alike enough, the tracker begins again there.
+
+STEPS_A_WINDOW = 6
+"""So many places are looked at along each side of a window."""
+
+
+def search(
+    state: HistogramState, image_rgb: NDArray[np.uint8], parameters: HistogramTrackerParameters, rng: Stream
+) -> HistogramState:
+    """Look for the target all over a picture, and begin again where it is found."""
+    window = state.first_window
+    step = max(min(window.size_px) // STEPS_A_WINDOW, 1)
+    found = rho_map(image_rgb, window, state.space, state.model, step, state.background)
+    rows, columns = np.unravel_index(np.arange(found.size), found.shape)
+    places = np.column_stack([columns, rows]) * float(step) + step // 2
+    best = int(found.argmax())
+    count = parameters.sample_count
+    if found.flat[best] >= parameters.found_likeness:
+        chosen = np.full(count, best)
+        log_evidence = 0.0
+    else:
+        log_weights, log_sum = normalise(parameters.sharpness * (found.ravel() - 1.0))
+        log_evidence = float(log_sum - logarithm(np.array([found.size], np.float64))[0])
+        chosen = systematic(rng, log_weights, count)
+    states = np.zeros((count, DIMENSION))
+    states[:, :2] = places[chosen] + step * (rng.random((2, count)).T - 0.5)
+    states[:, 2:4] = parameters.initial_velocity_px * rng.standard_normal((2, count)).T
+    particles = ParticleSet(states, normalise(np.zeros(count))[0], np.arange(count))
+    begun = replace(
+        state,
+        posterior=Gaussian(*particles.moments),
+        particles=particles,
+        observation_count=count,
+        log_evidence=log_evidence,
+        resampled=True,
+        switched=False,
+        alert=None,
+    )
+    if found.flat[best] >= parameters.found_likeness:
+        return judge(replace(begun, missed=0, searching=False), image_rgb, parameters)
+    return replace(begun, likeness=float(found.flat[best]))
+
+
+# Trackers by colour histograms: the samplers of Bando 2007 with the likelihood of Pérez et al. 2002.
+#
+# All carry position and velocity, and the size of the window beside the first one, which stays as it is unless it is to
+# be followed. Condensation is the lecture's filter (SIR): a time update with constant velocity, weights by the
+# likelihood, systematic resampling in every frame. The others draw parents with regard to the new picture, always or
+# when they are unsure, by the same likelihood.
+
+
+def start_step(target: Target, frame: Frame, parameters: HistogramTrackerParameters, rng: Stream) -> HistogramState:
+    """Begin at a known place: particles around it, weighed by the first picture."""
+    image = picture_of(frame)
+    look = first_look(image, target.position, parameters)
+    normals = rng.standard_normal((4, parameters.sample_count))
+    coordinates = np.zeros((DIMENSION, parameters.sample_count))
+    coordinates[:2] = target.position[:, None] + parameters.process_noise_px * normals[:2]
+    coordinates[2:4] = parameters.initial_velocity_px * normals[2:]
+    state = HistogramState(
+        Gaussian(np.zeros(DIMENSION), np.eye(DIMENSION)),
+        2,
+        look=look,
+        view=first_view(image, parameters),
+        **counted(look, parameters),
+    )
+    known = pack(state, parameters.sharpness)
+    log_weights, log_sum = normalise(HISTOGRAM.log_likelihood(read_only(image), coordinates.T, known))
+    particles = ParticleSet(coordinates.T, log_weights, np.arange(parameters.sample_count))
+    log_evidence = log_sum - normalise(np.zeros(len(log_weights)))[1]
+    begun = replace(state, posterior=Gaussian(*particles.moments), particles=particles, log_evidence=log_evidence)
+    return judge(begun, image, parameters)
+
+
+def step_step(
+    rule: Rule, state: HistogramState, frame: Frame, parameters: HistogramTrackerParameters, rng: Stream
+) -> HistogramState:
+    """Take one frame by prediction, by observation, or by what the rule makes of the last posterior."""
+    image = picture_of(frame)
+    state = follow_camera(with_model(state, parameters), image, parameters)
+    if state.searching and parameters.find_again:
+        return search(state, image, parameters, rng)
+    state = replace(state, particles=particles_of(state, parameters, rng))
+    result = _loop(rule, state, image[None], parameters, rng.seed, rng.frame)
+    return judge(advance(state, result), image, parameters)
+
+
+def fold_loop(
+    rule: Rule,
+    state: HistogramState,
+    pictures_rgb: NDArray[np.uint8],
+    parameters: HistogramTrackerParameters,
+    seed: int,
+    first_frame: int,
+) -> Fold | None:
+    """Take many frames at once, unless something is to be decided or learned between them."""
+    if parameters.follow_size or parameters.follow_camera or parameters.find_again or parameters.renewal_rate > 0.0:
+        return None
+    result = _loop(rule, state, pictures_rgb, parameters, seed, first_frame)
+    last = judge(advance(state, result), pictures_rgb[-1], parameters)
+    boxes = np.tile(last.box_px, (len(pictures_rgb), 1))
+    return Fold(last, result.estimates, {**fold(state, result).series, "box": boxes})
+
+
+def _loop(
+    rule: Rule,
+    state: HistogramState,
+    pictures_rgb: NDArray[np.uint8],
+    parameters: HistogramTrackerParameters,
+    seed: int,
+    first_frame: int,
+) -> Loop:
+    particles = state.particles
+    if particles is None:
+        raise ValueError("the loop needs particles to begin with")
+    result: Loop = HISTOGRAM.loop(
+        read_only(pictures_rgb),
+        np.ascontiguousarray(particles.states.T),
+        particles.log_weights,
+        state.sigma,
+        motion(parameters),
+        pack(state, parameters.sharpness),
+        scheme(rule, parameters, *_wide(parameters)),
+        seed,
+        first_frame,
+    )
+    return result
+
+
+def _wide(parameters: HistogramTrackerParameters) -> tuple[int, float]:
+    """Return which of how many particles moves further, 0 for none, and how many times as far."""
+    every = round(1.0 / parameters.wide_share) if parameters.wide_share > 0.0 else 0
+    return every, parameters.wide_noise_px / parameters.process_noise_px
+
+
+@lru_cache(maxsize=64)
+def motion(parameters: HistogramTrackerParameters) -> Motion:
+    """Return x' = x + r v + s_p n, v' = r v + s_v n, and a random walk of the logarithm of the size."""
+    transition = np.eye(DIMENSION)
+    for axis in range(2):
+        transition[axis, 2 + axis] = transition[2 + axis, 2 + axis] = parameters.velocity_retention
+
+    def noise(of_position: float) -> NDArray[np.float64]:
+        """Return B, without a column for a size that stays as it is."""
+        of_velocity = parameters.velocity_noise_px
+        deviations = np.array([of_position, of_position, of_velocity, of_velocity, parameters.size_noise])
+        return np.ascontiguousarray(np.diag(deviations)[:, : DIMENSION if parameters.follow_size else SIZE])
+
+    small, large = noise(parameters.process_noise_px), noise(parameters.large_process_noise_px)
+    return Motion(transition, np.zeros(DIMENSION), small, large)
+
+
+def _searching(state: HistogramState) -> bool | None:
+    return state.searching
+
+
+_BY_NAME = {
+    sampler.name: sampler.tracker(
+        start_step,
+        partial(step_step, sampler.rule),
+        partial(fold_loop, sampler.rule),
+        PARTICLE_SERIES,
+        measure_particles,
+        _searching,
+        LIKELIHOOD,
+    )
+    for sampler in SAMPLERS
+}
+
+TRACKERS: dict[str, Tracker] = {
+    **{name: _BY_NAME[name] for name in ("condensation", "apf", "h-spf", "s-spf", "pc-pf")},
+    GREEDY.id: GREEDY,
+}
+"""The trackers by name, in the order in which they are shown."""
+
+# What a filter in a file is told of the states of a window by its colours, and what stands in for what it lacks.
+
+
+def _propagate(
+    state: HistogramState,
+    states: NDArray[np.float64],
+    frame: Frame,
+    parameters: HistogramTrackerParameters,
+    rng: Generator,
+) -> NDArray[np.float64]:
+    del state, frame
+    moves = motion(parameters)
+    noise = rng.standard_normal((len(states), moves.noise.shape[1]))
+    moved: NDArray[np.float64] = product(states, moves.transition.T) + moves.offset + product(noise, moves.noise.T)
+    return moved
+
+
+def _believe(
+    state: HistogramState, update: Update, frame: Frame, parameters: HistogramTrackerParameters
+) -> HistogramState:
+    believed = replace(
+        state,
+        posterior=Gaussian(*update.particles.moments),
+        particles=update.particles,
+        log_evidence=update.log_evidence,
+        resampled=update.resampled,
+        repeatable=update.repeatable,
+    )
+    return replace(judge(believed, picture_of(frame), parameters), searching=None)
+
+
+def _measure(state: HistogramState) -> dict[str, SeriesValue]:
+    return {**measure_particles_of_samplers(state), **measure(state)}
+
+
+FILTER_INTERFACE = FilterInterface(
+    likelihood=LIKELIHOOD,
+    observed="frame.image_rgb is the picture, (height, width, 3), 0 to 255; u counts its columns, v its rows",
+    example="pftrack.experiments.histogram.example_filter",
+    reads="condensation",
+    start=start_step,
+    particles=particles_of,
+    propagate=_propagate,
+    believe=_believe,
+    series=(*reports.CLOUD, *SERIES),
+    measure=_measure,
+)

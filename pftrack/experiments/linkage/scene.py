@@ -1,0 +1,547 @@
+"""A chain of three links seen by one orthographic camera: in the plane by a camera of one line, or in space."""
+
+from dataclasses import dataclass, field, replace
+from functools import lru_cache, partial
+from typing import Literal, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.model.parameters import parameter
+from pftrack.core.model.source import Frame, History, Landmarks, Measurements, Target
+from pftrack.core.numerics.elementary import sines_cosines
+from pftrack.core.numerics.matrices import product
+from pftrack.core.numerics.random import Purpose, Stream, standard_normals, uniforms
+from pftrack.sources.recording import OccluderParameters, paint_strip, strip
+
+# How the joints of a chain move: keys between which the angles are eased (docs/methods/linkages.md).
+#
+# Shimada gives no sequence in numbers; these are made to show what he describes.
+
+PathName: TypeAlias = Literal["cross", "static", "mirror3", "mirror2", "two", "3d", "own"]
+
+Keys: TypeAlias = tuple[tuple[float, float, float, float], ...]
+"""(frame, theta_1, theta_2, theta_3), the angles in rad, each relative to the link before."""
+
+PATHS: dict[PathName, Keys] = {
+    "cross": ((0, 1.35, 0.95, 1.35), (18, 1.35, 0.95, 0.84), (26, 1.35, 0.93, 0.6), (50, 1.25, 0.6, 0.15)),
+    "static": ((0, 1.1, 0.9, 0.85), (299, 1.1, 0.9, 0.85)),
+    "mirror3": ((0, 1.35, 0.95, 1.35), (30, 1.35, 0.95, 0.84), (45, 1.35, 0.93, 0.6), (90, 1.25, 0.6, 0.15)),
+    "mirror2": ((0, -1.5, 0.2, 0.1), (20, -1.2, 0.6, 0.4), (40, -1.0, 0.8, 0.7), (80, -0.9, 1.3, 1.0)),
+    "two": (
+        (0, 0.2, 0.4, 0.3),
+        (30, -0.15, 0.5, 0.15),
+        (70, -1.25, 1.5, 1.4),
+        (90, -1.4, 1.55, 1.54),
+        (160, -2.85, 1.55, 1.54),
+        (180, -3.05, 1.55, 1.54),
+        (200, -2.8, 1.55, 1.54),
+    ),
+    "3d": ((0, 0.0, 0.5, 0.4), (70, 0.0, 1.1, 0.9), (140, 0.0, 1.5, 1.4), (199, 0.0, 1.0, 0.8)),
+}
+
+OWN_FRAMES = 300
+
+LENGTH: dict[PathName, int] = {name: int(keys[-1][0]) + 1 for name, keys in PATHS.items()} | {"own": OWN_FRAMES}
+"""Frames of each path."""
+
+TURN_RAD, TURN_RATE, TURN_PHASE, TURN_OFF_RAD = (
+    np.array([0.45, 0.45, 0.3]),
+    np.array([0.016, 0.013, 0.01]),
+    np.array([0.0, 0.3, 0.0]),
+    np.array([0.0, -0.1, 0.0]),
+)
+"""The attitude in space: amplitude, rad a frame, phase, and what is added."""
+
+MOVE_PX, MOVE_RATE = np.array([10.0, 8.0]), np.array([0.05, 0.04])
+
+
+def ease(keys: Keys, frame: float) -> NDArray[np.float64]:
+    """Return the angles (3,) in a frame, rad: between two keys the weight of the later is (1 - cos(pi u)) / 2."""
+    last = keys[0]
+    for key in keys:
+        if frame <= key[0]:
+            u = (frame - last[0]) / (key[0] - last[0]) if key[0] > last[0] else 1.0
+            weight = 0.5 - 0.5 * float(sines_cosines(np.array([np.pi * u]))[1][0])
+            return np.asarray(np.array(last[1:]) + weight * (np.array(key[1:]) - np.array(last[1:])))
+        last = key
+    return np.array(last[1:])
+
+
+def swinging(one: NDArray[np.float64], other: NDArray[np.float64], swing: int, frame: float) -> NDArray[np.float64]:
+    """Return the angles (3,) of joints that go from one end to the other in `swing` frames, and back again, rad."""
+    weight = 0.5 - 0.5 * float(sines_cosines(np.array([np.pi * frame / swing]))[1][0])
+    return np.asarray(one + weight * (other - one))
+
+
+def turn(frame: float) -> NDArray[np.float64]:
+    """Return the attitude of the chain in space, a rotation vector (3,) in rad relative to the reference."""
+    return np.asarray(TURN_RAD * sines_cosines(TURN_RATE * frame + TURN_PHASE)[0] + TURN_OFF_RAD)
+
+
+def move(frame: float) -> NDArray[np.float64]:
+    """Return how far its root has moved in the picture (2,), px."""
+    return np.asarray(MOVE_PX * sines_cosines(MOVE_RATE * frame)[0])
+
+
+# What can be turned in the simulated scene of a chain.
+
+CHAIN, PATH, MEASUREMENTS, START = "Chain", "Path of its own", "Measurements", "Where the estimate begins"
+
+
+class LinkageSceneParameters(OccluderParameters):
+    """The scene: the chain, how it moves, how its points are measured, and where the estimate begins."""
+
+    # fmt: off
+    chain_path: PathName = parameter(
+        "mirror3", "Path", "How the joints move; the links of 3d move in space, those of all others in a plane.",
+        live=False, group=CHAIN)
+    path_slowing: int = parameter(
+        1, "Slower by", "How many times as long the chain takes for its path; its run has as many frames more.",
+        ge=1, le=20, step=1, live=False, group=CHAIN)
+    true_length_1_px: float = parameter(
+        70, "First link", "True length of the link at the root.",
+        unit="px", ge=10, le=120, step=1, live=False, group=CHAIN)
+    true_length_2_px: float = parameter(
+        60, "Second link", "True length of the middle link.",
+        unit="px", ge=10, le=120, step=1, live=False, group=CHAIN)
+    true_length_3_px: float = parameter(
+        50, "Third link", "True length of the link at the tip.",
+        unit="px", ge=10, le=120, step=1, live=False, group=CHAIN)
+    from_1_deg: float = parameter(
+        40, "First angle from", "Where the first joint begins on a path of its own.",
+        unit="°", ge=-180, le=180, step=1, live=False, group=PATH)
+    from_2_deg: float = parameter(
+        30, "Second angle from", "Where the second joint begins on it.",
+        unit="°", ge=-180, le=180, step=1, live=False, group=PATH)
+    from_3_deg: float = parameter(
+        20, "Third angle from", "Where the third joint begins on it.",
+        unit="°", ge=-180, le=180, step=1, live=False, group=PATH)
+    to_1_deg: float = parameter(
+        70, "First angle to", "Where the first joint turns back.",
+        unit="°", ge=-180, le=180, step=1, live=False, group=PATH)
+    to_2_deg: float = parameter(
+        60, "Second angle to", "Where the second joint turns back.",
+        unit="°", ge=-180, le=180, step=1, live=False, group=PATH)
+    to_3_deg: float = parameter(
+        60, "Third angle to", "Where the third joint turns back.",
+        unit="°", ge=-180, le=180, step=1, live=False, group=PATH)
+    swing_frames: int = parameter(
+        50, "Swing", "Frames from one end of a path of its own to the other.",
+        unit="frames", ge=2, le=300, step=1, live=False, group=PATH)
+    measurement_noise_px: float = parameter(
+        1, "Noise", "Standard deviation of a measured coordinate.",
+        unit="px", ge=0, le=10, step=0.1, group=MEASUREMENTS, role="world")
+    bounded_noise: bool = parameter(
+        True, "Bounded noise", "Whether noise beyond three standard deviations is drawn again, as bounds of it assume.",
+        group=MEASUREMENTS)
+    links_seen_as: Literal["points", "lines", "lines-and-ends"] = parameter(
+        "points", "Links seen as",
+        "What is measured in space: root, joints and tip; or the line on which each link lies, without its ends; or "
+        "the lines, and root and tip. The image of a chain in the plane has one coordinate, and no lines.",
+        live=False, group=MEASUREMENTS)
+    outlier_share: float = parameter(
+        0, "Outliers", "Share of the measured points that are far off.",
+        ge=0, le=0.5, step=0.01, group=MEASUREMENTS, role="world")
+    outlier_px: float = parameter(
+        40, "Size of outliers", "How far off such a point is at most; it is uniform.",
+        unit="px", ge=0, le=200, step=5, group=MEASUREMENTS)
+    start_angle_rad: float = parameter(
+        0, "Angles off by", "How far each angle is off at first, at most; it is uniform.",
+        unit="rad", ge=0, le=0.5, step=0.01, live=False, group=START)
+    start_length_1_px: float = parameter(
+        0, "First length off by", "By how much the first link is taken too long at first.",
+        unit="px", ge=-30, le=30, step=1, live=False, group=START)
+    start_length_2_px: float = parameter(
+        0, "Second length off by", "By how much the second link is taken too long at first.",
+        unit="px", ge=-30, le=30, step=1, live=False, group=START)
+    start_length_3_px: float = parameter(
+        0, "Third length off by", "By how much the third link is taken too long at first.",
+        unit="px", ge=-30, le=30, step=1, live=False, group=START)
+    # fmt: on
+
+
+# What is true of a chain of three links, and where its points are seen.
+#
+# The camera is orthographic. In the plane it has one line of pixels: a point's image coordinate is its first one, and
+# the second is its depth, which is not seen. In space it sees the first two coordinates. An absolute angle of 0 lies
+# parallel to the image.
+
+NAMES = ("root", "second joint", "third joint", "tip")
+"""Of the points of a chain; its first joint is the root."""
+
+REFERENCE_RAD = np.array([0.5, -0.4, 0.2])
+"""The reference attitude of the simulated chain in space, as a rotation vector."""
+
+RAD_IN_DEG = 180.0 / np.pi
+
+SMALL = 1e-12
+"""Angle, rad, below which a rotation is none."""
+
+
+@dataclass(frozen=True, slots=True)
+class LinkageTarget(Target):
+    """A chain of three links; `position` is (theta, r), in space (omega, t, theta, r), angles in degrees.
+
+    In the plane its root is fixed at the origin.
+
+    Attributes:
+        theta: (3,) angles of the joints, rad, each relative to the link before; in space the first is 0.
+        r: (3,) lengths of the links, px.
+        omega: (3,) attitude relative to the reference, a rotation vector in rad; None in the plane.
+        t: (2,) where the root is, from the origin, px; None in the plane.
+        reference: (3, 3) the reference attitude; None in the plane.
+        origin_px: (2,) where the origin of image coordinates is in the picture.
+    """
+
+    theta: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    r: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    omega: NDArray[np.float64] | None = None
+    t: NDArray[np.float64] | None = None
+    reference: NDArray[np.float64] | None = None
+    origin_px: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
+
+    @property
+    def is_spatial(self) -> bool:
+        """Whether it moves in space rather than in a plane."""
+        return self.omega is not None
+
+
+def in_degrees(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (theta, r), (6,), or (omega, t, theta, r), (11,), with the angles in degrees instead of rad."""
+    return np.asarray(numbers * _degrees(len(numbers)))
+
+
+def in_radians(told: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the reverse of `in_degrees`."""
+    return np.asarray(told / _degrees(len(told)))
+
+
+def _degrees(count: int) -> NDArray[np.float64]:
+    """Return what turns the numbers of an estimate into degrees where they are angles."""
+    factors = np.ones(count)
+    factors[-6:-3] = RAD_IN_DEG
+    if count > 6:
+        factors[:3] = RAD_IN_DEG
+    return factors
+
+
+def attitude(omega: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the rotation (3, 3) of a rotation vector (3,) in rad (Rodrigues)."""
+    angle = float(np.sqrt(np.square(omega).sum()))
+    if angle < SMALL:
+        return np.eye(3)
+    x, y, z = omega / angle
+    sine, cosine = (float(one[0]) for one in sines_cosines(np.array([angle])))
+    across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + sine * across + (1.0 - cosine) * product(across, across)
+
+
+def places(target: LinkageTarget) -> NDArray[np.float64]:
+    """Return where root, joints and tip are, (4, 3): column and row from the origin, and depth, px.
+
+    In the plane the row is 0, so that the depth is the third coordinate in either case.
+    """
+    sines, cosines = sines_cosines(np.cumsum(target.theta))
+    steps = target.r[:, None] * np.stack([cosines, sines, np.zeros(3)], axis=1)
+    chain = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
+    if target.omega is None or target.t is None or target.reference is None:
+        return np.asarray(chain[:, [0, 2, 1]])
+    turn = product(target.reference, attitude(target.omega))
+    return np.asarray(product(chain, turn.T) + np.append(target.t, 0.0))
+
+
+# What the camera sees of a chain: three tapering links on a plain ground, joints, and what is laid over them.
+#
+# A chain in the plane turns about upright axes, so that a camera beside it sees all of its joints in one row: its links
+# are bars that become shorter as they turn away. Positions are in whole sixteenths of a pixel, as OpenCV takes them, so
+# a pose has one picture.
+
+LINKS = ((72, 99, 132), (95, 127, 163), (126, 157, 190))
+"""Colours of the links, from the root on."""
+
+RADII_PX = (13.0, 11.0, 9.0, 6.5)
+"""Of the chain at its root, joints and tip."""
+
+EDGE, BOLT, GROUND_TOP, GROUND_BOTTOM = (43, 58, 78), (233, 237, 242), 246.0, 224.0
+SOCKET, SOCKET_SIDE_PX = (88, 92, 98), 38.0
+SHIFT = 4
+"""Bits of a sixteenth of a pixel."""
+
+
+def paint(
+    points_px: NDArray[np.float64],
+    depths: NDArray[np.float64] | None,
+    size: tuple[int, int],
+    parameters: OccluderParameters,
+) -> NDArray[np.uint8]:
+    """Return a picture (height, width, 3) RGB, read-only.
+
+    Args:
+        points_px: (4, 2) of root, joints and tip in the picture.
+        depths: (4,) how far from the camera each is; nearer links are in front. None: those further from the root are.
+        size: Width and height of the picture, px.
+        parameters: The occluder.
+    """
+    image = _ground(*size).copy()
+    _paint_socket(image, points_px[0])
+    links = range(len(LINKS))
+    order = links if depths is None else sorted(links, key=lambda link: -(depths[link] + depths[link + 1]))
+    for link in order:
+        _paint_link(image, points_px[link : link + 2], RADII_PX[link : link + 2], LINKS[link])
+    paint_strip(image, parameters)
+    image.flags.writeable = False
+    return image
+
+
+@lru_cache(maxsize=2)
+def _ground(width: int, height: int) -> NDArray[np.uint8]:
+    """Return a light ground that darkens downwards."""
+    rows = np.linspace(GROUND_TOP, GROUND_BOTTOM, height)
+    return np.broadcast_to(np.rint(rows)[:, None, None], (height, width, 3)).astype(np.uint8)
+
+
+def _paint_socket(image: NDArray[np.uint8], root: NDArray[np.float64]) -> None:
+    half = np.array([0.5 * SOCKET_SIDE_PX, 0.5 * SOCKET_SIDE_PX])
+    low, high = (tuple(map(int, _sixteenths(corner))) for corner in (root - half, root + half))
+    cv2.rectangle(image, low, high, SOCKET, -1, cv2.LINE_AA, SHIFT)
+
+
+def _paint_link(
+    image: NDArray[np.uint8], ends: NDArray[np.float64], radii: tuple[float, ...], colour: tuple[int, int, int]
+) -> None:
+    """Paint a link as what a disc sweeps that shrinks on its way, with an edge, and a bolt at its joint."""
+    for grown, tone in ((1.5, EDGE), (0.0, colour)):
+        wide = [radius + grown for radius in radii]
+        cv2.fillConvexPoly(image, _sixteenths(_sides(ends, wide)), tone, cv2.LINE_AA, SHIFT)
+        for end, radius in zip(ends, wide, strict=True):
+            x, y = map(int, _sixteenths(end))
+            cv2.circle(image, (x, y), round(2**SHIFT * radius), tone, -1, cv2.LINE_AA, SHIFT)
+    x, y = map(int, _sixteenths(ends[0]))
+    for share, tone in ((0.45, EDGE), (0.3, BOLT)):
+        cv2.circle(image, (x, y), round(2**SHIFT * share * radii[0]), tone, -1, cv2.LINE_AA, SHIFT)
+
+
+def _sides(ends: NDArray[np.float64], radii: list[float]) -> NDArray[np.float64]:
+    """Return the corners (4, 2) of the two tangents that discs at both ends have in common."""
+    way = ends[1] - ends[0]
+    length = float(np.sqrt(np.square(way).sum()))
+    along = way / length if length > 0.0 else np.array([1.0, 0.0])
+    sine = float(np.clip((radii[0] - radii[1]) / max(length, 1e-9), -1.0, 1.0))
+    across = np.array([-along[1], along[0]]) * np.sqrt(1.0 - sine**2)
+    left, right = sine * along + across, sine * along - across
+    return np.array(
+        [ends[0] + radii[0] * left, ends[1] + radii[1] * left, ends[1] + radii[1] * right, ends[0] + radii[0] * right]
+    )
+
+
+def _sixteenths(points: NDArray[np.float64]) -> NDArray[np.int32]:
+    return np.asarray(np.rint(2.0**SHIFT * points), np.int32)
+
+
+# Links that are seen as lines: where a link lies across the picture is known, and not where on its line it ends.
+#
+# Of an elongated shape in a silhouette the axis is found more easily than its ends. The line of a link is observed by
+# its unit normal n and its offset from the picture's corner: n . p = offset for each of its points p. Shimada 1997,
+# eqs. 4.9 to 4.11, has (m, rho) with m the difference of the two ends' images; but the length of m is what is *not*
+# seen, and rho has to be told by the normal rather than by m.
+#
+# Both ends of a link err across its line, independently and as much as measured points do; the line goes through where
+# they seem to be. So a line is known the better the longer its link looks, and the distance of a true end from the
+# observed line is never greater than its error: a bound of the errors bounds the distances.
+
+SHORTEST_PX = 1.0
+"""A link that looks shorter than this shows no line."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LinkMeasurements(Measurements):
+    """Points of a chain in space, and lines of its links.
+
+    Attributes:
+        normals: (3, 2) unit normal of the line of each link; NaN where none was seen.
+        offsets_px: (3,) of it, n . p of its points in the picture; NaN where none was seen.
+    """
+
+    normals: NDArray[np.float64]
+    offsets_px: NDArray[np.float64]
+
+
+def observe_lines(
+    points_px: NDArray[np.float64], errors_px: NDArray[np.float64], visible: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return normals (3, 2) and offsets (3,) of the lines of links; NaN where none is seen.
+
+    Args:
+        points_px: (4, 2) true places of root, joints and tip.
+        errors_px: (3, 2) by how much the beginning and the end of each link seem to be off, across it.
+        visible: (4,) whether each point is in sight; of a link with a visible end a part is.
+    """
+    normals, offsets = np.full((len(errors_px), 2), np.nan), np.full(len(errors_px), np.nan)
+    for link, (first, last) in enumerate(errors_px):
+        beginning, way = points_px[link], points_px[link + 1] - points_px[link]
+        length = float(np.sqrt(np.square(way).sum()))
+        if length < SHORTEST_PX or not visible[link : link + 2].any():
+            continue
+        across = np.array([-way[1], way[0]]) / length
+        seen = way + (last - first) * across
+        normals[link] = np.array([-seen[1], seen[0]]) / np.sqrt(np.square(seen).sum())
+        offsets[link] = float((normals[link] * (beginning + first * across)).sum())
+    return normals, offsets
+
+
+# The measured points of a chain, frame by frame, and a picture of it.
+
+FRAME_RATE_HZ = 15.0
+PLANE_SIZE_PX, SPACE_SIZE_PX = (480, 240), (480, 400)
+"""Width and height of the picture of a chain in the plane, and in space."""
+
+BOUND_SDS = 3.0
+"""Noise beyond so many standard deviations is drawn again."""
+
+MOST_DRAWS = 64
+"""After so many draws the noise is cut: one in 370 is beyond the bound."""
+
+START_DRAW, LINES_DRAW = 1_000_000, 2_000
+"""Numbers of the draws of where the estimate begins, and of the errors of lines, beyond those of the points' noise."""
+
+
+class LinkageSource:
+    """A chain whose root, joints and tip are measured; the root of one in the plane is known and not measured.
+
+    Attributes:
+        size: Width and height of the picture, px.
+        frame_rate_hz: Frames a second at which it is meant to be seen.
+        frame_count: Frames of the path.
+        start: Where the estimate begins: off the truth of frame 0 by what the parameters say.
+        noisy: The measurements depend on the seed.
+    """
+
+    noisy = True
+    frame_rate_hz = FRAME_RATE_HZ
+
+    def __init__(self, seed: int, parameters: LinkageSceneParameters) -> None:
+        """Set the scene; the seed is that of the noise, and of where the estimate begins."""
+        self._seed = seed
+        self._parameters = parameters
+        self.size = SPACE_SIZE_PX if parameters.chain_path == "3d" else PLANE_SIZE_PX
+        self.frame_count: int | None = parameters.path_slowing * (LENGTH[parameters.chain_path] - 1) + 1
+        self.start: Target = self._start()
+
+    def target(self, index: int) -> LinkageTarget:
+        """Return the truth of a frame, of which nothing is hidden."""
+        parameters = self._parameters
+        lengths = (parameters.true_length_1_px, parameters.true_length_2_px, parameters.true_length_3_px)
+        chain = partial(_chain, np.array(lengths, dtype=np.float64), self.size)
+        moment = index / parameters.path_slowing
+        if parameters.chain_path == "own":
+            one = np.deg2rad((parameters.from_1_deg, parameters.from_2_deg, parameters.from_3_deg))
+            other = np.deg2rad((parameters.to_1_deg, parameters.to_2_deg, parameters.to_3_deg))
+            return chain(swinging(one, other, parameters.swing_frames, moment))
+        theta = ease(PATHS[parameters.chain_path], moment)
+        if parameters.chain_path != "3d":
+            return chain(theta)
+        return chain(theta, turn(moment), move(moment))
+
+    def frame(self, index: int, history: History[LinkageSceneParameters]) -> Frame:
+        """Return a frame; the same arguments give the same frame, to the bit."""
+        parameters = history.at(index)
+        target = self.target(index)
+        if target.landmarks is None:
+            raise RuntimeError("a simulated chain knows its points")
+        true_px = target.landmarks.points_px
+        left, right = strip(parameters, self.size[0])
+        visible = ~((left <= true_px[:, 0]) & (true_px[:, 0] < right))
+        depths = places(target)[:, 2] if target.is_spatial else None
+        image = paint(true_px, depths, self.size, parameters)
+        landmarks = replace(target.landmarks, visible=visible)
+        target = replace(target, landmarks=landmarks, hidden=not bool(visible[1:].any()))
+        first = 0 if target.is_spatial else 1
+        measured = self._measure(index, true_px[first:], visible[first:], parameters, spatial=target.is_spatial)
+        return Frame(index, index / FRAME_RATE_HZ, image_rgb=image, measurements=measured, target=target)
+
+    def _measure(
+        self,
+        index: int,
+        true_px: NDArray[np.float64],
+        visible: NDArray[np.bool_],
+        parameters: LinkageSceneParameters,
+        *,
+        spatial: bool,
+    ) -> Measurements:
+        """Measure points (n, 2); in the plane only across, since the row is the same for all."""
+        sd = np.full(true_px.shape, float(parameters.measurement_noise_px))
+        points = true_px + sd * self._noise(index, true_px.shape, bounded=parameters.bounded_noise)
+        stream = Stream(self._seed, index, Purpose.SCENE)
+        chances, ways = stream.random(len(points)), stream.random(points.shape)
+        points = points + _outliers(chances, ways, parameters)
+        if not spatial:
+            points[:, 1], sd[:, 1] = true_px[:, 1], np.inf
+        if not spatial or parameters.links_seen_as == "points":
+            return _measurements(points, sd, visible)
+        measured = visible & False
+        if parameters.links_seen_as == "lines-and-ends":
+            measured[[0, -1]] = visible[[0, -1]]
+        seen = _measurements(points, sd, measured)
+        errors = sd[1:] * self._noise(index, (len(points) - 1, 2), LINES_DRAW, bounded=parameters.bounded_noise)
+        numbers = uniforms(self._seed, index, Purpose.SCENE.value, LINES_DRAW - 1, 3 * len(errors)).reshape(3, -1)
+        errors = errors + _outliers(numbers[0], numbers[1:].T, parameters)
+        return LinkMeasurements(seen.points_px, seen.sd_px, *observe_lines(true_px, errors, visible))
+
+    def _noise(self, index: int, shape: tuple[int, ...], first: int = 2, *, bounded: bool) -> NDArray[np.float64]:
+        """Return standard normal numbers, each drawn again as long as it is beyond the bound."""
+        count = int(np.prod(shape))
+        # Draws 0 and 1 are the stream's, of outliers.
+        draw = partial(standard_normals, self._seed, index, Purpose.SCENE.value)
+        numbers = draw(first, count)
+        for again in range(first + 1, first + 1 + MOST_DRAWS):
+            beyond = np.abs(numbers) > BOUND_SDS
+            if not (bounded and beyond.any()):
+                break
+            numbers = np.where(beyond, draw(again, count), numbers)
+        return (np.clip(numbers, -BOUND_SDS, BOUND_SDS) if bounded else numbers).reshape(shape)
+
+    def _start(self) -> LinkageTarget:
+        true, parameters = self.target(0), self._parameters
+        numbers = 2.0 * uniforms(self._seed, 0, Purpose.SCENE.value, START_DRAW, 6) - 1.0
+        angles = parameters.start_angle_rad * numbers
+        off = (parameters.start_length_1_px, parameters.start_length_2_px, parameters.start_length_3_px)
+        lengths = np.maximum(true.r + np.array(off), 1.0)
+        if true.omega is None or true.t is None:
+            return _chain(lengths, self.size, true.theta + angles[:3])
+        # The first angle is part of the attitude.
+        return _chain(lengths, self.size, true.theta + angles[:3] * (0, 1, 1), true.omega + angles[3:], true.t)
+
+
+def _outliers(
+    chances: NDArray[np.float64], ways: NDArray[np.float64], parameters: LinkageSceneParameters
+) -> NDArray[np.float64]:
+    """Return what is added to measurements (n, 2), given uniform numbers of whether (n,) and how far (n, 2)."""
+    off = (chances < parameters.outlier_share)[:, None]
+    return np.where(off, parameters.outlier_px * (2.0 * ways - 1.0), 0.0)
+
+
+def _measurements(points: NDArray[np.float64], sd: NDArray[np.float64], seen: NDArray[np.bool_]) -> Measurements:
+    """Return points (n, 2) with their deviations, but for those that are not seen (n,)."""
+    return Measurements(np.where(seen[:, None], points, np.nan), np.where(seen[:, None], sd, np.inf))
+
+
+def _chain(
+    r: NDArray[np.float64],
+    size: tuple[int, int],
+    theta: NDArray[np.float64],
+    omega: NDArray[np.float64] | None = None,
+    t: NDArray[np.float64] | None = None,
+) -> LinkageTarget:
+    """Return a chain with the points of it, all of them in sight."""
+    position = np.concatenate([theta, r] if omega is None or t is None else [omega, t, theta, r])
+    reference = None if omega is None else attitude(REFERENCE_RAD)
+    origin = np.array(size) / 2.0
+    target = LinkageTarget(
+        in_degrees(position), theta=theta, r=r, omega=omega, t=t, reference=reference, origin_px=origin
+    )
+    at = places(target)
+    points = at[:, :2] + origin
+    landmarks = Landmarks(points, np.ones(len(NAMES), dtype=np.bool_), at - at[0], NAMES)
+    return replace(target, size=float(np.ptp(points, axis=0).max()), landmarks=landmarks)

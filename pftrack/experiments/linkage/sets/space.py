@@ -1,0 +1,390 @@
+"""Where a link can be in space that shows a given length: a rigorous cover by cells of its attitude and direction.
+
+A link of length r in the direction theta of a plane that a rotation turns shows r a_k, k = 1, 2, where a is the image
+of its unit vector: a_k = R_k1 cos theta + R_k2 sin theta. The cells are those of a grid over the rotation vector and
+theta. Over a cell a_k stays within its slopes times the half widths, and 3/2 of their squares for what bends (no second
+derivative along a straight way is above 3); so no pose that fits is outside the cells. Points of a grid, which the
+Shimada has in their place, can miss what lies between them.
+
+Source: Shimada 1997, sections 5.2 and 5.5, with cells in the place of points.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.geometry.rotation import matrix, right_jacobian
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.matrices import factorise, multiply, substitute
+from pftrack.experiments.linkage.sets.plane import MARGIN, SLACK, below, label_components
+from pftrack.experiments.linkage.sets.regions import CENTRE, HIGH, LOW, SHAPE, Ways, apply_strip, settle
+
+BEND = 1.5
+"""Of the squared half widths of a cell: how far a_k may be from its slopes there."""
+
+TURNS = 3
+"""Numbers of the rotation vector, the first coordinates of a region."""
+
+
+class Link(NamedTuple):
+    """Which link is observed.
+
+    Attributes:
+        angle: Coordinate of its direction (S theta*), or -1 for the first link, whose direction is 0.
+        length: Coordinate of its length (r).
+        scale: S, px/rad.
+        reference: (3, 3) attitude that the rotation vector is relative to.
+    """
+
+    angle: int
+    length: int
+    scale: float
+    reference: NDArray[np.float64]
+
+
+class Grid(NamedTuple):
+    """Cells of directions, and what lengths fit in each.
+
+    Attributes:
+        axes: (d,) coordinates that it is over.
+        start: (d,) where it begins, rad.
+        half: (d,) half widths of a cell, rad.
+        cells: Along each axis.
+        shortest: (cells^d,) px, the last axis together.
+        longest: (cells^d,) px; below the shortest where nothing fits.
+    """
+
+    axes: NDArray[np.int64]
+    start: NDArray[np.float64]
+    half: NDArray[np.float64]
+    cells: int
+    shortest: NDArray[np.float64]
+    longest: NDArray[np.float64]
+
+
+@compiled
+def space_cells(
+    region: NDArray[np.float64],
+    link: Link,
+    seen: NDArray[np.float64],
+    bound: NDArray[np.float64],
+    cells: int,
+    ways: Ways,
+) -> Grid:
+    """Return the cells of a link of a region, and what lengths fit in each.
+
+    Args:
+        region: (n + 3, n), coordinates (S omega, S theta*_2, S theta*_3, r_1, r_2, r_3).
+        link: Which is observed.
+        seen: (2,) its end less its beginning, px.
+        bound: (2,) of the error of each, px; infinite where it was not seen.
+        cells: Along each axis.
+        ways: How regions are treated.
+    """
+    grid = _grid(region, link, cells, ways)
+    _fill(grid, region, link, seen, bound, ways)
+    return grid
+
+
+@compiled
+def _grid(region: NDArray[np.float64], link: Link, cells: int, ways: Ways) -> Grid:
+    """Return a grid over the guides, as far as the ellipsoid reaches, with nothing in its cells."""
+    dimension = TURNS + 1 if link.angle >= 0 else TURNS
+    axes, start, half = np.empty(dimension, np.int64), np.empty(dimension), np.empty(dimension)
+    total = 1
+    for axis in range(dimension):
+        total *= cells
+        j = axis if axis < TURNS else link.angle
+        low, high = region[LOW, j], region[HIGH, j]
+        if ways.ellipsoids:
+            extent = np.sqrt(region[SHAPE + j, j]) + SLACK
+            low, high = max(low, region[CENTRE, j] - extent), min(high, region[CENTRE, j] + extent)
+        axes[axis], start[axis] = j, low / link.scale
+        # What is nowhere has no width either; the ellipsoid finds it empty.
+        half[axis] = 0.5 * max(high - low, 0.0) / (cells * link.scale)
+    return Grid(axes, start, half, cells, np.empty(total), np.empty(total))
+
+
+@compiled
+def image(
+    turn: NDArray[np.float64], slopes: NDArray[np.float64], cosine: float, sine: float, k: int
+) -> tuple[float, float, float, float, float]:
+    """Return a_k, and its derivatives by omega (three) and theta."""
+    return (
+        turn[k, 0] * cosine + turn[k, 1] * sine,
+        slopes[k, 0] * cosine + slopes[k, 3] * sine,
+        slopes[k, 1] * cosine + slopes[k, 4] * sine,
+        slopes[k, 2] * cosine + slopes[k, 5] * sine,
+        turn[k, 1] * cosine - turn[k, 0] * sine,
+    )
+
+
+@compiled
+def rotate(
+    reference: NDArray[np.float64], omega: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the rotation (3, 3), and the derivatives (2, 6) of its first two columns' image by omega."""
+    turn, jacobian = multiply(reference, matrix(omega)), right_jacobian(omega)
+    slopes = np.empty((2, 6))
+    for k in range(2):
+        for m in range(TURNS):
+            # R (du x e_1) and R (du x e_2), du = J_r dw.
+            slopes[k, m] = turn[k, 1] * jacobian[2, m] - turn[k, 2] * jacobian[1, m]
+            slopes[k, 3 + m] = turn[k, 2] * jacobian[0, m] - turn[k, 0] * jacobian[2, m]
+    return turn, slopes
+
+
+@compiled
+def _fill(
+    grid: Grid,
+    region: NDArray[np.float64],
+    link: Link,
+    seen: NDArray[np.float64],
+    bound: NDArray[np.float64],
+    ways: Ways,
+) -> None:
+    """Bound the lengths in each cell by the guide, the ellipsoid and the observation, in place."""
+    dimension, cells = grid.axes.shape[0], grid.cells
+    white, slope, rest, reach = _conditional(grid, region, link)
+    lean, half = 0.0, np.zeros(TURNS + 1)
+    for axis in range(dimension):
+        half[axis] = grid.half[axis]
+        lean += abs(slope[axis]) * half[axis]
+    error = np.empty(2)
+    for k in range(2):
+        error[k] = bound[k] + SLACK + MARGIN * (abs(seen[0]) + abs(seen[1]) + bound[k] + region[HIGH, link.length])
+    omega, off = np.empty(TURNS), np.empty(dimension)
+    directions = _directions(grid)
+    thetas = directions.shape[0]
+    for n in range(grid.shortest.shape[0] // thetas):
+        place = n
+        for axis in range(TURNS - 1, -1, -1):
+            omega[axis] = grid.start[axis] + (2 * (place % cells) + 1) * half[axis]
+            off[axis] = omega[axis] - region[CENTRE, axis] / link.scale
+            place //= cells
+        turn, slopes = rotate(link.reference, omega)
+        for m in range(thetas):
+            shortest, longest = region[LOW, link.length], region[HIGH, link.length]
+            if dimension > TURNS:
+                off[TURNS] = directions[m, 0] - region[CENTRE, link.angle] / link.scale
+            if ways.ellipsoids:
+                middle, extent = _section(white, slope, rest, reach, off)
+                middle += region[CENTRE, link.length]
+                shortest, longest = max(shortest, middle - lean - extent), min(longest, middle + lean + extent)
+            for k in range(2):
+                least, greatest = _range(turn, slopes, directions[m, 1], directions[m, 2], k, half)
+                shortest, longest = below(shortest, longest, least, seen[k] + error[k])
+                shortest, longest = below(shortest, longest, -greatest, error[k] - seen[k])
+            grid.shortest[n * thetas + m], grid.longest[n * thetas + m] = shortest, longest
+
+
+@compiled
+def _directions(grid: Grid) -> NDArray[np.float64]:
+    """Return theta of each cell along its axis, with cosine and sine, (cells, 3); for the first link 0 alone."""
+    thetas = grid.cells if grid.axes.shape[0] > TURNS else 1
+    directions = np.zeros((thetas, 3))
+    for m in range(thetas):
+        if grid.axes.shape[0] > TURNS:
+            directions[m, 0] = grid.start[TURNS] + (2 * m + 1) * grid.half[TURNS]
+        directions[m, 1], directions[m, 2] = np.cos(directions[m, 0]), np.sin(directions[m, 0])
+    return directions
+
+
+@compiled
+def _range(
+    turn: NDArray[np.float64],
+    slopes: NDArray[np.float64],
+    cosine: float,
+    sine: float,
+    k: int,
+    half: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Return bounds of a_k over a cell about an attitude and a direction, given its half widths (4,)."""
+    value, first, second, third, fourth = image(turn, slopes, cosine, sine, k)
+    room = abs(first) * half[0] + abs(second) * half[1] + abs(third) * half[2] + abs(fourth) * half[3]
+    room += BEND * (half[0] * half[0] + half[1] * half[1] + half[2] * half[2] + half[3] * half[3])
+    return max(value - room, -1.0), min(value + room, 1.0)
+
+
+@compiled
+def _conditional(
+    grid: Grid, region: NDArray[np.float64], link: Link
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float]:
+    """Return what bounds the length given the angles: W of W A W' = I, the slope, the variance left, a cell's reach."""
+    dimension = grid.axes.shape[0]
+    angles, both = np.empty((dimension, dimension)), np.empty((dimension, 1))
+    for i in range(dimension):
+        for j in range(dimension):
+            angles[i, j] = region[SHAPE + grid.axes[i], grid.axes[j]] / (link.scale * link.scale)
+        both[i, 0] = region[SHAPE + grid.axes[i], link.length] / link.scale
+    root, positive = factorise(angles)
+    slope, tall = np.zeros(dimension), region[SHAPE + link.length, link.length]
+    if not positive:
+        return np.zeros((dimension, dimension)), slope, tall, 0.0
+    white = substitute(root, np.eye(dimension))
+    across = multiply(white, both)
+    rest, reach = tall, 0.0
+    for i in range(dimension):
+        rest -= across[i, 0] * across[i, 0]
+        length = 0.0
+        for j in range(dimension):
+            slope[i] += white[j, i] * across[j, 0]
+            length += white[j, i] * white[j, i]
+        reach += grid.half[i] * np.sqrt(length)
+    return white, slope, max(rest, 0.0), reach
+
+
+@compiled
+def _section(
+    white: NDArray[np.float64], slope: NDArray[np.float64], rest: float, reach: float, off: NDArray[np.float64]
+) -> tuple[float, float]:
+    """Return the middle, from the centre, and half the extent of the lengths in a cell; the half is -inf if outside."""
+    middle, square = 0.0, 0.0
+    for i in range(off.shape[0]):
+        middle += slope[i] * off[i]
+        part = 0.0
+        for j in range(i + 1):
+            part += white[i, j] * off[j]
+        square += part * part
+    nearest = max(np.sqrt(square) - reach, 0.0)
+    if nearest > 1.0 + SLACK:
+        return middle, -np.inf
+    return middle, np.sqrt(rest * max(1.0 - nearest * nearest, 0.0)) + SLACK
+
+
+# The observation of a link in space: the same as in the plane, with cells of the attitude as well.
+#
+# A strip for each image coordinate, across the gradient of what is shown at the middle of the cells, holds all of them.
+#
+# Source: Shimada 1997, section 5.2, eqs. 5.22 to 5.25, and section 5.5.
+
+
+@compiled
+def observe_in_space(
+    region: NDArray[np.float64],
+    link: Link,
+    seen: NDArray[np.float64],
+    bound: NDArray[np.float64],
+    cells: int,
+    most: int,
+    ways: Ways,
+) -> NDArray[np.float64]:
+    """Return what an observation leaves of a region: none, one or several (K, n + 3, n).
+
+    Args:
+        region: (n + 3, n), coordinates (S omega, S theta*_2, S theta*_3, r_1, r_2, r_3).
+        link: Which is observed.
+        seen: (2,) its end less its beginning, px.
+        bound: (2,) of the error of each, px; infinite where it was not seen.
+        cells: Along each axis.
+        most: Into how many it may split; what would be more stays one.
+        ways: How.
+    """
+    grid = space_cells(region, link, seen, bound, cells, ways)
+    total = grid.shortest.shape[0]
+    feasible, sizes = np.empty(total, np.bool_), np.empty(grid.axes.shape[0], np.int64)
+    for axis in range(sizes.shape[0]):
+        sizes[axis] = cells
+    for n in range(total):
+        feasible[n] = grid.shortest[n] <= grid.longest[n]
+    labels, runs = label_components(feasible, sizes)
+    apart = ways.splitting and 1 < runs <= most
+    if runs > 1 and not apart:
+        runs = 1
+        for n in range(total):
+            labels[n] = min(labels[n], 0)
+    children = np.empty((runs, region.shape[0], region.shape[1]))
+    left = 0
+    for run in range(runs):
+        for i in range(region.shape[0]):
+            for j in range(region.shape[1]):
+                children[left, i, j] = region[i, j]
+        if _restrict(children[left], link, grid, labels, run, apart, ways):
+            left += 1
+    return children[:left]
+
+
+@compiled
+def _restrict(
+    region: NDArray[np.float64],
+    link: Link,
+    grid: Grid,
+    labels: NDArray[np.int64],
+    run: int,
+    apart: bool,
+    ways: Ways,
+) -> bool:
+    """Hold a region to the cells of a run, in place; return whether it is left."""
+    dimension, size = grid.axes.shape[0], region.shape[1]
+    first, last, middle = _extents(grid, labels, run)
+    if ways.sampled or apart:
+        for axis in range(dimension + 1):
+            j, scale = link.length, 1.0
+            if axis < dimension:
+                j, scale = grid.axes[axis], link.scale
+            region[LOW, j] = max(region[LOW, j], first[axis] * scale - SLACK)
+            region[HIGH, j] = min(region[HIGH, j], last[axis] * scale + SLACK)
+            if region[LOW, j] > region[HIGH, j]:
+                return False
+    turn, slopes = rotate(link.reference, middle[:TURNS].copy())
+    theta = middle[TURNS] if dimension > TURNS else 0.0
+    for k in range(2):
+        normal, tilt = np.zeros(size), np.empty(TURNS + 1)
+        normal[link.length], tilt[0], tilt[1], tilt[2], tilt[3] = image(turn, slopes, np.cos(theta), np.sin(theta), k)
+        for axis in range(dimension):
+            tilt[axis] *= middle[dimension]
+            normal[grid.axes[axis]] = tilt[axis] / link.scale
+        least, most = _extremes(grid, labels, run, tilt, normal[link.length])
+        if not apply_strip(region, normal, least, most, ways):
+            return False
+    return settle(region, ways)
+
+
+@compiled
+def _extents(
+    grid: Grid, labels: NDArray[np.int64], run: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return the least, the greatest and the mean angles and, last of each (d + 1,), lengths of the cells of a run."""
+    dimension = grid.axes.shape[0]
+    first, last, middle = np.empty(dimension + 1), np.empty(dimension + 1), np.zeros(dimension + 1)
+    members = 0
+    for n in range(labels.shape[0]):
+        if labels[n] != run:
+            continue
+        place = n
+        for axis in range(dimension, -1, -1):
+            low, high = grid.shortest[n], grid.longest[n]
+            if axis < dimension:
+                low = grid.start[axis] + 2 * (place % grid.cells) * grid.half[axis]
+                high = low + 2 * grid.half[axis]
+                place //= grid.cells
+            first[axis] = low if members == 0 else min(first[axis], low)
+            last[axis] = high if members == 0 else max(last[axis], high)
+            middle[axis] += 0.5 * (low + high)
+        members += 1
+    for axis in range(dimension + 1):
+        middle[axis] /= members
+    return first, last, middle
+
+
+@compiled
+def _extremes(
+    grid: Grid, labels: NDArray[np.int64], run: int, tilt: NDArray[np.float64], slope: float
+) -> tuple[float, float]:
+    """Return the least and the greatest of a linear function over the cells of a run."""
+    dimension = grid.axes.shape[0]
+    room = 0.0
+    for axis in range(dimension):
+        room += abs(tilt[axis]) * grid.half[axis]
+    least, most = np.inf, -np.inf
+    for n in range(labels.shape[0]):
+        if labels[n] != run:
+            continue
+        place, value = n, 0.0
+        for axis in range(dimension - 1, -1, -1):
+            value += tilt[axis] * (grid.start[axis] + (2 * (place % grid.cells) + 1) * grid.half[axis])
+            place //= grid.cells
+        one, other = slope * grid.shortest[n], slope * grid.longest[n]
+        least, most = min(least, value + min(one, other) - room), max(most, value + max(one, other) + room)
+    return least, most

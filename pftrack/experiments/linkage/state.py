@@ -1,0 +1,219 @@
+"""What is believed of a chain after a frame, in one form for all trackers."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.model.series import Hypotheses, Interval, Reduction, Series, SeriesValue
+from pftrack.core.numerics.elementary import wrap
+from pftrack.experiments.linkage.sampled import LengthParticles
+from pftrack.experiments.linkage.scene import in_degrees
+from pftrack.experiments.linkage.shape import LINKS
+from pftrack.experiments.shared import reports
+from pftrack.experiments.shared.beliefs import NIS, measure_innovation
+from pftrack.filters.beam import Beam
+from pftrack.filters.kalman import NormalisedInnovation
+from pftrack.filters.particles import ParticleSet
+
+
+class Hypothesis(Protocol):
+    """One member of a beam: a Gaussian, or a region."""
+
+    @property
+    def pose(self) -> NDArray[np.float64]:
+        """(6,) in the middle of it: the directions theta*_1..3, rad, and the lengths r_1..3, px."""
+
+    @property
+    def nbytes(self) -> int:
+        """About how much memory it takes, bytes."""
+
+    def arrays(self) -> Mapping[str, NDArray[np.float64]]:
+        """Return its arrays by name, for a file."""
+
+
+class Events(NamedTuple):
+    """What happened in a frame.
+
+    Attributes:
+        splits: Hypotheses that were added.
+        merges: Hypotheses that were dropped since another one held them.
+        refuted: Hypotheses that were dropped since they contradict what is known.
+        truncated: Bounds that took something off a belief.
+        outlier: Whether the observation was left out as a wrong one.
+    """
+
+    splits: int = 0
+    merges: int = 0
+    refuted: int = 0
+    truncated: int = 0
+    outlier: bool = False
+
+
+NOTHING = Events()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LinkageState:
+    """The posterior of one frame, immutable.
+
+    In the plane the estimate is (theta_1..3, r_1..3), in space (omega, t, theta_1..3, r_1..3) with theta_1 = 0; rad and
+    px, omega relative to the reference attitude.
+
+    Attributes:
+        belief: Gaussians or regions, each of them a `Hypothesis`, or particles.
+        mean: (d,) the estimate, d 6 or 11.
+        spread: (d,) standard deviations of the same.
+        low: (d,) of the box of what is believed possible: two standard deviations, 95 % of the lengths of particles, or
+            all that is not excluded.
+        high: (d,) of the same.
+        directions: (3,) theta*, rad.
+        directions_sd: (3,) standard deviations of the same.
+        origin_px: (2,) place of the chain's origin in the picture.
+        reference: (3, 3) reference attitude, in space.
+        log_evidence: Of this frame, where the method has one; else 0.
+        events: What happened in this frame.
+        innovation: How far off what was seen was, of a Gaussian filter that saw something.
+        seen_px: What a Gaussian filter was given to see, NaN where it saw nothing; empty of other methods.
+    """
+
+    belief: Beam[Any] | ParticleSet
+    mean: NDArray[np.float64]
+    spread: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    directions: NDArray[np.float64]
+    directions_sd: NDArray[np.float64]
+    origin_px: NDArray[np.float64]
+    reference: NDArray[np.float64] | None = None
+    log_evidence: float = 0.0
+    events: Events = NOTHING
+    innovation: NormalisedInnovation | None = None
+    seen_px: tuple[float, ...] = ()
+
+    @property
+    def estimate(self) -> NDArray[np.float64]:
+        """(d,) posterior mean, angles in degrees."""
+        return in_degrees(self.mean)
+
+    @property
+    def sigma(self) -> NDArray[np.float64]:
+        """(d,) posterior standard deviations of the angles, degrees; NaN for what is in px, which series tell."""
+        told = in_degrees(self.spread)
+        told[-3:] = np.nan
+        if self.in_space:
+            told[3:5] = np.nan
+        return told
+
+    @property
+    def in_space(self) -> bool:
+        """Whether the chain moves in space rather than in a plane."""
+        return self.reference is not None
+
+    @property
+    def nbytes(self) -> int:
+        """About how much memory it takes, bytes."""
+        if isinstance(self.belief, ParticleSet):
+            return 2048 + self.belief.nbytes
+        members: tuple[Hypothesis, ...] = self.belief.members
+        return 2048 + sum(member.nbytes for member in members)
+
+    def arrays(self) -> Mapping[str, NDArray[Any]]:
+        """Return particles, or what the hypotheses are made of, with log weights."""
+        if isinstance(self.belief, ParticleSet):
+            held = self.belief.arrays() if isinstance(self.belief, LengthParticles) else {}
+            return {"states": self.belief.states, "log_weights": self.belief.log_weights, **held}
+        members: tuple[Hypothesis, ...] = self.belief.members
+        parts = [member.arrays() for member in members]
+        joined = {name: np.stack([part[name] for part in parts]) for name in parts[0]}
+        return {**joined, "log_weights": self.belief.log_weights, "parents": self.belief.parents}
+
+
+# What all trackers of a chain report of their states.
+
+COMPONENTS = ("direction 1", "direction 2", "direction 3", "length 1", "length 2", "length 3")
+
+SERIES = (
+    *(Series(f"length_{i}", f"length of link {i}", "px", "interval") for i in range(1, LINKS + 1)),
+    *(Series(f"direction_{i}", f"direction of link {i}", "°") for i in range(1, LINKS + 1)),
+    *(Series(f"direction_{i}_sd", f"deviation of direction {i}", "°") for i in range(1, LINKS + 1)),
+    Series("mirror_gap", "from the nearest mirror image, in deviations", role="mirror_gap"),
+    Series("hypothesis_count", "hypotheses", reductions=(Reduction("mean_hypotheses", "mean hypotheses", "mean"),)),
+    Series("hypotheses", "hypotheses", shape="hypotheses", components=COMPONENTS),
+    Series(
+        "split",
+        "split",
+        role="event",
+        colours=("prediction",),
+        reductions=(Reduction("splits", "frames with a split", "count"),),
+    ),
+    Series("merged", "merged", role="event", colours=("hidden",)),
+    Series(
+        "refuted",
+        "refuted",
+        role="event",
+        colours=("lost",),
+        reductions=(Reduction("refutations", "frames that refuted", "count"),),
+    ),
+    Series("cut", "bounds that cut"),
+    Series(
+        "outlier",
+        "left out",
+        role="event",
+        colours=("observation",),
+        reductions=(Reduction("outliers", "observations left out", "count"),),
+    ),
+)
+"""Of every tracker: the range of each length, directions, hypotheses, and what happened. The range is two standard
+deviations to either side, the middle 95 % of particles, or all that is not excluded; of hypotheses, of all together."""
+
+GAUSSIAN_SERIES = (*SERIES, *NIS, Series("seen_px", "what was measured", "px", "vector", role="measured"))
+
+PARTICLE_SERIES = (*SERIES, *reports.CLOUD)
+
+
+def measure(state: LinkageState) -> Mapping[str, SeriesValue]:
+    """Return the values of the series."""
+    belief, events = state.belief, state.events
+    lengths = {
+        f"length_{i + 1}": Interval(float(state.low[i - LINKS]), float(state.high[i - LINKS])) for i in range(LINKS)
+    }
+    angles = {f"direction_{i + 1}": float(np.rad2deg(state.directions[i])) for i in range(LINKS)}
+    deviations = {f"direction_{i + 1}_sd": float(np.rad2deg(state.directions_sd[i])) for i in range(LINKS)}
+    happened = {
+        "split": float(events.splits > 0),
+        "merged": float(events.merges > 0),
+        "refuted": float(events.refuted > 0),
+        "cut": float(events.truncated),
+        "outlier": float(events.outlier),
+    }
+    innovation = measure_innovation(state.innovation)
+    values: dict[str, SeriesValue] = {**lengths, **angles, **deviations, **happened, **innovation}
+    if not state.in_space:
+        values["mirror_gap"] = _mirror_gap(state)
+    if state.seen_px:
+        values["seen_px"] = state.seen_px
+    if isinstance(belief, ParticleSet):
+        return {**values, **reports.cloud(belief, resampled=bool((belief.ancestors != np.arange(len(belief))).any()))}
+    poses = tuple(
+        (*np.rad2deg(member.pose[:LINKS]).tolist(), *member.pose[LINKS:].tolist()) for member in belief.members
+    )
+    weights = tuple(belief.weights.tolist())
+    return {
+        **values,
+        "hypothesis_count": float(len(belief)),
+        "hypotheses": Hypotheses(poses, weights, parents=tuple(belief.parents.tolist())),
+    }
+
+
+def _mirror_gap(state: LinkageState) -> float:
+    """Return how many deviations it is to the nearest pose with one link mirrored in depth, from theta* to -theta*.
+
+    In the plane it is seen just the same, so nothing that is measured tells which of both is the true one; where they
+    are near each other, a filter may come out on the other side.
+    """
+    ways = np.abs(wrap(2.0 * state.directions))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return float((ways / state.directions_sd).min())

@@ -1,0 +1,77 @@
+"""Trackers of a chain of three links before one camera: lengths and pose at once, from where its joints are seen.
+
+Depth is not seen, so that image positions alone determine neither; what is known beforehand of joints, motion and
+lengths has to. Two families use it in two ways (Shimada 1997):
+
+- Gaussians, which it cuts (`chain`): `gaussians` steps a beam of extended Kalman filters, one for each side on which a
+  link may lie (`linearised`), or one unscented filter; `particles` draws instead (`sampled`);
+- sets, which it bounds (`regions`): `sets` steps ellipsoids and guides that the truth never leaves.
+
+All believe in one `state`, so that they take over from one another (`handover`), and read one set of `parameters`.
+`reports` is what all of them report, `inspection` what they tell people who look into a frame; `step` lists them.
+"""
+
+from functools import partial
+
+from pftrack.core.model.tracker import Tracker
+from pftrack.experiments.linkage import gaussians, particles, set_trackers
+from pftrack.experiments.linkage.set_trackers import hypotheses_of, particles_of, range_parts
+from pftrack.experiments.linkage.state import GAUSSIAN_SERIES, PARTICLE_SERIES, measure
+
+# The trackers of a chain by name.
+
+
+def _filter(name: str, title: str, description: str) -> Tracker:
+    step = partial(gaussians.filter_step, name)
+    return Tracker(
+        name,
+        title,
+        description,
+        gaussians.start,
+        step,
+        series=GAUSSIAN_SERIES,
+        measure=measure,
+        cloud=hypotheses_of,
+        update_parts=range_parts,
+    )
+
+
+TRACKERS = {
+    tracker.id: tracker
+    for tracker in (
+        _filter(
+            "ekf-mirrors",
+            "EKF with mirror hypotheses",
+            "Follows both sides of a link that passes the parallel to the image, until bounds refute one.",
+        ),
+        _filter(
+            "ekf-truncated",
+            "EKF with bounds",
+            "One extended Kalman filter, its Gaussian cut by the bounds of joints and lengths in each frame.",
+        ),
+        _filter("ekf", "EKF", "One extended Kalman filter that knows no bounds."),
+        Tracker(
+            "ukf",
+            "UKF with bounds",
+            "One unscented Kalman filter, its Gaussian cut by the bounds of joints and lengths in each frame.",
+            gaussians.start,
+            gaussians.unscented_step,
+            series=GAUSSIAN_SERIES,
+            measure=measure,
+            cloud=hypotheses_of,
+            update_parts=range_parts,
+        ),
+        Tracker(
+            "particles",
+            "Particle filter with bounds",
+            "Particles are lengths and noises, each with a Kalman filter of the pose; a Markov kernel draws new ones.",
+            gaussians.start,
+            particles.step,
+            series=PARTICLE_SERIES,
+            measure=measure,
+            cloud=particles_of,
+            update_parts=range_parts,
+        ),
+    )
+} | set_trackers.TRACKERS
+"""All trackers by name, in the order in which they are shown."""

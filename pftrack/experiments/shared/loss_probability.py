@@ -1,0 +1,504 @@
+"""The probability that a tracker has lost its target, told from what it knows itself.
+
+A tracker goes on whether it follows its target or something else. What it computes on the way tells the two apart,
+more or less: how well the picture agrees with what was expected, how wide the belief is, how many particles carry it,
+whether the estimate jumps. Each number means something only beside what it was before. A logistic regression weighs
+them; it is fitted on scenes that were drawn at random, frozen, and judged on others (`pftrack reproduce loss`), and
+only where it says what is true it is declared. On recordings it is not calibrated, and not told.
+
+- `signals`: what is read of a frame, by roles;
+"""
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.parameters import Value
+from pftrack.core.model.series import Series
+from pftrack.core.model.tracker import Tracker
+from pftrack.core.numerics.elementary import exponential
+from pftrack.core.numerics.random import Purpose, Stream
+from pftrack.experiments.shared.signals import read_signals
+
+# Logistic regression: the probability of one of two outcomes by a weighted sum of features.
+#
+# P(lost | x) = 1 / (1 + exp(-(a + sum_i w_i z_i))), with z_i a feature less its mean in standard deviations. The
+# weights are those of greatest likelihood under a Gaussian prior around zero (ridge), found by Newton's method, which
+# is iteratively reweighted least squares (McCullagh and Nelder, Generalized linear models, 1989, section 2.5).
+
+CLIP = 4.0
+"""A feature counts as no more standard deviations from its mean: nothing is known of what lies beyond."""
+
+STEPS, SETTLED = 50, 1e-8
+
+CONSTANT, ENDLESS = 1e-6, 1e300
+"""A deviation that is smaller than the one counts as the other, and a curvature is no smaller than the first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Logistic:
+    """A fitted regression on F features.
+
+    Attributes:
+        means: Of the features.
+        deviations: Their standard deviations; endless for one that never changes, so that it counts for nothing.
+        weights: Of the features in standard deviations.
+        intercept: What is added.
+    """
+
+    means: tuple[float, ...]
+    deviations: tuple[float, ...]
+    weights: tuple[float, ...]
+    intercept: float
+
+    def probabilities(self, features: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return (L,) probabilities by (L, F) features; the same bits on every machine, since sums are exact."""
+        if not len(features):
+            return np.zeros(0)
+        terms = _scale(features, np.array(self.means), np.array(self.deviations)) * np.array(self.weights)
+        return 1.0 / (1.0 + exponential([-math.fsum((self.intercept, *row)) for row in terms.tolist()]))
+
+
+def fit(features: NDArray[np.float64], outcomes: NDArray[np.bool_], *, ridge: float) -> Logistic:
+    """Return the regression that explains outcomes best.
+
+    Args:
+        features: (L, F), all known.
+        outcomes: (L,) what came of each.
+        ridge: Precision of the prior of each weight: 0 trusts the observations alone.
+    """
+    means, deviations = features.mean(axis=0), features.std(axis=0)
+    deviations = np.where(deviations > CONSTANT, deviations, ENDLESS)
+    design = np.column_stack([_scale(features, means, deviations), np.ones(len(features))])
+    prior = np.diag([ridge] * features.shape[1] + [0.0])
+    solution = np.zeros(design.shape[1])
+    for _ in range(STEPS):
+        chance = 1.0 / (1.0 + np.exp(-np.clip(design @ solution, -30.0, 30.0)))
+        curvature = np.maximum(chance * (1.0 - chance), CONSTANT)
+        gradient = design.T @ (outcomes - chance) - prior @ solution
+        step = np.linalg.lstsq(design.T @ (design * curvature[:, None]) + prior, gradient, rcond=None)[0]
+        solution += step
+        if np.abs(step).max() < SETTLED:
+            break
+    return Logistic(
+        tuple(means.tolist()), tuple(deviations.tolist()), tuple(solution[:-1].tolist()), float(solution[-1])
+    )
+
+
+def _scale(
+    features: NDArray[np.float64], means: NDArray[np.float64], deviations: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    return np.clip((features - means) / deviations, -CLIP, CLIP)
+
+
+# Features: what signals are beside what they were, frame by frame.
+#
+# What a number means hangs on what is usual: the log evidence of one scene says nothing in another one. So each signal
+# comes with its memory. A frame's features depend on the frames up to it alone, and a memory of a few numbers carries
+# them on, so that a run that goes on is not read again.
+
+KINDS: tuple[str, ...] = ("now", "fast", "slow", "change", "lowest", "highest")
+"""Of each signal: its value; its means over the last 5 and the last 25 frames or so; by how much the first of these has
+changed since the beginning; the least and the greatest such change so far."""
+
+FAST, SLOW = 1.0 / 5.0, 1.0 / 25.0
+"""Share of a mean that a new value replaces."""
+
+BEGINNING = 5
+"""So many known values are the beginning, whose mean is what is usual."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Memory:
+    """What is kept of S signals in the frames so far.
+
+    Attributes:
+        counts: (S,) frames in which each was known.
+        fast: (S,) mean over the last few; 0 where none was known.
+        slow: (S,) mean over more.
+        usual: (S,) mean over the first few.
+        lowest: (S,) least of all changes so far.
+        highest: (S,) greatest.
+    """
+
+    counts: NDArray[np.float64]
+    fast: NDArray[np.float64]
+    slow: NDArray[np.float64]
+    usual: NDArray[np.float64]
+    lowest: NDArray[np.float64]
+    highest: NDArray[np.float64]
+
+    @classmethod
+    def empty(cls, count: int) -> "Memory":
+        """Return that of no frame, of so many signals."""
+        return cls(*np.zeros((6, count)))
+
+
+def feature_names(signals: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names of the features of some signals, in the order in which `remember` gives them."""
+    return tuple(f"{signal} {kind}" for signal in signals for kind in KINDS)
+
+
+def remember(memory: Memory, signals: NDArray[np.float64]) -> tuple[Memory, NDArray[np.float64]]:
+    """Return what is kept after some frames, and their features (L, S times the kinds).
+
+    A signal that is not known in a frame changes no memory, and its "now" is the fast mean.
+
+    Args:
+        memory: Of the frames before.
+        signals: (L, S) of these frames, NaN where one is not known.
+    """
+    found = np.empty((len(signals), signals.shape[1], len(KINDS)))
+    for place, values in enumerate(signals):
+        known = ~np.isnan(values)
+        counts = memory.counts + known
+        first = 1.0 / np.maximum(counts, 1.0)
+        now = np.where(known, values, memory.fast)
+        fast = memory.fast + np.where(known, np.maximum(FAST, first), 0.0) * (now - memory.fast)
+        slow = memory.slow + np.where(known, np.maximum(SLOW, first), 0.0) * (now - memory.slow)
+        begins = known & (counts <= BEGINNING)
+        usual = memory.usual + np.where(begins, first, 0.0) * (now - memory.usual)
+        change = fast - usual
+        lowest, highest = np.minimum(memory.lowest, change), np.maximum(memory.highest, change)
+        memory = Memory(counts, fast, slow, usual, lowest, highest)
+        found[place] = np.stack([now, fast, slow, change, lowest, highest], axis=1)
+    return memory, found.reshape(len(signals), -1)
+
+
+# The probability that a tracker has lost its target, by a regression on what the rows of its run say.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Past:
+    """What a model keeps of the frames behind it.
+
+    Attributes:
+        memory: Of the signals; None before the first frame.
+        estimates: The last two.
+    """
+
+    memory: Memory | None = None
+    estimates: tuple[tuple[float, ...], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class LossModel:
+    """What says how probable it is that a tracker has lost its target.
+
+    Attributes:
+        signals: Names of what is read of each frame.
+        regression: On the features of these, in the order of `feature_names`.
+        series: What the rows of the tracker have, by name.
+    """
+
+    signals: tuple[str, ...]
+    regression: Logistic
+    series: Mapping[str, Series] = field(default_factory=dict)
+
+    def follow(self, past: Past, rows: Sequence[Diagnostics]) -> tuple[Past, NDArray[np.float64]]:
+        """Return what is kept after some frames, and the probability in each, (L,).
+
+        Args:
+            past: After the frame before them; what is empty begins with the first of these, in which a tracker does
+                nothing but begin, so that its probability is not known.
+            rows: Of consecutive frames.
+        """
+        if not rows:
+            return past, np.zeros(0)
+        past, features = follow_features(self.signals, self.series, past, rows)
+        said = self.regression.probabilities(features)
+        return past, np.concatenate([np.full(len(rows) - len(said), np.nan), said])
+
+
+def follow_features(
+    signals: Sequence[str], series: Mapping[str, Series], past: Past, rows: Sequence[Diagnostics]
+) -> tuple[Past, NDArray[np.float64]]:
+    """Return what is kept after some frames, and the features of each but one in which a tracker begins."""
+    estimates = (*past.estimates, *(row.estimate for row in rows))[-2:]
+    memory, before = past.memory, past.estimates
+    if memory is None:
+        memory, before, rows = Memory.empty(len(signals)), (rows[0].estimate,), rows[1:]
+    if rows:
+        memory, features = remember(memory, read_signals(signals, series, rows, before))
+    else:
+        features = np.zeros((0, 0))
+    return Past(memory, estimates), features
+
+
+# Scenes of many kinds, drawn at random: a probability is fitted on some of them and judged on others.
+#
+# What a tracker's own numbers mean hangs on the scene: in one that never hides its target, a small likelihood is bad
+# news, in another one it is the rule. So an experiment says between which bounds its parameters are to be drawn, and
+# each number is a scene: the same on every machine, and of a number that was not fitted one that was never seen.
+
+FIRST_JUDGED = 10_000
+
+
+@dataclass(frozen=True, slots=True)
+class Scenes:
+    """Where the parameters of a scene are drawn from.
+
+    Attributes:
+        ranges: Least and greatest value by name of a parameter, drawn evenly; whole numbers if both are.
+        choices: Values by name, of which one is drawn.
+        frames: Length of a run; of a scene that is shorter, all of it.
+        fitted: How many scenes a probability is fitted on, of the numbers from 0 on.
+        judged: How many others it is judged on, of the numbers from `FIRST_JUDGED` on.
+        trackers: Names of those trackers that are fitted, where some would take too long; all if empty.
+    """
+
+    ranges: Mapping[str, tuple[float, float]]
+    choices: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
+    frames: int = 120
+    fitted: int = 160
+    judged: int = 80
+    trackers: tuple[str, ...] = ()
+
+    def draw(self, number: int) -> dict[str, Value]:
+        """Return the parameters of a scene, by its number."""
+        shares = Stream(number, 0, Purpose.SCENE).random(len(self.ranges) + len(self.choices))
+        drawn: dict[str, Value] = {}
+        for share, (name, (low, high)) in zip(shares, self.ranges.items(), strict=False):
+            if isinstance(low, int) and isinstance(high, int):
+                drawn[name] = low + int(share * (high - low + 1))
+            else:
+                drawn[name] = round(low + float(share) * (high - low), 3)
+        for share, (name, values) in zip(shares[len(self.ranges) :], self.choices.items(), strict=True):
+            drawn[name] = values[int(share * len(values))]
+        return drawn
+
+
+# What an experiment declares of the probability that its trackers have lost their target.
+
+LOSS_PROBABILITY = Series(
+    "loss_probability",
+    "probability that the target is lost",
+    role="loss_probability",
+)
+"""Of each tracker that has a model; what general code does with it, it does by its role."""
+
+MOST_ERROR = 0.05
+"""Expected calibration error in scenes that were not fitted above which none is declared."""
+
+FORMAT, DIGITS = "pftrack-loss", 6
+
+
+@dataclass(frozen=True)
+class LossDeclaration:
+    """Of which trackers it is declared, and how that was fitted.
+
+    Attributes:
+        scenes: On which it is fitted and judged; None where nothing was.
+        signals: Names of series that are signals beside those of every tracker.
+        models: By name of the tracker, of those whose probability is true in scenes that were not fitted.
+        refused: By name of the tracker, the expected calibration error in scenes that were not fitted, of those that
+            have none because it is too great.
+    """
+
+    scenes: Scenes | None = None
+    signals: tuple[str, ...] = ()
+    models: Mapping[str, LossModel] = field(default_factory=dict)
+    refused: Mapping[str, float] = field(default_factory=dict)
+
+    def models_on(self, recording: object | None) -> Mapping[str, LossModel]:
+        """Return the models by name of the tracker; none on a recording, where they are not calibrated.
+
+        Args:
+            recording: The recording or its kind; None in the simulated scene.
+        """
+        return self.models if recording is None else {}
+
+
+NOTHING_DECLARED = LossDeclaration()
+"""Of an experiment none of whose trackers can tell."""
+
+
+def describe_models(
+    models: Mapping[str, LossModel], refused: Mapping[str, float], about: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return models as JSON values.
+
+    Args:
+        models: By name of the tracker.
+        refused: The calibration error of those trackers of which none is kept.
+        about: What they were fitted on, JSON values.
+    """
+    trackers = {name: {"signals": one.signals, **_rounded(asdict(one.regression))} for name, one in models.items()}
+    return {**about, "refused": _rounded(refused), "trackers": trackers}
+
+
+def write_models(described: Mapping[str, Any]) -> str:
+    """Return the text of a file, by what `describe_models` says."""
+    return json.dumps({"format": FORMAT, "version": 1, **described}, indent=1) + "\n"
+
+
+def read_declaration(
+    path: Path, trackers: Mapping[str, Tracker], scenes: Scenes, signals: tuple[str, ...] = ()
+) -> LossDeclaration:
+    """Return what is declared by the models in a file.
+
+    Args:
+        path: Of the file.
+        trackers: Those of which it speaks, by name.
+        scenes: On which they were fitted and judged.
+        signals: Names of series that are signals beside those of every tracker.
+
+    Raises:
+        ValueError: The file holds something else, or speaks of a tracker that is not there.
+    """
+    try:
+        models, refused = _models(_raw(path), trackers)
+    except (KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"{path.name} is no file of loss probabilities ({type(error).__name__}: {error})") from None
+    return LossDeclaration(scenes, signals, models, refused)
+
+
+def _raw(path: Path) -> dict[str, Any]:
+    raw: dict[str, Any] = json.loads(path.read_text("utf-8"))
+    if (raw["format"], raw["version"]) != (FORMAT, 1):
+        raise ValueError(f"expected {FORMAT}, version 1")
+    return raw
+
+
+def _models(raw: Mapping[str, Any], trackers: Mapping[str, Tracker]) -> tuple[dict[str, LossModel], dict[str, float]]:
+    models = {name: _model(values, trackers[name].series) for name, values in raw["trackers"].items()}
+    return models, {trackers[name].id: float(error) for name, error in raw["refused"].items()}
+
+
+def _model(values: Mapping[str, Any], series: tuple[Series, ...]) -> LossModel:
+    numbers = {name: tuple(float(one) for one in values[name]) for name in ("means", "deviations", "weights")}
+    if len({len(column) for column in numbers.values()}) != 1:
+        raise ValueError("means, deviations and weights are not as many")
+    regression = Logistic(**numbers, intercept=float(values["intercept"]))
+    return LossModel(tuple(values["signals"]), regression, {one.name: one for one in series})
+
+
+def _rounded(values: Mapping[str, Any]) -> dict[str, Any]:
+    def shorten(value: float) -> float:
+        return float(f"{value:.{DIGITS}g}")
+
+    return {
+        name: shorten(value) if isinstance(value, float) else [shorten(one) for one in value]
+        for name, value in values.items()
+    }
+
+
+# Scores: how good probabilities are, beside what came of it.
+#
+# - Brier score: mean of (p - y)^2 (Brier, Verification of forecasts expressed in terms of probability, 1950).
+# - Reliability: of the frames in which p was said, how many were lost; the expected calibration error is the mean of
+# the   difference over ten bins of equal width, weighed by their frames (Naeini, Cooper, Hauskrecht, Obtaining well
+# calibrated probabilities using Bayesian binning, 2015). - Receiver operating characteristic: share of the lost frames
+# that are told over the share of the others that are,   for every threshold; its area is the chance that a lost frame
+# has the greater probability of the two. - Delay: frames from the beginning of a loss to the first in which the
+# probability is at least a half.
+
+BINS = 10
+CERTAIN = 0.5
+LASTING = 5
+"""Losses that last shorter than this are over before anything could be said."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bin:
+    """The frames whose probability lies in one of the bins: how many, the mean of it, and how many were lost."""
+
+    frames: int
+    probability: float
+    lost: float
+
+
+@dataclass(frozen=True, slots=True)
+class Roc:
+    """Receiver operating characteristic.
+
+    Attributes:
+        false_alarms: Share of the frames not lost whose probability is at least a threshold, from none to all.
+        told: Share of the lost ones, by the same thresholds.
+        area: Under the curve; NaN where all frames are lost, or none.
+    """
+
+    false_alarms: NDArray[np.float64]
+    told: NDArray[np.float64]
+    area: float
+
+
+@dataclass(frozen=True, slots=True)
+class Delays:
+    """How soon losses were told.
+
+    Attributes:
+        losses: How many there were that lasted.
+        told: How many of them were told before they ended.
+        frames: Of each that was told, the frames until it was.
+    """
+
+    losses: int
+    told: int
+    frames: tuple[int, ...]
+
+    @property
+    def share(self) -> float:
+        """Share of the losses that were told before they ended."""
+        return self.told / self.losses if self.losses else float("nan")
+
+    @property
+    def median(self) -> float:
+        """Frames until half of all losses were told, those that never were included; infinite if fewer were."""
+        waits = np.sort(np.array([*self.frames, *[np.inf] * (self.losses - self.told)]))
+        return float(waits[(len(waits) - 1) // 2]) if len(waits) else float("nan")
+
+
+def brier(probabilities: NDArray[np.float64], lost: NDArray[np.bool_]) -> float:
+    """Return the mean squared difference of probabilities (L,) and outcomes (L,)."""
+    return float(np.mean(np.square(probabilities - lost)))
+
+
+def reliability(probabilities: NDArray[np.float64], lost: NDArray[np.bool_]) -> tuple[Bin, ...]:
+    """Return the frames by their probability, without the bins that have none."""
+    places = np.minimum((BINS * probabilities).astype(int), BINS - 1)
+    inside = (places == place for place in range(BINS))
+    return tuple(
+        Bin(int(chosen.sum()), float(probabilities[chosen].mean()), float(lost[chosen].mean()))
+        for chosen in inside
+        if chosen.any()
+    )
+
+
+def calibration_error(bins: Sequence[Bin]) -> float:
+    """Return the expected calibration error."""
+    total = sum(one.frames for one in bins)
+    return sum(one.frames * abs(one.probability - one.lost) for one in bins) / total
+
+
+def roc(probabilities: NDArray[np.float64], lost: NDArray[np.bool_]) -> Roc:
+    """Return what a threshold tells of the frames that are lost, and of those that are not."""
+    order = np.argsort(-probabilities, kind="stable")
+    # Those with the same probability come at once.
+    last = np.append(np.diff(probabilities[order]) != 0.0, True)
+    told = np.concatenate([[0], np.cumsum(lost[order])[last]])
+    wrong = np.concatenate([[0], np.cumsum(~lost[order])[last]])
+    if not told[-1] or not wrong[-1]:
+        return Roc(np.zeros(0), np.zeros(0), float("nan"))
+    told, wrong = told / told[-1], wrong / wrong[-1]
+    return Roc(wrong, told, float(np.sum(np.diff(wrong) * (told[1:] + told[:-1]) / 2.0)))
+
+
+def delays(runs: Sequence[tuple[NDArray[np.float64], NDArray[np.bool_]]]) -> Delays:
+    """Return how soon the losses of runs were told, by the probabilities and outcomes of each."""
+    found: list[int | None] = []
+    for probabilities, lost in runs:
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], lost.astype(int), [0]])))
+        for begin, end in edges.reshape(-1, 2):
+            if end - begin >= LASTING:
+                said = np.flatnonzero(probabilities[begin:end] >= CERTAIN)
+                found.append(int(said[0]) if len(said) else None)
+    frames = tuple(one for one in found if one is not None)
+    return Delays(len(found), len(frames), frames)

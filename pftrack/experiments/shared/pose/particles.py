@@ -1,0 +1,317 @@
+"""Particles of a solid's whole pose: what a filter in a file believes of it."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.geometry.rotation import rotation
+from pftrack.core.model.likelihood import Anchor, Cloud, Component, Contributions, ObservationLikelihood, Part
+from pftrack.core.model.series import SeriesValue
+from pftrack.core.model.source import Frame
+from pftrack.core.numerics.compiled import compiled
+from pftrack.core.numerics.elementary import exponentials
+from pftrack.core.numerics.matrices import contiguous_copy
+from pftrack.core.numerics.random import Gaussian
+from pftrack.experiments.shared.pose.beliefs import JointParticles, Layers, Solid
+from pftrack.experiments.shared.pose.layered import FeatureLikelihood
+from pftrack.experiments.shared.pose.state import PoseState
+from pftrack.filters.particles import ParticleSet
+
+
+def project_all(poses: NDArray[np.float64], solid: Solid) -> NDArray[np.float64]:
+    """Return where a pinhole sees the points of a solid in each of N poses, (F, N, 2) px.
+
+    Args:
+        poses: (N, 6) angles, rad, and where the origin of the solid's frame is in the camera's frame, mm.
+        solid: With F points.
+    """
+    seen = _project_all(contiguous_copy(poses), contiguous_copy(solid.points_mm), float(solid.focal_px))
+    return np.asarray(seen + solid.principal_px)
+
+
+@compiled
+def _project_all(poses: NDArray[np.float64], points_mm: NDArray[np.float64], focal_px: float) -> NDArray[np.float64]:
+    features, count = points_mm.shape[0], poses.shape[0]
+    seen = np.empty((features, count, 2))
+    for n in range(count):
+        turn = rotation(poses[n, :3])
+        for f in range(features):
+            x, y, z = poses[n, 3], poses[n, 4], poses[n, 5]
+            for k in range(3):
+                x += turn[0, k] * points_mm[f, k]
+                y += turn[1, k] * points_mm[f, k]
+                z += turn[2, k] * points_mm[f, k]
+            scale = focal_px / max(z, 1.0)  # behind the camera nothing is seen; such a pose explains nothing
+            seen[f, n, 0] = scale * x
+            seen[f, n, 1] = scale * y
+    return seen
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PoseParticles:
+    """The posterior of a solid's pose by particles, and of its points by where these see them; see `Belief`.
+
+    Attributes:
+        particles: (N, 6) angles, rad, and place in the camera's frame, mm.
+        positions: (F, N, 2) px, where each sees the points.
+        log_evidence: Log p(z_t | z_{1:t-1}) up to a constant.
+        moments: Mean (6,) and covariance (6, 6) of the particles.
+    """
+
+    particles: ParticleSet
+    positions: NDArray[np.float64]
+    log_evidence: float
+    moments: tuple[NDArray[np.float64], NDArray[np.float64]]
+
+    @classmethod
+    def of(cls, particles: ParticleSet, solid: Solid, log_evidence: float) -> Self:
+        """Return the belief that particles are before a solid's camera."""
+        return cls(particles, project_all(particles.states, solid), log_evidence, particles.moments)
+
+    @property
+    def pose(self) -> Gaussian:
+        """Belief in the angles, rad."""
+        mean, covariance = self.moments
+        return Gaussian(mean[:3], covariance[:3, :3])
+
+    @property
+    def log_weights(self) -> NDArray[np.float64]:
+        """(N,), of all points at once."""
+        return self.particles.log_weights
+
+    @property
+    def upper_counts(self) -> NDArray[np.int64]:
+        """(F,) all of them: each particle's own pose predicts its points."""
+        return np.full(len(self.positions), len(self.particles))
+
+    @property
+    def means(self) -> NDArray[np.float64]:
+        """(F, 2) px."""
+        weights = exponentials(self.log_weights)
+        return np.asarray((self.positions * weights[:, None]).sum(axis=1))
+
+    @property
+    def covariances(self) -> NDArray[np.float64]:
+        """(F, 2, 2) px^2."""
+        off = self.positions - self.means[:, None]
+        weights = exponentials(self.log_weights)
+        return np.asarray((off[:, :, :, None] * off[:, :, None, :] * weights[:, None, None]).sum(axis=1))
+
+    @property
+    def hidden(self) -> NDArray[np.float64]:
+        """(F,) none: each particle explains all points, as its file has it."""
+        return np.zeros(len(self.positions))
+
+    @property
+    def all_visible(self) -> bool:
+        """Nothing tells that a point is hidden."""
+        return True
+
+    @property
+    def follows_solid(self) -> None:
+        """There is one prediction only."""
+        return
+
+    @property
+    def place_mm(self) -> NDArray[np.float64]:
+        """(3,) mean of the places."""
+        return self.moments[0][3:]
+
+    def camera(self, solid: Solid) -> NDArray[np.float64]:
+        """Return the affine camera that sees the solid as the pinhole does near its origin."""
+        turn, (x, y, z) = rotation(self.moments[0][:3]), self.place_mm
+        scale = solid.focal_px / max(z, 1.0)
+        return np.column_stack([scale * turn[:2], solid.principal_px + scale * np.array([x, y])])
+
+    def own_series(self) -> Mapping[str, SeriesValue]:
+        """Return what all clouds of particles report."""
+        return {"unique_ancestors": float(self.particles.unique_ancestors)}
+
+    @property
+    def nbytes(self) -> int:
+        """About how much memory it takes, bytes."""
+        return self.particles.nbytes + self.positions.nbytes + 1024
+
+
+# The particles of a solid's points, laid open for whoever wants to look at one of them.
+
+SAMPLERS = ("the solid's pose", "the feature's own past")
+"""What draws the particles of a point: those of the first have no parents."""
+
+OWN = tuple(Component(name, "px") for name in ("x", "y", "x in the last frame", "y in the last frame"))
+
+
+def point_clouds(names: tuple[str, ...], state: PoseState) -> Cloud | None:
+    """Return the particles of the filter that is believed.
+
+    Args:
+        names: Of the F points.
+        state: What is believed.
+
+    Returns:
+        Joint particles (N, 2 F) px, each in the middle of its points; or those of each point's own filter (F N, 4) px,
+        point by point.
+    """
+    if isinstance(state.belief, JointParticles):
+        return _joint(names, state.belief)
+    return _apart(names, state.belief) if isinstance(state.belief, Layers) else None
+
+
+def _joint(names: tuple[str, ...], belief: JointParticles) -> Cloud:
+    particles = belief.particles
+    positions = particles.positions
+    states = positions.transpose(1, 0, 2).reshape(positions.shape[1], -1)
+    components = tuple(Component(f"{name}, {axis}", "px") for name in names for axis in "xy")
+    middle = np.asarray(positions.mean(axis=0))
+    return Cloud(
+        states,
+        particles.log_weights,
+        particles.ancestors,
+        resampled=particles.resampled,
+        components=components,
+        places=middle,
+        log_likelihoods=particles.log_likelihoods,
+    )
+
+
+def _apart(names: tuple[str, ...], belief: Layers[object]) -> Cloud:
+    features, said = belief.layers.features, belief.layers.log_likelihoods
+    count = features.log_weights.shape[1]
+    drawn = np.stack([features.upper_counts, count - features.upper_counts], axis=1)
+    states = features.particles.reshape(-1, 4)
+    return Cloud(
+        states,
+        features.log_weights.ravel(),
+        features.parents.ravel(),
+        tuple(drawn.ravel().tolist()),
+        SAMPLERS,
+        components=OWN,
+        places=states[:, :2],
+        filters=names,
+        log_likelihoods=None if said is None else said.ravel(),
+    )
+
+
+# What whole poses are worth by what their points are: the likelihood of a family's points, to be asked at any pose.
+
+COMPONENTS = (
+    Component("theta x", "rad"),
+    Component("theta y", "rad"),
+    Component("theta z", "rad"),
+    Component("x", "mm"),
+    Component("y", "mm"),
+    Component("z", "mm"),
+)
+"""How the prism is turned, and where it is in the camera's frame."""
+
+
+Weigh = Callable[[PoseState, Frame, Any], FeatureLikelihood]
+"""(state before, frame, parameters) -> the likelihood of points at positions (F, N, 2) px."""
+
+
+def pose_likelihood(
+    title: str,
+    names: tuple[str, ...],
+    weigh: Weigh,
+    prepare: Callable[[Any, Frame, Any], Any] = lambda state, _frame, _parameters: state,
+    most_places: int = 1200,
+) -> ObservationLikelihood:
+    """Return the likelihood of poses: the points of each, as a pinhole sees them, weighed together.
+
+    Trackers weigh the particles of each point by itself, so theirs have other weights than whole poses.
+
+    Args:
+        title: What is compared, a few words.
+        names: Of the F points.
+        weigh: How points are weighed.
+        prepare: See `ObservationLikelihood`.
+        most_places: How many poses a map of the picture may ask for.
+    """
+
+    def log_likelihood(
+        state: PoseState,
+        states: NDArray[np.float64],
+        frame: Frame,
+        parameters: Any,  # noqa: ANN401 - of any family
+    ) -> NDArray[np.float64]:
+        return np.asarray(weigh(state, frame, parameters)(project_all(states, state.solid)).sum(axis=0))
+
+    def parts(
+        state: PoseState,
+        one: NDArray[np.float64],
+        frame: Frame,
+        parameters: Any,  # noqa: ANN401 - of any family
+    ) -> tuple[Part, ...]:
+        seen = project_all(one[None], state.solid)
+        logs = weigh(state, frame, parameters)(seen)[:, 0]
+        rows = np.column_stack([seen[:, 0], logs])
+        told = tuple(tuple(row) for row in rows.tolist())
+        return (Contributions("points of the pose", ("x (px)", "y (px)", "log likelihood"), names, told),)
+
+    return ObservationLikelihood(
+        title,
+        components=lambda _: COMPONENTS,
+        log_likelihood=log_likelihood,
+        centre=_centre,
+        prepare=prepare,
+        anchor=Anchor(_place, _put),
+        parts=parts,
+        most_places=most_places,
+        weighs=False,
+    )
+
+
+def _centre(state: PoseState) -> NDArray[np.float64]:
+    """Return angles, rad, and place in the camera's frame, mm, (6,)."""
+    return np.concatenate([state.pose.mean, state.translation_mm])
+
+
+def _place(state: PoseState, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return where a pinhole sees the origin of the solid's frame, (N, 2) px."""
+    solid = state.solid
+    return np.asarray(solid.focal_px * states[:, 3:5] / np.maximum(states[:, 5:], 1.0) + solid.principal_px)
+
+
+def _put(state: PoseState, one: NDArray[np.float64], places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return poses as far away as the one, whose origins are seen at places, (M, 6)."""
+    states = np.tile(one, (len(places), 1))
+    states[:, 3:5] = (places - state.solid.principal_px) * one[5] / state.solid.focal_px
+    return states
+
+
+# What each point of a solid contributes to its pose, for people who look into a frame.
+
+LONGER = 5.0
+"""Factor by which arrows are longer than what they show, which is a pixel or two."""
+
+
+def contribution_parts(
+    names: tuple[str, ...], before: object, state: PoseState, frame: object, parameters: object
+) -> tuple[Part, ...]:
+    """Return which point pulls which way: its residual, alpha, and its share in the estimate.
+
+    The residual is where a point is believed to be, less where the estimated pose has it. Its share is that of its
+    information, (1 - probability that it is hidden) / variance, in that of all points.
+    """
+    del before, frame, parameters
+    belief = state.belief
+    placed, means = state.project(state.solid.points_mm), state.feature_means
+    off = means - placed
+    variances = np.trace(state.feature_covariances, axis1=1, axis2=2) / 2.0
+    information = (1.0 - belief.hidden) / np.maximum(variances, 1e-12)
+    shares = information / max(float(information.sum()), 1e-12)
+    alpha = belief.ratios if isinstance(belief, Layers) else np.full(len(names), np.nan)
+    rows = np.column_stack([off, np.sqrt(variances), belief.hidden, alpha, 100.0 * shares])
+    arrows = np.column_stack([placed, placed + LONGER * off])
+    return (
+        Contributions(
+            f"which point pulls which way (arrows {LONGER:g} times as long)",
+            ("x (px)", "y (px)", "sd (px)", "hidden", "alpha", "share (%)"),
+            names,
+            tuple(map(tuple, rows.tolist())),
+            tuple(map(tuple, arrows.tolist())),
+        ),
+    )

@@ -1,0 +1,327 @@
+"""The points in the picture: where they are measured and how sure that is, where they were, and what the shape says."""
+
+from collections.abc import Mapping
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.model.drawing import (
+    Arrows,
+    Ellipse,
+    Ellipsoids,
+    Links,
+    Mesh,
+    Points,
+    Primitive,
+    Text,
+    Viewpoint,
+    World,
+    WorldDrawing,
+)
+from pftrack.core.model.palette import COLOURS, Colour
+from pftrack.core.model.series import Series, SeriesValue
+from pftrack.core.model.source import Frame, Target
+from pftrack.core.numerics.matrices import pinhole
+from pftrack.experiments.shared.pose.drawing import dashes
+from pftrack.experiments.shared.sketch import at_height, circle
+from pftrack.experiments.structure.trackers import MIRROR, StructureState
+from pftrack.sources.tracks.recorded import BodyTarget
+from pftrack.vision.geometry.face import Similarity, fit_similarity
+
+# How far a shape is from the true one: up to an affine map, as Bando has it, and up to a similarity.
+
+SHARE = 100.0
+"""Percent of the body's size."""
+
+WITHIN = {"within_50": 2.366, "within_95": 7.815}
+"""Squares of the half axes, in standard deviations, of ellipsoids that hold so much of a Gaussian in three numbers."""
+
+LEAST_VARIANCE = 1e-12
+"""Of a point in any direction: one that is exactly known must not divide by zero."""
+
+FLAT = 1e-7
+"""Extent in a direction, relative to the greatest, that is none."""
+
+SERIES = (
+    Series("metric_error", "error up to a similarity", "%"),
+    Series("mirrored", "mirror image", role="mirrored"),
+    Series("turn_error_deg", "error of the pose", "°"),
+    *(
+        Series(f"within_{share}", f"points within their ellipsoids of {share} %", shape="vector", role="flag")
+        for share in (50, 95)
+    ),
+)
+
+
+def shape_errors(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the shape errors (...), % (Bando 2007, eq. 4.19), of shapes (..., 3 n): what an affine map leaves.
+
+    The best affine map takes of the true coordinates what the estimated ones span, so the error is what they do not.
+    That holds of a flat shape as well, which spans less.
+    """
+    found = estimates.reshape(*estimates.shape[:-1], -1, 3)
+    true = truths.reshape(*truths.shape[:-1], -1, 3)
+    found, true = (shape - shape.mean(axis=-2, keepdims=True) for shape in (found, true))
+    spanned, extents, _ = np.linalg.svd(found, full_matrices=False)
+    spanned = spanned * (extents > FLAT * extents[..., :1])[..., None, :]
+    rest = true - spanned @ (np.swapaxes(spanned, -1, -2) @ true)
+    sizes = np.square(true).sum(axis=(-2, -1))
+    shares = np.divide(np.square(rest).sum(axis=(-2, -1)), sizes, out=np.full(sizes.shape, np.nan), where=sizes > 0.0)
+    return np.asarray(SHARE * np.sqrt(shares))
+
+
+def true_shape(target: object) -> NDArray[np.float64] | None:
+    """Return the true shape (n, 3) of a target, where it is known."""
+    if not isinstance(target, BodyTarget) or not target.position.any():
+        return None
+    return target.position.reshape(-1, 3)
+
+
+def align_similarity(points: NDArray[np.float64], other: NDArray[np.float64]) -> Similarity:
+    """Return the similarity, never a mirror image, that lays a shape on another one."""
+    return fit_similarity(points, other)
+
+
+def measure(frame: Frame, state: StructureState) -> Mapping[str, SeriesValue]:
+    """Return the values of the series, where the truth is known."""
+    true, target = true_shape(frame.target), frame.target
+    if true is None or not isinstance(target, BodyTarget) or not state.placed.known:
+        return {}
+    points = state.placed.points
+    lay = align_similarity(points, true)
+    apart, mirrored = (_apart(one, true) for one in (points, points * MIRROR))
+    off = state.placed.camera[:, :3] @ lay.rotation.T @ target.turn.T
+    return {
+        "metric_error": SHARE * apart,
+        "mirrored": float(mirrored < apart),
+        "turn_error_deg": float(np.rad2deg(np.arccos(np.clip((np.trace(off) - 1.0) / 2.0, -1.0, 1.0)))),
+        **_within(state, lay.inverse(true)),
+    }
+
+
+def _within(state: StructureState, true: NDArray[np.float64]) -> Mapping[str, SeriesValue]:
+    """Return which points are within their ellipsoids, given the true shape (n, 3) as it lies best on the estimate."""
+    off = true - state.placed.points
+    covariances = state.placed.covariances + LEAST_VARIANCE * np.eye(3)
+    squares = (off * np.linalg.solve(covariances, off[:, :, None])[:, :, 0]).sum(axis=1)
+    return {name: tuple((squares <= limit).astype(np.float64).tolist()) for name, limit in WITHIN.items()}
+
+
+def _apart(points: NDArray[np.float64], true: NDArray[np.float64]) -> float:
+    """Return what a similarity leaves of the true shape, relative to its size."""
+    return float(np.sqrt(np.square(align_similarity(points, true)(points) - true).sum() / np.square(true).sum()))
+
+
+TRAIL_FRAMES = 15
+NEAREST = 1e-3
+DOT_PX, RING_PX = 4.0, 7.0
+SIGMAS = 2.0
+FURTHEST = 5.0
+"""What is further from the picture's corner than so many of its heights is not drawn."""
+
+SEEN = np.array(COLOURS["observation"], np.uint8)
+WIDEST = 0.15
+"""Half axis of an ellipse of uncertainty, as a share of the picture's height: a larger one says no more than a ring."""
+
+
+@lru_cache(maxsize=4)
+def paper(width: int, height: int) -> NDArray[np.uint8]:
+    """Return a white picture."""
+    white = np.full((height, width, 3), 255, dtype=np.uint8)
+    white.flags.writeable = False
+    return white
+
+
+def draw_measurements(state: StructureState, height: float) -> dict[str, Primitive]:
+    """Draw where the points were, where they are and how sure that is; of what is hardly seen a ring at the shape's."""
+    seen, names = state.seen, state.body.names
+    positions = seen.filled[-TRAIL_FRAMES:] + state.principal_px
+    deviations = np.sqrt(seen.variances[-TRAIL_FRAMES:])
+    sure = (SIGMAS * deviations.max(axis=2) < WIDEST * height) & _near(positions, height)
+    ways = np.stack([positions[:-1], positions[1:]], axis=2)[sure[1:] & sure[:-1]]
+    drawn: dict[str, Primitive] = {"trails": _links(ways, COLOURS["hidden"], 1.0, "trails")}
+    dots = positions[-1][sure[-1]]
+    drawn["points"] = Points(at_height(dots, 2.0), np.tile(SEEN, (len(dots), 1)), DOT_PX, "points")
+    believed = _estimated_points(state)
+    shown = sure[-1] | _near(believed, height)
+    for number in np.flatnonzero(shown):
+        if sure[-1, number]:
+            half_axes = (SIGMAS * np.diag(deviations[-1, number])).astype(np.float32)
+            centre = at_height(positions[-1, number][None], 1.0)[0]
+            drawn[f"noise {names[number]}"] = Ellipse(centre, half_axes, COLOURS["observation"], 1.0, "noise")
+        else:
+            ring = circle(believed[number], RING_PX, COLOURS["hidden"], "points", height=2.0)
+            drawn[f"hidden {names[number]}"] = ring
+    return drawn
+
+
+def _near(positions: NDArray[np.float64], height: float) -> NDArray[np.bool_]:
+    """Return which positions (..., 2) are near enough to the picture to be drawn."""
+    return np.asarray((np.abs(positions) < FURTHEST * height).all(axis=-1))
+
+
+def _estimated_points(state: StructureState) -> NDArray[np.float64]:
+    """Return where the shape has the points (n, 2), px."""
+    return _project(state, state.placed.points)
+
+
+def _project(state: StructureState, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return where points (n, 3) in the shape's frame are seen (n, 2), px."""
+    camera = state.placed.camera
+    inside = points @ camera[:, :3].T + camera[:, 3]
+    inside[:, 2] = np.maximum(inside[:, 2], NEAREST)
+    return pinhole(inside, state.focal_px) + state.principal_px
+
+
+def shape_in_picture(state: StructureState, height: float) -> dict[str, Primitive]:
+    """Draw the shape as it is believed to be seen: its points, and the edges between them."""
+    return _body("shape", _estimated_points(state), state.body.edges, COLOURS["estimate"], 2.0, "shape", height)
+
+
+def second_in_picture(state: StructureState, points: NDArray[np.float64], height: float) -> dict[str, Primitive]:
+    """Draw the shape (n, 3) of a second run, laid on this one's and seen by its camera."""
+    places = _project(state, align_similarity(points, state.placed.points)(points))
+    return _body("second", places, state.body.edges, COLOURS["second"], 1.5, "second run", height)
+
+
+def true_in_picture(target: BodyTarget, height: float) -> dict[str, Primitive]:
+    """Draw the body as it truly is seen, what is hidden dashed."""
+    marks = target.landmarks
+    if marks is None:
+        return {}
+    edges = target.shape.edges
+    shown = marks.visible[edges].all(axis=1)
+    drawn = _body("true", marks.points_px, edges[shown], COLOURS["truth"], 1.0, "truth", height)
+    ends = at_height(marks.points_px[edges[~shown]].reshape(-1, 2), 1.5).reshape(-1, 2, 3)
+    return drawn | {"true hidden edges": dashes(ends, COLOURS["truth"], 1.0, "truth")}
+
+
+def _body(
+    name: str,
+    places: NDArray[np.float64],
+    edges: NDArray[np.int64],
+    colour: Colour,
+    width: float,
+    layer: str,
+    height: float,
+) -> dict[str, Primitive]:
+    near = _near(places, height)
+    arms = 3.0 * np.array([[[-1.0, 0.0], [1.0, 0.0]], [[0.0, -1.0], [0.0, 1.0]]])
+    crosses = (places[near][:, None, None] + arms).reshape(-1, 2)
+    kept = edges[near[edges].all(axis=1)]
+    return {
+        f"{name} edges": _links(places[kept], colour, width, layer),
+        f"{name} crosses": _links(crosses, colour, min(width, 1.5), layer),
+    }
+
+
+def _links(ends: NDArray[np.float64], colour: Colour, width: float, layer: str) -> Links:
+    """Draw segments (n, 2, 2), px."""
+    return Links(at_height(ends.reshape(-1, 2), 1.5).reshape(-1, 2, 3), colour, width, layer)
+
+
+# The shape in a world of its own, in sizes of the body: as it is believed to be, and the true one as a ghost with it.
+#
+# Where the truth is known the shape is turned and moved onto it, but never mirrored: a shape whose depth is the wrong
+# way round is to be seen as that. The camera goes round the body, which is at rest.
+
+RADIUS = 2.4
+CAMERA_AT, CAMERA_TO = 2.3, 1.9
+POINT = 0.07
+FLOOR, NAME_AT, MOST_NAMES = 1.5, 1.12, 40
+SURE, UNSURE = 0.05, 0.5
+"""Standard deviations of a point, in sizes of the body, between which the surface fades."""
+MOST_OPAQUE = 0.45
+LARGEST_SD = 1e6
+"""Of a point, in sizes of the body: a larger ellipsoid is not drawn, and might not be a number of 32 bits."""
+
+SHAPE_WORLD = World(
+    "shape",
+    "Shape",
+    "body size",
+    RADIUS,
+    up=(0.0, -1.0, 0.0),
+    front=(0.0, 0.0, -1.0),
+    viewpoints=(
+        Viewpoint("3-d", "3-D", -35.0, 20.0),
+        Viewpoint("front", "Front", 0.0, 0.0),
+        Viewpoint("side", "Side", -80.0, 0.0),
+        Viewpoint("top", "Top", 0.0, 90.0),
+    ),
+)
+
+
+def shape_world(
+    state: StructureState, target: Target | None, second: NDArray[np.float64] | None = None
+) -> WorldDrawing:
+    """Draw the shape, how sure each point is, the true shape where it is known, and from where it is seen.
+
+    Args:
+        state: Of the frame.
+        target: The truth, where it is known.
+        second: (n, 3) shape of a second run.
+    """
+    placed, body, true = state.placed, state.body, true_shape(target)
+    points, covariances, turn = placed.points, placed.covariances, placed.camera[:, :3]
+    if true is not None and placed.known:
+        lay = align_similarity(points, true)
+        points, turn = lay(points), turn @ lay.rotation.T
+        covariances = lay.scale**2 * (lay.rotation @ covariances @ lay.rotation.T)
+    near = np.linalg.norm(points, axis=1) < RADIUS
+    drawn: dict[str, Primitive] = {}
+    if true is not None:
+        drawn["true edges"] = Links(_segments(true, body.edges), COLOURS["truth"], 1.0, "truth")
+        drawn["true points"] = Points(true.astype(np.float32), _colour(len(true), "truth"), 0.5 * POINT, "truth")
+    sd = np.sqrt(np.trace(covariances, axis1=1, axis2=2) / 3.0)
+    faces = body.triangles[near[body.triangles].all(axis=1)] if len(body.triangles) else body.triangles
+    if placed.known:
+        sureness = np.clip((UNSURE - sd) / (UNSURE - SURE), 0.0, 1.0)
+        opacity = (MOST_OPAQUE * sureness).astype(np.float32)
+        held = np.where(near[:, None], points, 0.0).astype(np.float32)
+        drawn["surface"] = Mesh(held, faces.astype(np.int32), _colour(len(points), "estimate"), opacity, "surface")
+    drawn["edges"] = Links(_segments(points, body.edges), COLOURS["estimate"], 2.0, "shape")
+    drawn["points"] = Points(points[near].astype(np.float32), _colour(int(near.sum()), "estimate"), POINT, "shape")
+    bounded = near & (sd < LARGEST_SD)
+    drawn["uncertainty"] = Ellipsoids(
+        points[bounded].astype(np.float32),
+        covariances[bounded].astype(np.float32),
+        _colour(int(bounded.sum()), "observation"),
+        0.25,
+        "uncertainty",
+    )
+    if not len(body.edges):
+        drawn |= _scatter(points, near, body.names)
+    if second is not None:
+        other = align_similarity(second, points)(second)
+        drawn["second edges"] = Links(_segments(other, body.edges), COLOURS["second"], 1.5, "second run")
+        inside = other[np.linalg.norm(other, axis=1) < RADIUS].astype(np.float32)
+        drawn["second points"] = Points(inside, _colour(len(inside), "second"), 0.7 * POINT, "second run")
+    way = -turn[2]
+    ends = np.outer((CAMERA_AT, CAMERA_TO), way)[None].astype(np.float32)
+    drawn["camera"] = Arrows(ends, COLOURS["camera"], 2.0, "camera")
+    return WorldDrawing(SHAPE_WORLD, drawn)
+
+
+def _scatter(points: NDArray[np.float64], near: NDArray[np.bool_], names: tuple[str, ...]) -> dict[str, Primitive]:
+    """Draw what gives depth to points with nothing between them: stems down to a floor, and their names."""
+    feet = points * np.array([1.0, 0.0, 1.0]) + np.array([0.0, FLOOR, 0.0])
+    inside = near & (np.linalg.norm(feet, axis=1) < RADIUS)
+    stems = np.stack([points, feet], axis=1)[inside].astype(np.float32)
+    drawn: dict[str, Primitive] = {"stems": Links(stems, COLOURS["hidden"], 0.5, "shape")}
+    for number in np.flatnonzero(near)[:MOST_NAMES]:
+        place = points[number].astype(np.float32) * np.float32(NAME_AT)
+        if np.linalg.norm(place) < RADIUS:
+            drawn[f"name {names[number]}"] = Text(place, names[number], COLOURS["camera"], "names", anchor="middle")
+    return drawn
+
+
+def _segments(points: NDArray[np.float64], edges: NDArray[np.int64]) -> NDArray[np.float32]:
+    """Return the edges (m, 2, 3) whose ends are both within the world."""
+    ends = points[edges].astype(np.float32).reshape(-1, 2, 3)
+    within: NDArray[np.float32] = ends[(np.linalg.norm(ends, axis=2) < RADIUS).all(axis=1)]
+    return within
+
+
+def _colour(count: int, colour: str) -> NDArray[np.uint8]:
+    return np.tile(np.array(COLOURS[colour], np.uint8), (count, 1))

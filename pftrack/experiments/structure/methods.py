@@ -1,0 +1,451 @@
+"""The methods, frame by frame: each makes a shape of what was seen, as far as there is one, and says how sure it is.
+
+A method's belief is a value of its own kind. One that finds another's begins again with the frames that are kept, so
+that methods may take over from one another in mid-run.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.model.parameters import Parameters, parameter
+from pftrack.core.numerics.matrices import cholesky, eigenvalues, product, singular_values, solve_system
+from pftrack.vision.structure import growing, recursive, variational
+from pftrack.vision.structure.cameras import residuals_and_slopes
+from pftrack.vision.structure.factorization import metric_transform
+from pftrack.vision.structure.growing import Growing, fit_despite_outliers
+from pftrack.vision.structure.recursive import (
+    Accumulated,
+    Recursive,
+    accumulate,
+    empty,
+    from_window,
+    pinhole_of,
+    principal_shape,
+)
+from pftrack.vision.structure.tracks import FEWEST_VIEWS, Tracks
+from pftrack.vision.structure.variational import Forgetting, Online, strengths_of, transform_covariances
+
+# What every method may go back to: the last frames of the tracks, and what counts of all of them for the plain one.
+#
+# So a method that takes over in mid-run begins with what the others have seen.
+
+LONGEST = 180
+"""How many frames are kept at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class Observed:
+    """The frames so far.
+
+    Attributes:
+        positions: (W, n, 2) px from the principal point; 0 where the variance is infinite.
+        told: (W, n, 2) px^2, infinite where a point was not measured.
+        variances: (W, n, 2) px^2, the same over how likely each measurement is right.
+        filled: (W, n, 2) px, a point that was not measured where it was last.
+        everything: The same of all frames, as the plain factorization needs it.
+        frames: How many there were.
+        counts: (n,) in how many frames each point was measured.
+    """
+
+    positions: NDArray[np.float64]
+    told: NDArray[np.float64]
+    variances: NDArray[np.float64]
+    filled: NDArray[np.float64]
+    everything: Accumulated
+    frames: int
+    counts: NDArray[np.int64]
+
+    @property
+    def nbytes(self) -> int:
+        """How much memory it takes."""
+        arrays = self.positions, self.told, self.variances, self.filled, self.everything.gram, self.counts
+        return sum(array.nbytes for array in arrays)
+
+
+def begin(count: int) -> Observed:
+    """Return what is known before the first frame of `count` points."""
+    nothing = np.zeros((0, count, 2))
+    return Observed(nothing, nothing, nothing, nothing, empty(count), 0, np.zeros(count, np.int64))
+
+
+def take(seen: Observed, positions: NDArray[np.float64], variances: NDArray[np.float64]) -> Observed:
+    """Return what is known after a further frame.
+
+    Args:
+        seen: Before.
+        positions: (n, 2) px; anything where the variance is infinite.
+        variances: (n, 2) px^2.
+    """
+    measured = np.isfinite(variances)
+    known = np.where(measured, positions, 0.0)
+    # A point that was never measured is in the middle of the others.
+    middle = known.sum(axis=0) / np.maximum(measured.sum(axis=0), 1)
+    before = seen.filled[-1] if seen.frames else np.broadcast_to(middle, positions.shape)
+    filled = np.where(measured, positions, before)
+    return Observed(
+        _append(seen.positions, known),
+        _append(seen.told, variances),
+        _append(seen.variances, variances),
+        _append(seen.filled, filled),
+        accumulate(seen.everything, filled),
+        seen.frames + 1,
+        seen.counts + measured.all(axis=1),
+    )
+
+
+def _append(rows: NDArray[np.float64], row: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.concatenate([rows[max(0, len(rows) + 1 - LONGEST) :], row[None]])
+
+
+# What can be turned on the trackers of a body's shape.
+
+METHOD, CAMERA, SCORING = "Method", "Assumed camera", "Scoring"
+WINDOWED = ("online", "informed")
+
+
+class StructureTrackerParameters(Parameters):
+    """Everything that trackers of a shape read."""
+
+    # fmt: off
+    window_frames: int = parameter(
+        90, "Window", "How many frames the online methods look at together; until there are as many, all of them.",
+        unit="frames", ge=5, le=180, step=5, group=METHOD, trackers=WINDOWED, role="memory")
+    kept_share: float = parameter(
+        0.5, "Memory", "What the average of the online methods keeps of itself with each frame; 1 forgets nothing.",
+        ge=0, le=1, step=0.05, group=METHOD, trackers=WINDOWED)
+    first_frames: int = parameter(
+        20, "First frames", "From how many frames at least the first shape is made where nothing is known of the body.",
+        unit="frames", ge=3, le=90, step=1, group=METHOD, trackers=("growing",))
+    kept_precision: float = parameter(
+        1, "Memory of a point", "What is kept with each frame of what is known of a point that is well seen.",
+        ge=0.8, le=1, step=0.005, group=METHOD, trackers=("growing",))
+    frozen: bool = parameter(
+        False, "Freeze", "Learn nothing more: the shape stays, and only the pose is followed.",
+        group=METHOD, trackers=("growing",))
+    trust_px: float = parameter(
+        0, "Least noise", "No measurement is taken as more exact than this, in case the variances are too small.",
+        unit="px", ge=0, le=50, step=0.5, group=METHOD)
+    wrong_odds: float = parameter(
+        0.02, "Silently wrong", "What share of the measurements is taken to be wrong without their variance saying so; "
+        "at 0 all are believed, as Bando does.",
+        ge=0, le=0.5, step=0.01, group=METHOD, trackers=("growing", *WINDOWED))
+    lens_factor: float = parameter(
+        1, "Focal length", "What the camera is assumed to have, as a multiple of what is known of it.",
+        ge=0.1, le=10, step=0.05, group=CAMERA)
+    wrong_share: float = parameter(
+        0.6, "Frames that may be off", "A run is a success if its shape is off by over 5 % in no more than this share.",
+        ge=0, le=1, step=0.01, group=SCORING, role="loss_share")
+    # fmt: on
+
+
+FIRST_AT_MOST = 90
+"""So many frames are looked at together for a first shape."""
+
+CAMERA_NUMBERS = 6
+MISFIT_SHARE = 0.1
+"""Of the last frame in the mean misfit."""
+
+FURTHEST = 1e4
+"""From where on a point is nowhere: a first shape that was too far off may take a leap."""
+
+WORST_MISFIT = 6.0
+"""From which on a shape is given up."""
+
+SURE_STRENGTH = 8.0
+"""How far the third direction of a first shape stands out: one is looked for in every frame, and noise has chances. The
+perspective of a plane looks like a depth of up to 6.4 at the usual distance, and two of 16 first shapes that were made
+from 3.5 on were wrong by half of their size; bodies that turn reach 8 a few frames after that at most, unless they turn
+by 10 degrees only under four times the noise (25 to 35 frames)."""
+
+LEAST_MOTION = 1e-12
+"""Added to the mean square of the cameras, relative to it: one direction may not have been seen at all."""
+
+FIRST_VIEWS = 3
+"""Two leave a family of metric shapes (Ullman 1979)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Prior:
+    """What is known of a body before it is seen.
+
+    Attributes:
+        mean: (n, 3) mean of other bodies of the kind, of unit size; None where none are known.
+        sd: Standard deviation of a coordinate about it.
+        focal_px: Of the camera.
+    """
+
+    mean: NDArray[np.float64] | None
+    sd: float
+    focal_px: float
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The shape that a method has found.
+
+    Attributes:
+        points: (n, 3) in a frame of the method's own.
+        covariances: (n, 3, 3).
+        camera: (3, 4) pinhole near the one of the last frame, in the same frame of reference.
+        one_handed: Whether the method itself has decided between the two mirror images.
+    """
+
+    points: NDArray[np.float64]
+    covariances: NDArray[np.float64]
+    camera: NDArray[np.float64]
+    one_handed: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Plain:
+    """Belief of the plain factorization: nothing beyond what is seen.
+
+    Attributes:
+        found: The shape; None as long as there is none.
+        strength: How far the third direction of the shape stands out from the noise.
+    """
+
+    found: Found | None = None
+    strength: float = math.nan
+    nbytes: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Windowed:
+    """Belief of the online variational method; the batch method's as long as the window is not full.
+
+    Attributes:
+        found: The shape; None as long as there is none.
+        strength: As of `Plain`.
+        online: What the method knows; None as long as the window is not full.
+        free_energy: Of the window.
+    """
+
+    found: Found | None = None
+    strength: float = math.nan
+    online: Online | None = None
+    free_energy: float = math.nan
+
+    @property
+    def nbytes(self) -> int:
+        """How much memory it takes."""
+        if self.online is None:
+            return 0
+        known = self.online
+        arrays = known.rows, known.precisions, known.second, known.motion, known.motion_covariances
+        return sum(array.nbytes for array in arrays)
+
+
+@dataclass(frozen=True, eq=False)
+class Grown:
+    """Belief of the recursion, from the mean of other bodies or from the first frames.
+
+    Attributes:
+        found: The shape; None as long as there is none.
+        strength: As of `Plain`.
+        state: What the method knows; None as long as the frames do not tell a shape.
+        misfit: Mean square of the residuals of the last frames in units of their noise; about 1 if all is well.
+    """
+
+    found: Found | None = None
+    strength: float = math.nan
+    state: Growing | Recursive | None = None
+    misfit: float = 1.0
+
+    @property
+    def own(self) -> Recursive | None:
+        """The belief in the body's own shape."""
+        return self.state.own if isinstance(self.state, Growing) else self.state
+
+    @property
+    def log_evidence(self) -> float:
+        """The log density that the belief gave to the last frame before it was taken."""
+        return self.own.log_evidence if self.own is not None else 0.0
+
+    @property
+    def nbytes(self) -> int:
+        """How much memory it takes."""
+        return 2 * self.own.precision.nbytes if self.own is not None else 0
+
+
+Belief: TypeAlias = Plain | Windowed | Grown
+
+
+def plain(belief: Belief, seen: Observed, prior: Prior, parameters: StructureTrackerParameters) -> Plain:
+    """Factor all frames so far by singular values (Bando 2007, ch. 4 section 5.1)."""
+    del belief, parameters
+    principal = principal_shape(seen.everything)
+    if principal is None:
+        return Plain()
+    shape, strengths = principal
+    count = len(shape)
+    means = seen.filled.mean(axis=1, keepdims=True)
+    rows = (seen.filled - means).transpose(0, 2, 1).reshape(-1, count)
+    # The right singular vectors times the roots of the values: what is left of W = M S is the motion.
+    motion = product(rows, shape / strengths[:3])
+    noise = float(np.square(strengths[3:]).sum()) / max((2 * seen.frames - 3) * (count - 4), 1)
+    spread = noise * np.diag(1.0 / strengths[:3])
+    covariances = np.broadcast_to(spread, (count, 3, 3)).copy()
+    strength = float(strengths[2] / strengths[3]) if strengths[3] > 0.0 else math.nan
+    newest = np.column_stack([motion[-2:], means[-1, 0]])
+    return Plain(_upgrade(shape, covariances, motion, newest, prior.focal_px), strength)
+
+
+def windowed(
+    forgetting: Forgetting, belief: Belief, seen: Observed, prior: Prior, parameters: StructureTrackerParameters
+) -> Windowed:
+    """Factor by variational Bayes: a window frame by frame, or all frames while they are fewer (section 5.2)."""
+    window = parameters.window_frames
+    settings = variational.Settings(window, parameters.kept_share, forgetting)
+    known = belief.online if isinstance(belief, Windowed) else None
+    if known is not None and known.settings.window == window:
+        known = replace(known, settings=settings)
+        known = variational.step(known, seen.positions[-1], seen.variances[-1])
+    elif len(seen.positions) >= window:
+        known = variational.begin(len(seen.counts), settings)
+        for positions, variances in zip(seen.positions[-window:], seen.variances[-window:], strict=True):
+            known = variational.step(known, positions, variances)
+    else:
+        return _batch(seen, prior, parameters.wrong_odds)
+    strength = _strength(known.rows, known.precisions, known.shape, known.motion)
+    newest = known.motion[-2:]
+    found = _upgrade(known.shape, known.shape_covariances, known.motion[:, :3], newest, prior.focal_px)
+    return Windowed(found, strength, known, known.free_energy)
+
+
+def _batch(seen: Observed, prior: Prior, wrong: float) -> Windowed:
+    if len(seen.positions) < FEWEST_VIEWS:
+        return Windowed()
+    tracks, fit = fit_despite_outliers(Tracks(seen.positions, seen.told), wrong)
+    strength = _strength(tracks.matrix, tracks.precisions, fit.shape, fit.motion)
+    found = _upgrade(fit.shape, fit.shape_covariances, fit.motion[:, :3], fit.motion[-2:], prior.focal_px)
+    return Windowed(found, strength, free_energy=float(fit.free_energies[-1]))
+
+
+def _strength(
+    rows: NDArray[np.float64],
+    precisions: NDArray[np.float64],
+    shape: NDArray[np.float64],
+    motion: NDArray[np.float64],
+) -> float:
+    """Return how far the third direction stands out from the noise, by the shape and by the weighted tracks alone.
+
+    A shape may be fitted to the noise of hidden points, the tracks may have many directions where points are missing;
+    the lesser of both deceives less.
+    """
+    totals = precisions.sum(axis=1, keepdims=True)
+    means = np.divide(
+        (precisions * rows).sum(axis=1, keepdims=True), totals, out=np.zeros_like(totals), where=totals > 0
+    )
+    values = singular_values(np.sqrt(precisions) * (rows - means))[1]
+    noise = np.sqrt(float(rows.shape[0])) + np.sqrt(float(rows.shape[1]))
+    return min(float(strengths_of(precisions, shape, motion)[2]), float(values[2] / noise))
+
+
+def grow(belief: Belief, seen: Observed, prior: Prior, parameters: StructureTrackerParameters) -> Grown:
+    """Let a shape grow, from the mean of other bodies or from the first frames (`pftrack.vision.structure.growing`).
+
+    A first shape that was too far off leads nowhere. It does not fit the frames, and is given up for a new one.
+    """
+    known = belief.state if isinstance(belief, Grown) else None
+    last = len(seen.positions) - 1
+    if isinstance(belief, Grown) and known is not None and (belief.misfit < WORST_MISFIT or parameters.frozen):
+        return _grown_shape(_after(known, seen, last, prior, parameters), seen, prior, belief.misfit)
+    first = max(0, last + 1 - FIRST_AT_MOST)
+    if prior.mean is not None:
+        covariance = np.broadcast_to(prior.sd**2 * np.eye(3), (len(prior.mean), 3, 3))
+        begun = growing.begin(prior.mean, covariance, _settings(prior, parameters))
+        return _grown_shape(_after(begun, seen, first, prior, parameters), seen, prior)
+    if last + 1 < max(parameters.first_frames, FIRST_VIEWS):
+        return Grown()
+    tracks, fit = fit_despite_outliers(Tracks(seen.positions[first:], seen.told[first:]), parameters.wrong_odds)
+    strength = _strength(tracks.matrix, tracks.precisions, fit.shape, fit.motion)
+    if not strength > SURE_STRENGTH:
+        # The body has not turned, or its points lie in one plane.
+        return Grown(strength=strength)
+    try:
+        shape = from_window(tracks, recursive.Settings(prior.focal_px, parameters.kept_precision), fit)
+    except ValueError:
+        # The cameras determine no metric shape yet.
+        return Grown(strength=strength)
+    return _grown_shape(shape, seen, prior)
+
+
+def _settings(prior: Prior, parameters: StructureTrackerParameters) -> growing.Settings:
+    return growing.Settings(prior.focal_px, parameters.kept_precision, frozen=parameters.frozen)
+
+
+def _after(
+    known: Growing | Recursive, seen: Observed, begin: int, prior: Prior, parameters: StructureTrackerParameters
+) -> Growing | Recursive:
+    """Return what is known after the kept frames from one on."""
+    for positions, variances in zip(seen.positions[begin:], seen.variances[begin:], strict=True):
+        if isinstance(known, Growing):
+            known = growing.step(replace(known, settings=_settings(prior, parameters)), positions, variances)
+        elif not parameters.frozen:
+            settings = replace(known.settings, focal_px=prior.focal_px, memory=parameters.kept_precision)
+            known = recursive.step(replace(known, settings=settings), positions, variances)
+    return known
+
+
+def _grown_shape(state: Growing | Recursive, seen: Observed, prior: Prior, misfit: float = 1.0) -> Grown:
+    own = state.own if isinstance(state, Growing) else state
+    camera = state.mean_camera if isinstance(state, Growing) else state.camera
+    if camera is None or own.camera is None:
+        raise RuntimeError("a frame has been taken, so it has a camera")
+    covariances = own.shape_covariances
+    # Of the middle one of the points: some may never have been seen.
+    noise = float(np.sqrt(np.median(np.trace(covariances, axis1=1, axis2=2)) / 3.0))
+    if not (float(np.abs(own.shape).max()) < FURTHEST and noise < FURTHEST and np.isfinite(covariances).all()):
+        return Grown()
+    thickness = np.sqrt(max(float(_least(state.shape)), 0.0))
+    found = Found(state.shape, covariances, camera, one_handed=True)
+    misfit += MISFIT_SHARE * (_misfit(own.shape, own.camera, seen, prior.focal_px) - misfit)
+    return Grown(found, float(thickness / noise), state, misfit)
+
+
+def _misfit(shape: NDArray[np.float64], camera: NDArray[np.float64], seen: Observed, focal_px: float) -> float:
+    """Return the mean square of the last frame's residuals in units of their noise; 1 if all is as it should be."""
+    rows = np.ascontiguousarray(seen.positions[-1].T)
+    residuals, _, _ = residuals_and_slopes(focal_px, camera, shape, rows)
+    precisions = 1.0 / seen.variances[-1].T
+    free = int(np.count_nonzero(precisions)) - CAMERA_NUMBERS
+    return float((precisions * residuals * residuals).sum() / free) if free > 0 else 1.0
+
+
+def _least(shape: NDArray[np.float64]) -> float:
+    """Return the variance of the points in the direction in which they differ least."""
+    centred = shape - shape.mean(axis=0)
+    return float(eigenvalues(product(centred.T, centred) / len(shape))[0][2])
+
+
+def _upgrade(
+    shape: NDArray[np.float64],
+    covariances: NDArray[np.float64],
+    motion: NDArray[np.float64],
+    newest: NDArray[np.float64],
+    focal_px: float,
+) -> Found:
+    """Return an affine shape after the map that makes its cameras orthographic, or as nearly so as can be had.
+
+    Args:
+        shape: (n, 3) up to an affine map.
+        covariances: (n, 3, 3).
+        motion: (2 W, 3) rows of cameras, px.
+        newest: (2, 4) rows of the last frame's camera with where its origin is seen.
+        focal_px: Of the pinhole that is to be near it.
+    """
+    try:
+        transform = metric_transform(motion, shape)
+    except ValueError:
+        # The views do not differ enough. Then the cameras are alike in the mean, in every direction.
+        mean = product(motion.T, motion) / len(motion)
+        mean += (LEAST_MOTION * np.trace(mean) + LEAST_MOTION) * np.eye(3)
+        transform = solve_system(cholesky(mean).T, np.eye(3))
+    inverse = solve_system(transform, np.eye(3))
+    rows = np.column_stack([product(newest[:, :3], transform), newest[:, 3]])
+    return Found(product(shape, inverse.T), transform_covariances(covariances, inverse), pinhole_of(rows, focal_px))

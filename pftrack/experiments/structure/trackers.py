@@ -1,0 +1,412 @@
+"""Trackers of a body's shape: where its points were seen in each frame, and what shape that makes.
+
+- `parameters`: what can be turned; `observed`: what all methods keep of the frames;
+- `methods`: the methods of `pftrack.vision.structure` behind one protocol, frame by frame;
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.geometry.rotation import angles, nearest_rotation
+from pftrack.core.model.series import Series, SeriesValue
+from pftrack.core.model.source import Frame, Target
+from pftrack.core.model.tracker import Tracker
+from pftrack.core.numerics.matrices import contiguous_copy, product
+from pftrack.core.numerics.random import Stream
+from pftrack.experiments.structure import methods as frames
+from pftrack.experiments.structure.methods import (
+    Belief,
+    Found,
+    Grown,
+    Observed,
+    Plain,
+    Prior,
+    StructureTrackerParameters,
+    Windowed,
+    grow,
+    plain,
+    windowed,
+)
+from pftrack.sources.tracks.recorded import BodyTarget
+from pftrack.sources.tracks.table import Shape
+from pftrack.vision.geometry.face import gaze
+from pftrack.vision.structure.cameras import evidence, fit_camera, frontal
+from pftrack.vision.structure.growing import Growing, find_right
+from pftrack.vision.structure.tracks import check_view
+from pftrack.vision.structure.variational import transform_covariances
+
+# A shape in one frame of reference, whatever method it comes from, and the camera that sees it there.
+#
+# A shape is known up to a similarity, and one from affine cameras up to a mirror image as well. Here it is moved to its
+# centre and scaled to unit size; frame 0 says what is upright, and from there on each shape is turned onto the last
+# one. Which of the two mirror images it is, a camera at a finite distance tells, since what is near looks larger: both
+# predict each frame as a pinhole sees them, and the log densities are summed up. Far away both predict alike, and it
+# stays open.
+
+ROUNDS = 20
+TURN_PRECISION = 100.0
+"""Of the rotation from frame to frame, 1/rad^2: 6 degrees."""
+
+LARGEST_DIFFERENCE = 5.0
+"""Of two log densities of one frame: an outlier must not decide."""
+
+CLEARLY = 3.0
+"""So much more probable a mirror image must be before it is taken."""
+
+ODDS_KEPT = 0.95
+"""Of the sum of these differences with each frame: the first shapes are poor, and what they say must fade."""
+
+FEWEST_TO_PLACE = 3
+UNKNOWN_DEPTH_SD = 1.0
+"""Of a body that has not turned: about as deep as it is large."""
+
+MIRROR: NDArray[np.float64] = np.array([1.0, 1.0, -1.0])
+MIRROR.flags.writeable = False
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A shape in the common frame of reference.
+
+    Attributes:
+        points: (n, 3) about their centre, of unit size; x to the right and y downwards in frame 0, z away.
+        covariances: (n, 3, 3).
+        camera: (3, 4) pinhole of the last frame, its translation in units of the body's size.
+        known: Whether a method has found it; otherwise it is frame 0, laid flat.
+        depth_odds: Log of how much more probable it is than its mirror image, as far as the frames tell.
+    """
+
+    points: NDArray[np.float64]
+    covariances: NDArray[np.float64]
+    camera: NDArray[np.float64]
+    known: bool
+    depth_odds: float = 0.0
+
+
+def flat(
+    filled: NDArray[np.float64], rows: NDArray[np.float64], precisions: NDArray[np.float64], focal_px: float
+) -> Placed:
+    """Return frame 0 as a shape without depth.
+
+    Args:
+        filled: (n, 2) px from the principal point, also of points that were not measured.
+        rows: (2, n) the same, 0 where not measured.
+        precisions: (2, n).
+        focal_px: Of the camera.
+    """
+    points, size = _normalise_size(np.column_stack([filled, np.zeros(len(filled))]))
+    covariances = np.zeros((len(points), 3, 3))
+    for axis in range(2):
+        known = precisions[axis] > 0.0
+        variance = np.divide(1.0, precisions[axis], out=np.full(len(points), np.inf), where=known)
+        covariances[:, axis, axis] = np.minimum(variance / (size * size), UNKNOWN_DEPTH_SD)
+    covariances[:, 2, 2] = UNKNOWN_DEPTH_SD
+    return Placed(points, covariances, frontal(focal_px, points, rows, precisions), known=False)
+
+
+def place(
+    before: Placed, found: Found, rows: NDArray[np.float64], precisions: NDArray[np.float64], focal_px: float
+) -> Placed:
+    """Return a shape that was found, turned onto the one before.
+
+    Args:
+        before: The shape of the last frame.
+        found: What a method has found.
+        rows: (2, n) the frame's positions, px from the principal point.
+        precisions: (2, n).
+        focal_px: Of the camera.
+    """
+    centre = found.points.mean(axis=0)
+    points, size = _normalise_size(found.points)
+    covariances = found.covariances / (size * size)
+    camera = found.camera.copy()
+    camera[:, 3] = (product(found.camera[:, :3], centre[:, None])[:, 0] + found.camera[:, 3]) / size
+    direct = _turn(points, covariances, camera, before.points)
+    few = np.count_nonzero(precisions.max(axis=0)) < FEWEST_TO_PLACE
+    if found.one_handed:
+        return _settle(before, direct, rows, precisions, focal_px, few=bool(few))
+    mirrored = _turn(points * MIRROR, _flip(covariances), _mirrored_camera(camera), before.points)
+    odds = ODDS_KEPT * before.depth_odds
+    if before.known and _apart(mirrored, before) < _apart(direct, before):
+        direct, mirrored = mirrored, direct
+    first = _settle(before, direct, rows, precisions, focal_px, few=bool(few))
+    if few:
+        return first
+    other = _settle(before, mirrored, rows, precisions, focal_px, few=False)
+    difference = _evidence(first, rows, precisions, focal_px) - _evidence(other, rows, precisions, focal_px)
+    odds += min(max(difference, -LARGEST_DIFFERENCE), LARGEST_DIFFERENCE)
+    # At first nothing speaks for either; later the other one must be clearly better, or the shape would flicker.
+    if odds >= (-CLEARLY if before.known else 0.0):
+        return replace(first, depth_odds=odds)
+    return replace(other, depth_odds=-odds)
+
+
+def place_again(before: Placed, rows: NDArray[np.float64], precisions: NDArray[np.float64], focal_px: float) -> Placed:
+    """Return the shape of before with the camera of a further frame."""
+    few = np.count_nonzero(precisions.max(axis=0)) < FEWEST_TO_PLACE
+    return before if few else _settle(before, before, rows, precisions, focal_px, few=False)
+
+
+def _normalise_size(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    """Return points about their centre and of unit size, and what their size was."""
+    centred = points - points.mean(axis=0)
+    size = float(np.sqrt(np.square(centred).sum() / len(centred)))
+    return (centred / size, size) if size > 0.0 else (centred, 1.0)
+
+
+def _turn(
+    points: NDArray[np.float64],
+    covariances: NDArray[np.float64],
+    camera: NDArray[np.float64],
+    onto: NDArray[np.float64],
+) -> Placed:
+    """Return a shape and its camera in a frame of reference in which it lies on another one as well as it can."""
+    turn = nearest_rotation(product(onto.T, points))
+    seen = np.column_stack([product(camera[:, :3], turn.T), camera[:, 3]])
+    return Placed(product(points, turn.T), transform_covariances(covariances, turn), seen, known=True)
+
+
+def _flip(covariances: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(covariances * np.outer(MIRROR, MIRROR))
+
+
+def _mirrored_camera(camera: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the camera (3, 4) that sees the mirror image about where this one sees the shape."""
+    across, down = camera[0, :3] * MIRROR, camera[1, :3] * MIRROR
+    return np.column_stack([np.array([across, down, np.cross(across, down)]), camera[:, 3]])
+
+
+def _apart(one: Placed, other: Placed) -> float:
+    return float(np.square(one.points - other.points).sum())
+
+
+def _settle(
+    before: Placed,
+    shape: Placed,
+    rows: NDArray[np.float64],
+    precisions: NDArray[np.float64],
+    focal_px: float,
+    *,
+    few: bool,
+) -> Placed:
+    """Return a shape with the pinhole that fits the frame best; the last one where too little is seen."""
+    camera = before.camera
+    if not few:
+        start = np.ascontiguousarray(shape.camera)
+        camera = fit_camera(focal_px, start, shape.points, rows, precisions, start, TURN_PRECISION, ROUNDS)
+    return Placed(shape.points, shape.covariances, camera, shape.known, before.depth_odds)
+
+
+def _evidence(shape: Placed, rows: NDArray[np.float64], precisions: NDArray[np.float64], focal_px: float) -> float:
+    return evidence(focal_px, shape.camera, shape.points, rows, precisions, shape.camera, TURN_PRECISION)
+
+
+# What is believed of a body after a frame, in the same form for all methods.
+
+
+@dataclass(frozen=True, eq=False)
+class StructureState:
+    """The belief after a frame, immutable; the estimate is the shape.
+
+    Attributes:
+        body: What is between its points.
+        prior: What was known beforehand.
+        principal_px: (2,) where the camera's axis meets the picture.
+        seen: The frames so far.
+        belief: The method's own.
+        placed: The shape in the common frame of reference, and the camera.
+        focal_px: That the camera was assumed to have in this frame.
+        log_evidence: Of this frame before it was taken, where the method has one; else 0.
+    """
+
+    body: Shape
+    prior: Prior
+    principal_px: NDArray[np.float64]
+    seen: Observed
+    belief: Belief
+    placed: Placed
+    focal_px: float
+    log_evidence: float = 0.0
+
+    @property
+    def estimate(self) -> NDArray[np.float64]:
+        """(3 n,) the shape about its centre, of unit size."""
+        return self.placed.points.ravel()
+
+    @cached_property
+    def sigma(self) -> NDArray[np.float64]:
+        """(3 n,) standard deviations of the same."""
+        variances = np.diagonal(self.placed.covariances, axis1=1, axis2=2)
+        return np.asarray(np.sqrt(np.maximum(variances, 0.0)).ravel())
+
+    @property
+    def nbytes(self) -> int:
+        """About how much memory it takes, bytes."""
+        return self.seen.nbytes + self.belief.nbytes + 4096
+
+    def arrays(self) -> Mapping[str, NDArray[Any]]:
+        """Return the shape's covariances and the camera, for a file."""
+        return {"covariances": self.placed.covariances, "camera": self.placed.camera}
+
+
+# The trackers of a shape, by name: one step for all of them, which differ in the method.
+
+Method: TypeAlias = Callable[[Belief, frames.Observed, Prior, StructureTrackerParameters], Belief]
+View: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+ANGLES = ("yaw", "pitch", "roll")
+COMMON = (
+    Series("depth_strength", "depth over its noise"),
+    Series("depth_odds", "odds of the depth's sign"),
+    Series("measured", "points measured", role="flag", shape="vector"),
+    *(Series(f"{angle}_deg", angle, "°") for angle in ANGLES),
+)
+FREE_ENERGY = Series("free_energy", "free energy")
+SWITCH = (
+    Series("own_probability", "own shape predicts better"),
+    Series("own_weight", "weight of the own shape"),
+)
+
+
+def start(
+    method: Method, target: Target, frame: Frame, parameters: StructureTrackerParameters, _rng: Stream
+) -> StructureState:
+    """Begin with the first view: a shape without depth, or the mean of other bodies where one is known."""
+    if not isinstance(target, BodyTarget):
+        raise TypeError(f"a tracker of shapes follows a body, got a {type(target).__name__}")
+    shape = target.shape
+    prior = Prior(shape.mean, shape.prior_sd, target.focal_px)
+    positions, variances = _measure(frame, target.principal_px, parameters)
+    seen = frames.take(frames.begin(len(shape.names)), positions, variances)
+    rows, precisions = check_view(positions, variances, len(shape.names))
+    focal = prior.focal_px * parameters.lens_factor
+    guess = flat(seen.filled[-1], rows, precisions, focal)
+    state = StructureState(shape, prior, target.principal_px, seen, Plain(), guess, focal)
+    return _take(method, state, parameters)
+
+
+def step(
+    method: Method, state: StructureState, frame: Frame, parameters: StructureTrackerParameters, _rng: Stream
+) -> StructureState:
+    """Take a further view."""
+    positions, variances = _measure(frame, state.principal_px, parameters)
+    seen = frames.take(state.seen, positions, variances)
+    return _take(method, replace(state, seen=seen), parameters)
+
+
+def _take(method: Method, state: StructureState, parameters: StructureTrackerParameters) -> StructureState:
+    focal = float(state.prior.focal_px * parameters.lens_factor)
+    prior = replace(state.prior, focal_px=focal)
+    robust = parameters.wrong_odds > 0.0
+    seen = doubt(state.seen, state.belief, focal, parameters.wrong_odds) if robust else state.seen
+    belief = method(state.belief, seen, prior, parameters)
+    state = replace(state, seen=seen)
+    view = check_view(seen.positions[-1], seen.variances[-1], len(state.body.names))
+    if belief.found is None:
+        shape = place_again(state.placed, *view, focal)
+    else:
+        shape = place(state.placed, belief.found, *view, focal)
+    evidence = belief.log_evidence if isinstance(belief, Grown) else 0.0
+    return replace(state, belief=belief, placed=shape, focal_px=focal, log_evidence=evidence)
+
+
+def doubt(seen: frames.Observed, belief: Belief, focal_px: float, wrong: float) -> frames.Observed:
+    """Return what was seen, with the last frame's variances over how likely each measurement is right.
+
+    Args:
+        seen: The frames so far.
+        belief: In the shape before it; nothing is doubted if nothing is known of it yet.
+        focal_px: Of the camera.
+        wrong: Share of the measurements that are wrong.
+    """
+    if belief.found is None:
+        return seen
+    shape, covariances = contiguous_copy(belief.found.points), contiguous_copy(belief.found.covariances)
+    rows, precisions = check_view(seen.positions[-1], seen.told[-1], len(shape))
+    right = find_right(focal_px, contiguous_copy(belief.found.camera), shape, covariances, rows, precisions, wrong)
+    variances = seen.variances.copy()
+    variances[-1] = seen.told[-1] / right[:, None]
+    return replace(seen, variances=variances)
+
+
+def _measure(frame: Frame, principal_px: NDArray[np.float64], parameters: StructureTrackerParameters) -> View:
+    """Return positions (n, 2) from the principal point and variances (n, 2), infinite where a point is missing."""
+    if frame.measurements is None:
+        raise ValueError("a tracker of shapes needs measured points, got a frame without them")
+    positions = frame.measurements.points_px - principal_px
+    sd = np.broadcast_to(frame.measurements.sd_px.reshape(len(positions), -1), positions.shape)
+    missing = ~(np.isfinite(positions) & np.isfinite(sd)).all(axis=1, keepdims=True)
+    variances = np.where(missing, np.inf, np.square(np.maximum(sd, parameters.trust_px)))
+    return np.where(missing, 0.0, positions), variances
+
+
+def measure(state: StructureState) -> Mapping[str, SeriesValue]:
+    """Return the values of the series."""
+    belief, turn = state.belief, np.ascontiguousarray(state.placed.camera[:, :3])
+    values: dict[str, SeriesValue] = {
+        "depth_strength": belief.strength,
+        "depth_odds": state.placed.depth_odds,
+        "measured": tuple(np.isfinite(state.seen.variances[-1]).all(axis=1).astype(np.float64).tolist()),
+    }
+    pose = np.rad2deg(gaze(angles(turn)))
+    values |= {f"{angle}_deg": float(value) for angle, value in zip(ANGLES, pose, strict=True)}
+    if isinstance(belief, Windowed) and math.isfinite(belief.free_energy):
+        values["free_energy"] = belief.free_energy
+    if isinstance(belief, Grown) and isinstance(belief.state, Growing):
+        values["own_probability"] = belief.state.probability
+        values["own_weight"] = belief.state.weight
+    return values
+
+
+def _tracker(name: str, title: str, description: str, method: Method, *series: Series) -> Tracker:
+    return Tracker(
+        name,
+        title,
+        description,
+        partial(start, method),
+        partial(step, method),
+        series=(*COMMON, *series),
+        measure=measure,
+        reads=(),
+    )
+
+
+TRACKERS: dict[str, Tracker] = {
+    tracker.id: tracker
+    for tracker in (
+        _tracker(
+            "growing",
+            "Growing shape",
+            "Keeps the covariance of all points together, from the mean of other bodies or from the first frames.",
+            grow,
+            *SWITCH,
+        ),
+        _tracker(
+            "informed",
+            "Variational, by information",
+            "Factors a window by variational Bayes; each point is forgotten as far as it is seen.",
+            partial(windowed, "by-information"),
+            FREE_ENERGY,
+        ),
+        _tracker(
+            "online",
+            "Variational",
+            "Factors a window by variational Bayes and averages over time; all points are forgotten alike.",
+            partial(windowed, "common"),
+            FREE_ENERGY,
+        ),
+        _tracker(
+            "svd",
+            "Singular values",
+            "Factors all frames so far by singular values; every position counts alike, hidden or not.",
+            plain,
+        ),
+    )
+}
+"""The trackers of a shape, by name, in the order in which they are shown."""

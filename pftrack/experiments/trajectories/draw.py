@@ -1,0 +1,288 @@
+"""Trajectories in the picture and through time: measured, filtered, smoothed and true; outliers; the selected one."""
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.files import csv_text
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.drawing import Links, Points, Primitive
+from pftrack.core.model.glossary import Term
+from pftrack.core.model.measures import EvaluatedRun, Measure
+from pftrack.core.model.palette import COLOURS, Colour
+from pftrack.core.model.plot import ERROR, INNOVATION, PARTICLES, STEP_TIME, Plot, Reading
+from pftrack.core.model.setup import Export
+from pftrack.experiments.shared.sketch import at_height, circle
+from pftrack.experiments.trajectories.recording import true_positions
+from pftrack.experiments.trajectories.trackers import TrajectoriesState
+
+TRAIL_FRAMES = 60
+ON_PICTURE, OUTLIERS_ON_PICTURE = 12, 3
+"""Frames of a trail, and of outliers, where there is a picture beneath that is to be seen."""
+
+TRUE_FRAMES = 26
+"""As many as one wants to see beside the smoothed ones: each is asked of the scene."""
+
+FRAME_HEIGHT_PX = 4.0
+"""How far one frame of the past is lifted in the space-time view."""
+
+MOST_DRAWN = 2500
+DOT_PX, PARTICLE_PX, RING_PX = 4.0, 2.5, 9.0
+FURTHEST = 4.0
+"""What is further from the picture's corner than so many of its longer sides is not drawn."""
+
+
+@lru_cache(maxsize=4)
+def paper(width: int, height: int) -> NDArray[np.uint8]:
+    """Return a white picture."""
+    white = np.full((height, width, 3), 255, dtype=np.uint8)
+    white.flags.writeable = False
+    return white
+
+
+def trails(state: TrajectoriesState, longest: float) -> dict[str, Primitive]:
+    """Draw the last frames of all tracks, flat and through time, and the measurements that are outliers.
+
+    Args:
+        state: Of the frame.
+        longest: Longer side of the picture, px.
+    """
+    raw, filtered, smoothed = (
+        _near(rows[:TRAIL_FRAMES], longest) for rows in (state.raw, state.filtered, state.smoothed)
+    )
+    bare = state.corners is None
+    flat, few = (TRAIL_FRAMES, TRAIL_FRAMES) if bare else (ON_PICTURE, OUTLIERS_ON_PICTURE)
+    ends = np.stack([smoothed, raw], axis=2)
+    wrong = state.outliers[:TRAIL_FRAMES] & np.isfinite(ends).all(axis=(2, 3))
+    astray = ends[:few][wrong[:few]]
+    levels = 1.0 + FRAME_HEIGHT_PX * np.repeat(np.nonzero(wrong)[0], 2).astype(np.float64)
+    risen = at_height(ends[wrong].reshape(-1, 2), levels).reshape(-1, 2, 3)
+    drawn: dict[str, Primitive] = {
+        "raw": Links(_join(raw[:flat], 1.0), COLOURS["observation"], 1.0, "measurements"),
+        "raw points": _dots(raw[0], COLOURS["observation"], DOT_PX, "measurements"),
+        "filtered": Links(_join(filtered[:flat], 1.2), COLOURS["prediction"], 1.5, "filtered"),
+        "smoothed": Links(_join(smoothed[:flat], 1.4), COLOURS["estimate"], 2.0, "smoothed"),
+        "outliers": Links(_segments(astray, 1.6), COLOURS["lost"], 1.0, "outliers"),
+        "outlier points": _dots(astray[:, 1], COLOURS["lost"], DOT_PX + 1.0, "outliers"),
+        "space-time": Links(_join(smoothed, 1.0, FRAME_HEIGHT_PX), COLOURS["estimate"], 2.0, "paths through time"),
+        "outlier space-time": Links(risen, COLOURS["lost"], 1.5, "measured paths through time"),
+        "raw space-time": Links(
+            _join(raw, 1.0, FRAME_HEIGHT_PX), COLOURS["observation"], 1.0, "measured paths through time"
+        ),
+    }
+    return drawn
+
+
+def true_trails(state: TrajectoriesState, target: object, index: int, longest: float) -> dict[str, Primitive]:
+    """Draw where the points truly were, where that is known."""
+    ages = range(min(len(state.raw), TRUE_FRAMES))
+    known = [true_positions(target, state, index - age) for age in ages]
+    rows = [_near(one, longest) for one in known if one is not None]
+    flat = TRUE_FRAMES if state.corners is None else ON_PICTURE
+    if not rows:
+        return {}
+    return {
+        "true": Links(_join(np.array(rows[:flat]), 1.1), COLOURS["truth"], 1.0, "true paths"),
+        "true points": _dots(rows[0], COLOURS["truth"], 3.0, "truth"),
+        "true space-time": Links(
+            _join(np.array(rows), 1.0, FRAME_HEIGHT_PX), COLOURS["truth"], 1.0, "paths through time"
+        ),
+    }
+
+
+def draw_selected(state: TrajectoriesState, longest: float) -> dict[str, Primitive]:
+    """Draw a ring around the selected track, and its particles where it has some."""
+    drawn: dict[str, Primitive] = {}
+    if state.particles is not None:
+        states, shares = state.particles
+        # The heaviest first, so that those stay that stand for many.
+        order = np.argsort(-shares, kind="stable")[:MOST_DRAWN]
+        inside = _near(states[order], longest)
+        drawn["particles"] = _dots(inside, COLOURS["prediction"], PARTICLE_PX, "particles", height=2.0)
+    estimate = _near(state.estimate[None], longest)[0]
+    if np.isfinite(estimate).all():
+        drawn["estimate"] = circle(estimate, RING_PX, COLOURS["estimate"], "selected track", height=2.2)
+    return drawn
+
+
+def second_estimate(estimate: tuple[float, ...], longest: float) -> dict[str, Primitive]:
+    """Draw where a second run has its selected track."""
+    place = _near(np.array([estimate], dtype=np.float64), longest)[0]
+    if not np.isfinite(place).all():
+        return {}
+    return {"second": circle(place, 1.6 * RING_PX, COLOURS["second"], "second run", height=2.1)}
+
+
+def _near(positions: NDArray[np.float64], longest: float) -> NDArray[np.float64]:
+    """Return positions (..., 2), NaN where they are too far from the picture to be drawn."""
+    near = (np.abs(positions) < FURTHEST * longest).all(axis=-1, keepdims=True)
+    return np.where(near, positions, np.nan)
+
+
+def _join(rows: NDArray[np.float64], height: float, lift: float = 0.0) -> NDArray[np.float32]:
+    """Return the segments (n, 2, 3) between neighbouring frames of positions (W, K, 2), older frames further up."""
+    ends = np.stack([rows[:-1], rows[1:]], axis=2)
+    heights = np.broadcast_to(height + lift * np.arange(len(rows))[:, None], rows.shape[:2])
+    known = np.isfinite(ends).all(axis=(2, 3))
+    levels = np.stack([heights[:-1], heights[1:]], axis=2)[known]
+    return at_height(ends[known].reshape(-1, 2), levels.ravel()).reshape(-1, 2, 3)
+
+
+def _segments(ends: NDArray[np.float64], height: float) -> NDArray[np.float32]:
+    return at_height(ends.reshape(-1, 2), height).reshape(-1, 2, 3)
+
+
+def _dots(positions: NDArray[np.float64], colour: Colour, size: float, layer: str, *, height: float = 1.8) -> Points:
+    known = positions[np.isfinite(positions).all(axis=1)]
+    return Points(at_height(known, height), np.tile(np.array(colour, np.uint8), (len(known), 1)), size, layer)
+
+
+# What is plotted and written of the frames of trajectories, and what a run comes to.
+
+
+def _errors(course: EvaluatedRun) -> NDArray[np.float64]:
+    return course.errors
+
+
+MEASURES = (
+    Measure(
+        "median_track_error_px",
+        "Median error",
+        "Median over the labelled frames of the distance of the selected track's filtered position from the truth.",
+        "median",
+        _errors,
+        unit="px",
+        better="lower",
+    ),
+)
+
+PLOTS = (
+    ERROR,
+    Plot(
+        "mismatched",
+        "mismatches",
+        "value",
+        "Share of the tracks that are measured far from the truth; it jumps where the light does.",
+        series=("mismatch_share",),
+    ),
+    Plot(
+        "smoothed-mismatched",
+        "left after smoothing",
+        "value",
+        "The same of the smoothed positions of the frame a lag ago.",
+        series=("smoothed_mismatch_share",),
+    ),
+    Plot(
+        "raw",
+        "measurements",
+        "value",
+        "Root mean square error of the measurements, over all tracks; it jumps where outliers are.",
+        "px",
+        ("raw_rms_px",),
+    ),
+    Plot(
+        "filtered",
+        "filtered",
+        "value",
+        "The same of the filtered positions: of this frame, given all up to it.",
+        "px",
+        ("filtered_rms_px",),
+    ),
+    Plot(
+        "smoothed",
+        "smoothed",
+        "value",
+        "The same of the smoothed positions of the frame a lag ago.",
+        "px",
+        ("smoothed_rms_px",),
+    ),
+    Plot(
+        "noise",
+        "scale of the noise",
+        "interval",
+        "Where σ of nine tenths of the particles lies: one value, however sure, once all descend from the same one.",
+        "px",
+        ("noise_sd_px",),
+    ),
+    Plot("drive", "freedom of motion", "interval", "The same of τ.", "px", ("drive_sd_px",)),
+    Plot(
+        "outliers",
+        "outliers",
+        "value",
+        "Share of the measurements that are far from the filtered position.",
+        series=("outlier_share",),
+    ),
+    Plot(
+        "roots",
+        "particles at the lag",
+        "value",
+        "How many different particles the smoothed position rests on; the rest have no descendants any more.",
+        series=("roots",),
+    ),
+    Plot(
+        "motion",
+        "motion",
+        "value",
+        "Root mean square distance of the smoothed positions from where tracks began; an error where nothing moves.",
+        "px",
+        ("false_motion_px",),
+    ),
+    INNOVATION,
+)
+
+READINGS = (
+    Reading("estimate", "estimate"),
+    Reading("error", "error"),
+    Reading("sigma", "sigma"),
+    Reading("tracks", "value", series="tracks"),
+    Reading("outliers", "value", series="outlier_share"),
+    Reading("noise σ", "interval", unit="px", series="noise_sd_px"),
+    Reading("motion τ", "interval", unit="px", series="drive_sd_px"),
+    PARTICLES,
+    Reading("log evidence", "evidence"),
+    STEP_TIME,
+)
+
+TERMS = (
+    Term("tracks", "how many features are followed at once"),
+    Term("outliers", "the share of the measurements that are wrong, by what is believed"),
+    Term("noise σ", "the scale of the noise of a measurement, as an interval that the tracker learns"),
+    Term("motion τ", "how freely a feature changes its motion, as an interval that the tracker learns"),
+    Term("lag", "how many frames a smoothed position is behind the newest one, so that later frames can mend it"),
+)
+
+# Tables of trajectories for other programs: filtered and smoothed, in the unit of the file that they came from.
+
+HEADER = "frame", "track", "x", "y", "filtered_x", "filtered_y", "smoothed_x", "smoothed_y", "outlier"
+
+
+def table_of(state: TrajectoriesState, past: Sequence[Diagnostics]) -> bytes:
+    """Return all tracks up to a frame as CSV; what was not measured has empty cells.
+
+    Args:
+        state: Of the frame.
+        past: Of all frames from 0 on.
+    """
+    origin = state.origin
+    scale = 1.0 if origin is None else origin.scale
+    corner = np.zeros(2) if origin is None else origin.corner
+    rows, outliers = state.history
+    first = past[-1].frame + 1 - len(rows) + (0 if origin is None else origin.first_frame)
+    names = [str(number) for number in range(rows.shape[1])] if origin is None else origin.names
+    places = rows / scale + corner
+    lines: list[tuple[str, ...]] = [HEADER]
+    for frame in range(len(rows)):
+        for track, name in enumerate(names):
+            if np.isfinite(places[frame, track]).any():
+                cells = (_cell(number) for number in places[frame, track].ravel())
+                lines.append((str(first + frame), name, *cells, str(int(outliers[frame, track]))))
+    return csv_text(lines).encode()
+
+
+def _cell(number: np.float64) -> str:
+    return f"{number:.10g}" if np.isfinite(number) else ""
+
+
+EXPORTS = (Export("paths", "Trajectories up to here, CSV", "paths.csv", "text/csv", table_of),)

@@ -1,0 +1,396 @@
+"""The trackers of trajectories, by name: one step for all of them, which differ in the law of the noise."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.core.model.likelihood import Component, ObservationLikelihood
+from pftrack.core.model.series import Interval, Series, SeriesValue
+from pftrack.core.model.source import Frame, Measurements, Target
+from pftrack.core.model.tracker import LinearModel, Tracker
+from pftrack.core.numerics.elementary import exponential
+from pftrack.core.numerics.random import Gaussian, Generator, Purpose, Stream
+from pftrack.experiments.shared import reports
+from pftrack.experiments.shared.beliefs import NIS, FilterInterface, Update, measure_innovation
+from pftrack.experiments.trajectories.inspection import (
+    Observation,
+    cauchy,
+    innovate,
+    normal,
+    particles_of,
+    track_likelihood,
+    update_parts,
+)
+from pftrack.experiments.trajectories.scene import TrajectoriesTarget
+from pftrack.experiments.trajectories.trackers import (
+    BLOCK,
+    KEPT_FRAMES,
+    Draw,
+    Method,
+    TrajectoriesState,
+    TrajectoriesTrackerParameters,
+    cloud_method,
+    gaussian_method,
+    without,
+)
+from pftrack.experiments.trajectories.whole import LINEAR_MODEL, ensemble
+from pftrack.filters.particles import ParticleSet
+from pftrack.filters.trajectories import gaussian
+from pftrack.filters.trajectories.cloud import Cloud
+from pftrack.filters.trajectories.gaussian import Gaussians, logs_mode
+
+P: TypeAlias = TrajectoriesTrackerParameters
+
+MEASUREMENT = "measurement of the selected track"
+
+TAIL = 0.05
+"""Of a posterior, left out on either side of an interval."""
+
+COMMON = (
+    Series("tracks", "tracks followed"),
+    Series("seen_share", "measured"),
+    Series("outlier_share", "outliers"),
+    Series("track_log_evidence", "log evidence of the selected track"),
+    Series("outlying", "outlier of the selected track", "px"),
+)
+LAWS = (
+    Series("noise_sd_px", "scale σ of the noise", "px", "interval"),
+    Series("drive_sd_px", "freedom τ of the motion", "px", "interval"),
+    Series("noise_mode_px", "most probable σ", "px"),
+    Series("drive_mode_px", "most probable τ", "px"),
+)
+SIZES = (
+    Series("particles", "particles", role="particles"),
+    Series("distinct", "different particles", role="distinct"),
+    Series("roots", "different particles at the lag"),
+)
+
+
+def start(method: Method, target: Target, frame: Frame, parameters: P, rng: Stream) -> TrajectoriesState:
+    """Begin with the first frame: each track that is measured in it with two positions about its measurement."""
+    if not isinstance(target, TrajectoriesTarget):
+        raise TypeError(f"a tracker of trajectories follows many points, got a {type(target).__name__}")
+    seen = Observation.first(target, frame, parameters)
+    count = len(seen.points)
+    none = np.zeros((0, count, 2))
+    state = TrajectoriesState(
+        belief=gaussian.nothing(count),
+        raw=none,
+        filtered=none,
+        smoothed=none,
+        sds=np.full((count, 2), np.nan),
+        densities=np.zeros(count),
+        first=np.full((count, 2), np.nan),
+        born=np.zeros(count, np.int64),
+        selected=0,
+        reach=0,
+        outlier_px=parameters.outlier_px,
+        paper=target.paper,
+        origin=target.origin,
+        corners=seen.corners,
+    )
+    return _take(method, state, seen.points, frame.index, parameters, rng)
+
+
+def step(method: Method, state: TrajectoriesState, frame: Frame, parameters: P, rng: Stream) -> TrajectoriesState:
+    """Take a further frame."""
+    seen = Observation.following(state.corners, frame, parameters)
+    state = _begin_again(state, seen.again)
+    state = replace(state, belief=without(state.belief, seen.gone), corners=seen.corners)
+    return _take(method, state, seen.points, frame.index, parameters, rng)
+
+
+def _take(
+    method: Method, state: TrajectoriesState, observed: NDArray[np.float64], index: int, parameters: P, rng: Stream
+) -> TrajectoriesState:
+    before, selected = state.belief, parameters.selected_track % max(len(observed), 1)
+    belief, (past, filtered, sds, densities) = method(before, observed, parameters, Draw.of(rng, len(observed)))
+    innovation, earlier = None, None
+    if len(observed) and isinstance(before, Gaussians) and isinstance(belief, Gaussians):
+        noise, drive = float(parameters.noise_variance_px2), float(parameters.drive_variance_px2)
+        innovation = innovate(before, selected, observed[selected], noise, drive)
+    elif len(observed) and isinstance(before, Cloud) and state.selected == selected:
+        first, last = before.offsets[selected, :2]
+        earlier = before.nodes[first:last].copy()
+    reach = min(parameters.lag_frames, len(past) - 1, len(state.raw))
+    state = _settle(state)
+    smoothed = _append(state.smoothed, filtered)
+    # A track that another method has followed is known again only since that.
+    now, known = past[: reach + 1], slice(0, reach + 1)
+    smoothed[known] = np.where(np.isnan(now), smoothed[known], now)
+    new = np.isnan(state.first[:, 0]) & np.isfinite(observed).all(axis=1)
+    return replace(
+        state,
+        belief=belief,
+        raw=_append(state.raw, observed),
+        filtered=_append(state.filtered, filtered),
+        smoothed=smoothed,
+        sds=sds,
+        densities=densities,
+        first=np.where(new[:, None], observed, state.first),
+        born=np.where(new, index, state.born),
+        selected=selected,
+        reach=reach,
+        outlier_px=float(parameters.outlier_px),
+        earlier=earlier,
+        innovation=None if innovation is None else innovation.normalised,
+    )
+
+
+def _begin_again(state: TrajectoriesState, again: NDArray[np.bool_]) -> TrajectoriesState:
+    """Forget the past of the tracks (K,) whose corners have given their places to others."""
+    if not again.any():
+        return state
+    rows = {name: getattr(state, name).copy() for name in ("raw", "filtered", "smoothed")}
+    for values in rows.values():
+        values[:, again] = np.nan
+    first = np.where(again[:, None], np.nan, state.first)
+    return replace(state, belief=without(state.belief, again), first=first, **rows)
+
+
+def _append(rows: NDArray[np.float64], row: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.concatenate([row[None], rows])
+
+
+def _settle(state: TrajectoriesState) -> TrajectoriesState:
+    """Put the oldest frames away where there are enough of them."""
+    if len(state.raw) < KEPT_FRAMES + BLOCK:
+        return state
+    recent = {name: getattr(state, name)[:KEPT_FRAMES] for name in ("raw", "filtered", "smoothed")}
+    oldest = np.stack([state.raw, state.filtered, state.smoothed], axis=2)[KEPT_FRAMES:]
+    block = np.ascontiguousarray(oldest[::-1], dtype=np.float32)
+    return replace(state, settled=(*state.settled, block), **recent)
+
+
+def measure(state: TrajectoriesState) -> Mapping[str, SeriesValue]:
+    """Return the values of the series."""
+    seen = np.isfinite(state.raw[0, :, 0])
+    off = state.raw[0] - state.filtered[0]
+    distances = np.hypot(off[:, 0], off[:, 1])
+    values: dict[str, SeriesValue] = {
+        "tracks": float(np.isfinite(state.filtered[0, :, 0]).sum()),
+        "seen_share": float(seen.mean()) if len(seen) else 0.0,
+        "outlier_share": float((distances[seen] > state.outlier_px).mean()) if seen.any() else 0.0,
+    }
+    if len(seen):
+        values["track_log_evidence"] = float(state.densities[state.selected])
+        values["outlying"] = float(distances[state.selected])
+    if isinstance(state.belief, Cloud) and len(seen):
+        values |= _of_cloud(state.belief, state.selected, state.reach)
+    return values
+
+
+def _of_cloud(belief: Cloud, selected: int, reach: int) -> Mapping[str, SeriesValue]:
+    here, shares = belief.age(selected, 0)
+    if not len(here):
+        return {}
+    roots = belief.age(selected, min(reach, belief.offsets.shape[1] - 2))[0]
+    first, last = belief.offsets[selected, :2]
+    values: dict[str, SeriesValue] = {
+        "particles": float(belief.counts[first:last].sum()),
+        "distinct": float(len(here)),
+        "roots": float(len(roots)),
+    }
+    laws = belief.laws(selected)
+    if laws is not None:
+        for name, logs in zip(("noise", "drive"), laws[0].T, strict=True):
+            values[f"{name}_sd_px"] = _interval(logs, shares)
+            values[f"{name}_mode_px"] = float(exponential(0.5 * logs_mode(logs, shares)))
+    return values
+
+
+def _interval(logs: NDArray[np.float64], shares: NDArray[np.float64]) -> Interval:
+    """Return between which standard deviations nine tenths of the posterior of a log variance lie."""
+    order = np.argsort(logs, kind="stable")
+    reached = np.cumsum(shares[order])
+    low, high = np.searchsorted(reached, (TAIL, 1.0 - TAIL))
+    ends = logs[order][[low, min(high, len(order) - 1)]]
+    return Interval(*(float(value) for value in exponential(0.5 * ends)))
+
+
+def _measure_kalman(state: TrajectoriesState) -> Mapping[str, SeriesValue]:
+    return {**measure(state), **measure_innovation(state.innovation)}
+
+
+def _tracker(
+    name: str,
+    title: str,
+    description: str,
+    method: Method,
+    likelihood: ObservationLikelihood,
+    *series: Series,
+    linear: LinearModel | None = None,
+) -> Tracker:
+    return Tracker(
+        name,
+        title,
+        description,
+        partial(start, method),
+        partial(step, method),
+        ensemble=partial(ensemble, method),
+        series=(*COMMON, *series),
+        measure=_measure_kalman if method is gaussian_method else measure,
+        reads=(),
+        likelihood=likelihood,
+        cloud=None if method is gaussian_method else particles_of,
+        update_parts=update_parts,
+        # That of the self-organising one averages over the noises that it tries, so none is left to be fitted.
+        evidence="normalised" if LAWS[0] not in series else "",
+        linear=linear,
+    )
+
+
+TRACKERS: dict[str, Tracker] = {
+    tracker.id: tracker
+    for tracker in (
+        _tracker(
+            "nlng",
+            "Self-organising (NLNG)",
+            "Particles with Cauchy noise, each with a σ² and a τ² of its own, so that both are found while tracking.",
+            partial(cloud_method, True),
+            track_likelihood(MEASUREMENT, cauchy, learned=True),
+            *SIZES,
+            *LAWS,
+        ),
+        _tracker(
+            "lng",
+            "Cauchy noise (LNG)",
+            "Particles under noise with heavy tails: a measurement far off is let go.",
+            partial(cloud_method, False),
+            track_likelihood(MEASUREMENT, cauchy),
+            *SIZES,
+        ),
+        _tracker(
+            "lg",
+            "Gaussian noise (LG)",
+            "The Kalman filter and its exact smoother: every measurement draws, the more the further off it is.",
+            gaussian_method,
+            track_likelihood(MEASUREMENT, normal),
+            *NIS,
+            linear=LINEAR_MODEL,
+        ),
+    )
+}
+"""The trackers of trajectories, by name, in the order in which they are shown."""
+
+# What a filter in a file is told of trajectories: it follows the selected track, and the Kalman filter all others.
+
+COMPONENTS = (Component("x", "px"), Component("y", "px"), Component("x before", "px"), Component("y before", "px"))
+
+
+def _start(target: Target, frame: Frame, parameters: TrajectoriesTrackerParameters, rng: Stream) -> TrajectoriesState:
+    begun = start(gaussian_method, target, frame, parameters, rng)
+    particles = ParticleSet.uniform(_drawn(begun, 0, parameters, rng))
+    return replace(begun, own=particles, own_track=begun.selected)
+
+
+def _prepare(state: TrajectoriesState, frame: Frame, parameters: TrajectoriesTrackerParameters) -> TrajectoriesState:
+    """Take the frame for all tracks; what is known of the selected one is replaced when its particles have taken it."""
+    return step(gaussian_method, state, frame, parameters, Stream(0, frame.index, Purpose.TRACK))
+
+
+def _particles(state: TrajectoriesState, parameters: TrajectoriesTrackerParameters, rng: Generator) -> ParticleSet:
+    """Return the particles of the frame before, drawn about what the Kalman filter believed if there are none."""
+    if state.own is not None and state.own_track == state.selected:
+        return state.own
+    return ParticleSet.uniform(_drawn(state, 1, parameters, rng))
+
+
+def _drawn(
+    state: TrajectoriesState, age: int, parameters: TrajectoriesTrackerParameters, rng: Generator
+) -> NDArray[np.float64]:
+    """Return states (N, 4) of the selected track some frames ago, of a track that had not begun about where it is."""
+    belief, track = state.belief, state.selected
+    shape = parameters.sample_count, 2
+    if isinstance(belief, Gaussians) and age < len(belief.means) and np.isfinite(belief.means[age, track]).all():
+        mean, (own, both, before) = belief.means[age, track], belief.covariances[age, track]
+        covariance = np.array([[own, both], [both, before]]) + 1e-9 * np.eye(2)
+        x, y = (Gaussian(axis, covariance).sample(rng, parameters.sample_count) for axis in mean)
+        return np.stack([x[:, 0], y[:, 0], x[:, 1], y[:, 1]], axis=1)
+    place = state.raw[0, track] if np.isfinite(state.raw[0, track]).all() else np.array(state.paper) / 2.0
+    positions = place + parameters.start_spread_px * rng.standard_normal(shape)
+    return np.concatenate([positions, positions], axis=1)
+
+
+def _propagate(
+    state: TrajectoriesState,
+    states: NDArray[np.float64],
+    frame: Frame,
+    parameters: TrajectoriesTrackerParameters,
+    rng: Generator,
+) -> NDArray[np.float64]:
+    """Return the second-order motion that all methods of trajectories take for true."""
+    del state, frame
+    now, before = states[:, :2], states[:, 2:]
+    drive = np.sqrt(parameters.drive_variance_px2)
+    return np.concatenate([2.0 * now - before + drive * rng.standard_normal(now.shape), now], axis=1)
+
+
+def _log_likelihood(
+    state: TrajectoriesState, states: NDArray[np.float64], frame: Frame, parameters: TrajectoriesTrackerParameters
+) -> NDArray[np.float64]:
+    """Return the Cauchy density of the selected track's measurement, 0 where it has none."""
+    del frame
+    measured = state.raw[0, state.selected]
+    if not np.isfinite(measured).all():
+        return np.zeros(len(states))
+    return cauchy(states[:, :2] - measured, float(parameters.noise_variance_px2))
+
+
+def _believe(
+    state: TrajectoriesState, update: Update, frame: Frame, parameters: TrajectoriesTrackerParameters
+) -> TrajectoriesState:
+    del frame, parameters
+    track, (mean, covariance) = state.selected, update.particles.moments
+    rows = {name: getattr(state, name).copy() for name in ("filtered", "smoothed", "sds", "densities")}
+    rows["filtered"][0, track] = mean[:2]
+    rows["smoothed"][:, track] = rows["filtered"][:, track]  # of particles without their past nothing is smoothed
+    rows["sds"][track] = np.sqrt(np.diag(covariance)[:2])
+    rows["densities"][track] = update.log_evidence
+    return replace(state, **rows, own=update.particles, own_track=track, repeatable=update.repeatable)
+
+
+def _see(state: TrajectoriesState, frame: Frame) -> Frame:
+    """Return the frame with the measurement of the selected track alone, (1, 2)."""
+    measured = state.raw[0, state.selected][None]
+    return replace(frame, measurements=Measurements(measured, np.ones(1)))
+
+
+def _measure(state: TrajectoriesState) -> Mapping[str, SeriesValue]:
+    own = {} if state.own is None else reports.cloud(state.own, resampled=True)
+    return {**measure(state), **own}
+
+
+def _centre(state: TrajectoriesState) -> NDArray[np.float64]:
+    """Return the filtered place of the selected track, in this frame and the one before, (4,)."""
+    now = state.filtered[0, state.selected]
+    return np.concatenate([now, state.filtered[min(1, len(state.filtered) - 1), state.selected]])
+
+
+LIKELIHOOD = ObservationLikelihood(
+    "measurement of the selected track",
+    components=lambda _: COMPONENTS,
+    prepare=_prepare,
+    log_likelihood=_log_likelihood,
+    centre=_centre,
+)
+
+FILTER_INTERFACE = FilterInterface(
+    likelihood=LIKELIHOOD,
+    observed=(
+        "frame.measurements.points_px (1, 2) is the measurement of the selected track, not finite where it is missing"
+    ),
+    example="pftrack.experiments.trajectories.example_filter",
+    reads="lng",
+    start=_start,
+    particles=_particles,
+    propagate=_propagate,
+    believe=_believe,
+    series=(*COMMON, *reports.CLOUD),
+    measure=_measure,
+    see=_see,
+)

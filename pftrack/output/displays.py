@@ -1,0 +1,494 @@
+"""Displays: what a notebook shows of a run, a comparison or an explanation that a cell ends with.
+
+They are HTML that needs nothing else, in the colours of whoever shows it, light or dark.
+"""
+
+import base64
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from html import escape
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pftrack.analysis.counterfactuals.report import CAVEAT
+from pftrack.analysis.diagnosis.diagnosis import diagnose
+from pftrack.core.model.band import TITLES
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.drawing import Arrows, Drawing, Ellipse, Links, Picture, Polyline, Primitive
+from pftrack.core.model.faults import without_faults
+from pftrack.core.model.likelihood import LikelihoodMap
+from pftrack.core.model.palette import COLOURS, hexadecimal
+from pftrack.core.model.parameters import declarations
+from pftrack.core.model.plot import Reading, ReadingKind
+from pftrack.core.model.recipe import Change
+from pftrack.core.model.series import Interval, SeriesRole
+from pftrack.experiments.experiment import Experiment
+from pftrack.runs.manifest import extent_of, title_of
+from pftrack.runs.run import Run, find_lost_frames
+from pftrack.vision.rendering import render_beside
+from pftrack.vision.rendering.projection import over
+
+if TYPE_CHECKING:
+    from pftrack.analysis.counterfactuals.report import Report
+    from pftrack.analysis.explanation import Explanation
+    from pftrack.runs.comparison import Comparison, Paired
+
+# What displays are made of.
+
+KEY = "text-align:left;opacity:.75;padding:1px 12px 1px 0;white-space:nowrap"
+VALUE = "text-align:left;font-variant-numeric:tabular-nums;padding:1px 12px 1px 0"
+"""Styles of a cell that says what something is, and of one that says how much."""
+
+
+def box(title: str, content: str) -> str:
+    """Return content under a title, side by side where there is room.
+
+    Args:
+        title: Plain text.
+        content: HTML.
+    """
+    return (
+        f'<div class="pftrack"><strong>{escape(title)}</strong>'
+        f'<div style="display:flex;flex-wrap:wrap;gap:8px 24px;margin-top:6px">{content}</div></div>'
+    )
+
+
+def table(rows: str) -> str:
+    """Return rows as a table that looks like the text around it."""
+    return f'<table style="margin:0;font-size:inherit;color:inherit;border-collapse:collapse">{rows}</table>'
+
+
+def row(title: str, cells: Iterable[str]) -> str:
+    """Return a row of a table.
+
+    Args:
+        title: What it is about, plain text.
+        cells: HTML.
+    """
+    filled = "".join(f'<td style="{VALUE}">{cell}</td>' for cell in cells)
+    return f'<tr><td style="{KEY}">{escape(title)}</td>{filled}</tr>'
+
+
+# Readings in words: what is said of one frame in a line of figures, each with its unit.
+#
+# An experiment declares its readings (`pftrack.core.model.plot`); a run has those that its tracker measures. A number
+# that is not known is a dash. Signals and shares are written to a thousandth, other quantities to a tenth.
+
+MISSING = "–"
+DECIMALS = {"": 3, "frames": 0}
+"""Of quantities, by unit; one decimal in other units."""
+
+
+def quantity(value: float | None, unit: str) -> str:
+    """Return a number of a unit in words, without the unit."""
+    if value is None or not math.isfinite(value):
+        return MISSING
+    is_count = not unit and value == int(value) and abs(value) > 1.0
+    words = f"{value:.{0 if is_count else DECIMALS.get(unit, 1)}f}"
+    return words if float(words) else words.removeprefix("-")
+
+
+def readings_of(experiment: Experiment, rows: Sequence[Diagnostics]) -> tuple[Reading, ...]:
+    """Return the readings of an experiment of which any of these frames has something."""
+    return tuple(reading for reading in experiment.readings if _is_measured(experiment, reading, rows))
+
+
+def format_reading(experiment: Experiment, reading: Reading, row: Diagnostics) -> str:
+    """Return what a reading says of a frame."""
+    return _SAYS[reading.kind](experiment, reading, row)
+
+
+def _is_measured(experiment: Experiment, reading: Reading, rows: Sequence[Diagnostics]) -> bool:
+    if reading.kind == "error":
+        return any(row.error is not None for row in rows)
+    if reading.kind == "particles":
+        return any(_of_role(experiment, role, row) is not None for role in ("particles", "ess") for row in rows)
+    if reading.kind == "samplers":
+        names = _names(experiment, "share")
+        return any(name in row.series for name in names for row in rows)
+    return not reading.series or any(reading.series in row.series for row in rows)
+
+
+def _names(experiment: Experiment, role: SeriesRole) -> list[str]:
+    return [series.name for series in experiment.all_series() if series.role == role]
+
+
+def _of_role(experiment: Experiment, role: SeriesRole, row: Diagnostics) -> float | None:
+    values = (row.series.get(name) for name in _names(experiment, role))
+    return next((float(value) for value in values if isinstance(value, int | float)), None)
+
+
+def _several(values: Sequence[float], unit: str) -> str:
+    return _with_unit(", ".join(quantity(value, unit) for value in values), unit)
+
+
+def _with_unit(words: str, unit: str) -> str:
+    return f"{words} {unit}" if unit and words != MISSING else words
+
+
+def _particles(experiment: Experiment, _reading: Reading, row: Diagnostics) -> str:
+    count, ess = (_of_role(experiment, role, row) for role in ("particles", "ess"))
+    parts = (f"{count:g}" if count is not None else "", f"ESS {ess:.0f}" if ess is not None else "")
+    return ", ".join(filter(None, parts)) or MISSING
+
+
+def _samplers(experiment: Experiment, _reading: Reading, row: Diagnostics) -> str:
+    for series in experiment.all_series():
+        counts = row.vector(series.name) if series.role == "share" else None
+        if counts is not None:
+            used = [(name, count) for name, count in zip(series.components, counts, strict=False) if count > 0]
+            return ", ".join(f"{name} {count:.0f}" for name, count in used) or MISSING
+    return MISSING
+
+
+def _value(_experiment: Experiment, reading: Reading, row: Diagnostics) -> str:
+    spread = row.number(reading.sd) if reading.sd else math.nan
+    words = quantity(row.number(reading.series), reading.unit)
+    if math.isfinite(spread) and words != MISSING:
+        words += f" ± {quantity(spread, reading.unit)}"
+    return _with_unit(words, reading.unit)
+
+
+def _interval(_experiment: Experiment, reading: Reading, row: Diagnostics) -> str:
+    value = row.series.get(reading.series)
+    if not isinstance(value, Interval):
+        return MISSING
+    ends = (quantity(end, reading.unit) for end in value)
+    return _with_unit(" to ".join(ends), reading.unit)
+
+
+def _count(_experiment: Experiment, reading: Reading, row: Diagnostics) -> str:
+    flags = row.vector(reading.series)
+    return f"{sum(flag == 1 for flag in flags)} of {len(flags)}" if flags else MISSING
+
+
+def _most_probable(_experiment: Experiment, reading: Reading, row: Diagnostics) -> str:
+    known = row.hypotheses(reading.series)
+    if known is None or not known.weights:
+        return MISSING
+    best = max(range(len(known.weights)), key=known.weights.__getitem__)
+    value = _with_unit(quantity(known.values[best][0], reading.unit), reading.unit)
+    return f"{value}, {100 * known.weights[best]:.0f} %, one of {len(known.weights)}"
+
+
+_SAYS: dict[ReadingKind, Callable[[Experiment, Reading, Diagnostics], str]] = {
+    "estimate": lambda experiment, _, row: _several(row.estimate, experiment.unit),
+    "sigma": lambda experiment, _, row: _several(row.sigma, experiment.unit),
+    "error": lambda experiment, _, row: _with_unit(quantity(row.error, experiment.unit), experiment.unit),
+    "evidence": lambda _experiment, _, row: f"{row.log_evidence:.2f}" if math.isfinite(row.log_evidence) else MISSING,
+    "time": lambda _experiment, _, row: f"{row.step_ms:.2f} ms",
+    "particles": _particles,
+    "samplers": _samplers,
+    "value": _value,
+    "interval": _interval,
+    "hypotheses": _most_probable,
+    "count": _count,
+}
+
+# A run at a glance: its error over the frames without axes, where its target was hidden or lost, and what changed.
+#
+# It is SVG that stretches to whatever room it is given, for notebooks and pages, light or dark.
+
+HEIGHT = 100.0
+ROOM_ABOVE = 0.08
+"""Share of the height that the largest error leaves free."""
+SHADES = {"hidden": 0.25, "lost": 0.45}
+FILLS = "display:block;width:100%;height:100%;max-width:none;max-height:none"
+"""Style of a picture that fills its room. The style sheets of notebooks have pictures be as high as their width asks
+for: that goes before attributes, but not before this."""
+
+
+def sparkline(
+    rows: Sequence[Diagnostics],
+    colour: str = hexadecimal(COLOURS["estimate"]),
+    most: float = 0.0,
+    lost: Sequence[bool] | None = None,
+) -> str:
+    """Return the errors of frames as SVG.
+
+    Args:
+        rows: Of the frames.
+        colour: Of the line, as CSS writes it.
+        most: The error that reaches the top; the largest if 0.
+        lost: Whether the target is lost in each; as the rows alone say if not given.
+    """
+    return _svg(rows, [row.is_lost for row in rows] if lost is None else lost, colour, most, "")
+
+
+def track(run: Run) -> str:
+    """Return the errors of all frames that a run has computed as SVG, with a mark for each change of a parameter."""
+    last = max(1, run.computed)
+    marks = "".join(_mark(run, change, last) for change in run.timeline.changes if 0 < change.frame <= last)
+    return _svg(run.diagnostics, find_lost_frames(run).lost.tolist(), hexadecimal(COLOURS["estimate"]), 0.0, marks)
+
+
+def _svg(rows: Sequence[Diagnostics], lost: Sequence[bool], colour: str, most: float, marks: str) -> str:
+    flags = {"hidden": [row.hidden is True for row in rows], "lost": lost}
+    bands = "".join(band for name, known in flags.items() for band in _bands(name, known))
+    line = _path([row.error for row in rows], most)
+    return (
+        f'<svg viewBox="0 0 {max(1, len(rows) - 1)} {HEIGHT:g}" preserveAspectRatio="none" style="{FILLS}" '
+        f'aria-hidden="true">{bands}<path d="{line}" fill="none" stroke="{colour}" stroke-width="1.5" '
+        f'vector-effect="non-scaling-stroke"/>{marks}</svg>'
+    )
+
+
+def _path(errors: Sequence[float | None], most: float) -> str:
+    """Return a line from the bottom up, with gaps where an error is not known; one that is not finite is at the top."""
+    known = [error for error in errors if error is not None and math.isfinite(error)]
+    top = most or max(known, default=0.0) or 1.0
+    steps, command = [], "M"
+    for at, error in enumerate(errors):
+        if error is not None:
+            steps.append(f"{command}{at},{HEIGHT * (1.0 - (1.0 - ROOM_ABOVE) * min(1.0, error / top)):.1f}")
+        command = "M" if error is None else "L"
+    return " ".join(steps)
+
+
+def _bands(name: str, flags: Sequence[bool]) -> Iterator[str]:
+    """Yield a rectangle for each stretch of frames in which something holds."""
+    start = None
+    for at, flag in enumerate([*flags, False]):
+        if flag and start is None:
+            start = at
+        elif not flag and start is not None:
+            look = f'fill="{hexadecimal(COLOURS[name])}" opacity="{SHADES[name]}"'
+            yield f'<rect x="{start - 0.5}" width="{at - start}" height="{HEIGHT:g}" {look}/>'
+            start = None
+
+
+def _mark(run: Run, change: Change, last: int) -> str:
+    """Return the mark of a change, which a pointer explains."""
+    titles = {item.name: item.title for item in declarations(type(run.setup.parameters))}
+    said = ", ".join(f"{titles.get(name, name)} {value}" for name, value in change.values.items())
+    place = f'x="{change.frame - 0.002 * last}" width="{0.004 * last}" height="14"'
+    return f'<rect {place} fill="currentColor"><title>{escape(said)}</title></rect>'
+
+
+# A comparison in a notebook: what differs, what came of each run with its error at a glance, and what one gains.
+
+
+def comparison_html(comparison: "Comparison") -> str:
+    """Return a comparison as HTML, as far as its runs have been computed."""
+    names = [
+        f"{_dot(colour)} {escape(name)}" for name, colour in zip(comparison.names, comparison.colours, strict=True)
+    ]
+    lines: list[tuple[str, Iterable[str]]] = [("", names)]
+    lines += [(each.title, map(_format_value, each.values)) for each in comparison.settings]
+    lines += list(_outcomes(comparison))
+    rows = "".join(row(title, cells) for title, cells in lines)
+    said = "".join(f"<p style='margin:4px 0'>{escape(line)}</p>" for line in _sentences(comparison))
+    return box(f"Comparison of {len(names)} runs, {comparison.frames} frames", f"{table(rows)}<div>{said}</div>")
+
+
+def _outcomes(comparison: "Comparison") -> Iterator[tuple[str, Iterable[str]]]:
+    unit, outcomes = comparison.unit, comparison.outcomes
+    errors = [row.error for rows in comparison.rows for row in rows if row.error is not None]
+    most = max((error for error in errors if math.isfinite(error)), default=0.0)
+    yield f"Mean error, {unit}" if unit else "Mean error", (quantity(each.mean_error, unit) for each in outcomes)
+    yield "Kept", (f"{100 * each.kept:.0f} %" if math.isfinite(each.kept) else MISSING for each in outcomes)
+    yield "First lost", ("never" if each.first_lost is None else f"frame {each.first_lost}" for each in outcomes)
+    glances = zip(comparison.rows, comparison.colours, comparison.lost, strict=True)
+    room = '<div style="width:180px;height:32px">'
+    yield "Error", (f"{room}{sparkline(rows, colour, most, lost.tolist())}</div>" for rows, colour, lost in glances)
+
+
+def _sentences(comparison: "Comparison") -> Iterator[str]:
+    parted = comparison.first_difference
+    yield "The runs are identical." if parted is None else f"They differ from frame {parted} on."
+    names = comparison.names
+    for each in comparison.paired:
+        yield f"{each.title}, {names[each.second]} less {names[each.first]}: {_difference(each)}."
+
+
+def _difference(each: "Paired") -> str:
+    if not each.frames:
+        return "no frame in which both are known"
+    factor, unit = (1.0, each.unit) if each.name == "error" else (100.0, "points")  # of 100: a difference of shares
+    numbers = (each.mean, each.low, each.high)
+    mean, low, high = (f"{factor * value:+.2f}" if math.isfinite(value) else MISSING for value in numbers)
+    interval = f" (95 % interval {low} to {high})" if math.isfinite(each.low) else ""
+    return f"{mean} {unit}{interval} over {each.frames} frames"
+
+
+def _format_value(value: str | None) -> str:
+    return escape(value) if value is not None else MISSING
+
+
+def _dot(colour: str) -> str:
+    return f'<span style="color:{colour}">●</span>'
+
+
+# An explanation in a notebook: why the target was lost, and what would have saved it, the best first.
+
+SHOWN = 12
+"""Changes that are listed; all are in `Explanation.lines`."""
+
+
+def explanation_html(explanation: "Explanation") -> str:
+    """Return an explanation as HTML."""
+    diagnosis, report = explanation.diagnosis, explanation.what_if
+    signs = "".join(f"<li>{escape(sign.words)}</li>" for sign in diagnosis.signs)
+    said = f"<div><p style='margin:4px 0'>{escape(diagnosis.sentence)}</p><ul>{signs}</ul></div>"
+    untried = f"<p>{escape(explanation.untried)}</p>" if explanation.untried else ""
+    return box("Why it was lost", said + (_what_if(report) if report else untried))
+
+
+def _what_if(report: "Report") -> str:
+    lines = report.best_first[: SHOWN + 1]
+    rows = "".join(
+        row(
+            each.alternative.title,
+            (
+                _bar(each.share, each.interval),
+                f"{each.holding} of {each.runs}",
+                f"{each.step_ms:.2g} ms a step",
+                escape(report.words(each)),
+            ),
+        )
+        for each in lines
+    )
+    left = len(report.best_first) - len(lines)
+    more = f" {left} further changes hold no more often." if left else ""
+    return (
+        f"<div><p style='margin:4px 0'>{escape(report.sentence)}</p>{table(rows)}"
+        f"<p>{escape(f'{report.progress}{more} {report.correction} {CAVEAT}')}</p></div>"
+    )
+
+
+def _bar(share: float, interval: tuple[float, float]) -> str:
+    """Return a share as a bar with its interval as a line, in the colour of the text around it."""
+    low, high = (f"{120 * end:.1f}" for end in interval)
+    return (
+        f'<svg width="120" height="12" role="img" aria-label="{share:.0%}">'
+        '<rect width="120" height="12" fill="currentColor" opacity=".12"/>'
+        f'<rect width="{120 * share:.1f}" height="12" fill="currentColor" opacity=".45"/>'
+        f'<path d="M{low} 6H{high}" stroke="currentColor" stroke-width="2"/></svg>'
+    )
+
+
+# A run in a notebook: the frame at which it stands, what came of it so far, and its error at a glance.
+
+WIDE_PX = 320
+"""Of the picture, as it is shown; it has twice as many pixels where there are that many."""
+QUALITY = 85
+
+
+def summary_lines(run: Run) -> dict[str, str]:
+    """Return what came of a run so far, in words by what it is."""
+    made, experiment = run.summary(), run.experiment
+    lines = {"Frames": extent_of(run)}
+    if made.verdict.success is not None:
+        lines["Outcome"] = "kept" if made.verdict.success else "lost"
+    diagnosis = diagnose(run)
+    if diagnosis.lost:
+        lines["Why"] = diagnosis.sentence
+        if run.explained is not None and run.explained.diagnosis.frame == diagnosis.frame:
+            lines["What if"] = run.explained.what_if.sentence
+    if made.verdict.mean_error is not None:
+        lines["Mean error"] = _with_unit_run(quantity(made.verdict.mean_error, experiment.unit), experiment.unit)
+    for measure in experiment.run_measures:
+        value = made.measures.get(measure.name)
+        if value is not None:
+            share = measure.how == "share"
+            words = f"{100 * value:.0f} %" if share else _with_unit_run(quantity(value, measure.unit), measure.unit)
+            lines[measure.title] = words
+    lines |= {TITLES[direction]: reason for direction, reason in made.miscalibration.items()}
+    footage = run.setup.footage
+    if footage is not None:
+        lines |= {"Recording": footage.name} | ({"SHA-256 of the recording": footage.sha256} if footage.sha256 else {})
+    return {**lines, "SHA-256 of the estimates": made.estimates_sha256}
+
+
+def run_html(run: Run) -> str:
+    """Return a run as HTML, at the frame at which it stands."""
+    drawing = without_faults(run.experiment.draw(run.current, run.diagnostics))
+    lines = {**summary_lines(run), "SHA-256 of the estimates": f"{run.estimates_sha256[:16]}…"}
+    rows = "".join(row(key, [escape(value)]) for key, value in lines.items())
+    caption = drawing.caption or f"Frame {run.position}"
+    style = "font-size:85%;opacity:.75"
+    picture = (
+        f'<figure style="margin:0;max-width:{WIDE_PX}px"><img src="{_picture(run, drawing)}" alt="{escape(caption)}" '
+        f'style="width:100%;display:block"><figcaption style="{style}">{escape(caption)}</figcaption></figure>'
+    )
+    glance = f'<div style="height:36px;margin-top:6px" title="error over the frames">{track(run)}</div>'
+    return box(title_of(run), f'{picture}<div style="flex:1 1 {WIDE_PX}px">{table(rows)}{glance}</div>')
+
+
+def _picture(run: Run, drawing: Drawing) -> str:
+    """Return a drawing as a film would show it, as an address that holds its content."""
+    scale = max(1.0, 2.0 * WIDE_PX / max(1, drawing.width * (1 + len(drawing.worlds))))
+    image = render_beside(replace(drawing, caption=""), layers=run.experiment.shown_layers, scale=min(2.0, scale))
+    file = cv2.imencode(".jpg", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), (cv2.IMWRITE_JPEG_QUALITY, QUALITY))[1]
+    return f"data:image/jpeg;base64,{base64.b64encode(file.tobytes()).decode()}"
+
+
+def _with_unit_run(words: str, unit: str) -> str:
+    return f"{words} {unit}".strip()
+
+
+# What is drawn of a look into a frame: the likelihood as heat over the picture, and what is looked at.
+
+LAYER = "inspected"
+"""Of what is looked at; it is no layer of an experiment, and is always shown."""
+
+RING_SHARE = 0.022
+"""Radius of the ring around the place, as a share of the picture's width; its cross reaches twice as far."""
+SHORTEST_RING_PX = 4.0
+
+
+def draw_likelihood(drawing: Drawing, found: LikelihoodMap) -> Drawing:
+    """Return a drawing whose picture is grey, with a likelihood over it from purple, the lowest, to yellow.
+
+    Its caption says which numbers these are. Where there is no picture, the likelihood lies on white paper.
+    """
+    items = drawing.primitives
+    name = next((name for name, item in items.items() if isinstance(item, Picture)), None)
+    if name is None:
+        paper = np.full((drawing.height, drawing.width, 3), 255, np.uint8)
+        heat = Picture(over(paper, found.levels, width=drawing.width))
+        primitives: dict[str, Primitive] = {"likelihood": heat, **items}
+    else:
+        picture = items[name]
+        assert isinstance(picture, Picture)  # noqa: S101 - found as one
+        image = picture.image_rgb
+        primitives = {**items, name: Picture(over(image, found.levels, width=image.shape[1]), picture.layer)}
+    low, high = found.range
+    scale = f"log likelihood from {low:.3g}, purple, to {high:.3g}, yellow"
+    caption = f"{drawing.caption} · {scale}" if drawing.caption else scale
+    return replace(drawing, primitives=primitives, caption=caption)
+
+
+def draw_arrows(drawing: Drawing, arrows: Sequence[tuple[float, float, float, float]]) -> Drawing:
+    """Return a drawing with arrows, x, y, x, y px each, that say which way something pulls."""
+    ends = np.asarray(arrows, np.float32).reshape(-1, 2, 2)
+    ends = ends[np.isfinite(ends).all(axis=(1, 2))]
+    segments = np.concatenate([ends, np.zeros((len(ends), 2, 1), np.float32)], axis=2)
+    pulls = Arrows(segments, COLOURS["inspected"], 2.0, LAYER)
+    return replace(drawing, primitives={**drawing.primitives, "inspected pulls": pulls})
+
+
+def draw_place(drawing: Drawing, place: NDArray[np.float64], path: NDArray[np.float64]) -> Drawing:
+    """Return a drawing with a ring and a cross around a place, and the way that leads there.
+
+    Args:
+        drawing: What is to be seen.
+        place: (2,) px.
+        path: (A, 2) the place and where it was in the frames before, px; empty without.
+    """
+    colour = COLOURS["inspected"]
+    radius = max(SHORTEST_RING_PX, RING_SHARE * drawing.width)
+    u, v = place
+    centre = np.array([u, v, 0.0], np.float32)
+    ring = Ellipse(centre, radius * np.eye(2, dtype=np.float32), colour, 2.0, LAYER)
+    arms = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)]
+    cross = np.array([[(u + r * radius * a, v + r * radius * b, 0.0) for r in (1.0, 2.0)] for a, b in arms], np.float32)
+    items: dict[str, Primitive] = {"inspected ring": ring, "inspected cross": Links(cross, colour, 2.0, LAYER)}
+    if len(path) > 1:
+        way = np.column_stack([path, np.zeros(len(path))]).astype(np.float32)
+        items["inspected path"] = Polyline(way, colour, 2.0, LAYER)
+    return replace(drawing, primitives={**drawing.primitives, **items})

@@ -1,0 +1,145 @@
+"""The table of a run as files: CSV, Parquet, NPZ and JSON Lines, all with the same columns.
+
+They are written piece by piece: of a long run there is never the whole text in memory.
+"""
+
+import json
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pftrack.core.model.diagnostics import Diagnostics
+from pftrack.core.model.setup import ExportError
+from pftrack.runs.manifest import embed
+from pftrack.runs.run import Run
+from pftrack.runs.scoring import extent_series
+from pftrack.runs.table import columns_in, table_of
+from pftrack.sources.results.table import Box, Form
+from pftrack.sources.results.writing import write_results
+
+MEMBER = "manifest"
+"""Name of the manifest among the members of an NPZ file."""
+
+METADATA = b"pftrack"
+"""Key of the manifest in the metadata of a Parquet file."""
+
+PIECE_FRAMES = 5_000
+
+Steps = Iterator[tuple[int, int]]
+"""(frames written, of all)."""
+
+
+def csv_of(run: Run, path: Path) -> Steps:
+    """Write a run's table as CSV, a line of names first; what is not known is empty."""
+    from pyarrow import csv  # noqa: PLC0415 - see `table_of`
+
+    table = table_of(run)
+    with csv.CSVWriter(str(path), table.schema, write_options=csv.WriteOptions(quoting_style="needed")) as file:
+        for batch in table.to_batches(PIECE_FRAMES):
+            file.write_batch(batch)
+            yield _first(batch) + batch.num_rows, table.num_rows
+
+
+def parquet_of(run: Run, path: Path) -> Steps:
+    """Write a run's table as Parquet, with the manifest in its metadata, and title and unit in those of each column."""
+    from pyarrow import parquet  # noqa: PLC0415 - see `table_of`
+
+    table = table_of(run)
+    schema = table.schema.with_metadata({METADATA: embed(run).encode()})
+    with parquet.ParquetWriter(path, schema, compression="zstd") as file:
+        for batch in table.replace_schema_metadata(schema.metadata).to_batches(PIECE_FRAMES):
+            file.write_batch(batch)
+            yield _first(batch) + batch.num_rows, table.num_rows
+
+
+def npz_of(run: Run, path: Path) -> Steps:
+    """Write a run's table as NPZ, an array (L,) a column, and the manifest as the text `manifest`."""
+    arrays: dict[str, Any] = {MEMBER: np.array(embed(run)), **{it.name: it.values for it in columns_in(run)}}
+    with path.open("wb") as file:
+        np.savez_compressed(file, allow_pickle=False, **arrays)
+    yield run.computed + 1, run.computed + 1
+
+
+def json_lines_of(run: Run, path: Path) -> Steps:
+    """Write a run's table as JSON Lines, an object a frame; a number that is not known or not finite is null."""
+    table = table_of(run)
+    with path.open("w", encoding="ascii", newline="\n") as file:
+        for batch in table.to_batches(PIECE_FRAMES):
+            file.writelines(f"{json.dumps(_plain(row), allow_nan=False)}\n" for row in batch.to_pylist())
+            yield _first(batch) + batch.num_rows, table.num_rows
+
+
+def _first(batch: Any) -> int:  # noqa: ANN401 - pyarrow has no types
+    return int(batch.column("frame")[0].as_py())
+
+
+def _plain(row: dict[str, Any]) -> dict[str, Any]:
+    return {name: value if value is not None and math.isfinite(value) else None for name, value in row.items()}
+
+
+# Boxes of a run in the forms of other trackers: what is believed, and what is true; see `pftrack.sources.results`.
+
+
+def believed_file(run: Run, form: Form) -> bytes:
+    """Return the boxes that the tracker believes in, of all frames computed; those of a clip count as in the clip.
+
+    Raises:
+        ExportError: It believes in none.
+    """
+    boxes = _of_states(run) if run.experiment.boxes is not None else _of_rows(run)
+    return _file(run, form, boxes, "no frame has a box that is believed")
+
+
+def true_file(run: Run, form: Form) -> bytes:
+    """Return the true boxes of all frames computed.
+
+    Raises:
+        ExportError: None is known.
+    """
+    boxes = [
+        _box(_number(run, row.frame), row.truth, row.extent) for row in run.diagnostics if row.truth and row.extent
+    ]
+    return _file(run, form, boxes, "no frame has a true box")
+
+
+def _file(run: Run, form: Form, boxes: list[Box], nothing: str) -> bytes:
+    if not boxes:
+        raise ExportError(nothing)
+    frames = _number(run, run.computed) + 1
+    return write_results(form, boxes, frames=frames, size=run.source.size, rate_hz=run.source.frame_rate_hz)
+
+
+def _of_states(run: Run) -> list[Box]:
+    if run.experiment.boxes is None:
+        return []
+    found: list[Box] = []
+    for frame in range(run.computed + 1):
+        state = run.seek(frame).state
+        found += (box._replace(frame=_number(run, frame)) for box in run.experiment.boxes(state))
+    return found
+
+
+def _of_rows(run: Run) -> list[Box]:
+    name = extent_series(run.experiment.all_series())
+    return [
+        _box(_number(run, row.frame), row.estimate, extent) for row in run.diagnostics if (extent := _extent(row, name))
+    ]
+
+
+def _extent(row: Diagnostics, name: str | None) -> tuple[float, ...] | None:
+    extent = row.vector(name) if name else None
+    return extent if extent and np.isfinite([*extent, *row.estimate]).all() else None
+
+
+def _box(frame: int, centre: tuple[float, ...], extent: tuple[float, ...]) -> Box:
+    """Return the box around a position; it covers whole pixels, and positions count from the centre of the first."""
+    (x, y), (w, h) = centre[:2], extent
+    return Box(frame, 1, x - (w - 1.0) / 2.0, y - (h - 1.0) / 2.0, w, h)
+
+
+def _number(run: Run, frame: int) -> int:
+    """Return the number in the recording of a frame of the run."""
+    return frame + (run.setup.footage.start if run.setup.footage else 0)
