@@ -14,8 +14,6 @@ from pftrack.core.entry_points import PRESENTERS, load
 from pftrack.runs.continuation import ReplayError
 from pftrack.runs.run import Run
 
-__all__ = ["Explanation", "explain"]
-
 
 @dataclass(frozen=True)
 class Explanation:

@@ -16,8 +16,6 @@ from pftrack.core.model.recipe import Recipe
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.run import Run
 
-__all__ = ["Entry", "FailureRun", "Measured", "entry", "gallery", "measure", "run_failure"]
-
 
 @dataclass(frozen=True)
 class Entry:

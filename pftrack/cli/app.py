@@ -42,8 +42,6 @@ from pftrack.cli.output import FAILED, CommandError, emit, explain, wrong_use
 from pftrack.core.entry_points import find
 from pftrack.core.version import __version__
 
-__all__ = ["app", "main"]
-
 PLUGINS = "pftrack.commands"
 
 

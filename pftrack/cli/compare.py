@@ -10,8 +10,6 @@ from pftrack.cli.filters import Trust
 from pftrack.cli.listing import Json
 from pftrack.cli.output import emit, table
 
-__all__ = ["register"]
-
 
 def register(app: typer.Typer) -> None:
     """Add the commands of this module."""

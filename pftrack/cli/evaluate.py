@@ -13,7 +13,6 @@ from pftrack.cli.output import CommandError, emit, note, progress, table, values
 if TYPE_CHECKING:
     from pftrack.analysis.evaluation import Score
 
-__all__ = ["register"]
 
 SHOWN = ("CPF", "KMS", "MIL", "STRUCK")
 """Published trackers in the table; JSON has all."""

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from pftrack.teaching.exercises.grading import Report
     from pftrack.teaching.exercises.submission import Exercise
 
-__all__ = ["register"]
 
 Folder = Annotated[
     Path | None,

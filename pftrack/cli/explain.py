@@ -11,8 +11,6 @@ from pftrack.cli.filters import Trust
 from pftrack.cli.listing import Json
 from pftrack.cli.output import emit, progress, whole, wrong_use
 
-__all__ = ["register"]
-
 MOST_SEEDS = 1000
 
 

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from pftrack.runs.record import Saved
     from pftrack.runs.run import Run
 
-__all__ = ["ExportOut", "register", "wanted_exports", "write_exports"]
 
 ExportOut: TypeAlias = Annotated[
     list[Path] | None,

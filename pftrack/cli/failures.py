@@ -13,7 +13,6 @@ from pftrack.cli.output import emit, note, suffix_of, table, whole, wrong_use
 if TYPE_CHECKING:
     from pftrack.analysis.failures import Entry, FailureRun, Measured
 
-__all__ = ["register"]
 
 Named = Annotated[str, typer.Argument(metavar="ID", help="A failure's name or number, as `failures list` prints it.")]
 

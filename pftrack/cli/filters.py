@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from pftrack.core.model.recipe import Recipe
     from pftrack.experiments.experiment import Experiment
 
-__all__ = ["Trust", "chosen_tracker", "read_filters", "register", "with_filters"]
 
 Trust = Annotated[
     bool, typer.Option("--trust", help="Execute the filters that the file brings; read them first, with show-recipe.")

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from pftrack.analysis.fitting.found import Fit
     from pftrack.analysis.fitting.trials import Score
 
-__all__ = ["register"]
-
 
 def register(app: typer.Typer) -> None:
     """Add the commands of this module."""

@@ -19,23 +19,6 @@ if TYPE_CHECKING:
     from pftrack.runs.record import OpenSequence
     from pftrack.sweep.recording import Recording
 
-__all__ = [
-    "Box",
-    "FootageOptions",
-    "Mark",
-    "Points",
-    "Start",
-    "Swept",
-    "Tracks",
-    "Truth",
-    "Video",
-    "footage_of",
-    "frames_left",
-    "open_footage",
-    "open_setup",
-    "path_from",
-    "swept_recording",
-]
 
 Video = Annotated[
     Path | None, typer.Option(help="A video, an animated GIF, a folder of pictures, or a table of tracks (CSV).")

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from pftrack.filters.learning.guidance import Guidance
     from pftrack.sweep import Plan
 
-__all__ = ["guidance_of", "register"]
-
 
 def register(app: typer.Typer) -> None:
     """Add the commands of this module."""

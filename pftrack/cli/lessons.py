@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from pftrack.core.model.parameters import Parameters
     from pftrack.teaching.lessons.lesson import Demonstration, Lesson, Number, Shown
 
-__all__ = ["register"]
 
 Named = Annotated[str, typer.Argument(metavar="ID", help="A lesson's id or number, as `lessons list` prints them.")]
 Assignments = Annotated[

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from pftrack.core.model.preset import Preset
     from pftrack.experiments.experiment import Experiment
 
-__all__ = ["PresetName", "find_experiment", "find_preset", "register"]
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON value.")]
 PresetName = Annotated[

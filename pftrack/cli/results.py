@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from pftrack.core.model.source import FrameSequence
     from pftrack.sources.results.table import Form, ResultTable
 
-__all__ = ["register"]
-
 
 def register(app: typer.Typer) -> None:
     """Add the command of this module."""

@@ -40,7 +40,6 @@ if TYPE_CHECKING:
     from pftrack.experiments.experiment import Experiment
     from pftrack.runs.run import Run
 
-__all__ = ["compute_run", "print_summary", "register"]
 
 LONGEST_SHOWN = 80  # characters of a value in a table
 REPORT_EVERY = 8  # frames; a progress bar must not cost more than the filter

@@ -41,7 +41,6 @@ if TYPE_CHECKING:
     from pftrack.sweep import Plan, Progress, Result
     from pftrack.sweep.recording import Recording
 
-__all__ = ["plan_of", "register"]
 
 SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 

@@ -6,8 +6,6 @@ So a run can be shown, exported and served, though it knows nobody who does that
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
-__all__ = ["PRESENTERS", "find", "load"]
-
 PRESENTERS = "pftrack.presenters"
 """Group of the functions that show or write a run or a comparison."""
 

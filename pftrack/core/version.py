@@ -1,5 +1,3 @@
 """The version of the library, apart from what offers it, so that all can write it into their files."""
 
-__all__ = ["__version__"]
-
 __version__ = "1.0.0"

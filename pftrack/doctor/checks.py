@@ -22,7 +22,6 @@ from pftrack.doctor.warming.memory import existing, writable
 if TYPE_CHECKING:
     from pftrack.experiments.experiment import Experiment
 
-__all__ = ["Check", "examine"]
 
 DEFAULT_DATA_DIR = "~/.local/share/pftrack"
 LEAST_MEMORY_MIB = 512

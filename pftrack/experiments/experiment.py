@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pftrack.core.model.band import STANDARD_CALIBRATION, Calibration, Direction, reasons
-from pftrack.core.model.diagnostics import Diagnostics, Draw, Step
+from pftrack.core.model.diagnostics import Diagnostics, Draw
 from pftrack.core.model.drawing import Layer, World
 from pftrack.core.model.glossary import Citation, Section, Term
 from pftrack.core.model.marks import Mark, read_mark
@@ -29,19 +29,6 @@ from pftrack.experiments.shared.loss_probability import NOTHING_DECLARED, LossDe
 from pftrack.filters.learning.guidance import Guidance
 from pftrack.sources.results.table import Box
 from pftrack.sources.truth import BOXES, TruthKind
-
-__all__ = [
-    "INTERFACE",
-    "PICTURES",
-    "Draw",
-    "ExampleSweep",
-    "Experiment",
-    "OnVideo",
-    "Preset",
-    "Setup",
-    "Step",
-    "Suits",
-]
 
 PICTURES: tuple[Kind, ...] = ("video", "gif", "images")
 """The kinds of recording that are made of pictures."""

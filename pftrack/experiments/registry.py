@@ -14,8 +14,6 @@ from importlib.metadata import EntryPoint, entry_points
 
 from pftrack.experiments.experiment import INTERFACE, Experiment
 
-__all__ = ["GROUP", "Plugin", "Registry"]
-
 GROUP = "pftrack.experiments"
 
 NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,63}")

@@ -15,8 +15,6 @@ import numpy as np
 
 from pftrack.process.calls import Answer, Fault, Refusal, Reply, Step
 
-__all__ = ["pack", "unpack"]
-
 TAG_LENGTH = 16
 
 

@@ -7,8 +7,6 @@ from concurrent.futures import Future
 from types import TracebackType
 from typing import Any, Self, TypeVar
 
-__all__ = ["BackgroundLoop"]
-
 T = TypeVar("T")
 
 

@@ -18,8 +18,6 @@ from pftrack.process.child import Ending
 from pftrack.process.limits import MEBIBYTE, Budget, confine, give_way, leave_interrupts_to_parent, stand_alone
 from pftrack.process.pipe import BlockingEnd, Pack
 
-__all__ = ["GRACE_S", "Answer", "Call", "Fault", "Outcome", "Refusal", "Reply", "Step", "answer_calls", "report"]
-
 TELL_S = 0.2
 GRACE_S = 5.0
 """So long after the parent should have ended a silent child that child ends itself."""

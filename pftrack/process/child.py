@@ -12,8 +12,6 @@ from contextlib import suppress
 from enum import Enum, auto
 from typing import Literal
 
-__all__ = ["NUMBER", "ONE_THREAD", "Child", "Ending", "command", "describe", "ending", "environment", "run"]
-
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
 """Environment that keeps numerical libraries to one thread: there is a process for every core already."""
 

@@ -28,8 +28,6 @@ from pftrack.process.child import NUMBER, ONE_THREAD, Child, command, environmen
 from pftrack.process.limits import close_descriptors, leave_interrupts_to_parent
 from pftrack.process.pipe import BlockingEnd, pair
 
-__all__ = ["ForkServer", "serve"]
-
 GRACE_S = 5.0
 NEW_CHILD, LOAD = b"+", b"="
 """What an owner wants: a child that calls something, or that the fork server itself calls it."""

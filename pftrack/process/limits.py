@@ -17,18 +17,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = [
-    "MEBIBYTE",
-    "UNLIMITED",
-    "Budget",
-    "close_descriptors",
-    "confine",
-    "end_with_parent",
-    "give_way",
-    "leave_interrupts_to_parent",
-    "stand_alone",
-]
-
 MEBIBYTE = 1024**2
 
 CPU_GRACE_S = 5

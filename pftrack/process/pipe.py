@@ -12,8 +12,6 @@ import struct
 from collections.abc import Callable
 from typing import Any, cast
 
-__all__ = ["AsyncEnd", "BlockingEnd", "Pack", "Unpack", "pair"]
-
 Pack = Callable[[Any], bytes]
 Unpack = Callable[[bytearray], Any]
 

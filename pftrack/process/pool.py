@@ -12,8 +12,6 @@ from pftrack.process.fork_server import ForkServer
 from pftrack.process.limits import Budget
 from pftrack.process.worker import Worker
 
-__all__ = ["BlockingPool", "CallError", "Pool", "WorkerLostError"]
-
 
 class WorkerLostError(Exception):
     """A worker ended before it could answer.

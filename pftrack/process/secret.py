@@ -4,8 +4,6 @@ import os
 import sys
 from contextlib import suppress
 
-__all__ = ["take_secret"]
-
 PIPE = "_PIPE"
 """Ends the name of the variable that tells the program that begins anew from which descriptor to read."""
 

@@ -12,8 +12,6 @@ from pftrack.process.fork_server import ForkServer
 from pftrack.process.limits import Budget
 from pftrack.process.pipe import LARGEST_MESSAGE, AsyncEnd
 
-__all__ = ["Worker", "run_task"]
-
 LOOK_S = 0.1
 LAST_WORDS_S = 5.0
 END_S = 30.0

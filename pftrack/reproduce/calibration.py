@@ -17,8 +17,6 @@ from pftrack.reproduce.finding import OWN, Finding, Own, Unexplained, claim, com
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Run
 
-__all__ = ["coverage"]
-
 SOURCE = "what a band says of itself"
 SHORT = Unexplained("the band does not hold as much as it says, or not for sure; see docs/explanation/calibration.md")
 OURS = Own("this project, docs/explanation/calibration.md")

@@ -11,8 +11,6 @@ from pftrack.reproduce.finding import FEWER, PROTOCOL, TRIALS, Finding, claim, c
 from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Run
 
-__all__ = ["dimension", "kalman_sine", "sample_count"]
-
 SOURCE_KALMAN = "Bando 2007, ch. 2 section 2.2; reference implementation"
 SOURCE_PARTICLES = "Bando 2007, ch. 2 section 3.2; reference implementation"
 

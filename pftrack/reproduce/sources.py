@@ -12,8 +12,6 @@ from pathlib import Path
 
 from pftrack.experiments import EXPERIMENTS
 
-__all__ = ["hash_sources", "list_sources"]
-
 ROOT = Path(__file__).parents[2]
 DATA = frozenset({".csv", ".json"})
 

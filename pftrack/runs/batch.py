@@ -26,8 +26,6 @@ from pftrack.runs.loss_probability import measure_loss_probability
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import allowed_loss, estimates_hash, extent_series, judge, reductions
 
-__all__ = ["Outcome", "outcomes"]
-
 BLOCK_BYTES = 64 * 1024 * 1024
 """Pictures held at a time; sixty of Bando's scene are a quarter of it."""
 

@@ -21,8 +21,6 @@ from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.tracker import TrackState
 from pftrack.core.version import __version__
 
-__all__ = ["Checkpoint", "read", "write"]
-
 HEAD = f"pftrack checkpoint 1, pftrack {__version__}\n".encode()
 CHECKSUM_BYTES = 4
 ARRAYS = {

@@ -16,8 +16,6 @@ from pftrack.core.version import __version__
 from pftrack.runs.run import Run
 from pftrack.runs.table import columns_in
 
-__all__ = ["FORMAT", "bibtex_of", "citation_of", "embed", "extent_of", "manifest_of", "title_of"]
-
 FORMAT = "pftrack-manifest"
 
 

@@ -34,21 +34,6 @@ from pftrack.runs.loss_probability import columns_of
 from pftrack.runs.run import Run
 from pftrack.sources.truth import TruthKind
 
-__all__ = [
-    "OpenSequence",
-    "Record",
-    "RecordError",
-    "Saved",
-    "describe",
-    "load",
-    "make",
-    "read",
-    "read_columns",
-    "read_saved",
-    "save",
-    "wire",
-]
-
 FORMAT: Literal[2] = 2
 LARGEST_RECORD_BYTES = 16 * 1024 * 1024
 LARGEST_DIAGNOSTICS_BYTES = 256 * 1024 * 1024

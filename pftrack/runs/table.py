@@ -23,7 +23,6 @@ from pftrack.runs.run import Run
 if TYPE_CHECKING:
     import pyarrow as pa
 
-__all__ = ["Column", "columns_in", "table_of"]
 
 OWN = {
     "frame": "frame",

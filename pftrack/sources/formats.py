@@ -13,15 +13,6 @@ from typing import Literal
 from pftrack.sources.limits import HEAD_BYTES, SourceError, decode, delimiter_of
 from pftrack.sources.results.numbers import form_of
 
-__all__ = [
-    "ALLOWED",
-    "RECORDING_ENTRY",
-    "TRACKS_COLUMNS",
-    "Format",
-    "is_beliefs",
-    "sniff",
-]
-
 ALLOWED = (
     "an MP4, MOV, MKV, WebM, AVI, OGG, MPEG or MPEG-TS video, an animated GIF, "
     "a folder of PNG, JPEG, BMP, TIFF or WebP pictures, a table of tracks with the columns "

@@ -26,8 +26,6 @@ from pftrack.sources.formats import sniff
 from pftrack.sources.limits import HEAD_BYTES, Limits, SourceError, check_bytes, check_pixels, natural_order
 from pftrack.sources.sequence import BoundedCache
 
-__all__ = ["ImageSequence", "natural_order"]
-
 _PICTURES = "PNG, JPEG, BMP, TIFF or WebP pictures"
 _RATE_HZ = 25.0
 _DEEP_GREY = {"I;16", "I;16L", "I;16B", "I;16N"}

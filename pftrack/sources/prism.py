@@ -21,21 +21,6 @@ from pftrack.core.model.source import Frame, History, Landmarks, Measurements, T
 from pftrack.core.numerics.matrices import pinhole, product
 from pftrack.core.numerics.random import Purpose, Stream
 
-__all__ = [
-    "FACES",
-    "FRAMES",
-    "NAMES",
-    "PRINCIPAL_PX",
-    "REAR",
-    "VERTICES_MM",
-    "PrismParameters",
-    "PrismSource",
-    "PrismTarget",
-    "Sight",
-    "sight",
-    "visible_faces",
-]
-
 FRAMES = 625
 """Length of Bando's experiment; the motion then repeats."""
 

@@ -29,8 +29,6 @@ from pftrack.sources.formats import Format
 from pftrack.sources.limits import Limits, SourceError, check_pixels
 from pftrack.sources.sequence import BoundedCache
 
-__all__ = ["VideoSequence"]
-
 _KEYFRAMES_TRIED = 3
 _MOST_KEPT_ON_THE_WAY = 48
 

@@ -7,8 +7,6 @@ It takes a tenth of a second and 45 MiB, which a server on which nobody sweeps n
 from importlib import import_module
 from typing import Any, TypeAlias
 
-__all__ = ["Array", "DataType", "Schema", "Table", "as_table"]
-
 # Arrow has no types; these say in signatures what is meant.
 Array: TypeAlias = Any
 DataType: TypeAlias = Any

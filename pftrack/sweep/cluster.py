@@ -25,7 +25,6 @@ except ImportError:
         "a sweep on a cluster needs the package distributed, which is not installed; pip install 'pftrack[cluster]'"
     ) from None
 
-__all__ = ["ClusterWorkers"]
 
 CONNECT_S = 5
 """How long the scheduler may take to answer."""

@@ -26,8 +26,6 @@ from pftrack.sweep.cells import (
     significance,
 )
 
-__all__ = ["TEST_TITLES", "Comparison", "Paired", "UsedTest", "compare"]
-
 UsedTest: TypeAlias = Literal["chi-square", "fisher", "rank-sum"]
 
 TEST_TITLES: dict[UsedTest, str] = {"chi-square": "Chi-square", "fisher": "Fisher's exact", "rank-sum": "Rank-sum"}

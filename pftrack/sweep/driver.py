@@ -19,8 +19,6 @@ from pftrack.sweep.result import Result, read_result
 from pftrack.sweep.table import Chunks
 from pftrack.sweep.work import LocalWorkers, Workers, as_text, compute_chunk, measure
 
-__all__ = ["Estimate", "Progress", "carry_out", "estimate", "open_workers"]
-
 CHUNK_S = 1.0
 """How long a chunk is meant to take: what is lost with a worker, and long beside what handing it out costs."""
 

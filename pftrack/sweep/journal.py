@@ -20,8 +20,6 @@ from pftrack.sweep.axis import SweepError
 from pftrack.sweep.plan import Plan
 from pftrack.sweep.table import Chunk, Chunks, conform, schema
 
-__all__ = ["Journal", "begin", "plan_of", "resume"]
-
 FORMAT, VERSION = "pftrack-sweep", 1
 METADATA = b"pftrack-sweep"
 PARTIAL = ".partial"

@@ -27,8 +27,6 @@ from pftrack.runs.record import OpenSequence, wire
 from pftrack.runs.run import Run
 from pftrack.sweep.axis import MOST_RUNS, TRACKER, Axis, SweepError, check, find_declaration, value_of
 
-__all__ = ["Plan", "Single"]
-
 SEED_BYTES = 6
 """Of a run's seed: 48 bits, which JSON and JavaScript hold exactly."""
 

@@ -18,8 +18,6 @@ from pftrack.sweep.journal import chunk_files, partial_of, plan_of
 from pftrack.sweep.plan import Plan
 from pftrack.sweep.table import conform, schema
 
-__all__ = ["Result", "csv_pieces", "read_chunk", "read_result", "rows_of", "summary"]
-
 ROWS_A_PIECE = 65_536
 FAILURES_FIRST = {False: 0, None: 1, True: 2}
 

@@ -14,19 +14,6 @@ from pftrack.core.model.recipe import Change
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.run import Run
 
-__all__ = [
-    "FRAMES",
-    "Check",
-    "CheckError",
-    "Straight",
-    "begin_run",
-    "copy_arrays",
-    "demand",
-    "each_tracker",
-    "named_checks",
-    "straight",
-]
-
 FRAMES = 12
 """Length of the runs: as much as differs between frames has shown itself by then, and no check takes long."""
 

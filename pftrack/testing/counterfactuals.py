@@ -10,8 +10,6 @@ from pftrack.experiments.experiment import Experiment
 from pftrack.runs.continuation import Continuation, read_stretches
 from pftrack.testing.check import FRAMES, SEED, Check, demand, each_tracker, straight
 
-__all__ = ["checks"]
-
 BEGIN = FRAMES - 4
 OTHER_SEED = SEED + 1
 

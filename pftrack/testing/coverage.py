@@ -19,8 +19,6 @@ from pftrack.experiments.experiment import Experiment
 from pftrack.runs.coverage import Coverage, count_held, measured_parameters, measured_run, pool_counts
 from pftrack.testing.check import FRAMES, Check, demand, each_tracker
 
-__all__ = ["LIMITS", "SEEDS", "checks", "declared_of", "find_contradictions", "judge"]
-
 LIMITS: Mapping[float, tuple[float, float]] = {HALF: (0.45, 0.55), MOST: (0.92, 0.98), ALL: (1.0, 1.0)}
 """The least and the greatest share of the reports that counts as what a band says."""
 

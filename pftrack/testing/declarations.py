@@ -18,8 +18,6 @@ from pftrack.sweep.cells import COMMON
 from pftrack.sweep.table import FIXED
 from pftrack.testing.check import Check, CheckError, begin_run, demand, named_checks
 
-__all__ = ["checks"]
-
 UNITS = ("_px", "_mm", "_deg", "_rad", "_hz", "_s", "_ms", "_frames")
 """Endings of names that state a unit; the declaration then has to state it as well."""
 

@@ -12,8 +12,6 @@ from pftrack.experiments.experiment import Experiment
 from pftrack.testing.check import FRAMES, Check, CheckError, demand, each_tracker, straight
 from pftrack.vision.rendering import render_beside
 
-__all__ = ["checks"]
-
 REACH = 10.0
 """How many times the picture's longer side a coordinate may lie from its corner: what is further is a mistake."""
 

@@ -12,8 +12,6 @@ from pftrack.experiments.experiment import Experiment
 from pftrack.testing.check import Check, demand
 from pftrack.testing.numbers import UNKNOWN
 
-__all__ = ["checks"]
-
 MARKED = 7
 """A mark in so many pictures."""
 AT_END = 5

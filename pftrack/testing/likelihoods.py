@@ -12,8 +12,6 @@ from pftrack.experiments.experiment import Experiment
 from pftrack.filters.particles import normalise
 from pftrack.testing.check import Check, copy_arrays, demand, each_tracker, straight
 
-__all__ = ["checks"]
-
 SMALL = 1e-9
 
 

@@ -11,8 +11,6 @@ from pftrack.experiments.experiment import Experiment
 from pftrack.filters.disturbances import smooth_disturbances
 from pftrack.testing.check import Check, demand, each_tracker, straight
 
-__all__ = ["checks"]
-
 SMALL = 1e-8
 LARGER = 1.25
 """By which each number is multiplied, or divided where its bound is near."""

@@ -15,8 +15,6 @@ from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.shared.loss_probability import Past, feature_names
 from pftrack.testing.check import Check, demand, each_tracker, straight
 
-__all__ = ["checks"]
-
 
 def checks(experiment: Experiment) -> Iterator[Check]:
     """Yield the checks of this module, each for every tracker."""

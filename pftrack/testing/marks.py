@@ -11,8 +11,6 @@ from pftrack.experiments.experiment import Experiment
 from pftrack.testing.check import Check, CheckError, demand, named_checks
 from pftrack.vision.rendering import render
 
-__all__ = ["at_first", "checks"]
-
 SIZE = (320, 240)
 """Width and height of the picture in which marks are made, px."""
 

@@ -14,8 +14,6 @@ from pftrack.experiments.experiment import Experiment
 from pftrack.runs.scoring import evaluated_run
 from pftrack.testing.check import Check, CheckError, copy_arrays, demand, each_tracker, straight
 
-__all__ = ["checks"]
-
 UNKNOWN: Mapping[str, Any] = {"truth": None, "error": None, "lost": None, "hidden": None, "extent": None}
 """Of a row, where no truth is known."""
 

@@ -10,8 +10,6 @@ from pftrack.process import UNLIMITED, BlockingPool, CallError, ForkServer, Work
 from pftrack.runs.record import load
 from pftrack.testing.check import CheckError
 
-__all__ = ["hashes_elsewhere"]
-
 
 def hashes_elsewhere(paths: Sequence[str]) -> list[str]:
     """Return the hashes of the estimates that saved runs come to in another process.

@@ -34,8 +34,6 @@ from pftrack.testing.marks import at_first
 from pftrack.testing.repeatability import FEW, demand_equal
 from pftrack.vision.rendering.film import FilmWriter
 
-__all__ = ["checks"]
-
 LENGTH = 2 * FRAMES // 3
 """Of the film: a run on it does in all of its frames what one on the scene does, and the scene's are longer."""
 

@@ -28,8 +28,6 @@ from pftrack.testing.check import (
 )
 from pftrack.testing.other_process import hashes_elsewhere
 
-__all__ = ["checks"]
-
 MIDDLE = FRAMES // 2
 LATE = FRAMES - 3
 TO_AND_FRO = (MIDDLE, 1, FRAMES - 2, MIDDLE - 1, FRAMES - 1)

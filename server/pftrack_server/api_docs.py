@@ -7,8 +7,6 @@ from typing import Any
 from fastapi import APIRouter, Request
 from starlette.responses import HTMLResponse
 
-__all__ = ["router"]
-
 router = APIRouter(include_in_schema=False)
 
 PAGE = """<!doctype html>

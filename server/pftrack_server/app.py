@@ -21,8 +21,6 @@ from pftrack_server.middleware.security import Guard
 from pftrack_server.services import Services
 from pftrack_server.settings import Settings
 
-__all__ = ["create_app"]
-
 DESCRIPTION = (
     "Particle-filter tracking sessions. Every error has the shape {error: {message, field?, bound?, value?}}. "
     "Addresses in answers are relative to that of the server, which may lie below a base path."

@@ -11,8 +11,6 @@ from collections.abc import Mapping
 from typing import Any
 from urllib.parse import quote, unquote
 
-__all__ = ["address_of", "encode_path", "read_base_path", "route_path"]
-
 KEPT = "/@:~!$&'()*+="
 """What stands for itself in a path, beside letters, digits and `-._`; a semicolon would end the path of a cookie."""
 UNFIT = re.compile(r"[\x00-\x1f\x7f\\]")

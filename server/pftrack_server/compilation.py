@@ -18,8 +18,6 @@ from pftrack.doctor.warming import Progress, Warming, cache_folder, ready
 from pftrack.experiments import EXPERIMENTS
 from pftrack_server.errors import UnavailableError
 
-__all__ = ["Compilation"]
-
 log = structlog.get_logger(__name__)
 
 PATIENCE_S = 10.0

@@ -19,8 +19,6 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 
 from pftrack_server.errors import response, shape
 
-__all__ = ["Connection", "WebSocketConnection", "configuration", "most_connections"]
-
 HEAD_S = 20.0
 """Time for the head of a request."""
 LARGEST_HEAD = 64 * 1024

@@ -12,8 +12,6 @@ from mdit_py_plugins.anchors import anchors_plugin
 from pftrack_server.frontend import DOCS
 from pftrack_server.lessons.text import with_formulas
 
-__all__ = ["html_of"]
-
 HEADING_LEVELS = 4
 """Those that links lead to."""
 ABOUT = (

@@ -12,24 +12,6 @@ from typing import Any
 from pydantic import BaseModel
 from starlette.responses import Response
 
-__all__ = [
-    "ApiError",
-    "ClientGoneError",
-    "ConflictError",
-    "CrowdedError",
-    "DamagedError",
-    "DiskFullError",
-    "EndedError",
-    "ErrorBody",
-    "ForbiddenError",
-    "NotFoundError",
-    "RefusedError",
-    "TooLargeError",
-    "UnavailableError",
-    "response",
-    "shape",
-]
-
 LONGEST_VALUE = 200
 
 

@@ -4,8 +4,6 @@ from pftrack.experiments import find
 from pftrack.experiments.experiment import Experiment
 from pftrack_server.errors import RefusedError
 
-__all__ = ["find_experiment"]
-
 
 def find_experiment(name: str) -> Experiment:
     """Return the experiment that a client names.

@@ -8,8 +8,6 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack_server.errors import NotFoundError
 from pftrack_server.schemas.failures import DifferencePublic, FailureNeighbour, FailurePublic
 
-__all__ = ["failure_named", "failures", "public"]
-
 
 def failures() -> list[FailurePublic]:
     """Return all failures by their numbers."""

@@ -23,8 +23,6 @@ from pftrack_server.errors import ConflictError, NotFoundError
 from pftrack_server.schemas.filters import ComponentPublic, FilterPublic, HintPublic
 from pftrack_server.store.files import DataDirectory
 
-__all__ = ["FilterFiles", "ServedFilter", "look_at"]
-
 log = structlog.get_logger(__name__)
 
 EVERY_S = 0.1

@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-__all__ = ["DOCS", "FRONTEND", "HELP"]
-
 _PACKAGE = Path(__file__).parent
 _CHECKOUT = Path(__file__).parents[2]
 

@@ -6,8 +6,6 @@ from typing import Any
 
 import structlog
 
-__all__ = ["RateLimitedLogger"]
-
 EVERY_S = 10.0
 
 

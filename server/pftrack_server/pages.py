@@ -30,8 +30,6 @@ from pftrack_server.errors import NotFoundError
 from pftrack_server.follow.participant import participant_of
 from pftrack_server.frontend import DOCS, FRONTEND, HELP
 
-__all__ = ["install"]
-
 STATIC = "static/"
 YEAR_S = 365 * 24 * 3600
 VERSIONS: set[str] = set()

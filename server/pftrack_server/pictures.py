@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 
 from pftrack.core.model.drawing import Drawing, Picture
 
-__all__ = ["EncodedPicture", "PictureEncoder", "SceneDrawing"]
-
 JPEG = (cv2.IMWRITE_JPEG_QUALITY, 88)
 """Sharp enough that a ball of ten pixels keeps its edge on a plane that is seen from aside."""
 FINE_JPEG = (

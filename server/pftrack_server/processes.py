@@ -6,6 +6,4 @@ each begins in milliseconds and shares its memory.
 
 from pftrack.process import ForkServer
 
-__all__ = ["FORK_SERVER"]
-
 FORK_SERVER = ForkServer("pftrack_server.preload", secrets=("PFTRACK_TOKEN",))

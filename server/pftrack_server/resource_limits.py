@@ -9,8 +9,6 @@ from collections.abc import Callable
 
 from pftrack_server.store.disk_budget import mebibytes
 
-__all__ = ["LEAST_OPEN_FILES", "allowed_cpu_seconds", "name_cpu_limit", "notices", "too_few_files"]
-
 LEAST_OPEN_FILES = 256
 USUAL_OPEN_FILES = 8192
 """A class of 200 that follows a comparison of four holds 1,800 connections."""

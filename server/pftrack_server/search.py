@@ -6,8 +6,6 @@ from datetime import datetime
 
 from pftrack.experiments import EXPERIMENTS
 
-__all__ = ["Words", "date_words", "experiment_words"]
-
 
 class Words:
     """The words of a search, in any order and either case; parts of words do as well, but not parts of numbers.

@@ -29,8 +29,6 @@ from pftrack_server.tasks.experiment_results import ExperimentResults
 from pftrack_server.tasks.queue import Queues
 from pftrack_server.uploads.suitability import Suitabilities
 
-__all__ = ["Services"]
-
 THREADS = 32
 
 

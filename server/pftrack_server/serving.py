@@ -19,8 +19,6 @@ from pftrack_server.resource_limits import name_cpu_limit, notices, too_few_file
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store
 
-__all__ = ["run"]
-
 log = structlog.get_logger(__name__)
 
 GRACE_S = 5

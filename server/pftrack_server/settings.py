@@ -15,8 +15,6 @@ from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 from pftrack_server.base_path import encode_path, read_base_path
 
-__all__ = ["Settings", "is_loopback"]
-
 MEBIBYTE = 1024 * 1024
 SHORTEST_TOKEN = 16
 

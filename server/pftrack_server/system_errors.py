@@ -11,8 +11,6 @@ from pftrack_server.errors import ApiError
 from pftrack_server.store.database import is_busy
 from pftrack_server.store.disk_budget import DISK_FULL, is_full
 
-__all__ = ["describe", "failure_message"]
-
 MEANINGS = {
     errno.EFBIG: (
         HTTPStatus.INSUFFICIENT_STORAGE,

@@ -1,7 +1,5 @@
 """Titles: what people call things, as it is kept and shown."""
 
-__all__ = ["printable"]
-
 
 def printable(text: str) -> str:
     """Return a text as one line of what can be seen.

@@ -8,8 +8,6 @@ from pftrack.core.model.parameters import Declaration, ParameterError, Parameter
 from pftrack.core.model.recipe import parameter_values
 from pftrack.runs.run import Run
 
-__all__ = ["KINDS", "Allow", "Alternative", "Kind", "allow_all", "alternatives"]
-
 Kind: TypeAlias = Literal[
     "seeds", "particles", "tracker", "resampling", "noise", "sharpness", "threshold", "memory", "world"
 ]

@@ -10,16 +10,6 @@ from numpy.typing import NDArray
 
 from pftrack.core.numerics.compiled import compiled
 
-__all__ = [
-    "convex_hull",
-    "distance_to_polygon",
-    "distance_to_segment",
-    "fill",
-    "row_sums",
-    "spans",
-    "sum_within",
-]
-
 
 @compiled
 def convex_hull(points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -14,8 +14,6 @@ import numpy as np
 
 from pftrack.core.model.drawing import Drawing, Mesh, Primitive
 
-__all__ = ["faults", "without_faults"]
-
 SHAPES: Mapping[str, tuple[int | None, ...]] = {
     "positions": (None, 3),
     "colours": (None, 3),

@@ -7,20 +7,6 @@ matplotlib reads it. Where a page has a dark form of a colour, a `Themed` pair h
 
 from typing import NamedTuple, TypeAlias
 
-__all__ = [
-    "BRANCHES",
-    "COLOURS",
-    "CURVES",
-    "DIVERGING",
-    "NEUTRALS",
-    "OKABE_ITO",
-    "VERDICTS",
-    "VIRIDIS",
-    "Colour",
-    "Themed",
-    "hexadecimal",
-]
-
 Colour: TypeAlias = tuple[int, int, int]
 
 

@@ -13,24 +13,6 @@ from typing import Any, Literal, Self, TypeAlias, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
-__all__ = [
-    "NOT_BOOLEAN",
-    "Declaration",
-    "ParameterError",
-    "Parameters",
-    "Role",
-    "Value",
-    "declarations",
-    "describe_allowed",
-    "flat",
-    "limit_particles",
-    "nearest",
-    "parameter",
-    "parse",
-    "revise",
-    "with_role",
-]
-
 Value: TypeAlias = bool | int | float | str
 
 Role: TypeAlias = Literal[

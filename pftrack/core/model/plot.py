@@ -8,22 +8,6 @@ own columns, of the series that have a role, or of series by name. What no frame
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-__all__ = [
-    "ERROR",
-    "INNOVATION",
-    "PARTICLES",
-    "SAMPLERS",
-    "SAMPLE_SIZE",
-    "SIGMA",
-    "STANDARD_PLOTS",
-    "STANDARD_READINGS",
-    "STEP_TIME",
-    "Plot",
-    "PlotKind",
-    "Reading",
-    "ReadingKind",
-]
-
 PlotKind: TypeAlias = Literal[
     "error",
     "sigma",

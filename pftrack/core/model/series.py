@@ -29,22 +29,6 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "Hypotheses",
-    "Interval",
-    "Reduction",
-    "Series",
-    "SeriesRole",
-    "SeriesShape",
-    "SeriesValue",
-    "check_value",
-    "columns",
-    "from_json",
-    "join",
-    "reduce",
-    "to_json",
-]
-
 SeriesShape: TypeAlias = Literal["number", "vector", "interval", "hypotheses"]
 
 SeriesRole: TypeAlias = Literal[

@@ -10,8 +10,6 @@ from typing import Any, Literal, NoReturn, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["check", "check_count", "check_picture"]
-
 Given: TypeAlias = tuple[Any, str] | tuple[Any, str, Literal["whole"]]
 
 

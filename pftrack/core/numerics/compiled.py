@@ -33,8 +33,6 @@ from numpy.typing import NDArray
 
 from pftrack.core.numerics.machine import PACKAGE, PRECOMPILED
 
-__all__ = ["FUNCTIONS", "compiled", "count_precompiled", "mark_of", "precompiled_folder", "read_only"]
-
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 Scalar = TypeVar("Scalar", bound=np.generic)

@@ -27,8 +27,6 @@ from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 
-__all__ = ["PACKAGE", "PRECOMPILED", "describe_platform", "settle"]
-
 PACKAGE = Path(__file__).parents[1]
 PRECOMPILED = PACKAGE / "precompiled"
 """Compiled code that a release brings along; a checkout has none."""

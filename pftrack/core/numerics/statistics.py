@@ -12,20 +12,6 @@ import numpy as np
 import scipy  # it loads its parts when they are asked for: scipy.stats takes half a second
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = [
-    "RankSum",
-    "chi_square",
-    "chi_square_limit",
-    "dependent_mean_interval",
-    "fisher_exact",
-    "holm",
-    "mcnemar",
-    "paired_mean_interval",
-    "paired_rate_interval",
-    "rank_sum",
-    "wilson",
-]
-
 SMALLEST_EXPECTED = 5.0
 """Below this expected count the chi-square distribution is a poor approximation."""
 

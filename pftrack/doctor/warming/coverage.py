@@ -11,8 +11,6 @@ from pftrack.core.model.recipe import Change
 from pftrack.experiments.experiment import Experiment
 from pftrack.runs.run import Run
 
-__all__ = ["cases", "run_case"]
-
 
 def cases(experiment: Experiment) -> Iterator[tuple[str, dict[str, Value]]]:
     """Yield each tracker with the defaults, the default one first, then choices with who reads them, then presets."""

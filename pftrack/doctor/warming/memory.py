@@ -18,8 +18,6 @@ from pathlib import Path
 
 from pftrack.core.numerics import machine
 
-__all__ = ["cache_folder", "existing", "memory_folder", "ready", "remember", "source_hash", "writable"]
-
 KEPT = 8
 """Memories of other versions and checkouts that are left alone."""
 

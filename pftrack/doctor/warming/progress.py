@@ -3,8 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-__all__ = ["Progress"]
-
 LEAST = 5
 """Functions that must be compiled before anything can be said of how long it will take."""
 

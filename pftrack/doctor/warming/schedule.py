@@ -11,8 +11,6 @@ from its end, where other things are chosen than in the beginning.
 from collections import deque
 from collections.abc import Iterable
 
-__all__ = ["Case", "Schedule"]
-
 Case = tuple[str, int]
 """An experiment's name, and the number of one of its `coverage.cases`."""
 

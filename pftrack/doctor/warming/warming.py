@@ -15,8 +15,6 @@ from pftrack.doctor.warming.schedule import Case, Schedule
 from pftrack.doctor.warming.watch import compile_case
 from pftrack.process import UNLIMITED, BlockingPool, CallError, ForkServer
 
-__all__ = ["Warming"]
-
 PRELOAD = "pftrack.doctor.warming.preload"
 LOW_PRIORITY = 10
 

@@ -46,8 +46,6 @@ from pftrack.filters.fixed_lag import smooth
 from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
 from pftrack.vision.likelihoods import chromaticity
 
-__all__ = ["EXPERIMENT", "RecordedBallParameters", "SimulatedBallParameters"]
-
 TRAIL_FRAMES = 60
 FRAME_HEIGHT_PX = 3.0
 """How far one frame of the past is lifted in the space-time view."""

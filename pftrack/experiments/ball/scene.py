@@ -25,8 +25,6 @@ from pftrack.sources.recording import (
     strip,
 )
 
-__all__ = ["BallSceneParameters", "BallSource"]
-
 GROUP = "Scene"
 
 MOST_CLUTTER = 60

@@ -41,8 +41,6 @@ from pftrack.experiments.fish.swimming import FRAMES
 from pftrack.experiments.fish.trackers import GUIDANCE, FishState
 from pftrack.experiments.shared.sketch import SECOND_RUN, error_words
 
-__all__ = ["EXPERIMENT", "SimulatedFishParameters"]
-
 SERIES = (
     Series("heading_error", "error of the heading", "°"),
     Series("bend_error", "error of the bend", "°"),

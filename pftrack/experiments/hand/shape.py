@@ -34,24 +34,6 @@ from pftrack.core.geometry.polygons import convex_hull, fill
 from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.core.numerics.elementary import sines_cosines
 
-__all__ = [
-    "ANGLES",
-    "FINGERS",
-    "HIGH",
-    "LOW",
-    "MODEL",
-    "HandShape",
-    "arm_corners",
-    "capsule",
-    "finger_slice",
-    "joints",
-    "open_pose",
-    "palm_axes",
-    "palm_points",
-    "parts",
-    "silhouette",
-]
-
 FINGERS = "thumb", "index finger", "middle finger", "ring finger", "little finger"
 ANGLES = 25
 """Numbers of a pose: two of the wrist's place, three of the palm, four of each finger."""

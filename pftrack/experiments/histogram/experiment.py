@@ -32,8 +32,6 @@ from pftrack.experiments.shared.sampling.parameters import TERMS
 from pftrack.sources.recording import RecordingParameters, RecordingSource, check_start
 from pftrack.vision.likelihoods import chromaticity
 
-__all__ = ["EXPERIMENT", "RecordedHistogramParameters", "SimulatedHistogramParameters"]
-
 
 class SimulatedHistogramParameters(HistogramTrackerParameters, LawnSceneParameters):
     """The simulated lawn and its trackers."""

@@ -19,8 +19,6 @@ from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.sources.recording import GROUP as OCCLUSION
 from pftrack.sources.recording import occlusion_width
 
-__all__ = ["LawnSceneParameters", "LawnSource", "look_alike_place", "visible_share"]
-
 GROUP = "Scene"
 SIZE = 320, 240
 FRAME_RATE_HZ = 30.0

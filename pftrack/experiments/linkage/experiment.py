@@ -46,8 +46,6 @@ from pftrack.experiments.linkage.scene import NAMES, LinkageSource, LinkageTarge
 from pftrack.experiments.linkage.trackers import TRACKERS
 from pftrack.experiments.shared.sketch import SECOND_RUN, error_words
 
-__all__ = ["EXPERIMENT"]
-
 FRAMES = 300
 """At most; each path has its own length."""
 

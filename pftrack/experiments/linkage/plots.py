@@ -7,8 +7,6 @@ from pftrack.core.model.glossary import Term
 from pftrack.core.model.measures import EvaluatedRun, Measure
 from pftrack.core.model.plot import ERROR, INNOVATION, PARTICLES, SAMPLE_SIZE, STEP_TIME, Plot, Reading
 
-__all__ = ["KEPT", "MEASURES", "PLOTS", "READINGS", "TERMS"]
-
 LINKS = 3
 LAST_FRAMES = 6
 """Over which Shimada's success of a crossing is judged."""

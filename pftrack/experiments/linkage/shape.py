@@ -21,20 +21,6 @@ from numpy.typing import NDArray
 
 from pftrack.core.numerics.compiled import compiled
 
-__all__ = [
-    "LINKS",
-    "Bounds",
-    "Constraints",
-    "directions",
-    "image_in_plane",
-    "image_in_space",
-    "joint_angles",
-    "mirror",
-    "reverse_in_depth",
-    "slopes_in_plane",
-    "slopes_in_space",
-]
-
 LINKS = 3
 
 

@@ -20,8 +20,6 @@ from pftrack.experiments.shared.beliefs import FilterInterface, Update
 from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.filters.resampling import systematic
 
-__all__ = ["NOT_REPEATABLE", "series_of", "tracker_of", "version_parameter"]
-
 NOT_REPEATABLE = Series("not_repeatable", "not repeatable", role="flag")
 """Of a filter in a file: whether a step came to other numbers when it was computed again, in this frame or before."""
 

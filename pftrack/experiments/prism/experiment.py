@@ -58,8 +58,6 @@ from pftrack.sources.prism import (
     visible_faces,
 )
 
-__all__ = ["EXPERIMENT"]
-
 Placed: TypeAlias = tuple[NDArray[np.float64], NDArray[np.bool_]]
 """Corners (8, 3) px, and which faces (6,) are seen."""
 

@@ -13,8 +13,6 @@ from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.source import Frame, History, Target
 from pftrack.core.numerics.random import Purpose, Stream
 
-__all__ = ["SignalParameters", "SignalSource"]
-
 GROUP = "Signal"
 
 

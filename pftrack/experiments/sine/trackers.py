@@ -28,8 +28,6 @@ from pftrack.filters.dynamics import LinearDynamics, autoregression
 from pftrack.filters.particles import ParticleSet
 from pftrack.filters.resampling import systematic
 
-__all__ = ["FILTER_INTERFACE", "TRACKERS", "SignalTrackerParameters"]
-
 GROUP = "Filter"
 
 EXACT = Series("exact", "exact mean", shape="vector")

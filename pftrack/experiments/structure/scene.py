@@ -20,8 +20,6 @@ from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.sources.tracks.recorded import BodyTarget
 from pftrack.sources.tracks.table import Body, body_of
 
-__all__ = ["FRAMES", "SIZE_PX", "TracksSceneParameters", "TracksSource"]
-
 FRAMES = 360
 SIZE_PX = (640, 480)
 FRAME_RATE_HZ = 30.0

@@ -19,8 +19,6 @@ from pftrack.output.exports.formats import Group
 from pftrack.runs.comparison import Comparison
 from pftrack.runs.manifest import manifest_of
 
-__all__ = ["COMPARISON_FORMATS", "FORMAT", "ComparisonExport", "export_comparison"]
-
 FORMAT = "pftrack-comparison"
 COLUMNS = ("run", "name", "frame", "frame_of_run", "error", "lost")
 """Of the table: the run's number from 1 on and what it is called, the frame as they are compared and as the run counts,

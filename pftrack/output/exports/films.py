@@ -17,8 +17,6 @@ from pftrack.runs.run import Run
 from pftrack.vision.rendering import render_beside
 from pftrack.vision.rendering.film import FilmWriter, common_colours, write_gif
 
-__all__ = ["gif_of", "mp4_of"]
-
 GIF_RATE_HZ, GIF_PICTURES, GIF_WIDE_PX = 15.0, 300, 640
 SAMPLED = 6
 """So many pictures of a run tell which colours its GIF needs."""

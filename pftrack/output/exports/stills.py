@@ -6,8 +6,6 @@ from pftrack.runs.run import Run
 from pftrack.vision.rendering import png, render_beside
 from pftrack.vision.rendering.vector import svg
 
-__all__ = ["png_of_frame", "svg_of_frame"]
-
 SMALLEST_PX = 1200
 """A small picture is enlarged so far that lines and letters on it are sharp."""
 

@@ -11,7 +11,6 @@ from pftrack.output.figures.style import explain_below, new_figure, write_title
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["draw_errors"]
 
 HIGH_IN, LANE_IN = 2.8, 0.16
 LINES = ("-", "--", "-.", ":")

@@ -20,8 +20,6 @@ from pftrack.output.figures import panels
 from pftrack.output.figures.style import CURVE_COLOURS, INK
 from pftrack.runs.run import Run
 
-__all__ = ["KINDS", "SHADES", "Draw"]
-
 Draw: TypeAlias = Callable[[Axes, Run, Plot], None]
 
 LINE, THIN = 1.2, 0.8

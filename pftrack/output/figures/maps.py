@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 from pftrack.output.figures.panels import APART_IN, LINE_IN, axes_at, draw_key, length, ticks, write
 from pftrack.output.figures.style import HEADING_PT, INK, LETTERS_PT, TEXT_PT
 
-__all__ = ["Block", "MapAxis", "code_block", "stack", "value_block"]
-
 WIDE_IN = 2.9
 MOST_COLUMNS, FEWER_COLUMNS = 4, 3
 GAP_IN, EDGE_IN = 0.2, 0.1

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["DOTS_PER_INCH", "SCREEN_DOTS_PER_INCH", "SUFFIXES", "PictureForm", "encode", "encode_as", "save"]
 
 PictureForm: TypeAlias = Literal["png", "svg", "pdf"]
 

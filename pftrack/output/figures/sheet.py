@@ -21,8 +21,6 @@ from pftrack.output.figures.style import INK, LETTERS_PT, TWO_COLUMNS_IN, bare
 from pftrack.runs.manifest import extent_of, manifest_of, title_of
 from pftrack.runs.run import Run
 
-__all__ = ["drawable", "figure_of", "picture_of"]
-
 WIDE_IN, PANEL_IN, ALONE_IN, ROW_IN = TWO_COLUMNS_IN, 1.25, 2.4, 0.2
 HEAD_IN, FOOT_IN, BETWEEN_IN = 0.2, 0.42, 0.34
 LEFT_IN, LEFT_WITH_NAMES_IN, RIGHT_IN = 0.62, 1.25, 0.12

@@ -21,8 +21,6 @@ from pftrack.reproduce.pool import Pool
 from pftrack.runs.batch import outcomes
 from pftrack.runs.run import Run
 
-__all__ = ["clutter", "unobstructed"]
-
 SOURCE_FREE = "Bando 2007, ch. 3 section 4.2; reference implementation on a surrogate"
 SOURCE_CLUTTER = "Bando 2007, ch. 3 section 4.3; reference implementation on a surrogate"
 CYCLE_FRAMES = 30

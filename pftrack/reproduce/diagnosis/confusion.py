@@ -23,8 +23,6 @@ from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Run
 from pftrack.runs.scoring import LASTING_FRAMES, first_loss
 
-__all__ = ["CELL", "UNAIDED_CELL", "Judgement", "confusion", "findings_of", "judge_draw", "without_truth"]
-
 LEAST_RUNS = 400
 LEAST_RIGHT = 0.8
 CELL = "diagnosis: lost by {}, said to be {}, runs kept aside"

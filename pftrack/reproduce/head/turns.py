@@ -31,8 +31,6 @@ from pftrack.reproduce.pool import Pool
 from pftrack.runs.run import Run
 from pftrack.vision.geometry.face import theta_of
 
-__all__ = ["Clip", "Outcome", "film", "turns", "watch"]
-
 OURS = Own("this project, beyond Bando 2007")
 PEOPLE = range(320, 326)
 SEEDS = range(20)

@@ -11,8 +11,6 @@ from pftrack.reproduce.histogram.trials import lecture
 from pftrack.runs.run import Run
 from pftrack.vision.likelihoods.histogram import similarity
 
-__all__ = ["Likenesses", "likenesses"]
-
 FRAME = 30
 LAWN_ROWS, LAWN_COLUMNS = (40.0, 205.0), (20.0, 60.0, 100.0, 140.0, 180.0, 270.0, 300.0)
 """Middles of windows that show nothing but lawn in that frame, px."""

@@ -13,8 +13,6 @@ from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments import find
 from pftrack.experiments.histogram.scene import LawnSource, visible_share
 
-__all__ = ["Case", "Outcome", "lecture", "runs"]
-
 FRAMES, LAST, LOST_PX, SEEN = 120, 10, 14.0, 0.7
 """A success is within 14 px in each of the last 10 frames; errors are taken where 70 % of the target are seen."""
 

@@ -15,8 +15,6 @@ from pftrack.experiments.linkage.scene import LinkageTarget
 from pftrack.experiments.linkage.state import LinkageState
 from pftrack.runs.run import Run
 
-__all__ = ["Condition", "RunResult", "run_condition", "run_swing"]
-
 BOUND_SDS = 3.0
 """Noise beyond it is drawn again, as in the simulated scene."""
 

@@ -29,8 +29,6 @@ from numpy.typing import NDArray
 from pftrack.sources.formats import RECORDING_ENTRY
 from pftrack.sources.limits import SourceError
 
-__all__ = ["ARRAYS", "COLUMNS", "VERSION", "Entry", "entries_of", "header_of", "read_array", "shape_of"]
-
 VERSION = 1
 ARRAYS: Mapping[str, str] = {
     "particles": "f4 or f8, (., d)",

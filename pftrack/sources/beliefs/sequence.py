@@ -22,8 +22,6 @@ from pftrack.sources.beliefs.content import Content, find_clip, open_clip
 from pftrack.sources.limits import Limits, SourceError, check_pixels
 from pftrack.sources.truth import boxes_outside
 
-__all__ = ["BeliefSequence"]
-
 PAPER, PAPER_PX = 255, (640, 480)
 LEAST_PAPER_PX = 240
 """What is smaller would be shown so large that its lines hide it."""

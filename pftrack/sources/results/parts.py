@@ -18,8 +18,6 @@ from pftrack.sources.limits import HEAD_BYTES, Limits, SourceError, check_bytes
 from pftrack.sources.results.reading import read_results_file
 from pftrack.sources.results.recording import record_results
 
-__all__ = ["Part", "open_parts", "part_names", "parts_in"]
-
 Part: TypeAlias = Literal["clip", "results", "truth"]
 
 MOST_FILES = 8

@@ -8,8 +8,6 @@ from pftrack.sources.results.numbers import form_of, form_of_lines, read_mot, re
 from pftrack.sources.results.table import FORMS, Form, ResultTable, read_csv
 from pftrack.sources.results.writing import read_coco, read_cvat
 
-__all__ = ["LARGEST_FILE_BYTES", "read_results", "read_results_file"]
-
 LARGEST_FILE_BYTES = 64 * 1024 * 1024
 
 

@@ -7,8 +7,6 @@ from typing import BinaryIO
 from pftrack.sources.beliefs.recorder import Recorder
 from pftrack.sources.results.table import ResultTable
 
-__all__ = ["record_results"]
-
 
 def record_results(
     table: ResultTable,

@@ -16,8 +16,6 @@ from pftrack.sources.limits import Limits, SourceError
 from pftrack.sources.recording import paint_disc
 from pftrack.sources.tracks.table import LARGEST_FILE_BYTES, read_tracks
 
-__all__ = ["TrackSequence"]
-
 FRAME_RATE_HZ = 30.0
 LONGEST_PX, SHORTEST_PX, USUAL_PX = 1280, 200, 640
 """Of the picture's longer side: tracks in other units than px are scaled to the usual one."""

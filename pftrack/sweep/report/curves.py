@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.lines import Line2D
 
-__all__ = ["along", "boxes", "curves"]
 
 WIDE_IN = 3.3
 BOX_IN, NARROWEST_IN, WIDEST_IN = 0.35, 5.0, 16.0

@@ -16,8 +16,6 @@ from pftrack.sweep.comparison import TEST_TITLES, Comparison
 from pftrack.sweep.report.frame import CODE_NAMES, CODES, amounts, format_value, label, largest_difference, scale_of
 from pftrack.sweep.report.study import Study
 
-__all__ = ["mean_maps", "sheet", "significance_maps"]
-
 
 def sheet(study: Study, quantity: Quantity) -> Figure:
     """Draw all maps of a quantity below each other: of the trackers, of the differences, of what is significant."""

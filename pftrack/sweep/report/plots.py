@@ -20,8 +20,6 @@ from pftrack.sweep.comparison import Comparison
 from pftrack.sweep.report.frame import CODE_NAMES, CODES, Frame, amounts, largest_difference, number, scale_of
 from pftrack.sweep.report.study import Study
 
-__all__ = ["code_maps", "difference_maps", "tracker_maps"]
-
 STOPS = 9
 """How many colours a scale is made of."""
 

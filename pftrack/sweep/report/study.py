@@ -11,8 +11,6 @@ from pftrack.sweep.cells import CellMap, Quantity, Test, cells, quantities, quan
 from pftrack.sweep.comparison import Comparison, compare
 from pftrack.sweep.result import Result
 
-__all__ = ["Study"]
-
 MOST_PAIRS = 6
 """With more trackers than four, each is compared with the first alone."""
 

@@ -6,8 +6,6 @@ from pydantic import Field
 
 from pftrack.teaching.lessons.lecturers.document import Line, Name, Part, Scalar, Words
 
-__all__ = ["CheckHead", "ExerciseHead"]
-
 
 class CheckHead(Part):
     """A property that is checked."""

@@ -25,8 +25,6 @@ from pftrack.teaching.lessons.lecturers.document import (
 )
 from pftrack.teaching.lessons.lecturers.library import Problem
 
-__all__ = ["Exercises", "exercise_named_in", "exercise_of", "read_exercises"]
-
 SHIPPED: Final = Path(__file__).parent / "shipped"
 MOST_FILES: Final = 200
 PAGE: Final = "docs/how-to/exercises.md"

@@ -10,8 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-__all__ = ["RISK", "bernstein_margin", "student_margin"]
-
 RISK = 1e-6
 """Probability that a right solution fails a check by chance."""
 

@@ -11,27 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, WithJsonSchema
 
-__all__ = [
-    "Axis",
-    "Bars",
-    "Curve",
-    "Figure",
-    "Handle",
-    "HeatMap",
-    "Histogram",
-    "Ink",
-    "Label",
-    "Numbers",
-    "Panel",
-    "Picture",
-    "Rule",
-    "Scatter",
-    "Stems",
-    "StripChart",
-    "Trace",
-    "Tree",
-]
-
 DIGITS = 6
 """Significant digits that travel to a browser: a screen has no use for more."""
 SHADE_DIGITS = 3

@@ -5,8 +5,6 @@ from importlib import import_module
 
 from pftrack.teaching.lessons.lesson import Lesson
 
-__all__ = ["LESSONS", "Course", "find"]
-
 
 class Course(Mapping[str, Lesson]):
     """Lessons by id, in order; that of `monte-carlo` is the `LESSON` of the package's module `monte_carlo`."""

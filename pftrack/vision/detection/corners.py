@@ -28,8 +28,6 @@ from numpy.typing import NDArray
 
 from pftrack.core.model.parameters import Parameters, parameter
 
-__all__ = ["Detector", "DetectorParameters", "find_corners", "strength"]
-
 Detector: TypeAlias = Literal["eigenvalue", "orientation"]
 
 GROUP = "Corners"

@@ -19,8 +19,6 @@ from numpy.typing import NDArray
 
 from pftrack.core.numerics.compiled import compiled, read_only
 
-__all__ = ["LARGEST_TEMPLATE_PX", "Cost", "Matches", "cost_map", "cut", "match"]
-
 Cost: TypeAlias = Literal["difference", "correlation"]
 
 LARGEST_TEMPLATE_PX = 15

@@ -21,8 +21,6 @@ from numpy.typing import NDArray
 from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.vision.likelihoods.counting import BINS, Space, bin_table, count_window
 
-__all__ = ["NO_BACKGROUND", "SURROUNDINGS", "Background", "background_of", "lacking_contrast"]
-
 SURROUNDINGS = 1.6
 """Sides of the frame around a window in which its contrast is measured, in sides of the window."""
 WIDER = 2.0

@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 
 from pftrack.core.numerics.compiled import compiled, read_only
 
-__all__ = ["camera_shift", "small_grey"]
-
 LONGER_SIDE_PX = 160
 """Of the small picture, about."""
 COARSE_REACH, FINE_REACH = 8, 2

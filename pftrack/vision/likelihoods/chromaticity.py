@@ -21,8 +21,6 @@ from pftrack.core.numerics.checks import check, check_picture
 from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.core.numerics.elementary import exponential, exponentials, logarithms
 
-__all__ = ["ColourModel", "centroid", "fit", "likelihood_map", "log_kernel", "log_likelihood", "median_colour"]
-
 SMALLEST_SPREAD = 0.01
 """Eight-bit pictures resolve chromaticity to about 1/255; a narrower kernel would follow rounding."""
 

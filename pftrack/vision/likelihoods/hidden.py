@@ -19,8 +19,6 @@ from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponential, logarithm
 
-__all__ = ["compare", "log_fits", "mix_hidden"]
-
 LEFT = 3
 """How many features a cover leaves."""
 

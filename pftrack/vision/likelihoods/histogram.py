@@ -38,8 +38,6 @@ from pftrack.vision.likelihoods.counting import (
     windows_around,
 )
 
-__all__ = ["Window", "fit", "rho_map", "roots_of", "shares", "similarities", "similarity"]
-
 LEAST_SHARE = 1e-12
 """That a weighed model is taken to have, so that one of which nothing is left is divided by no 0."""
 

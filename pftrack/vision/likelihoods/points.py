@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from pftrack.core.numerics.compiled import compiled
 
-__all__ = ["log_likelihood"]
-
 
 @compiled
 def log_likelihood(

@@ -19,8 +19,6 @@ from PIL import Image
 from pftrack.core.files import part_of, settle
 from pftrack.core.model.palette import COLOURS, OKABE_ITO
 
-__all__ = ["Colours", "FilmWriter", "common_colours", "write_gif"]
-
 GIF_COLOURS = 256
 
 

@@ -35,8 +35,6 @@ from pftrack.core.model.drawing import (
 from pftrack.core.model.palette import COLOURS, Colour
 from pftrack.vision.rendering.projection import look_at
 
-__all__ = ["covariance_root", "png", "render", "render_beside"]
-
 SHIFT = 4  # OpenCV takes positions as whole sixteenths of a pixel
 FAR_PX = 30_000.0  # beyond this OpenCV's whole numbers overflow
 ELLIPSE_CORNERS = 72

@@ -33,8 +33,6 @@ from pftrack.core.model.palette import COLOURS, Colour
 from pftrack.vision.rendering.projection import look_at
 from pftrack.vision.rendering.raster import covariance_root, png
 
-__all__ = ["svg"]
-
 LETTERS_PX = 12
 CORNERS = 72
 DARK = 3 * 160

@@ -10,17 +10,6 @@ from numpy.typing import NDArray
 from pftrack.core.numerics.compiled import compiled
 from pftrack.vision.structure.factorization import cholesky_log_det, cholesky_solve, invert
 
-__all__ = [
-    "SIZE",
-    "evidence",
-    "fit_camera",
-    "frontal",
-    "normal_of",
-    "residuals_and_slopes",
-    "steady_camera",
-    "turn_between",
-]
-
 SIZE = 6
 """Numbers of a camera: a small rotation, then the translation."""
 

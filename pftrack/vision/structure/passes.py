@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from pftrack.core.numerics.compiled import compiled
 from pftrack.vision.structure.factorization import invert
 
-__all__ = ["free_energy", "moments", "posterior_points", "posterior_rows"]
-
 
 @compiled
 def posterior_points(

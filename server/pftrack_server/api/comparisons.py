@@ -20,8 +20,6 @@ from pftrack_server.schemas.comparisons import (
 from pftrack_server.store.files import is_name
 from pftrack_server.tasks.queue import unless_gone
 
-__all__ = ["router"]
-
 router = APIRouter(prefix="/comparisons", tags=["comparisons"])
 
 Name = Annotated[str, Path(max_length=64)]

@@ -5,8 +5,6 @@ from fastapi import APIRouter
 from pftrack_server.api.dependencies import TheServices
 from pftrack_server.schemas.compilation import CompilationPublic
 
-__all__ = ["router"]
-
 router = APIRouter(prefix="/compilation", tags=["health"])
 
 

@@ -33,37 +33,6 @@ from pftrack_server.sweeps.sweep import Sweep
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.queue import unless_gone
 
-__all__ = [
-    "TICKET",
-    "AComparison",
-    "AFollow",
-    "AFollower",
-    "AManager",
-    "ARun",
-    "ASession",
-    "AStore",
-    "ASweep",
-    "ASweeps",
-    "AnExperiment",
-    "AnUpload",
-    "Begin",
-    "SettingsNow",
-    "TakesFiles",
-    "TheComparisons",
-    "TheExplorations",
-    "TheExports",
-    "TheFilters",
-    "TheFits",
-    "TheFollows",
-    "TheImports",
-    "TheLectures",
-    "TheLessons",
-    "TheServices",
-    "TheTasks",
-    "Ticket",
-    "wait_until_gone",
-]
-
 
 def _services(connection: HTTPConnection) -> Services:
     services: Services = connection.app.state.services

@@ -16,8 +16,6 @@ from pftrack_server.filters import FilterFiles
 from pftrack_server.schemas.experiments import ExperimentDetail, ExperimentPublic, PluginPublic, PresetPublic
 from pftrack_server.tasks.functions import draw_experiment
 
-__all__ = ["plugins", "router"]
-
 router = APIRouter(prefix="/experiments", tags=["experiments"])
 plugins = APIRouter(prefix="/plugins", tags=["experiments"])
 

@@ -9,8 +9,6 @@ from pftrack_server.api.dependencies import ASession, TheExplorations
 from pftrack_server.schemas.explorations import ExplorationCreate, ExplorationPublic
 from pftrack_server.sessions.explorations import exploration_view
 
-__all__ = ["router"]
-
 router = APIRouter(prefix="/sessions/{session}/explorations", tags=["sessions"])
 
 Name = Annotated[str, Path(max_length=64)]

@@ -29,8 +29,6 @@ from pftrack_server.system_errors import failure_message
 from pftrack_server.tasks.functions import read_record
 from pftrack_server.tasks.queue import unless_gone
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["exports"])
 
 Name = Annotated[str, Path(max_length=64)]

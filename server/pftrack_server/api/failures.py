@@ -10,8 +10,6 @@ from pftrack_server.failures import failure_named, failures, public
 from pftrack_server.schemas.failures import FailurePublic, FailureResult
 from pftrack_server.tasks.functions import run_with_and_without_cure
 
-__all__ = ["router"]
-
 router = APIRouter(prefix="/failures", tags=["failures"])
 
 

@@ -8,8 +8,6 @@ from fastapi import APIRouter, Path
 from pftrack_server.api.dependencies import TheFilters
 from pftrack_server.schemas.filters import FilterPublic, FilterUpdate
 
-__all__ = ["router"]
-
 router = APIRouter(prefix="/filters", tags=["filters"])
 
 Name = Annotated[str, Path(max_length=64)]

@@ -10,8 +10,6 @@ from pftrack_server.runs.fits import Fitting
 from pftrack_server.schemas.fits import FitCreate, FitJobPublic, FitPublic
 from pftrack_server.tasks.jobs import failure_of
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["fits"])
 
 Name = Annotated[str, Path(max_length=64)]

@@ -9,8 +9,6 @@ from pftrack_server.schemas.follows import FollowPublic, ForkCreate, ForkPublic,
 from pftrack_server.schemas.stream import ping
 from pftrack_server.stream.duplex import converse
 
-__all__ = ["router"]
-
 router = APIRouter(prefix="/follow", tags=["follows"])
 
 FAREWELL = "The class has ended."

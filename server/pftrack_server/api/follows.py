@@ -17,8 +17,6 @@ from pftrack_server.schemas.lessons import ComputingPublic, FigurePublic, Figure
 from pftrack_server.schemas.stream import ping
 from pftrack_server.stream.duplex import GONE, converse
 
-__all__ = ["router"]
-
 router = APIRouter(prefix="/follows", tags=["follows"])
 
 FAREWELL = "The class has ended."

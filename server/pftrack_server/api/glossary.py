@@ -6,8 +6,6 @@ from pftrack.core.model.glossary import GLOSSARY, Section
 from pftrack.experiments import EXPERIMENTS
 from pftrack_server.schemas.glossary import SectionPublic, TermPublic
 
-__all__ = ["router"]
-
 router = APIRouter(prefix="/glossary", tags=["experiments"])
 
 

@@ -9,8 +9,6 @@ from starlette.responses import Response
 from pftrack_server.api.dependencies import AStore, TheServices
 from pftrack_server.errors import UnavailableError
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["health"])
 
 

@@ -2,8 +2,6 @@
 
 from starlette.responses import Response
 
-__all__ = ["kept_picture"]
-
 DAY_S = 24 * 3600
 
 

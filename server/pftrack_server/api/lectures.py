@@ -10,8 +10,6 @@ from starlette.responses import Response
 from pftrack_server.api.dependencies import TheLectures
 from pftrack_server.schemas.lectures import LecturePublic, LectureSummary, LectureUpdate
 
-__all__ = ["router"]
-
 router = APIRouter(prefix="/lectures", tags=["lectures"])
 
 MARKDOWN = "text/markdown"

@@ -21,8 +21,6 @@ from pftrack_server.schemas.lessons import (
     VerdictPublic,
 )
 
-__all__ = ["router"]
-
 NOTEBOOK = "application/x-ipynb+json"
 
 router = APIRouter(prefix="/lessons", tags=["lessons"])

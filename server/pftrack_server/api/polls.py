@@ -10,8 +10,6 @@ from pftrack_server.api.dependencies import TheFollows
 from pftrack_server.follow.records import polls_csv
 from pftrack_server.schemas.follows import PollKept
 
-__all__ = ["router"]
-
 router = APIRouter(prefix="/polls", tags=["follows"])
 
 CSV = "text/csv"

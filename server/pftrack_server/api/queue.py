@@ -7,8 +7,6 @@ from fastapi import APIRouter, Path
 from pftrack_server.api.dependencies import TICKET, TheServices
 from pftrack_server.schemas.queue import QueuePublic
 
-__all__ = ["router"]
-
 router = APIRouter(prefix="/queue", tags=["uploads"])
 
 

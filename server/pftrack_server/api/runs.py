@@ -33,8 +33,6 @@ from pftrack_server.tasks.jobs import failure_of
 from pftrack_server.tasks.queue import unless_gone
 from pftrack_server.uploads.multipart import receive
 
-__all__ = ["router", "run_view"]
-
 router = APIRouter(prefix="/runs", tags=["runs"])
 
 Name = Annotated[str, Path(max_length=64)]

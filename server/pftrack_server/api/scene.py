@@ -9,8 +9,6 @@ from pftrack_server.errors import NotFoundError
 from pftrack_server.follow.participant import participant_of
 from pftrack_server.stream.duplex import GONE
 
-__all__ = ["router"]
-
 router = APIRouter(prefix="/viz", include_in_schema=False)
 
 

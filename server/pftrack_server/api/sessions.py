@@ -35,8 +35,6 @@ from pftrack_server.store.files import new_name
 from pftrack_server.uploads.multipart import receive
 from pftrack_server.uploads.truth import rows_of, store_truth
 
-__all__ = ["router"]
-
 router = APIRouter(prefix="/sessions", tags=["sessions"])
 
 Name = Annotated[str, Path(max_length=64)]

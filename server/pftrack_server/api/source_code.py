@@ -11,8 +11,6 @@ from pftrack_server.comparisons.references import find_run
 from pftrack_server.experiments import find_experiment
 from pftrack_server.schemas.source_code import SourceCodePublic, SourceCodeRequest
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["source code"])
 
 

@@ -15,8 +15,6 @@ from pftrack_server.services import Services
 from pftrack_server.sessions.session import Session
 from pftrack_server.stream.duplex import GONE, converse
 
-__all__ = ["router"]
-
 router = APIRouter()
 
 

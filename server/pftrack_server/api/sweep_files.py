@@ -20,8 +20,6 @@ from pftrack_server.sweeps.computing import ask
 from pftrack_server.sweeps.functions import Pictures
 from pftrack_server.sweeps.sweep import Sweep
 
-__all__ = ["router"]
-
 router = APIRouter(prefix="/sweeps", tags=["sweeps"])
 
 PARQUET = "application/vnd.apache.parquet"

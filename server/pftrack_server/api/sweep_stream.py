@@ -10,8 +10,6 @@ from pftrack_server.errors import ApiError
 from pftrack_server.schemas.stream import ping
 from pftrack_server.stream.duplex import GONE, converse
 
-__all__ = ["router"]
-
 router = APIRouter()
 
 REFUSED = 4422

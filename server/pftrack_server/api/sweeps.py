@@ -14,8 +14,6 @@ from pftrack_server.schemas.sweeps import EstimateRequest, OpenRequest, SweepCre
 from pftrack_server.sweeps.examples import example
 from pftrack_server.sweeps.opening import session_spec
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["sweeps"])
 
 MOST_ROWS = 500

@@ -46,8 +46,6 @@ from pftrack_server.uploads.intake import check_room, index_of, limits_of, take_
 from pftrack_server.uploads.multipart import receive
 from pftrack_server.uploads.truth import discard_truth, load_truth, store_truth, table_of
 
-__all__ = ["router"]
-
 router = APIRouter(prefix="/uploads", tags=["uploads"])
 
 Number = Annotated[int, Query(ge=0, le=10_000_000)]

@@ -18,8 +18,6 @@ from pftrack_server.schemas.work import Kind, WorkCounts, WorkPublic
 from pftrack_server.search import Words, date_words, experiment_words
 from pftrack_server.store.tables import ComparisonRow, RunRow, UploadRow
 
-__all__ = ["router"]
-
 router = APIRouter(prefix="/work", tags=["work"])
 
 Thing = TypeVar("Thing", SessionPublic, RunRow, ComparisonRow, SweepPublic, UploadRow)

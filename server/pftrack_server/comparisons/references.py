@@ -24,8 +24,6 @@ from pftrack_server.sweeps.manager import Sweeps
 from pftrack_server.sweeps.opening import session_spec
 from pftrack_server.tasks.child_tasks import ChildTasks
 
-__all__ = ["NamedRun", "RunSources", "find_run"]
-
 
 class RunSources(NamedTuple):
     """Where runs can be."""

@@ -8,8 +8,6 @@ from pftrack_server.store import Store
 from pftrack_server.store.files import new_name, now
 from pftrack_server.store.tables import ComparisonRow
 
-__all__ = ["detail_view", "save", "saved_view"]
-
 
 def save(store: Store, settings: Settings, body: SavedComparisonCreate) -> ComparisonRow:
     """Keep a comparison.

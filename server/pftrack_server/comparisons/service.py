@@ -24,8 +24,6 @@ from pftrack_server.tasks.comparisons import compare_runs, outline_comparison
 from pftrack_server.tasks.jobs import Job, Jobs, failure_of
 from pftrack_server.worker.protocol import WorkerConfig
 
-__all__ = ["Comparing", "Comparisons", "comparison_view"]
-
 Comparing: TypeAlias = Job[ComparisonOutline, ComparisonResult]
 
 

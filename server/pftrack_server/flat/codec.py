@@ -40,8 +40,6 @@ from pftrack.core.model.drawing import Drawing, Key, Picture, Primitive, World, 
 from pftrack.core.model.faults import faults
 from pftrack_server.pictures import EncodedPicture, PictureEncoder
 
-__all__ = ["VERSION", "DrawingEncoder", "DrawingError", "EncodedDrawing", "decode"]
-
 VERSION: Final = 1
 MAGIC: Final = b"pfd" + bytes([VERSION])
 START = struct.Struct("<4sI")

@@ -11,8 +11,6 @@ from contextlib import contextmanager
 
 from pftrack_server.flat.codec import EncodedDrawing
 
-__all__ = ["WINDOW", "DrawingFeed", "Watcher"]
-
 WINDOW = 2
 """Drawings on their way to one page: one that is painted while the next one travels."""
 

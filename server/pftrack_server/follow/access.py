@@ -27,8 +27,6 @@ from pftrack_server.follow.roles import Standing, is_allowed
 from pftrack_server.frontend import FRONTEND
 from pftrack_server.stream.duplex import GONE
 
-__all__ = ["CROWDED", "FORBIDDEN", "AccessGuard"]
-
 COOKIE = "pftrack_seat"
 PAGE = "/follow"
 """Where the app has the followers' page."""

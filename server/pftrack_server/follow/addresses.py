@@ -8,8 +8,6 @@ import psutil
 
 from pftrack_server.settings import Settings, is_loopback
 
-__all__ = ["NOTICE", "Address", "addresses"]
-
 NOTICE = (
     "Only this machine reaches the server. Start it with `pftrack serve --host 0.0.0.0`, in a network that you trust, "
     "so that others can follow."

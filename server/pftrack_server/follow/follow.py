@@ -19,8 +19,6 @@ from pftrack_server.schemas import follows as schemas
 from pftrack_server.schemas.stream import encode
 from pftrack_server.stream.listeners import Listeners
 
-__all__ = ["Follow", "FollowedContent"]
-
 
 @dataclass(frozen=True, slots=True)
 class FollowedContent:

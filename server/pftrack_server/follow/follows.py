@@ -30,8 +30,6 @@ from pftrack_server.sessions.manager import Manager
 from pftrack_server.settings import Settings
 from pftrack_server.titles import printable
 
-__all__ = ["Follows"]
-
 MOST = 50
 """Classes at one time."""
 SOCKETS_SHARE = 0.8

@@ -10,8 +10,6 @@ from dataclasses import dataclass
 
 from pftrack_server.errors import ConflictError, UnavailableError
 
-__all__ = ["Fork", "Forks"]
-
 UNUSED_S = 300.0
 """After so long a fork ends of which nobody asks for anything."""
 

@@ -15,8 +15,6 @@ from typing import Final, Literal, NamedTuple
 from itsdangerous import BadSignature, Signer
 from itsdangerous.encoding import base64_decode
 
-__all__ = ["PREFIX", "Claim", "Links", "Role"]
-
 PREFIX = "/f"
 """Where the addresses of all links are, behind the server's base path."""
 

@@ -9,8 +9,6 @@ from collections.abc import AsyncIterator, Callable
 from pftrack_server.schemas.stream import Pong, encode
 from pftrack_server.stream.listeners import Listener
 
-__all__ = ["NewestListener"]
-
 
 class NewestListener(Listener):
     """One page.

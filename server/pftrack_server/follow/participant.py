@@ -9,7 +9,6 @@ from pftrack_server.follow.roles import Reach, Standing
 if TYPE_CHECKING:
     from pftrack_server.follow.follow import Follow
 
-__all__ = ["Participant", "participant_of"]
 
 PARTICIPANT = "pftrack.participant"
 

@@ -11,8 +11,6 @@ from typing import NamedTuple
 
 from pftrack_server.errors import CrowdedError
 
-__all__ = ["LECTURER", "Places"]
-
 LECTURER = ""
 """The seat of whoever came by the lecturer's link."""
 MOST_SOCKETS = 24

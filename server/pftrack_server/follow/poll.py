@@ -9,8 +9,6 @@ from pftrack_server.schemas.follows import PollPublic
 from pftrack_server.store.files import new_name, now
 from pftrack_server.store.tables import PollRow
 
-__all__ = ["Poll"]
-
 
 @dataclass(frozen=True, slots=True)
 class Poll:

@@ -18,8 +18,6 @@ from pftrack_server.schemas.follows import PollKept
 from pftrack_server.store import Store
 from pftrack_server.store.tables import PollRow
 
-__all__ = ["PollRecords", "polls_csv"]
-
 MOST = 5000
 """Polls kept."""
 HEAD = ("asked", "lecture", "shown", "question", "answer", "votes", "share_percent", "answered", "followers")

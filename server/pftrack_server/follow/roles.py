@@ -11,8 +11,6 @@ from starlette.routing import compile_path
 
 from pftrack_server.follow.links import Role
 
-__all__ = ["Reach", "Standing", "is_allowed"]
-
 Standing = Role | Literal["stranger"]
 """A role, or that of a browser that has a follower's link and no seat yet."""
 

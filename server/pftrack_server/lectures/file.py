@@ -20,8 +20,6 @@ from pftrack.teaching.lessons.lecturers.document import EXPONENT, DocumentError,
 from pftrack_server.errors import RefusedError
 from pftrack_server.schemas.lectures import LectureItem, LectureUpdate
 
-__all__ = ["LARGEST_BYTES", "LectureText", "read", "write"]
-
 LARGEST_BYTES: Final = 128 * 1024
 """Items may hold whole recipes; a lecture of lessons has a hundredth of it."""
 KEPT: Final = 64

@@ -16,8 +16,6 @@ from pftrack_server.schemas.comparisons import ComparedRun
 from pftrack_server.schemas.lectures import Kind, LectureAsks, LectureItem, LectureItemPublic, LectureRun
 from pftrack_server.titles import printable
 
-__all__ = ["ItemViews", "check_names"]
-
 USUAL_MINUTES: Final[dict[Kind, float]] = {
     "lesson": 8,
     "failure": 5,

@@ -19,8 +19,6 @@ from pftrack_server.store import Store
 from pftrack_server.store.files import new_name, now
 from pftrack_server.store.tables import LectureRow
 
-__all__ = ["Lectures"]
-
 MOST = 200
 """Lectures kept."""
 

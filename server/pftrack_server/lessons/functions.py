@@ -29,8 +29,6 @@ from pftrack.teaching.lessons.lesson import (
 )
 from pftrack_server.tasks.functions import Steps
 
-__all__ = ["check", "draw", "judge_demonstration", "judge_scenario", "run"]
-
 NICENESS = 10
 """Of what may take a minute: figures and sessions, which somebody waits for, go first."""
 

@@ -20,8 +20,6 @@ from pftrack_server.tasks.child_tasks import ChildTasks, ending_message
 from pftrack_server.tasks.disk_cache import DiskCache, digest
 from pftrack_server.tasks.queue import Queues
 
-__all__ = ["Job", "LessonResults"]
-
 BUDGET = Budget(cpu_seconds=1800.0, silence_s=600.0)
 """A check may take a minute on a slow machine, and says nothing meanwhile."""
 MOMENT_S = 3.0

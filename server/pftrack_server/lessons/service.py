@@ -31,8 +31,6 @@ from pftrack_server.processes import FORK_SERVER
 from pftrack_server.schemas.lessons import ComputingPublic, FigureRequest
 from pftrack_server.tasks.child_tasks import ChildTasks
 
-__all__ = ["Lessons", "missing"]
-
 AT_ONCE = 16
 KEPT = 2
 """Workers that are kept while nothing is asked for: a fork for each move of a slider would take longer than figures."""

@@ -13,8 +13,6 @@ from latex2mathml.converter import convert_to_element
 from markdown_it import MarkdownIt
 from mdit_py_plugins.dollarmath import dollarmath_plugin
 
-__all__ = ["formula", "inline", "paragraphs", "with_formulas"]
-
 MOST_TEXTS = 1000
 HARMLESS = re.compile(
     r"accent|(column|row)(align|lines|spacing)|depth|display(style)?|fence|form|height|linethickness|[lr]space|"

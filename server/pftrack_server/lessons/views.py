@@ -25,8 +25,6 @@ from pftrack_server.schemas.lessons import (
     VerdictPublic,
 )
 
-__all__ = ["checks_view", "detail_view", "list_view", "verdict_view"]
-
 
 def list_view(library: Library) -> LessonsPublic:
     """Return all lessons as the overview shows them."""

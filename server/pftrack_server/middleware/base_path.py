@@ -21,8 +21,6 @@ from pftrack_server.base_path import address_of, encode_path, read_base_path
 from pftrack_server.middleware.security import Hosts, refuse
 from pftrack_server.settings import Settings
 
-__all__ = ["BasePath"]
-
 SCHEMES = {
     "http": {"http": "http", "https": "https"},
     "websocket": {"http": "ws", "ws": "ws", "https": "wss", "wss": "wss"},

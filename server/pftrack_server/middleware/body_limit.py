@@ -10,8 +10,6 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from pftrack_server import errors
 
-__all__ = ["BodyLimit", "lift_limit"]
-
 LIMIT = "pftrack.body_limit"
 TOO_LARGE, TOO_SLOW = 413, 408
 SILENCE_S = 30.0

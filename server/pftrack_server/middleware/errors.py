@@ -25,8 +25,6 @@ from pftrack_server.errors import ApiError, response, shape
 from pftrack_server.middleware.long_numbers import field_of_long_number
 from pftrack_server.system_errors import describe
 
-__all__ = ["ErrorBoundary", "install"]
-
 log = structlog.get_logger(__name__)
 
 

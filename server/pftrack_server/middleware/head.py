@@ -6,8 +6,6 @@ the head goes out. What is computed piece by piece is told after the first that 
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-__all__ = ["HeadAsGet"]
-
 
 class HeadAsGet:
     """ASGI middleware that answers HEAD with the head of the answer to GET."""

@@ -4,8 +4,6 @@ import json
 import sys
 from typing import Any
 
-__all__ = ["field_of_long_number"]
-
 TOO_LONG = object()
 
 

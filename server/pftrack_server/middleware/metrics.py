@@ -14,8 +14,6 @@ from pftrack_server.schemas.sweep_views import State
 from pftrack_server.sessions.manager import Manager
 from pftrack_server.sweeps.manager import Sweeps
 
-__all__ = ["Metrics", "Stopwatch"]
-
 METHODS = {"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE"}
 
 

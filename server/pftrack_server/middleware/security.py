@@ -33,8 +33,6 @@ from pftrack_server.frontend import FRONTEND
 from pftrack_server.log import RateLimitedLogger
 from pftrack_server.settings import Settings
 
-__all__ = ["Guard", "Hosts", "refuse"]
-
 SAFE_METHODS = {"GET", "HEAD", "OPTIONS"}
 OPEN_PATHS = {"/healthz", "/readyz"}
 PAGE_POLICY = (

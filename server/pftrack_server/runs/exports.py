@@ -30,8 +30,6 @@ from pftrack_server.tasks.jobs import Job, Jobs
 from pftrack_server.uploads.intake import limits_of
 from pftrack_server.worker.protocol import WorkerConfig
 
-__all__ = ["Exporting", "Exports", "Subject", "file_name", "run_file_name"]
-
 LONGEST = 60
 """Characters of a run's name that the name of a file has."""
 

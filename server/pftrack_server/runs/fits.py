@@ -13,8 +13,6 @@ from pftrack_server.tasks.fits import FitOrder, fit_run
 from pftrack_server.tasks.jobs import Job, Jobs
 from pftrack_server.uploads.intake import limits_of
 
-__all__ = ["Fits", "Fitting"]
-
 Fitting: TypeAlias = Job[None, dict[str, Any]]
 """A fit under way, and then what came of it."""
 

@@ -13,8 +13,6 @@ from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.jobs import Job, Jobs
 from pftrack_server.uploads.multipart import Received
 
-__all__ = ["Import", "Imports"]
-
 Import: TypeAlias = Job[str, RunRow]
 """A run that is being brought in; what is known of it from the start is the name of its file."""
 

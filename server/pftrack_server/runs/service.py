@@ -26,8 +26,6 @@ from pftrack_server.tasks.functions import compare_record, read_record, weigh_re
 from pftrack_server.uploads.intake import index_of, limits_of
 from pftrack_server.uploads.multipart import Received
 
-__all__ = ["bring_in", "check_room", "compare", "footage_here", "outcome", "reopen", "save"]
-
 
 def check_room(store: Store, settings: Settings) -> None:
     """Make sure that there is a place for one more saved run.

@@ -7,8 +7,6 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 from pftrack.core.model.parameters import NOT_BOOLEAN
 from pftrack_server.titles import printable
 
-__all__ = ["FrameNumber", "GivenTitle", "Name", "RequestBody", "Title", "Values"]
-
 
 def _not_blank(title: str) -> str:
     if not title:

@@ -9,24 +9,6 @@ from pftrack.runs.comparison import MOST_RUNS
 from pftrack_server.schemas.body import FrameNumber, GivenTitle, RequestBody, Title
 from pftrack_server.schemas.description import ExportPublic
 
-__all__ = [
-    "ComparedPublic",
-    "ComparedRun",
-    "ComparisonCreate",
-    "ComparisonExportCreate",
-    "ComparisonOutline",
-    "ComparisonResult",
-    "OutcomePublic",
-    "PairedPublic",
-    "PartingPublic",
-    "RunComparisonPublic",
-    "SavedComparisonCreate",
-    "SavedComparisonDetail",
-    "SavedComparisonPublic",
-    "SavedComparisonUpdate",
-    "SettingPublic",
-]
-
 Arrangement = Literal["side", "over"]
 """Side by side, or one over the other."""
 

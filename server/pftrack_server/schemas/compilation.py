@@ -2,8 +2,6 @@
 
 from pydantic import BaseModel, Field
 
-__all__ = ["CompilationPublic"]
-
 
 class CompilationPublic(BaseModel):
     """How far compiling is, which is needed once after an installation or an update."""

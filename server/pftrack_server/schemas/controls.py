@@ -11,8 +11,6 @@ from pydantic import BaseModel
 
 from pftrack.core.model.parameters import Declaration, Value
 
-__all__ = ["ControlPublic", "control_of", "controls_of", "working_range"]
-
 FINE_STEPS = 1000
 """Positions up to which one slider is enough."""
 SLIDER_STEPS = 100_000

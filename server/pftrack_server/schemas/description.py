@@ -14,8 +14,6 @@ from pftrack.experiments import Plot, Reading
 from pftrack.output.exports.formats import Group
 from pftrack_server.schemas.measures import MeasurePublic
 
-__all__ = ["ExportPublic", "SessionDescription", "TrackerPublic", "TruthMark"]
-
 
 class TrackerPublic(BaseModel):
     """A tracker that can be chosen."""

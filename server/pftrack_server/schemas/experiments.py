@@ -9,8 +9,6 @@ from pftrack.core.model.marks import Editor
 from pftrack.core.model.parameters import Declaration, Value
 from pftrack.core.model.preset import Tour
 
-__all__ = ["CitationPublic", "ExperimentDetail", "ExperimentPublic", "PluginPublic", "PresetPublic"]
-
 
 class PresetPublic(BaseModel):
     """A named starting point."""

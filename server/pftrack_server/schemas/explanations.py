@@ -5,8 +5,6 @@ from pydantic import BaseModel, Field
 from pftrack.core.model.measures import Witness
 from pftrack.core.model.preset import CauseId
 
-__all__ = ["DiagnosisPublic", "EvidencePublic", "ExplanationPublic", "SignPublic"]
-
 
 class EvidencePublic(BaseModel):
     """A column of numbers in the frames around what it shows."""

@@ -10,8 +10,6 @@ from pftrack.core.model.parameters import NOT_BOOLEAN, Value
 from pftrack.runs.continuation import Scene
 from pftrack_server.schemas.body import FrameNumber, RequestBody
 
-__all__ = ["EnsemblePublic", "ExplorationCreate", "ExplorationPublic", "FindingPublic", "WhatIfPublic"]
-
 LONGEST_S = 300.0
 Share = Annotated[float | None, Field(ge=0, le=1)]
 

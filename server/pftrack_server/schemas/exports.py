@@ -6,8 +6,6 @@ from pydantic import BaseModel, Field
 
 from pftrack_server.schemas.description import ExportPublic
 
-__all__ = ["ExportJobPublic", "ExportsPublic", "PlotChoice"]
-
 
 class PlotChoice(BaseModel):
     """A plot of which a picture can be made."""

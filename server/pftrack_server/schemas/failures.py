@@ -8,8 +8,6 @@ from pftrack.core.model.parameters import Value
 from pftrack.core.model.preset import CauseId
 from pftrack.core.model.recipe import Recipe
 
-__all__ = ["DifferencePublic", "FailureNeighbour", "FailurePublic", "FailureResult", "FailureRun", "MeasuredPublic"]
-
 
 class DifferencePublic(BaseModel):
     """What the cure changes."""

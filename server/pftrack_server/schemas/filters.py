@@ -5,8 +5,6 @@ from pydantic import BaseModel, ConfigDict, Field
 from pftrack.core.model.parameters import LONGEST_FILE
 from pftrack_server.schemas.body import RequestBody
 
-__all__ = ["ComponentPublic", "FilterPublic", "FilterUpdate", "HintPublic"]
-
 
 class HintPublic(BaseModel):
     """What a function of a filter's file is for."""

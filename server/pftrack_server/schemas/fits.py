@@ -8,8 +8,6 @@ from pftrack.analysis.fitting.found import MOST_NUMBERS, Method
 from pftrack.core.model.parameters import Value
 from pftrack_server.schemas.body import Name, RequestBody
 
-__all__ = ["FitCreate", "FitHalfPublic", "FitJobPublic", "FitPublic", "FitScorePublic", "FittedPublic"]
-
 
 class FitCreate(RequestBody):
     """What to fit."""

@@ -9,32 +9,6 @@ from pftrack.core.model.parameters import NOT_BOOLEAN
 from pftrack_server.schemas.body import FrameNumber, GivenTitle, Name, RequestBody
 from pftrack_server.schemas.stream import Message
 
-__all__ = [
-    "LONGEST_ANSWER",
-    "LONGEST_QUESTION",
-    "FigureShown",
-    "FollowCreate",
-    "FollowHello",
-    "FollowNews",
-    "FollowOwned",
-    "FollowPublic",
-    "FollowUpdate",
-    "FollowedPublic",
-    "ForkCreate",
-    "ForkPublic",
-    "LinkPublic",
-    "MinePublic",
-    "OwnedHello",
-    "OwnedNews",
-    "PollAnswers",
-    "PollCreate",
-    "PollKept",
-    "PollPublic",
-    "PollQuestion",
-    "VotePublic",
-    "VoteRequest",
-]
-
 LARGEST_ARRANGEMENT = 16 * 1024
 LONGEST_QUESTION, LONGEST_ANSWER = 300, 100
 

@@ -2,8 +2,6 @@
 
 from pydantic import BaseModel, ConfigDict, Field
 
-__all__ = ["SectionPublic", "TermPublic"]
-
 
 class TermPublic(BaseModel):
     """A word and what it means."""

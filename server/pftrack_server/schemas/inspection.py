@@ -7,21 +7,6 @@ from pydantic import BaseModel, Field
 from pftrack.core.model.parameters import NOT_BOOLEAN
 from pftrack_server.schemas.body import FrameNumber, RequestBody
 
-__all__ = [
-    "AmountPublic",
-    "ContributionsPublic",
-    "CoursePublic",
-    "GenealogyPublic",
-    "HistogramsPublic",
-    "InspectionPublic",
-    "InspectionUpdate",
-    "PartPublic",
-    "ParticlePublic",
-    "PatchesPublic",
-    "ResidualPublic",
-    "StateValue",
-]
-
 Pixels = Annotated[float, Field(ge=-100_000, le=100_000, allow_inf_nan=False), NOT_BOOLEAN]
 
 

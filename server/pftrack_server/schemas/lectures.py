@@ -9,20 +9,6 @@ from pftrack_server.schemas.body import FrameNumber, GivenTitle, Name, RequestBo
 from pftrack_server.schemas.comparisons import ComparedRun
 from pftrack_server.schemas.follows import PollAnswers, PollQuestion
 
-__all__ = [
-    "KINDS",
-    "MOST_ITEMS",
-    "Kind",
-    "LectureAsks",
-    "LectureComparison",
-    "LectureItem",
-    "LectureItemPublic",
-    "LecturePublic",
-    "LectureRun",
-    "LectureSummary",
-    "LectureUpdate",
-]
-
 Kind = Literal["lesson", "failure", "session", "comparison", "question", "poll"]
 KINDS: tuple[Kind, ...] = ("lesson", "failure", "session", "comparison", "question", "poll")
 MOST_ITEMS = 100

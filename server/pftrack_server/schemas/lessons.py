@@ -9,27 +9,6 @@ from pftrack.core.model.recipe import Recipe, Seed
 from pftrack_server.schemas.body import RequestBody, Values
 from pftrack_server.schemas.controls import ControlPublic
 
-__all__ = [
-    "AnswerRequest",
-    "CheckPublic",
-    "CheckedPublic",
-    "ChecksPublic",
-    "ChoicePublic",
-    "ComputingPublic",
-    "FigurePublic",
-    "FigureRequest",
-    "LessonDetail",
-    "LessonPublic",
-    "LessonsPublic",
-    "NeighbourPublic",
-    "NumberPublic",
-    "ProblemPublic",
-    "QuestionPublic",
-    "ScenarioPublic",
-    "UsePublic",
-    "VerdictPublic",
-]
-
 
 class _Public(BaseModel):
     model_config = ConfigDict(from_attributes=True)

@@ -6,8 +6,6 @@ from pydantic import BaseModel, Field
 
 from pftrack.core.model.measures import How
 
-__all__ = ["MeasurePublic"]
-
 
 class MeasurePublic(BaseModel):
     """The declaration of a measure."""

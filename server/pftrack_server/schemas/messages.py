@@ -14,8 +14,6 @@ from pftrack_server.schemas.panel import SPEEDS
 from pftrack_server.schemas.snapshot import SessionSnapshot
 from pftrack_server.schemas.stream import Message
 
-__all__ = ["Changes", "Frame", "Frames", "Hello", "Painted", "Refused", "SessionPublic", "parse_painted"]
-
 
 class SessionPublic(SessionDescription, SessionSnapshot):
     """A session as everybody outside sees it: what is fixed of it, what moves, and where it is found."""

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from pftrack.core.model.drawing import Layer, World
 from pftrack.core.model.parameters import Declaration, Value
 
-__all__ = ["SPEEDS", "PanelDescription", "PanelValues"]
-
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 0.0)
 """Speeds that are offered, as factors of real time; 0 is as fast as possible."""
 

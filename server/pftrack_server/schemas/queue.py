@@ -2,8 +2,6 @@
 
 from pydantic import BaseModel
 
-__all__ = ["QueuePublic"]
-
 
 class QueuePublic(BaseModel):
     """Where a request waits.

@@ -6,8 +6,6 @@ from pydantic import BaseModel, Field
 
 from pftrack_server.schemas.body import GivenTitle, RequestBody, Title
 
-__all__ = ["ImportPublic", "RunCreate", "RunPublic", "RunUpdate"]
-
 
 class RunCreate(RequestBody):
     """Which session's active branch to save."""

@@ -8,8 +8,6 @@ from pftrack.core.model.parameters import NOT_BOOLEAN, Value
 from pftrack.core.model.recipe import Recipe, Seed
 from pftrack_server.schemas.body import FrameNumber, RequestBody, Title, Values
 
-__all__ = ["BookmarkCreate", "BranchCreate", "Changed", "Columns", "SessionCreate", "SessionUpdate", "TransportUpdate"]
-
 SLOWEST = 0.1
 
 

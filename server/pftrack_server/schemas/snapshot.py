@@ -12,21 +12,6 @@ from pydantic import BaseModel, ConfigDict, Field
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Recipe
 
-__all__ = [
-    "FIRST",
-    "PASSING",
-    "Bookmark",
-    "BranchPublic",
-    "ChangePublic",
-    "Goal",
-    "Phase",
-    "RunSnapshot",
-    "SessionSnapshot",
-    "ThresholdPublic",
-    "ThresholdStep",
-    "differences",
-]
-
 FIRST = "b0"
 """Name of a session's first branch."""
 

@@ -8,8 +8,6 @@ from pftrack.core.model.parameters import NOT_BOOLEAN
 from pftrack_server.schemas.body import RequestBody
 from pftrack_server.schemas.comparisons import ComparedRun
 
-__all__ = ["SourceCodePublic", "SourceCodeRequest"]
-
 
 class SourceCodeRequest(RequestBody):
     """Of which runs: of one, or of several that are compared."""

@@ -10,8 +10,6 @@ from pftrack.core.model.recipe import Recipe
 from pftrack_server.schemas.description import SessionDescription
 from pftrack_server.schemas.snapshot import FIRST, Bookmark, RunSnapshot
 
-__all__ = ["BranchSpec", "SessionSpec"]
-
 
 class BranchSpec(BaseModel):
     """One branch: where it left which other, and all that makes it again.

@@ -4,8 +4,6 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
-__all__ = ["VERSION", "Message", "Ping", "Pong", "encode", "ping"]
-
 VERSION: Literal[1] = 1
 
 

@@ -18,8 +18,6 @@ from pftrack_server.schemas.sweep_views import (
     Verdict,
 )
 
-__all__ = ["NO_AXIS", "axis_view", "cells_view", "comparison_view", "fixed_views"]
-
 NO_AXIS = "none"
 """The name that stands for no axis, so that all values are pooled."""
 

@@ -9,8 +9,6 @@ from typing import Literal
 from pftrack_server.schemas.stream import Message
 from pftrack_server.schemas.sweep_views import CellsPublic, MapPublic, State, SweepPublic
 
-__all__ = ["Cells", "Hello", "Progress"]
-
 
 class Hello(Message):
     """The complete state; the first message of every connection."""

@@ -8,22 +8,6 @@ from pftrack.core.model.parameters import Value
 from pftrack_server.schemas.description import TrackerPublic
 from pftrack_server.schemas.measures import MeasurePublic
 
-__all__ = [
-    "AxisPublic",
-    "CellsPublic",
-    "ComparisonPublic",
-    "Correction",
-    "EstimatePublic",
-    "MapPublic",
-    "Pair",
-    "RowPublic",
-    "RowsPublic",
-    "State",
-    "SweepPublic",
-    "Test",
-    "ValuesPublic",
-]
-
 State = Literal["running", "stopped", "done"]
 Test = Literal["chi-square", "fisher", "rank-sum"]
 Correction = Literal["none", "holm"]

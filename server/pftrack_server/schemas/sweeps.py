@@ -8,8 +8,6 @@ from pftrack.core.model.parameters import NOT_BOOLEAN
 from pftrack.core.model.recipe import Footage, Seed
 from pftrack_server.schemas.body import GivenTitle, Name, RequestBody
 
-__all__ = ["EstimateRequest", "OpenRequest", "SweepAxis", "SweepCreate"]
-
 Number = Annotated[float, Field(allow_inf_nan=False), NOT_BOOLEAN]
 
 

@@ -7,16 +7,6 @@ from pydantic import BaseModel, ConfigDict, Field
 from pftrack.core.model.setup import Grade
 from pftrack_server.schemas.body import RequestBody
 
-__all__ = [
-    "ColumnMeaning",
-    "SightingPublic",
-    "SuitabilityPublic",
-    "TableHead",
-    "TablePublic",
-    "TruthPublic",
-    "UploadPublic",
-]
-
 
 class UploadPublic(BaseModel):
     """An upload and what was found in it."""

@@ -10,8 +10,6 @@ from pftrack_server.schemas.runs import RunPublic
 from pftrack_server.schemas.sweep_views import SweepPublic
 from pftrack_server.schemas.uploads import UploadPublic
 
-__all__ = ["Kind", "WorkCounts", "WorkPublic"]
-
 Kind = Literal["sessions", "runs", "comparisons", "sweeps", "uploads"]
 
 

@@ -17,8 +17,6 @@ from pftrack_server.store.files import new_name, now
 from pftrack_server.store.tables import UploadRow
 from pftrack_server.uploads.truth import rows_of
 
-__all__ = ["as_spec", "footage_in", "new_spec"]
-
 
 def as_spec(body: SessionCreate, store: Store) -> SessionSpec:
     """Return the spec of a session that was asked for; its parameters are checked by the worker that makes the run.

@@ -5,8 +5,6 @@ from pydantic import BaseModel
 from pftrack.analysis.counterfactuals.alternatives import Kind
 from pftrack.core.model.parameters import Value
 
-__all__ = ["WhatIfRecord"]
-
 
 class FindingRecord(BaseModel):
     """What a process tells of one change."""

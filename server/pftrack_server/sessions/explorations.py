@@ -29,8 +29,6 @@ from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.explorations import explore_changes, explore_seeds
 from pftrack_server.tasks.jobs import Job, Jobs, failure_of
 
-__all__ = ["Explorations", "exploration_view"]
-
 NICENESS: Mapping[str, int] = {"ensemble": 6, "what-if": 14}
 """They come after every session. A band follows a slider, and is soon there; a list fills for as long as one looks."""
 

@@ -5,8 +5,6 @@ from typing import Any
 from pftrack.core.model.measures import judge_loss
 from pftrack.runs.scoring import loss_start
 
-__all__ = ["History"]
-
 
 class History:
     """The diagnostics of one branch, a list a column, in the order of the frames.

@@ -27,8 +27,6 @@ from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.uploads.intake import index_of
 from pftrack_server.worker.protocol import WorkerConfig
 
-__all__ = ["Manager", "Prepare"]
-
 Prepare: TypeAlias = Callable[[Session], Awaitable[None]]
 """What is done with a session that has started before anybody is told of it."""
 

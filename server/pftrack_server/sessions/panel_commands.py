@@ -18,8 +18,6 @@ from pftrack.sources.limits import SourceError
 from pftrack_server.errors import ApiError, shape
 from pftrack_server.system_errors import failure_message
 
-__all__ = ["PanelCommands"]
-
 log = structlog.get_logger(__name__)
 
 REFUSALS = (ApiError, EndOfRun, FilterFileError, ParameterError, PastError, RecordError, SourceError)

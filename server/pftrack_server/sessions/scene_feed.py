@@ -20,7 +20,6 @@ from pftrack_server.schemas.panel import PanelDescription, PanelValues
 if TYPE_CHECKING:
     from pftrack_server.viewer import Endpoint, Viewer
 
-__all__ = ["SceneFeed"]
 
 log = structlog.get_logger(__name__)
 

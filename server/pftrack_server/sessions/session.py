@@ -33,7 +33,6 @@ from pftrack_server.worker import protocol
 if TYPE_CHECKING:
     from pftrack_server.viewer import Endpoint
 
-__all__ = ["Session"]
 
 ConfigOf = Callable[[SessionSpec], Awaitable[protocol.WorkerConfig]]
 MOST_BOOKMARKS = 500

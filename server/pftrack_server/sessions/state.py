@@ -19,8 +19,6 @@ from pftrack_server.sessions.view import branch_views, view
 from pftrack_server.stream.listeners import SessionListeners
 from pftrack_server.worker.protocol import Ready
 
-__all__ = ["SessionState"]
-
 OF_BRANCHES = frozenset({"branch", "second", "tracker"})
 """Fields that the list of the branches shows."""
 OF_PANEL = frozenset({"branch_point", "parameters", "recipe", "speed", "tracker"})

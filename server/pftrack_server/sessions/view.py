@@ -7,8 +7,6 @@ from pftrack_server.schemas.messages import SessionPublic
 from pftrack_server.schemas.snapshot import BranchPublic, SessionSnapshot
 from pftrack_server.schemas.spec import SessionSpec
 
-__all__ = ["branch_views", "view"]
-
 
 def view(spec: SessionSpec, description: SessionDescription, snapshot: SessionSnapshot) -> SessionPublic:
     """Return a session as everybody outside sees it: what is fixed of it, what moves, and where it is found."""

@@ -33,8 +33,6 @@ from pftrack_server.worker.protocol import (
     WorkerConfig,
 )
 
-__all__ = ["WorkerHandle", "WorkerLostError"]
-
 Result = TypeVar("Result")
 
 log = structlog.get_logger(__name__)

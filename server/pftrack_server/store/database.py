@@ -12,8 +12,6 @@ from sqlalchemy.exc import DBAPIError
 from pftrack_server.store.disk_budget import DISK_FULL, is_full
 from pftrack_server.store.tables import Base
 
-__all__ = ["DatabaseError", "connect", "is_busy"]
-
 BUSY_S = 2
 """How long to wait for another writer, s; one of ours takes milliseconds."""
 VERSION_TABLE = "alembic_version"

@@ -19,8 +19,6 @@ from sqlalchemy.exc import DBAPIError, OperationalError
 from pftrack.core.files import free_bytes
 from pftrack_server.errors import DiskFullError
 
-__all__ = ["DISK_FULL", "DiskBudget", "is_full", "mebibytes"]
-
 log = structlog.get_logger(__name__)
 
 Result = TypeVar("Result")

@@ -18,8 +18,6 @@ from pftrack.core.model.recipe import Recipe
 from pftrack.experiments.own.code import digest_of
 from pftrack_server.errors import NotFoundError
 
-__all__ = ["DataDirectory", "is_name", "new_name", "now"]
-
 INDEX = "index.json"
 LARGEST_FILTER_BYTES = 4 * LONGEST_FILE  # as UTF-8 writes so many characters at most
 LINK = "This file is a link that leads out of the data directory; links are not followed."

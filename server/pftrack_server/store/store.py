@@ -31,8 +31,6 @@ from pftrack_server.store.tables import (
     UploadRow,
 )
 
-__all__ = ["Store"]
-
 log = structlog.get_logger(__name__)
 
 Row = TypeVar("Row", UploadRow, RunRow, ComparisonRow, SessionRow, SweepRow, LectureRow, PollRow)

@@ -5,8 +5,6 @@ from typing import Any
 from sqlalchemy import JSON, BigInteger, Float, Integer, String, Text
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
-__all__ = ["FORM", "Base", "ComparisonRow", "LectureRow", "PollRow", "RunRow", "SessionRow", "SweepRow", "UploadRow"]
-
 FORM = "form"
 """Key of a JSON column's `info` under which it says which JSON values it holds."""
 

@@ -9,8 +9,6 @@ from fastapi import WebSocket, WebSocketDisconnect
 
 from pftrack_server.base_path import route_path
 
-__all__ = ["GONE", "converse"]
-
 log = structlog.get_logger(__name__)
 
 GONE = 4404

@@ -14,8 +14,6 @@ from typing import Generic, TypeVar
 from pftrack_server.schemas.messages import Hello
 from pftrack_server.schemas.stream import Message, Pong, encode
 
-__all__ = ["Listener", "Listeners", "QueueListener", "SessionListeners"]
-
 LONGEST_QUEUE = 256
 LONGEST_TALE = 64
 """Messages after a greeting for which it is kept; a page then reads them faster than a new one is made."""

@@ -13,8 +13,6 @@ from pftrack.sweep.axis import SweepError
 from pftrack_server.errors import UnavailableError
 from pftrack_server.processes import FORK_SERVER
 
-__all__ = ["NICENESS", "ask", "start"]
-
 NICENESS = 10
 REFUSALS = SweepError, OSError
 

@@ -4,8 +4,6 @@ from pftrack.core.model.parameters import Declaration, declarations
 from pftrack.experiments.experiment import Experiment
 from pftrack_server.schemas.sweeps import SweepAxis, SweepCreate
 
-__all__ = ["example"]
-
 STEPS = 5
 
 

@@ -14,8 +14,6 @@ from pftrack.experiments.own.code import trust
 from pftrack.sweep import Plan, carry_out, estimate, read_result
 from pftrack.sweep.recording import Recording
 
-__all__ = ["Pictures", "compute", "measure", "report"]
-
 Pictures: TypeAlias = Literal["png", "svg"] | None
 """What the maps of a report are drawn as, beside those on its page."""
 

@@ -14,8 +14,6 @@ from pftrack_server.schemas.sweep_messages import Cells, Hello, Progress
 from pftrack_server.schemas.sweep_views import CellsPublic, MapPublic, SweepPublic
 from pftrack_server.stream.listeners import Listener
 
-__all__ = ["SweepListener"]
-
 EVERY_S = 0.2
 
 

@@ -27,8 +27,6 @@ from pftrack_server.sweeps.sweep import Sweep, check_idle, default_title
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.uploads.intake import index_of, limits_of
 
-__all__ = ["Sweeps"]
-
 log = structlog.get_logger(__name__)
 
 MEASURE_S = 60.0

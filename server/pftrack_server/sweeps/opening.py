@@ -11,8 +11,6 @@ from pftrack_server.store import Store
 from pftrack_server.store.tables import UploadRow
 from pftrack_server.sweeps.results import Results
 
-__all__ = ["session_spec", "upload_of"]
-
 
 def session_spec(store: Store, sweep: str, plan: Plan, results: Results, run: int, tracker: str | None) -> SessionSpec:
     """Return the spec of a session with exactly one run of a sweep, or the same with another method.

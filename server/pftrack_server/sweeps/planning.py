@@ -21,8 +21,6 @@ from pftrack_server.sessions.create import footage_in
 from pftrack_server.settings import Settings
 from pftrack_server.store import Store
 
-__all__ = ["BYTES_A_RUN", "as_plan", "cells_of", "within_limits"]
-
 Part = TypeVar("Part")
 
 BYTES_A_RUN = 160

@@ -4,8 +4,6 @@ import re
 
 from pftrack.process import Ending, Fault, Outcome, Refusal, Reply
 
-__all__ = ["CANCELLED", "DELETED", "RESTARTED", "STOPPED", "reason"]
-
 KEPT = "The computed runs are kept; resume the sweep to continue."
 CANCELLED = f"The sweep was cancelled. {KEPT}"
 DELETED = "The sweep was deleted."

@@ -22,8 +22,6 @@ from pftrack_server.schemas.sweep_views import (
 )
 from pftrack_server.sweeps.tally import Tally
 
-__all__ = ["Results"]
-
 
 class Results:
     """The files of one sweep."""

@@ -30,8 +30,6 @@ from pftrack_server.sweeps.listener import SweepListener
 from pftrack_server.sweeps.reasons import reason as why
 from pftrack_server.sweeps.results import Results
 
-__all__ = ["Sweep"]
-
 GRACE_S = 8.0
 """So long a process that is asked to stop may wind up."""
 

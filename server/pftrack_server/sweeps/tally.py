@@ -11,8 +11,6 @@ from pftrack.sweep.axis import SweepError
 from pftrack.sweep.cells import Counts, cells, columns, count
 from pftrack_server.schemas.sweep_views import Pair
 
-__all__ = ["Tally"]
-
 TOTAL: Pair = (None, None)
 
 

@@ -26,8 +26,6 @@ from pftrack_server.processes import FORK_SERVER
 from pftrack_server.tasks import functions
 from pftrack_server.tasks.queue import Queues, unless_gone
 
-__all__ = ["ChildTasks", "ending_message"]
-
 REFUSALS = (
     ComparisonError,
     ExportError,

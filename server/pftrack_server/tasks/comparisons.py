@@ -12,8 +12,6 @@ from pftrack.runs.comparison import Comparison
 from pftrack_server.worker.protocol import WorkerConfig
 from pftrack_server.worker.run_tree import RunTree
 
-__all__ = ["compare_runs", "outline_comparison", "write_comparison"]
-
 
 def outline_comparison(configs: Sequence[WorkerConfig]) -> dict[str, Any]:
     """Return what is known of a comparison before anything is computed: which frames, what differs, what to call each.

@@ -11,8 +11,6 @@ from pftrack.core.files import write_whole
 from pftrack.core.numerics import machine
 from pftrack.doctor.warming import source_hash
 
-__all__ = ["DiskCache", "digest"]
-
 
 def digest(about: str) -> str:
     """Return the name under which something is kept.

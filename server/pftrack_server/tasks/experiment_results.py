@@ -14,8 +14,6 @@ from pftrack.experiments import EXPERIMENTS
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.disk_cache import DiskCache, digest
 
-__all__ = ["ExperimentResults"]
-
 
 class ExperimentResults:
     """Results of functions, as JSON objects."""

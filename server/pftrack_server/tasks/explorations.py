@@ -11,8 +11,6 @@ from pftrack.runs.continuation import RUNS, Scene, ensembling, other_seeds
 from pftrack_server.worker.protocol import WorkerConfig
 from pftrack_server.worker.run_tree import RunTree
 
-__all__ = ["explore_changes", "explore_seeds"]
-
 TELL_S = 0.25
 """Between two reports of how far it has come: to write one takes some milliseconds, and the page asks as often."""
 

@@ -17,8 +17,6 @@ from pftrack.runs import record
 from pftrack.sources.limits import Limits
 from pftrack_server.tasks.functions import Steps, reopen_footage
 
-__all__ = ["Order", "write_export"]
-
 
 @dataclass(frozen=True, slots=True)
 class Order:

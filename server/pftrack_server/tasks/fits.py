@@ -13,8 +13,6 @@ from pftrack.runs import record
 from pftrack.sources.limits import Limits
 from pftrack_server.tasks.functions import Steps, reopen_footage
 
-__all__ = ["FitOrder", "fit_run"]
-
 STEPS = 1000
 COMPUTED = 100
 """Of the steps, those that are done when the run is computed."""

@@ -38,21 +38,6 @@ from pftrack.sources.truth import TruthError
 from pftrack.vision.rendering import png, render
 from pftrack.vision.rendering.projection import over
 
-__all__ = [
-    "TargetSearch",
-    "do_nothing",
-    "draw_experiment",
-    "find_mark",
-    "frame_jpeg",
-    "index_frames",
-    "read_record",
-    "read_truth",
-    "reopen_footage",
-    "run_with_and_without_cure",
-    "weigh_record",
-    "weigh_target",
-]
-
 # So long one answer looks through a recording; whoever asked asks again, or does not want to know any more.
 SEARCH_S = 1.5
 THUMBNAIL_FRAMES = 90

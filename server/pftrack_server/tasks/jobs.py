@@ -18,8 +18,6 @@ from pftrack_server.errors import ApiError, ClientGoneError, NotFoundError, Unav
 from pftrack_server.store.files import new_name
 from pftrack_server.system_errors import failure_message
 
-__all__ = ["Job", "Jobs", "Work", "failure_of"]
-
 log = structlog.get_logger(__name__)
 
 MOST_AT_WORK = 32

@@ -13,8 +13,6 @@ from typing import Any, TypeVar
 
 from pftrack_server.errors import ClientGoneError
 
-__all__ = ["Queue", "Queues", "unless_gone"]
-
 Result = TypeVar("Result")
 
 

@@ -28,8 +28,6 @@ from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.uploads.multipart import Received
 from pftrack_server.uploads.probe import probe
 
-__all__ = ["check_room", "index_of", "limits_of", "take_in"]
-
 LIGHT_BYTES: Final = 16 * MEBIBYTE
 """An upload up to this size is probably looked through in a moment."""
 BYTES_A_SECOND: Final = MEBIBYTE

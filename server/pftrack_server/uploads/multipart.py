@@ -21,8 +21,6 @@ from pftrack_server.errors import ApiError, RefusedError, TooLargeError
 from pftrack_server.store.disk_budget import DiskBudget
 from pftrack_server.titles import printable
 
-__all__ = ["Received", "receive"]
-
 LONGEST_NAME = 200
 # So often the room on the disk is looked at while a body comes, which others may use up meanwhile.
 LOOK_BYTES = 4 * 1024 * 1024

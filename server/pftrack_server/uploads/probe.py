@@ -15,8 +15,6 @@ from pftrack.sources.results.reading import LARGEST_FILE_BYTES
 from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.functions import index_frames
 
-__all__ = ["probe"]
-
 BUDGET = Budget(cpu_seconds=120, silence_s=240, file_bytes=0, answer_bytes=8 * MEBIBYTE)
 
 

@@ -18,8 +18,6 @@ from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.functions import weigh_target
 from pftrack_server.uploads.intake import index_of, limits_of
 
-__all__ = ["Suitabilities"]
-
 MOST_KEPT = 64
 
 

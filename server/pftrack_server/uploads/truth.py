@@ -21,8 +21,6 @@ from pftrack_server.tasks.child_tasks import ChildTasks
 from pftrack_server.tasks.functions import read_truth
 from pftrack_server.uploads.multipart import Received
 
-__all__ = ["discard_truth", "load_truth", "rows_of", "store_truth", "table_of"]
-
 log = structlog.get_logger(__name__)
 
 

@@ -14,8 +14,6 @@ from pftrack.core.model.drawing import Arrows, Ellipsoids
 from pftrack_server.viewer import shapes
 from pftrack_server.viewer.shapes import Floats, Stance
 
-__all__ = ["BALL", "Bodies", "arrow_segments", "bodies"]
-
 ARROW_HEAD, ARROW_HEAD_WIDTHS = 0.35, 6.0
 """Length of an arrow's head: in widths of its line, but at most this share of the arrow."""
 ARROW_HALF_ANGLE = float(np.deg2rad(24.0))

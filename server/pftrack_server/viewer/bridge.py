@@ -19,8 +19,6 @@ from starlette.websockets import WebSocketDisconnect
 
 from pftrack_server.viewer.viser_adapter import Connection, Endpoint, is_allowed
 
-__all__ = ["MAXIMUM_BYTES", "bridge"]
-
 MAXIMUM_BYTES = 16 * 1024
 """Largest message that a browser may send; a camera takes 300 bytes."""
 

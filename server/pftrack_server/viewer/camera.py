@@ -14,8 +14,6 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-__all__ = ["PRESETS", "Box", "Cameras", "Preset", "Side", "View", "fit"]
-
 RELIEF_STEPS = 8
 FULL_RELIEF_RAD = np.deg2rad(18.0)
 FLAT_RAD = np.deg2rad(1.5)

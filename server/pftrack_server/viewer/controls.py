@@ -13,8 +13,6 @@ import viser
 from pftrack.core.model.parameters import Declaration, Value
 from pftrack_server.schemas.controls import ControlPublic, control_of
 
-__all__ = ["Control", "Handle"]
-
 Handle = Any  # viser's handles are generic over their value and assign through `__setattr__`
 
 

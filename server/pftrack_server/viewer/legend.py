@@ -6,8 +6,6 @@ from html import escape
 from pftrack.core.model.drawing import Key, sort_keys
 from pftrack.core.model.palette import COLOURS
 
-__all__ = ["caption_html", "legend_html"]
-
 
 def legend_html(keys: Iterable[Key]) -> str:
     """Return the legend as one paragraph of coloured dots, each meaning once, in the palette's order."""

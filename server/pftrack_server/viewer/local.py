@@ -30,8 +30,6 @@ from pftrack_server.viewer.bridge import bridge
 from pftrack_server.viewer.player import Player
 from pftrack_server.viewer.viser_adapter import CONTENT_SECURITY_POLICY, client_asset, client_page
 
-__all__ = ["LocalScene", "show"]
-
 HOST = "127.0.0.1"
 FORBIDDEN = 1008
 HEIGHT_PX = 640

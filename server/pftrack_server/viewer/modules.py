@@ -4,8 +4,6 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-__all__ = ["join"]
-
 IMPORT = re.compile(r"^import [^;]*;$|^/\*\* @import [^\n]*\*/$|^export (?=class|const|function)", re.MULTILINE)
 
 

@@ -28,8 +28,6 @@ from pftrack_server.pictures import EncodedPicture
 from pftrack_server.viewer import bodies, shapes, viser_adapter
 from pftrack_server.viewer.shapes import Stance
 
-__all__ = ["LAYER_GAP_PX", "Node", "is_empty", "way_to_show"]
-
 LAYER_GAP_PX = 0.05
 """Height between one primitive and the next, so that what is painted later lies on top."""
 LINE_SCALE = 1.6

@@ -20,8 +20,6 @@ import viser
 
 from pftrack_server.viewer import viser_adapter
 
-__all__ = ["Pacer"]
-
 FASTEST_S = 1.0 / 30.0
 LATE_S = 0.2
 """Time beyond a browser's best at which its answer is overdue."""

@@ -27,8 +27,6 @@ from pftrack_server.viewer.legend import caption_html, legend_html
 from pftrack_server.viewer.seed import SEED, SeedBox
 from pftrack_server.viewer.worlds import preset
 
-__all__ = ["Panel", "Requests"]
-
 REST_S = 0.5
 """How long a control must lie still before it is set to what the session says."""
 PATIENCE_S = 5.0

@@ -21,8 +21,6 @@ from pftrack_server.pictures import PictureEncoder
 from pftrack_server.schemas.panel import PanelDescription, PanelValues
 from pftrack_server.viewer.viewer import Viewer
 
-__all__ = ["Player"]
-
 
 class Player:
     """Shows a run in a viewer, and does what is asked for beside it.

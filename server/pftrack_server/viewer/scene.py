@@ -19,8 +19,6 @@ from pftrack_server.viewer.camera import Box
 from pftrack_server.viewer.nodes import LAYER_GAP_PX, Node, is_empty, way_to_show
 from pftrack_server.viewer.shapes import Stance
 
-__all__ = ["Scene"]
-
 STALE_NODES = 64
 """How many hidden nodes are kept for their return."""
 

@@ -8,8 +8,6 @@ from pftrack.core.model.parameters import Value
 from pftrack.core.numerics.random import LARGEST_SEED
 from pftrack_server.viewer.controls import Handle
 
-__all__ = ["SEED", "SeedBox"]
-
 SEED = "seed of the run"
 """What the panel calls it beside the parameters, whose names have no spaces."""
 

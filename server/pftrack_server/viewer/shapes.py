@@ -33,21 +33,6 @@ from pftrack.core.model.drawing import (
     Text,
 )
 
-__all__ = [
-    "FREE",
-    "Floats",
-    "Stance",
-    "axes_segments",
-    "depth",
-    "ellipse_segments",
-    "frustum_segments",
-    "is_flat",
-    "polyline_segments",
-    "summit",
-    "to_scene",
-    "turn_over",
-]
-
 Floats = NDArray[np.float32]
 
 MARK_PX = 2.0

@@ -26,8 +26,6 @@ from pftrack_server.viewer.pacing import FASTEST_S, Pacer
 from pftrack_server.viewer.panel import Panel, Requests
 from pftrack_server.viewer.scene import Scene
 
-__all__ = ["Viewer"]
-
 PANEL_WIDTH_PX = 200
 """The picture is to have six tenths of a page that is 1,000 px wide, with the plots beside it."""
 HELD_S = 0.1

@@ -17,8 +17,6 @@ from pftrack.core.model.palette import COLOURS
 from pftrack.vision.rendering.projection import Projection
 from pftrack_server.viewer.camera import Box, Side, View
 
-__all__ = ["place_worlds", "preset", "sides", "view"]
-
 GAP = 4.0
 """Between the picture and the first world, and between two worlds, in heights of the picture."""
 TITLE_ABOVE = 0.04

@@ -9,8 +9,6 @@ import time
 
 from pftrack_server.worker.run_tree import RunTree
 
-__all__ = ["Checkpoints"]
-
 KEEP_AFTER_S = 5.0
 LARGEST_SHARE = 0.05
 

@@ -12,8 +12,6 @@ from pftrack.runs.run import Run
 from pftrack_server.schemas.description import ExportPublic, SessionDescription, TrackerPublic, TruthMark
 from pftrack_server.schemas.measures import MeasurePublic
 
-__all__ = ["describe"]
-
 
 def describe(run: Run) -> SessionDescription:
     """Return what is fixed of a session whose active branch is this run."""

@@ -10,8 +10,6 @@ from pftrack.experiments.own.sliders import FilterFileError
 from pftrack.runs.run import Run
 from pftrack_server.schemas.snapshot import Problem
 
-__all__ = ["changes_between", "usable_filters", "uses"]
-
 
 def usable_filters(recipe: Recipe) -> tuple[Mapping[str, tuple[str, ...]], Problem | None]:
     """Return the filters of a recipe; where the run needs none that cannot be used, without those, and why.

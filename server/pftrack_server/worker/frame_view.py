@@ -11,8 +11,6 @@ from pftrack.runs.run import Run
 from pftrack_server.schemas.inspection import InspectionPublic, InspectionUpdate
 from pftrack_server.worker.looking import Looking
 
-__all__ = ["FrameView"]
-
 
 class FrameView:
     """What is looked at, and what the legend has said so far."""

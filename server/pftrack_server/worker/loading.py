@@ -7,8 +7,6 @@ from pftrack.doctor.warming.coverage import cases, run_case
 from pftrack.experiments import EXPERIMENTS
 from pftrack.vision.rendering import png, render
 
-__all__ = ["load_compiled"]
-
 
 def load_compiled(name: str) -> None:
     """Step and draw an experiment as it is by default for some frames, which takes 0.1 to 0.5 s.

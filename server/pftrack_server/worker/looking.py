@@ -41,8 +41,6 @@ from pftrack_server.schemas.inspection import (
     StateValue,
 )
 
-__all__ = ["Looking"]
-
 MOST_LINES = 60
 """Of a genealogy: more cannot be told apart on a page."""
 

@@ -6,8 +6,6 @@ from pftrack.core.model.parameters import Parameters, flat, limit_particles, rev
 from pftrack.core.model.recipe import Recipe, parameter_values
 from pftrack.experiments.experiment import Experiment
 
-__all__ = ["limit_change", "limit_recipe"]
-
 
 def limit_change(
     experiment: Experiment, parameters: Parameters, tracker: str, values: Mapping[str, object], most: int

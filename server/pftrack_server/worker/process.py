@@ -14,8 +14,6 @@ from pftrack.sources.limits import SourceError
 from pftrack_server.worker.protocol import Failed, WorkerConfig
 from pftrack_server.worker.worker import Worker
 
-__all__ = ["main"]
-
 NICENESS, GIVING_WAY = 3, 8
 """Whoever serves everybody goes before one session's computation, and sweeps, with 10, come last."""
 OPEN_FILES = 256

@@ -15,33 +15,6 @@ from pftrack_server.schemas.description import SessionDescription
 from pftrack_server.schemas.inspection import InspectionUpdate
 from pftrack_server.schemas.snapshot import RunSnapshot
 
-__all__ = [
-    "OPENING",
-    "Activate",
-    "Branch",
-    "Change",
-    "Command",
-    "Credit",
-    "Event",
-    "Explain",
-    "Export",
-    "Failed",
-    "Form",
-    "Heartbeat",
-    "Inspect",
-    "Picture",
-    "Progress",
-    "Ready",
-    "Reply",
-    "Request",
-    "Restart",
-    "Save",
-    "Speed",
-    "StopAt",
-    "Transport",
-    "WorkerConfig",
-]
-
 Form: TypeAlias = Literal["scene", "flat"]
 """The forms in which a drawing is sent."""
 

@@ -36,8 +36,6 @@ from pftrack_server.worker.protocol import WorkerConfig
 from pftrack_server.worker.timeline_view import describe_timeline
 from pftrack_server.worker.wiring import wire
 
-__all__ = ["RunTree"]
-
 
 class RunTree:
     """The branches of a session's run, one of them active.

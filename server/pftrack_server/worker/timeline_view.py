@@ -9,8 +9,6 @@ from pftrack.experiments.own.code import with_digests
 from pftrack.runs.run import Run
 from pftrack_server.schemas.snapshot import ChangePublic, ThresholdPublic, ThresholdStep
 
-__all__ = ["describe_timeline", "threshold_views", "timeline_view"]
-
 TRACKER = "tracker"
 
 

@@ -12,8 +12,6 @@ from pftrack.sources.limits import DEFAULT_LIMITS
 from pftrack.sources.sequence import open_sequence
 from pftrack_server.worker.protocol import WorkerConfig
 
-__all__ = ["wire"]
-
 
 def wire(config: WorkerConfig) -> Setup:
     """Wire the recipe's footage, which is the upload, or the simulated scene.

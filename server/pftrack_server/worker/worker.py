@@ -54,8 +54,6 @@ from pftrack_server.worker.protocol import (
 )
 from pftrack_server.worker.run_tree import RunTree
 
-__all__ = ["Worker"]
-
 # What a command may be answered with; anything else is a mistake of ours and ends the session.
 REFUSALS = (ExportError, FilterFileError, ParameterError, SourceError, RecordError, PastError, EndOfRun, OSError)
 FORMS: tuple[Form, ...] = get_args(Form)

@@ -46,8 +46,6 @@ from pftrack.experiments.shared.pose.parameters import PoseTrackerParameters
 from pftrack.filters import perspective
 from pftrack.filters.random_effects import excess_variance, fit_covariance, fit_gain
 
-__all__ = ["LEAST_SHOWN", "Calibration", "depth_slopes", "nearness", "pin", "pose_and_band", "seen_moments"]
-
 PERSISTENCE = 0.8
 """Weight of the past in the variance in excess: the memory is five frames."""
 

@@ -11,14 +11,6 @@ from pftrack.experiments.shared.reports import loss_share
 from pftrack.filters.learning.charts import Chart
 from pftrack.filters.learning.guidance import Guidance
 
-__all__ = [
-    "AS_PUBLISHED",
-    "PoseTrackerParameters",
-    "joint_particles",
-    "particles_per_feature",
-    "pose_guidance",
-]
-
 FEATURES, MIXTURE, UPPER, SCORING = "Features", "Which prediction to trust", "Pose", "Scoring"
 LAYERED = ("pf-asd", "alpha-1", "alpha-0")
 

@@ -13,8 +13,6 @@ from pftrack.core.numerics.random import Gaussian
 from pftrack.experiments.shared.pose.beliefs import GAUSSIAN, Belief, Solid, Widths
 from pftrack.experiments.shared.pose.calibrated import Calibration
 
-__all__ = ["PoseState"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseState:

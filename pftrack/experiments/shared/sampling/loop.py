@@ -25,8 +25,6 @@ from pftrack.filters.particles import moments, normalise
 from pftrack.filters.resampling import parents
 from pftrack.filters.switching import exceeds, hard, soft
 
-__all__ = ["LogLikelihood", "Loop", "Motion", "Rule", "Scheme", "loop_with"]
-
 LogLikelihood: TypeAlias = Callable[[NDArray[np.uint8], NDArray[np.float64], Any], NDArray[np.float64]]
 
 TRACK = 1

@@ -9,19 +9,6 @@ from pftrack.core.model.parameters import ParameterError, Parameters, parameter
 from pftrack.experiments.shared.reports import particle_count, resampling_threshold
 from pftrack.filters.auxiliary import WeightRule
 
-__all__ = [
-    "SAMPLING",
-    "Resampling",
-    "SamplingParameters",
-    "SwitchingParameters",
-    "gamma",
-    "gamma_max",
-    "gamma_min",
-    "large_process_noise",
-    "resampling",
-    "velocity_retention",
-]
-
 DRAWING = ("condensation", "apf", "pc-pf", "h-spf", "s-spf")
 OBSERVING = ("apf", "h-spf", "s-spf")
 

@@ -5,8 +5,6 @@ from collections.abc import Mapping
 from pftrack.teaching.exercises.properties import exact, weights
 from pftrack.teaching.exercises.properties.weights import Property
 
-__all__ = ["PROPERTIES"]
-
 PROPERTIES: Mapping[str, Property] = {
     each.name: each
     for each in (

@@ -2,8 +2,6 @@
 
 import math
 
-__all__ = ["ceiling"]
-
 
 def ceiling(value: float) -> float:
     """Return the next of 1, 1.5, 2, 3, 5, 7 and their powers of ten that is no less than a positive value."""

@@ -31,8 +31,6 @@ from pftrack.teaching.lessons.lesson import (
     Use,
 )
 
-__all__ = ["LESSON", "BayesParameters"]
-
 LOW, HIGH = -5.0, 15.0
 CAMERA = 5.0
 """Place of the camera in m, from which distances are measured."""

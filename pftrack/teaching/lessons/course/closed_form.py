@@ -9,8 +9,6 @@ import math
 import numpy as np
 from scipy.special import log_ndtr
 
-__all__ = ["after_distance", "after_position"]
-
 
 def after_position(prior_mean: float, prior_sd: float, noise_sd: float, measured: float) -> tuple[float, float]:
     """Return mean and variance after a position was measured."""

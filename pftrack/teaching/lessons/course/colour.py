@@ -14,7 +14,6 @@ from pftrack.teaching.lessons.lesson import Answer, Check, Columns, Lesson, Mist
 if TYPE_CHECKING:
     from pftrack.reproduce.histogram.likeness import Likenesses
 
-__all__ = ["LESSON"]
 
 SCENE, RUNS, LAWNS = 0, 30, 12
 """On which the checks are made."""

@@ -9,8 +9,6 @@ from scipy.special import ndtr
 
 from pftrack.core.numerics.random import Generator
 
-__all__ = ["Mixture", "normal"]
-
 
 def normal(x: ArrayLike, mean: float, sd: float) -> NDArray[np.float64]:
     """Return the density of N(mean, sd^2) at each x."""

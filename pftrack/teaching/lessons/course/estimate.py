@@ -24,8 +24,6 @@ from pftrack.teaching.lessons.lesson import (
     Use,
 )
 
-__all__ = ["LESSON", "EstimateParameters", "expected_losses"]
-
 LOW, HIGH = -3.0, 9.0
 """Where guesses are made, m."""
 

@@ -32,8 +32,6 @@ from pftrack.teaching.lessons.lesson import (
     Use,
 )
 
-__all__ = ["LESSON", "ImportanceParameters"]
-
 MEAN, SD = 1.0, 0.5
 """Of the density that is wanted."""
 LOW, HIGH = -4.0, 5.0

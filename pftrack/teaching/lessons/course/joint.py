@@ -24,8 +24,6 @@ from pftrack.teaching.lessons.lesson import (
     Use,
 )
 
-__all__ = ["LESSON", "JointParameters"]
-
 EDGE = 3.5
 CELLS: NDArray[np.float64] = np.linspace(-EDGE, EDGE, 57)
 """Middles of the cells of the map."""

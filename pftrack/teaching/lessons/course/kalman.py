@@ -35,8 +35,6 @@ from pftrack.teaching.lessons.lesson import (
     Use,
 )
 
-__all__ = ["LESSON", "KalmanParameters"]
-
 FRAMES, TRACKS = 60, 400
 GAP = 20
 """The first frame whose measurement may be dropped."""

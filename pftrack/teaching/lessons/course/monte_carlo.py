@@ -25,8 +25,6 @@ from pftrack.teaching.lessons.lesson import (
     Use,
 )
 
-__all__ = ["LESSON", "MonteCarloParameters", "sample"]
-
 MEAN, SD = 2.0, 1.5
 LOW, HIGH = MEAN - 4.0 * SD, MEAN + 4.0 * SD
 

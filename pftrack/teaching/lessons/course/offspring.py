@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.filters.resampling import RESAMPLERS, systematic_parents
 
-__all__ = ["WEIGHTS", "Scheme", "copies", "exact_variance", "marks", "sample_copies"]
-
 Scheme: TypeAlias = Literal["systematic", "stratified", "multinomial"]
 
 WEIGHTS: NDArray[np.float64] = np.array([0.37, 0.23, 0.17, 0.12, 0.07, 0.04])

@@ -33,8 +33,6 @@ from pftrack.teaching.lessons.lesson import (
     Use,
 )
 
-__all__ = ["LESSON", "OutliersParameters"]
-
 LEAST_Z, MOST_Z = -5.0, 20.0
 GRID: NDArray[np.float64] = np.linspace(-10.0, 30.0, 4001)
 """Over which posteriors are integrated."""

@@ -25,8 +25,6 @@ from pftrack.teaching.lessons.lesson import (
     Use,
 )
 
-__all__ = ["LESSON", "ProbabilityParameters"]
-
 LOW, HIGH = -5.0, 5.0
 PLACES: NDArray[np.float64] = np.linspace(LOW, HIGH, 401)
 MOST = 20_000

@@ -33,8 +33,6 @@ from pftrack.teaching.lessons.lesson import (
     Use,
 )
 
-__all__ = ["LESSON"]
-
 _CHECKED: NDArray[np.float64] = np.arange(-40.0, 40.0, 0.05)
 """Positions on which the checks are made, m."""
 

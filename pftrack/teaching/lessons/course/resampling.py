@@ -27,8 +27,6 @@ from pftrack.teaching.lessons.lesson import (
     Use,
 )
 
-__all__ = ["LESSON", "ResamplingParameters"]
-
 PARTICLES = tuple(f"{weight:g}" for weight in WEIGHTS)
 REDRAWS = 400
 """From which the scatter of the copies is shown."""

@@ -17,8 +17,6 @@ from pftrack.filters import kalman
 from pftrack.filters.dynamics import random_walk
 from pftrack.teaching.lessons.course.densities import normal
 
-__all__ = ["GRID", "MEASURED", "PRIOR_VARIANCE", "Moment", "RecursionParameters", "moments", "spread"]
-
 PRIOR_VARIANCE = 9.0
 MEASURED = (0.3, 1.9, 1.1, 2.8, 3.9, 3.0, 5.2, 4.6)
 """Positions in m; whoever measures more often meets them again backwards, as if the target turned round."""

@@ -41,8 +41,6 @@ from pftrack.teaching.lessons.lesson import (
     Use,
 )
 
-__all__ = ["LESSON", "SirParameters", "tolerate"]
-
 ASKED = 400
 """Particles of which the question asks what four times as many bring."""
 REPEATS = 40

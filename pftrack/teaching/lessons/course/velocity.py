@@ -15,8 +15,6 @@ from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.filters import kalman
 from pftrack.filters.dynamics import LinearDynamics
 
-__all__ = ["OBSERVATION", "PRIOR", "Filtered", "Tracks", "apply_filter", "errors", "motion", "simulate"]
-
 TRANSITION = np.array([[1.0, 1.0], [0.0, 1.0]])
 OBSERVATION = np.array([[1.0, 0.0]])
 PRIOR = Gaussian(np.zeros(2), np.diag([4.0, 1.0]))

@@ -18,8 +18,6 @@ from typing import Any, Final, NoReturn, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FUNCTIONS", "Expression", "ExpressionError", "NoValueError", "parse", "unknown"]
-
 LONGEST: Final = 400
 """Characters."""
 DEEPEST: Final = 30

@@ -18,8 +18,6 @@ from pftrack.teaching.lessons.lecturers.document import DocumentError, decode, d
 from pftrack.teaching.lessons.lesson import Lesson
 from pftrack.teaching.lessons.registry import LESSONS
 
-__all__ = ["GROUP", "Library", "Problem", "read_lesson", "read_lessons"]
-
 GROUP: Final = "pftrack.teaching.lessons"
 SHIPPED: Final = Path(__file__).parent / "shipped"
 MOST_FILES: Final = 200

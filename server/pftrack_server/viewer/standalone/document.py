@@ -18,8 +18,6 @@ from pftrack_server.viewer.modules import join
 from pftrack_server.viewer.standalone.plots import PagePlot, plots_of
 from pftrack_server.viewer.standalone.recording import Recording, record
 
-__all__ = ["write_page"]
-
 MOST_BYTES = 6_500_000
 """Of a recording of up to 300 frames: as text in the page it is a third larger, and viser's client adds 0.8 MB."""
 USUAL_FRAMES = 300

@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from pftrack_server.viewer.standalone.lines import Lines
 from pftrack_server.viewer.viser_adapter import Moment, NodeState
 
-__all__ = ["Packing"]
-
 STEPS_PER_PX = 16.0
 FURTHEST_PX = 1e6
 """Nothing is further away than this, so that a rounded place is a whole number of 32 bits."""

@@ -5,8 +5,6 @@ from collections.abc import Iterable, Sequence
 import cv2
 import numpy as np
 
-__all__ = ["shrink"]
-
 FORMS = ((960, 80), (960, 70), (800, 65), (720, 55), (640, 50), (560, 45), (480, 40), (400, 35), (320, 30))
 """Longest side of a picture, px, and quality, from fine to coarse."""
 SAMPLE = 12

@@ -14,8 +14,6 @@ from pftrack.output.figures.sheet import drawable, figure_of
 from pftrack.output.figures.style import INK
 from pftrack.runs.run import Run
 
-__all__ = ["PagePlot", "plots_of"]
-
 WIDE_IN, LEFT_IN, LEFT_WITH_NAMES_IN, RIGHT_IN, HEAD_IN, FOOT_IN, HIGH_IN = 3.7, 0.46, 1.5, 0.1, 0.2, 0.24, 0.85
 """Of a figure, its margins, and what a panel is high; one of rows is as high as it is on paper."""
 HIGHEST_ON_PAPER_IN = 2.4

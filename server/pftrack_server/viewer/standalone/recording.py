@@ -24,8 +24,6 @@ from pftrack_server.viewer.scene import Scene
 from pftrack_server.viewer.standalone.packing import Packing
 from pftrack_server.viewer.standalone.pictures import shrink
 
-__all__ = ["Recorded", "Recording", "record"]
-
 MOST_FRAMES = 1500
 """Of a longer run every second frame is shown, or every third, and so on."""
 MOST_POINTS = 1500

@@ -11,8 +11,6 @@ from dataclasses import dataclass
 
 import zstandard
 
-__all__ = ["Asset", "Parts", "take_apart"]
-
 DIGITS = b"!#$%()*+,-./0123456789:;=?@ABCDEFGHIJKLMNOPQRSTUVWXYZ[\\]^_abcdefghijklmnopqrstuvwxyz{|}~"
 VALUES = bytes(DIGITS.index(code) if code in DIGITS else 0 for code in range(128))
 PACKED = re.compile(r'<script data-p="([^"]+)" data-ss="(\d+)" data-cs="(\d+)">(.*?)</script>', re.DOTALL)

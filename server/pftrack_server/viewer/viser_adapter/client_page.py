@@ -16,18 +16,6 @@ import viser
 
 from pftrack_server.viewer.viser_adapter.client_bundle import Asset, Parts, take_apart
 
-__all__ = [
-    "ASSETS",
-    "CLIENT",
-    "CONTENT_SECURITY_POLICY",
-    "client_asset",
-    "client_page",
-    "client_parts",
-    "client_scripts",
-    "client_style",
-    "original_page",
-]
-
 _DIRECTIVES = (
     "default-src 'none'",
     # The client unpacks what it is sent by WebAssembly; it never evaluates text.

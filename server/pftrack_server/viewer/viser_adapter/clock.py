@@ -9,8 +9,6 @@ import time
 
 from viser.infra import _infra
 
-__all__ = ["install"]
-
 FAST = 1e6
 """Messages that leave a microsecond apart seem a second apart, and viser does not smooth from 100 ms on."""
 

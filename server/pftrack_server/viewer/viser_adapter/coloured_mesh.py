@@ -10,8 +10,6 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-__all__ = ["ColouredMesh", "is_companion"]
-
 SUFFIX = " colours"
 """Behind the name of the mesh; `client/colours.js` looks for it."""
 WHITE = (255, 255, 255)

@@ -13,8 +13,6 @@ from viser import _messages
 
 from pftrack_server.viewer.viser_adapter.server import connection_of
 
-__all__ = ["echo"]
-
 KEY = "pftrack-echo"
 """Nothing is ever stored under it."""
 

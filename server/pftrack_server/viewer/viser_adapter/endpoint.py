@@ -29,8 +29,6 @@ import websockets.datastructures
 from viser.infra import _infra
 from websockets.exceptions import ConnectionClosedError, ConnectionClosedOK
 
-__all__ = ["Connection", "Endpoint", "install"]
-
 CLOSE_GOING_AWAY = 1001
 CLOSE_INTERNAL_ERROR = 1011
 OPENING = "websockets.asyncio.server.serve("

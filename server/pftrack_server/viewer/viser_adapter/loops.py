@@ -13,8 +13,6 @@ from typing import Any
 
 from viser.infra import _infra
 
-__all__ = ["install", "working_in"]
-
 Loop = asyncio.AbstractEventLoop
 
 

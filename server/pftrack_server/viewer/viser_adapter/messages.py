@@ -15,8 +15,6 @@ from viser.infra import _messages as infra_messages
 
 from pftrack_server.log import RateLimitedLogger
 
-__all__ = ["drop_bad_values", "is_allowed", "remove_handlers"]
-
 CONTROL = _messages.GuiUpdateMessage.__name__
 LOOKING = frozenset({_messages.ViewerCameraMessage.__name__, _messages.LocalStorageGetItemResponseMessage.__name__})
 """What a browser may say that only looks on; a message carries the name of its class as its type."""

@@ -3,8 +3,6 @@
 import viser
 from viser import _messages
 
-__all__ = ["add_jpeg", "replace_jpeg"]
-
 
 def add_jpeg(
     server: viser.ViserServer,

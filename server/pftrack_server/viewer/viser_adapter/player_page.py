@@ -12,8 +12,6 @@ import viser
 from pftrack_server.viewer.modules import join
 from pftrack_server.viewer.viser_adapter.client_page import client_scripts, client_style
 
-__all__ = ["DARK", "THEME", "player_page"]
-
 PLAYER = Path(__file__).parent / "player"
 SCRIPTS = ("unpack.js", "camera.js", "nodes.js", "player.js")
 FROM_CLIENT = ("frames.js", "colours.js", "state.js", "keys.js")

@@ -13,8 +13,6 @@ import numpy as np
 import viser
 from viser import _messages
 
-__all__ = ["Moment", "NodeState", "Recorder"]
-
 UNTURNED = (1.0, 0.0, 0.0, 0.0)
 
 

@@ -12,8 +12,6 @@ import viser
 from pftrack_server.viewer.viser_adapter import clock, endpoint, loops, messages
 from pftrack_server.viewer.viser_adapter.endpoint import Connection, Endpoint
 
-__all__ = ["connection_of", "start", "stop"]
-
 _console = threading.Lock()
 
 
