@@ -16,6 +16,7 @@ from statistics import fmean
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.marks import Box
 from pftrack.core.model.measures import MEAN_IOU, PICTURE_MEASURES, EvaluatedRun, Measure, evaluate
 from pftrack.core.model.parameters import Value
@@ -143,7 +144,7 @@ GREY_LEVELS = 3.0
 """Channels of a picture that differ by less on average are those of a grey one, after compression."""
 
 
-def _success(course: EvaluatedRun) -> NDArray[np.float64]:
+def _success(course: EvaluatedRun) -> Floats:
     """Return at what share of the thresholds a frame is a success, (L,)."""
     overlap = MEAN_IOU.frames(course)
     shares = (overlap[:, None] > THRESHOLDS).mean(axis=1)

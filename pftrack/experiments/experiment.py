@@ -7,9 +7,7 @@ from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from pftrack.core.arrays import Floats
 from pftrack.core.model.band import STANDARD_CALIBRATION, Calibration, Direction, reasons
 from pftrack.core.model.diagnostics import Diagnostics, Draw
 from pftrack.core.model.drawing import Layer, World
@@ -112,7 +110,7 @@ class Experiment:
     layers: tuple[Layer, ...]
     simulate: Callable[[], Setup]
     draw: Draw
-    error: Callable[[NDArray[np.float64], NDArray[np.float64]], Any]
+    error: Callable[[Floats, Floats], Any]
     lost: Callable[[Any, Any, Any], Any] | None = None
     missed: Callable[[Any, Target], bool | None] | None = None
     on_video: OnVideo | None = None

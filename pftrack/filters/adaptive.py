@@ -16,8 +16,8 @@ likelihood of `positions`, then `weigh`.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.checks import check, check_count
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials
@@ -40,12 +40,12 @@ class Draw:
             feature; -1 of those from the upper prediction, which have none.
     """
 
-    coordinates: NDArray[np.float64]
-    upper_counts: NDArray[np.int64]
-    parents: NDArray[np.int64]
+    coordinates: Floats
+    upper_counts: Ints
+    parents: Ints
 
     @property
-    def positions(self) -> NDArray[np.float64]:
+    def positions(self) -> Floats:
         """(F, N, 2) px, a view."""
         return self.coordinates[:, :2].transpose(0, 2, 1)
 
@@ -65,35 +65,33 @@ class Features:
         parents: (F, N) which particle of the last frame each was drawn from, counted as in `Draw`; -1 without one.
     """
 
-    coordinates: NDArray[np.float64]
-    log_weights: NDArray[np.float64]
-    upper_counts: NDArray[np.int64]
-    survivors: NDArray[np.int64]
-    means: NDArray[np.float64]
-    covariances: NDArray[np.float64]
-    log_evidences: NDArray[np.float64]
-    parents: NDArray[np.int64]
+    coordinates: Floats
+    log_weights: Floats
+    upper_counts: Ints
+    survivors: Ints
+    means: Floats
+    covariances: Floats
+    log_evidences: Floats
+    parents: Ints
 
     @property
-    def particles(self) -> NDArray[np.float64]:
+    def particles(self) -> Floats:
         """(F, N, 4) px, a view: x and y in this frame, x and y in the last."""
         return self.coordinates.transpose(0, 2, 1)
 
     @property
-    def positions(self) -> NDArray[np.float64]:
+    def positions(self) -> Floats:
         """(F, N, 2) px, a view."""
         return self.coordinates[:, :2].transpose(0, 2, 1)
 
     @property
-    def variances(self) -> NDArray[np.float64]:
+    def variances(self) -> Floats:
         """(F, 2) px^2, per axis."""
-        variances: NDArray[np.float64] = self.covariances.diagonal(axis1=1, axis2=2)
+        variances: Floats = self.covariances.diagonal(axis1=1, axis2=2)
         return variances
 
 
-def begin(
-    positions: NDArray[np.float64], spread_px: float, count: int, rng: Generator, speed_px: float = 0.0
-) -> Features:
+def begin(positions: Floats, spread_px: float, count: int, rng: Generator, speed_px: float = 0.0) -> Features:
     """Begin with particles scattered around known positions, at rest or with scattered speeds.
 
     Args:
@@ -119,7 +117,7 @@ def begin(
 def draw(
     features: Features,
     projection: Projection,
-    ratios: NDArray[np.float64],
+    ratios: Floats,
     noise_sd_px: float,
     count: int,
     rng: Generator,
@@ -163,7 +161,7 @@ def draw(
     )
 
 
-def weigh(drawn: Draw, log_likelihoods: NDArray[np.float64], rng: Generator) -> Features:
+def weigh(drawn: Draw, log_likelihoods: Floats, rng: Generator) -> Features:
     """Weigh particles by their likelihood alone, and draw the survivors systematically.
 
     Args:
@@ -201,27 +199,27 @@ def hold(features: Features) -> Features:
     return replace(features, parents=np.arange(features.parents.size).reshape(features.parents.shape))
 
 
-def surviving(features: Features) -> NDArray[np.float64]:
+def surviving(features: Features) -> Floats:
     """Return the positions of the survivors, (F, 2, N) px."""
     return _surviving(features.coordinates, features.survivors)
 
 
-def propagate(features: Features) -> NDArray[np.float64]:
+def propagate(features: Features) -> Floats:
     """Return where the survivors move without noise, 2 x_t - x_{t-1}, (F, 2, N) px."""
     return _propagate(features.coordinates, features.survivors)
 
 
 @compiled
 def _draw(
-    coordinates: NDArray[np.float64],
-    survivors: NDArray[np.int64],
-    means: NDArray[np.float64],
-    covariances: NDArray[np.float64],
-    ratios: NDArray[np.float64],
+    coordinates: Floats,
+    survivors: Ints,
+    means: Floats,
+    covariances: Floats,
+    ratios: Floats,
     noise_sd: float,
-    normals: NDArray[np.float64],
-    uniforms: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
+    normals: Floats,
+    uniforms: Floats,
+) -> tuple[Floats, Ints, Ints]:
     features, _, count = normals.shape
     drawn = np.empty((features, 4, count))
     upper_counts, parents = np.empty(features, np.int64), np.full((features, count), -1, np.int64)
@@ -249,8 +247,8 @@ def _draw(
 
 @compiled
 def _weigh(
-    coordinates: NDArray[np.float64], log_likelihoods: NDArray[np.float64], offsets: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    coordinates: Floats, log_likelihoods: Floats, offsets: Floats
+) -> tuple[Floats, Ints, Floats, Floats, Floats]:
     features, _, count = coordinates.shape
     log_weights, survivors = np.empty((features, count)), np.empty((features, count), np.int64)
     means, covariances = np.empty((features, 2)), np.empty((features, 2, 2))
@@ -272,7 +270,7 @@ def _weigh(
 
 
 @compiled
-def _surviving(coordinates: NDArray[np.float64], survivors: NDArray[np.int64]) -> NDArray[np.float64]:
+def _surviving(coordinates: Floats, survivors: Ints) -> Floats:
     features, count = survivors.shape
     kept = np.empty((features, 2, count))
     for n in range(features):
@@ -283,7 +281,7 @@ def _surviving(coordinates: NDArray[np.float64], survivors: NDArray[np.int64]) -
 
 
 @compiled
-def _propagate(coordinates: NDArray[np.float64], survivors: NDArray[np.int64]) -> NDArray[np.float64]:
+def _propagate(coordinates: Floats, survivors: Ints) -> Floats:
     features, count = survivors.shape
     moved = np.empty((features, 2, count))
     for n in range(features):

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import contiguous_copy
@@ -40,15 +40,15 @@ class AffineBelief:
         theta_particles: (N, 3) rad, equally weighted, if the pose is estimated by particles.
     """
 
-    mean: NDArray[np.float64]
-    covariance: NDArray[np.float64]
+    mean: Floats
+    covariance: Floats
     theta: Gaussian
-    theta_particles: NDArray[np.float64] | None = None
+    theta_particles: Floats | None = None
 
     @property
-    def camera(self) -> NDArray[np.float64]:
+    def camera(self) -> Floats:
         """(2, 4) mean of the camera."""
-        camera: NDArray[np.float64] = self.mean[:, :4]
+        camera: Floats = self.mean[:, :4]
         return camera
 
 
@@ -66,13 +66,13 @@ class AffineLayer:
         walk: (3, 3) covariance of the angles' step in place of `theta_sd_rad`, rad^2, where they turn together.
     """
 
-    points_mm: NDArray[np.float64]
-    reference: NDArray[np.float64]
-    noise_sd: NDArray[np.float64] = field(default_factory=lambda: np.array(ENTRY_NOISE))
+    points_mm: Floats
+    reference: Floats
+    noise_sd: Floats = field(default_factory=lambda: np.array(ENTRY_NOISE))
     theta_sd_rad: float = affine_pose.THETA_SD_RAD
     estimator: Literal["extended", "particle"] = "extended"
     theta_count: int = affine_pose.THETA_COUNT
-    walk: NDArray[np.float64] | None = None
+    walk: Floats | None = None
 
     def __post_init__(self) -> None:
         """Keep what compiled code gets in the one form for which it is compiled.
@@ -104,8 +104,8 @@ class AffineLayer:
     def update(
         self,
         belief: AffineBelief,
-        positions: NDArray[np.float64],
-        variances: NDArray[np.float64],
+        positions: Floats,
+        variances: Floats,
         rng: Generator,
     ) -> AffineBelief:
         """Condition the camera on positions (F, 2) px with variances (F, 2) px^2, and the pose on the camera.
@@ -135,9 +135,7 @@ class AffineLayer:
 
 
 @compiled
-def predict(
-    mean: NDArray[np.float64], covariance: NDArray[np.float64], noise_sd: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def predict(mean: Floats, covariance: Floats, noise_sd: Floats) -> tuple[Floats, Floats]:
     """Return mean (2, 8) and covariance (2, 8, 8) a frame later, given the noise (4,) of the entries of a row.
 
     Raises:
@@ -156,9 +154,7 @@ def predict(
 
 
 @compiled
-def project(
-    mean: NDArray[np.float64], covariance: NDArray[np.float64], points_mm: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def project(mean: Floats, covariance: Floats, points_mm: Floats) -> tuple[Floats, Floats]:
     """Return means and covariances of `Projection`, given the camera's, (2, 8) and (2, 8, 8), and points (F, 3).
 
     Raises:
@@ -191,12 +187,12 @@ def project(
 
 @compiled
 def observe(
-    mean: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    points_mm: NDArray[np.float64],
-    positions: NDArray[np.float64],
-    variances: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    mean: Floats,
+    covariance: Floats,
+    points_mm: Floats,
+    positions: Floats,
+    variances: Floats,
+) -> tuple[Floats, Floats]:
     """Condition the camera on measured features (Bando 2007, ch. 4, eq. 4.4).
 
     Args:

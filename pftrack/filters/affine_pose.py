@@ -10,8 +10,8 @@ measurement here. The angles walk at random, since second-order dynamics diverge
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.geometry.rotation import derivatives, rotation
 from pftrack.core.numerics.checks import check, check_count
 from pftrack.core.numerics.compiled import compiled
@@ -27,9 +27,7 @@ THETA_SD_RAD = float(np.deg2rad(3.0))
 THETA_COUNT = 500
 
 
-def entries(
-    mean: NDArray[np.float64], covariance: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def entries(mean: Floats, covariance: Floats) -> tuple[Floats, Floats]:
     """Return the six entries of A by rows, (6,) px/mm, and their covariance (6, 6), from the two rows of a camera.
 
     Args:
@@ -49,11 +47,11 @@ def entries(
 
 def extended_step(
     theta: Gaussian,
-    measured: NDArray[np.float64],
-    noise: NDArray[np.float64],
-    reference: NDArray[np.float64],
+    measured: Floats,
+    noise: Floats,
+    reference: Floats,
     theta_sd_rad: float,
-    walk: NDArray[np.float64] | None = None,
+    walk: Floats | None = None,
 ) -> Gaussian:
     """Return the posterior of the angles (3,), rad, a frame later.
 
@@ -77,15 +75,15 @@ def extended_step(
 
 
 def particle(
-    particles: NDArray[np.float64],
-    measured: NDArray[np.float64],
-    noise: NDArray[np.float64],
-    reference: NDArray[np.float64],
+    particles: Floats,
+    measured: Floats,
+    noise: Floats,
+    reference: Floats,
     theta_sd_rad: float,
     rng: Generator,
     count: int,
-    walk: NDArray[np.float64] | None = None,
-) -> tuple[Gaussian, NDArray[np.float64]]:
+    walk: Floats | None = None,
+) -> tuple[Gaussian, Floats]:
     """Return the posterior of the angles a frame later by particles, and `count` of these, resampled.
 
     Args:
@@ -113,10 +111,10 @@ def particle(
 
 
 def _check(
-    measured: NDArray[np.float64],
-    noise: NDArray[np.float64],
-    reference: NDArray[np.float64],
-    walk: NDArray[np.float64] | None,
+    measured: Floats,
+    noise: Floats,
+    reference: Floats,
+    walk: Floats | None,
 ) -> None:
     check(measured=(measured, "6"), noise=(noise, "6 6"), reference=(reference, "2 3"))
     if walk is not None:
@@ -125,13 +123,13 @@ def _check(
 
 @compiled
 def _extended_step(
-    mean: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    measured: NDArray[np.float64],
-    noise: NDArray[np.float64],
-    reference: NDArray[np.float64],
+    mean: Floats,
+    covariance: Floats,
+    measured: Floats,
+    noise: Floats,
+    reference: Floats,
     theta_sd_rad: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Floats, Floats]:
     residuals = _residuals(measured, reference, rotation(mean))
     slopes = derivatives(mean)
     jacobian = np.empty((6, 3))
@@ -147,9 +145,7 @@ def _extended_step(
 
 
 @compiled
-def _residuals(
-    measured: NDArray[np.float64], reference: NDArray[np.float64], turn: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _residuals(measured: Floats, reference: Floats, turn: Floats) -> Floats:
     """Return entries (6,) less those of A_0 R, given A_0 (2, 3) and R (3, 3)."""
     expected = multiply(reference, turn)
     residuals = np.empty(6)
@@ -160,11 +156,11 @@ def _residuals(
 
 @compiled
 def _log_likelihood(
-    theta: NDArray[np.float64],
-    measured: NDArray[np.float64],
-    noise: NDArray[np.float64],
-    reference: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    theta: Floats,
+    measured: Floats,
+    noise: Floats,
+    reference: Floats,
+) -> Floats:
     """Return log N(measured | A_0 R(theta), noise) of angles (N, 3) up to a constant, (N,)."""
     whitening = np.eye(6)
     _, whitening, variances = decorrelate(measured, whitening, noise)

@@ -19,8 +19,8 @@ import math
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.checks import check_count
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials, logarithms
@@ -90,9 +90,7 @@ def step(
 
 
 @compiled
-def correction(
-    log_g_parent: NDArray[np.float64], log_mean_g: float, prediction_count: int, balanced: bool
-) -> NDArray[np.float64]:
+def correction(log_g_parent: Floats, log_mean_g: float, prediction_count: int, balanced: bool) -> Floats:
     """Return what to add to the log likelihood so that both groups target the posterior (docs/methods/filters.md).
 
     Args:

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.elementary import exponentials
 from pftrack.filters.particles import normalise
@@ -31,8 +31,8 @@ class Beam(Generic[T]):
     """
 
     members: tuple[T, ...]
-    log_weights: NDArray[np.float64]
-    parents: NDArray[np.int64]
+    log_weights: Floats
+    parents: Ints
 
     def __post_init__(self) -> None:
         """Refuse arrays of other lengths.
@@ -57,7 +57,7 @@ class Beam(Generic[T]):
         return len(self.members)
 
     @property
-    def weights(self) -> NDArray[np.float64]:
+    def weights(self) -> Floats:
         """(K,) probabilities that sum to one."""
         return exponentials(self.log_weights)
 
@@ -69,8 +69,8 @@ class Beam(Generic[T]):
 
 def select_best(
     members: Sequence[T],
-    scores: NDArray[np.float64],
-    parents: NDArray[np.int64],
+    scores: Floats,
+    parents: Ints,
     width: int,
     same: Callable[[T, T], bool],
 ) -> Beam[T]:
@@ -103,7 +103,7 @@ def select_best(
     return Beam(tuple(members[place] for place in chosen), log_weights, parents[chosen])
 
 
-def backtrack(parents: Sequence[NDArray[np.int64]], last: int) -> NDArray[np.int64]:
+def backtrack(parents: Sequence[Ints], last: int) -> Ints:
     """Return which member of each frame a member of the last one comes from.
 
     Args:

@@ -9,8 +9,8 @@ errors are fitted (Lange, Little & Taylor, Journal of the American Statistical A
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.compiled import compiled
 
@@ -30,13 +30,13 @@ NOTHING_KNOWN_PX2 = 1e8
 
 
 def agreeing(
-    positions: NDArray[np.float64],
-    weights: NDArray[np.float64],
-    expected: NDArray[np.float64],
-    doubts: NDArray[np.float64],
+    positions: Floats,
+    weights: Floats,
+    expected: Floats,
+    doubts: Floats,
     slack_px: float,
     sd_floor_px: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Floats, Floats]:
     """Return what features say as far as they agree with a solid: means (F, 2) px and variances (F, 2) px^2.
 
     Args:
@@ -62,22 +62,22 @@ def agreeing(
     return _agreeing(at, weights, where, doubts, float(slack_px), float(sd_floor_px))
 
 
-def middle(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def middle(values: Floats) -> Floats:
     """Return the median (...,) of finite values (n, ...) along the first axis; NumPy's takes ten times as long."""
     ordered, half = np.sort(values, axis=0), len(values) // 2
-    found: NDArray[np.float64] = ordered[half] if len(values) % 2 else 0.5 * (ordered[half - 1] + ordered[half])
+    found: Floats = ordered[half] if len(values) % 2 else 0.5 * (ordered[half - 1] + ordered[half])
     return found
 
 
 @compiled
 def _agreeing(
-    positions: NDArray[np.float64],
-    weights: NDArray[np.float64],
-    expected: NDArray[np.float64],
-    doubts: NDArray[np.float64],
+    positions: Floats,
+    weights: Floats,
+    expected: Floats,
+    doubts: Floats,
     slack: float,
     sd_floor: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Floats, Floats]:
     features, count, _ = positions.shape
     means, variances, shares = np.empty((features, 2)), np.empty((features, 2)), np.empty(count)
     for n in range(features):

@@ -14,8 +14,8 @@ Source: Koopman 1993; Durbin and Koopman 2012, sections 4.4 and 4.5.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.model.tracker import LinearChain
 from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.compiled import compiled
@@ -37,7 +37,7 @@ class Disturbances:
         observation_count: Over how many the second is.
     """
 
-    log_evidence: NDArray[np.float64]
+    log_evidence: Floats
     process: float
     observation: float
     process_count: int
@@ -94,16 +94,16 @@ def smooth_disturbances(
 
 @compiled
 def _go_forward(
-    mean: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    measurements: NDArray[np.float64],
-    transitions: NDArray[np.float64],
-    offsets: NDArray[np.float64],
-    noises: NDArray[np.float64],
-    measured: NDArray[np.bool_],
-    observations: NDArray[np.float64],
-    covariances: NDArray[np.float64],
-) -> tuple[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]], bool]:
+    mean: Floats,
+    covariance: Floats,
+    measurements: Floats,
+    transitions: Floats,
+    offsets: Floats,
+    noises: Floats,
+    measured: Bools,
+    observations: Floats,
+    covariances: Floats,
+) -> tuple[tuple[Floats, Floats, Floats, Floats], bool]:
     """Return what the filter keeps of each frame, and whether all is regular.
 
     That is the log evidence (T,), the innovation (T, m, 1), its precision (T, m, m) and the gain (T, d, m).
@@ -140,15 +140,15 @@ def _go_forward(
 
 @compiled
 def _go_back(
-    innovations: NDArray[np.float64],
-    precisions: NDArray[np.float64],
-    gains: NDArray[np.float64],
-    transitions: NDArray[np.float64],
-    offsets: NDArray[np.float64],
-    noises: NDArray[np.float64],
-    measured: NDArray[np.bool_],
-    observations: NDArray[np.float64],
-    covariances: NDArray[np.float64],
+    innovations: Floats,
+    precisions: Floats,
+    gains: Floats,
+    transitions: Floats,
+    offsets: Floats,
+    noises: Floats,
+    measured: Bools,
+    observations: Floats,
+    covariances: Floats,
 ) -> tuple[float, float]:
     """Return the sums of E[u^T u | Z] over all frames, and of E[v^T R^-1 v | Z] over those with a measurement."""
     frames, size = offsets.shape

@@ -13,8 +13,8 @@ from typing import Protocol
 
 import numpy as np
 from numba import TypingError
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.checks import check, check_count
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import product
@@ -34,10 +34,10 @@ __all__ = [
 class Dynamics(Protocol):
     """A transition density p(x' | x) that can be sampled in two stages."""
 
-    def predict(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    def predict(self, states: Floats) -> Floats:
         """Return the means (N, d) of the next states, given states (N, d)."""
 
-    def diffuse(self, rng: Generator, means: NDArray[np.float64], ancestors: NDArray[np.int64]) -> NDArray[np.float64]:
+    def diffuse(self, rng: Generator, means: Floats, ancestors: Ints) -> Floats:
         """Draw next states (n, d) around the means (N, d) of the ancestors (n,) chosen."""
 
 
@@ -51,9 +51,9 @@ class LinearDynamics:
         noise: B, (d, k); the process noise has the covariance B B^T.
     """
 
-    transition: NDArray[np.float64]
-    offset: NDArray[np.float64]
-    noise: NDArray[np.float64]
+    transition: Floats
+    offset: Floats
+    noise: Floats
 
     def __post_init__(self) -> None:
         """Refuse arrays that do not fit together.
@@ -64,7 +64,7 @@ class LinearDynamics:
         """
         check(transition=(self.transition, "d d"), offset=(self.offset, "d"), noise=(self.noise, "d k"))
 
-    def predict(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    def predict(self, states: Floats) -> Floats:
         """Return the means (N, d) of the next states, given states (N, d), an array or lists.
 
         Raises:
@@ -77,7 +77,7 @@ class LinearDynamics:
             check(transition=(self.transition, "d d"), states=(states, "N d"))
             raise
 
-    def diffuse(self, rng: Generator, means: NDArray[np.float64], ancestors: NDArray[np.int64]) -> NDArray[np.float64]:
+    def diffuse(self, rng: Generator, means: Floats, ancestors: Ints) -> Floats:
         """Draw next states (n, d) around the means (N, d) of the ancestors (n,) chosen.
 
         Raises:
@@ -92,7 +92,7 @@ class LinearDynamics:
             raise
 
     @property
-    def noise_covariance(self) -> NDArray[np.float64]:
+    def noise_covariance(self) -> Floats:
         """B B^T, (d, d)."""
         return product(self.noise, self.noise.T)
 
@@ -131,9 +131,7 @@ def constant_velocity(dimension: int, interval_s: float, acceleration_sd: float)
     return LinearDynamics(transition, np.zeros(2 * dimension), noise)
 
 
-def autoregression(
-    newer: NDArray[np.float64], older: NDArray[np.float64], offset: NDArray[np.float64], noise: NDArray[np.float64]
-) -> LinearDynamics:
+def autoregression(newer: Floats, older: Floats, offset: Floats, noise: Floats) -> LinearDynamics:
     """Return x_{t+2} = A1 x_{t+1} + A0 x_t + d + B u on states (x_{t+1}, x_t) (Bando 2007, eq. 3.10).
 
     Args:
@@ -156,9 +154,7 @@ def autoregression(
 
 
 @compiled
-def predict(
-    states: NDArray[np.float64], transition: NDArray[np.float64], offset: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def predict(states: Floats, transition: Floats, offset: Floats) -> Floats:
     """Return A x + d of states (N, d); each coordinate of the result lies together in memory.
 
     Raises:
@@ -186,11 +182,11 @@ def predict(
 
 @compiled
 def diffuse(
-    means: NDArray[np.float64],
-    ancestors: NDArray[np.int64],
-    noise: NDArray[np.float64],
-    normals: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    means: Floats,
+    ancestors: Ints,
+    noise: Floats,
+    normals: Floats,
+) -> Floats:
     """Return the means (N, d) of the ancestors (n,) plus B u.
 
     Args:

@@ -2,9 +2,7 @@
 
 from collections.abc import Callable
 
-import numpy as np
-from numpy.typing import NDArray
-
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.matrices import product
 from pftrack.core.numerics.random import Gaussian, symmetrise
@@ -15,9 +13,9 @@ __all__ = ["predict", "update"]
 
 def predict(
     posterior: Gaussian,
-    transition: Callable[[NDArray[np.float64]], NDArray[np.float64]],
-    jacobian: Callable[[NDArray[np.float64]], NDArray[np.float64]],
-    noise_covariance: NDArray[np.float64],
+    transition: Callable[[Floats], Floats],
+    jacobian: Callable[[Floats], Floats],
+    noise_covariance: Floats,
 ) -> Gaussian:
     """Return p(x_t | z_{1:t-1}) for x_t = f(x_{t-1}) + noise.
 
@@ -45,10 +43,10 @@ def predict(
 
 def update(
     prior: Gaussian,
-    measurement: NDArray[np.float64],
-    observe: Callable[[NDArray[np.float64]], NDArray[np.float64]],
-    jacobian: Callable[[NDArray[np.float64]], NDArray[np.float64]],
-    noise_covariance: NDArray[np.float64],
+    measurement: Floats,
+    observe: Callable[[Floats], Floats],
+    jacobian: Callable[[Floats], Floats],
+    noise_covariance: Floats,
 ) -> tuple[Gaussian, float]:
     """Condition on z = h(x) + v, v ~ N(0, R), by linearising h at the prior's mean.
 

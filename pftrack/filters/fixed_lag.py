@@ -10,8 +10,8 @@ Source: Bando 2007, ch. 3 section 2.3, which names the Gaussian smoother; Kitaga
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.checks import check, check_count
 from pftrack.core.numerics.matrices import product
 from pftrack.core.numerics.random import Gaussian
@@ -90,7 +90,7 @@ class Lineage:
         paths: (ages, N, k) tracked coordinates of each particle's ancestors; age 0 is the particle itself.
     """
 
-    paths: NDArray[np.float64]
+    paths: Floats
 
 
 def begin_lineage(particles: ParticleSet, tracked: int) -> Lineage:
@@ -124,7 +124,7 @@ def extend_lineage(lineage: Lineage, particles: ParticleSet, lag: int) -> Lineag
     return Lineage(np.concatenate([newest, lineage.paths[:lag, particles.ancestors]]))
 
 
-def smooth(lineage: Lineage, particles: ParticleSet, age: int) -> NDArray[np.float64]:
+def smooth(lineage: Lineage, particles: ParticleSet, age: int) -> Floats:
     """Return E[x_{t-age} | z_{1:t}], (k,).
 
     Raises:

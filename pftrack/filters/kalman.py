@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import contiguous_copy, multiply, product, solve, solve_system
@@ -53,9 +53,9 @@ class Innovation:
         normalised: Its length.
     """
 
-    values: NDArray[np.float64]
-    covariance: NDArray[np.float64]
-    gain: NDArray[np.float64]
+    values: Floats
+    covariance: Floats
+    gain: Floats
     normalised: NormalisedInnovation
 
 
@@ -83,9 +83,9 @@ def predict(posterior: Gaussian, dynamics: LinearDynamics) -> Gaussian:
 
 def update(
     prior: Gaussian,
-    measurement: NDArray[np.float64],
-    observation: NDArray[np.float64],
-    noise_covariance: NDArray[np.float64],
+    measurement: Floats,
+    observation: Floats,
+    noise_covariance: Floats,
 ) -> tuple[Gaussian, float]:
     """Condition on z = C x + v, v ~ N(0, R).
 
@@ -109,9 +109,9 @@ def update(
 
 def innovate(
     prior: Gaussian,
-    measurement: NDArray[np.float64],
-    observation: NDArray[np.float64],
-    noise_covariance: NDArray[np.float64],
+    measurement: Floats,
+    observation: Floats,
+    noise_covariance: Floats,
 ) -> Innovation:
     """Return the innovation of a measurement; arguments and errors as for `update`."""
     _check(prior, measurement, observation, noise_covariance)
@@ -125,10 +125,10 @@ def innovate(
 
 def condition(
     prior: Gaussian,
-    measurement: NDArray[np.float64],
-    predicted: NDArray[np.float64],
-    jacobian: NDArray[np.float64],
-    noise_covariance: NDArray[np.float64],
+    measurement: Floats,
+    predicted: Floats,
+    jacobian: Floats,
+    noise_covariance: Floats,
 ) -> tuple[Gaussian, float]:
     """Condition on a measurement that is linear around the prior's mean; see `update` and `extended.update`.
 
@@ -174,10 +174,10 @@ def steady_lag(acceleration: float, process_sd: float, measurement_sd: float) ->
 
 def _check(
     prior: Gaussian,
-    measurement: NDArray[np.float64],
-    slope: NDArray[np.float64],
-    noise_covariance: NDArray[np.float64],
-    predicted: NDArray[np.float64] | None = None,
+    measurement: Floats,
+    slope: Floats,
+    noise_covariance: Floats,
+    predicted: Floats | None = None,
 ) -> None:
     """Refuse a measurement, its derivative or its noise that does not fit the prior."""
     check(
@@ -192,12 +192,12 @@ def _check(
 
 @compiled
 def _predict(
-    mean: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    transition: NDArray[np.float64],
-    offset: NDArray[np.float64],
-    noise: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    mean: Floats,
+    covariance: Floats,
+    transition: Floats,
+    offset: Floats,
+    noise: Floats,
+) -> tuple[Floats, Floats]:
     """Return A m + d and A P A^T + B B^T."""
     size = mean.shape[0]
     moved = multiply(transition, mean.reshape(size, 1)).reshape(size)
@@ -213,12 +213,12 @@ def _predict(
 
 @compiled
 def condition_on_innovation(
-    mean: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    innovation: NDArray[np.float64],
-    jacobian: NDArray[np.float64],
-    noise: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], float, bool]:
+    mean: Floats,
+    covariance: Floats,
+    innovation: Floats,
+    jacobian: Floats,
+    noise: Floats,
+) -> tuple[Floats, Floats, float, bool]:
     """Return mean, covariance and log p(z), given z less its prediction, and whether its covariance is regular.
 
     For compiled loops; `condition` is the same for the interpreter.

@@ -12,9 +12,7 @@ The members are `affine` (entries of an affine camera by a Kalman filter, from w
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.random import Gaussian, Generator
 
 __all__ = ["Projection", "UpperLayer"]
@@ -31,19 +29,19 @@ class Projection:
         covariances: (F, 2, 2, 2) px^2; by feature and axis, over the two ages.
     """
 
-    means: NDArray[np.float64]
-    covariances: NDArray[np.float64]
+    means: Floats
+    covariances: Floats
 
     @property
-    def positions(self) -> NDArray[np.float64]:
+    def positions(self) -> Floats:
         """(F, 2) px, where the features should be in this frame."""
-        positions: NDArray[np.float64] = self.means[:, :, 0]
+        positions: Floats = self.means[:, :, 0]
         return positions
 
     @property
-    def variances(self) -> NDArray[np.float64]:
+    def variances(self) -> Floats:
         """(F, 2) px^2 of the positions, per axis."""
-        variances: NDArray[np.float64] = self.covariances[:, :, 0, 0]
+        variances: Floats = self.covariances[:, :, 0, 0]
         return variances
 
 
@@ -59,7 +57,7 @@ class UpperLayer(Protocol[S]):
     def project(self, belief: S) -> Projection:
         """Return where the features should be seen."""
 
-    def update(self, belief: S, positions: NDArray[np.float64], variances: NDArray[np.float64], rng: Generator) -> S:
+    def update(self, belief: S, positions: Floats, variances: Floats, rng: Generator) -> S:
         """Condition on positions (F, 2) px with variances (F, 2) px^2, and estimate the pose."""
 
     def pose(self, belief: S) -> Gaussian:

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials
@@ -32,9 +32,9 @@ class ParticleSet:
         ancestors: (N,) index of each particle's parent in the previous set.
     """
 
-    states: NDArray[np.float64]
-    log_weights: NDArray[np.float64]
-    ancestors: NDArray[np.int64]
+    states: Floats
+    log_weights: Floats
+    ancestors: Ints
 
     def __post_init__(self) -> None:
         """Refuse arrays that do not fit together; NaN is not looked for, since that takes longer than a step may.
@@ -59,7 +59,7 @@ class ParticleSet:
             )
 
     @classmethod
-    def uniform(cls, states: NDArray[np.float64]) -> "ParticleSet":
+    def uniform(cls, states: Floats) -> "ParticleSet":
         """Return the states (N, d) with equal weights, each its own ancestor.
 
         Raises:
@@ -79,12 +79,12 @@ class ParticleSet:
         return self.states.nbytes + 2 * self.log_weights.nbytes + self.ancestors.nbytes
 
     @cached_property
-    def weights(self) -> NDArray[np.float64]:
+    def weights(self) -> Floats:
         """(N,) normalised weights."""
         return exponentials(self.log_weights)
 
     @cached_property
-    def moments(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def moments(self) -> tuple[Floats, Floats]:
         """Weighted mean (d,) and covariance (d, d).
 
         The covariance is sum_n w_n (x_n - mean)(x_n - mean)^T, without the divisor N - 1 that Bando 2007 prints (eq.
@@ -93,12 +93,12 @@ class ParticleSet:
         return moments(np.asfortranarray(self.states), self.weights)
 
     @property
-    def mean(self) -> NDArray[np.float64]:
+    def mean(self) -> Floats:
         """(d,) weighted mean (Bando 2007, eq. 3.3)."""
         return self.moments[0]
 
     @property
-    def covariance(self) -> NDArray[np.float64]:
+    def covariance(self) -> Floats:
         """(d, d) weighted covariance."""
         return self.moments[1]
 
@@ -108,9 +108,9 @@ class ParticleSet:
         return float(1.0 / np.square(self.weights).sum())
 
     @property
-    def mode(self) -> NDArray[np.float64]:
+    def mode(self) -> Floats:
         """(d,) the state of greatest weight; the first among equals."""
-        best: NDArray[np.float64] = self.states[int(np.argmax(self.log_weights))]
+        best: Floats = self.states[int(np.argmax(self.log_weights))]
         return best
 
     @cached_property
@@ -120,7 +120,7 @@ class ParticleSet:
 
 
 @compiled
-def normalise(log_weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+def normalise(log_weights: Floats) -> tuple[Floats, float]:
     """Scale weights so that they sum to one.
 
     NaN counts as a weight of zero, and so does +inf, which no likelihood can mean. If every weight is zero, nothing is
@@ -154,9 +154,7 @@ def normalise(log_weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], fl
 
 
 @compiled
-def moments(
-    states: NDArray[np.float64], weights: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def moments(states: Floats, weights: Floats) -> tuple[Floats, Floats]:
     """Return the weighted mean (d,) and covariance (d, d) of states (N, d), given weights (N,) that sum to one.
 
     Raises:
@@ -185,7 +183,7 @@ def moments(
 
 
 @compiled
-def _count_unique(ancestors: NDArray[np.int64]) -> int:
+def _count_unique(ancestors: Ints) -> int:
     most = 0
     for ancestor in ancestors:
         most = max(most, ancestor)

@@ -10,8 +10,8 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.geometry.rotation import derivatives, rotation, turn
 from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.compiled import compiled
@@ -40,11 +40,11 @@ class PerspectiveLayer:
             pose that is well seen this says nothing; one that is not comes back instead of turning on and on.
     """
 
-    points_mm: NDArray[np.float64]
+    points_mm: Floats
     focal_px: float
-    start: NDArray[np.float64]
-    principal_px: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
-    noise_sd: NDArray[np.float64] = field(default_factory=lambda: np.array(POSE_NOISE))
+    start: Floats
+    principal_px: Floats = field(default_factory=lambda: np.zeros(2))
+    noise_sd: Floats = field(default_factory=lambda: np.array(POSE_NOISE))
     reach_rad: float = math.inf
 
     def __post_init__(self) -> None:
@@ -75,9 +75,7 @@ class PerspectiveLayer:
         means, covariances = project(belief.mean, belief.covariance, self.points_mm, self.focal_px, self.principal_px)
         return Projection(means, covariances)
 
-    def update(
-        self, belief: Gaussian, positions: NDArray[np.float64], variances: NDArray[np.float64], rng: Generator
-    ) -> Gaussian:
+    def update(self, belief: Gaussian, positions: Floats, variances: Floats, rng: Generator) -> Gaussian:
         """Condition on positions (F, 2) px with variances (F, 2) px^2.
 
         Raises:
@@ -96,9 +94,7 @@ class PerspectiveLayer:
 
 
 @compiled
-def features(
-    state: NDArray[np.float64], points_mm: NDArray[np.float64], focal_px: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def features(state: Floats, points_mm: Floats, focal_px: float) -> tuple[Floats, Floats]:
     """Return where points (F, 3) are seen, (F, 2) px from the principal point, and the derivatives (F, 2, 6) by q.
 
     Raises:
@@ -126,12 +122,12 @@ def features(
 
 @compiled
 def project(
-    mean: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    points_mm: NDArray[np.float64],
+    mean: Floats,
+    covariance: Floats,
+    points_mm: Floats,
     focal_px: float,
-    principal_px: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    principal_px: Floats,
+) -> tuple[Floats, Floats]:
     """Return the Gaussians of `Projection`, given mean (12,) and covariance (12, 12) of (q_t, q_{t-1}).
 
     Raises:
@@ -161,15 +157,15 @@ def project(
 
 @compiled
 def _observe(
-    mean: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    points_mm: NDArray[np.float64],
+    mean: Floats,
+    covariance: Floats,
+    points_mm: Floats,
     focal_px: float,
-    principal_px: NDArray[np.float64],
-    positions: NDArray[np.float64],
-    variances: NDArray[np.float64],
+    principal_px: Floats,
+    positions: Floats,
+    variances: Floats,
     held: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Floats, Floats]:
     count = points_mm.shape[0]
     pixels, slopes = features(mean[:6], points_mm, focal_px)
     jacobian = np.zeros((2 * count, 12))

@@ -4,15 +4,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
-
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.checks import check
 from pftrack.filters.particles import ParticleSet
 
 __all__ = ["LogLikelihood", "Posterior", "evaluate"]
 
-LogLikelihood: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+LogLikelihood: TypeAlias = Callable[[Floats], Floats]
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +31,7 @@ class Posterior:
     resampled: bool
 
 
-def evaluate(log_likelihood: LogLikelihood, states: NDArray[np.float64]) -> NDArray[np.float64]:
+def evaluate(log_likelihood: LogLikelihood, states: Floats) -> Floats:
     """Return the log likelihoods (n,) of states (n, d); NaN counts as impossible when they are normalised.
 
     Raises:

@@ -23,8 +23,8 @@ The limit of this: an error that looks like a change of the unknowns leaves no r
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import multiply, solve
 
@@ -36,7 +36,7 @@ CLOSE = 1e-6
 
 
 @compiled
-def fit_gain(jacobian: NDArray[np.float64], weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], bool]:
+def fit_gain(jacobian: Floats, weights: Floats) -> tuple[Floats, bool]:
     """Return G, (p, m), from measurements to the unknowns of a weighted fit, and whether these are determined.
 
     Args:
@@ -57,10 +57,10 @@ def fit_gain(jacobian: NDArray[np.float64], weights: NDArray[np.float64]) -> tup
 
 @compiled
 def excess_variance(
-    residuals: NDArray[np.float64],
-    jacobian: NDArray[np.float64],
-    variances: NDArray[np.float64],
-    shown: NDArray[np.float64],
+    residuals: Floats,
+    jacobian: Floats,
+    variances: Floats,
+    shown: Floats,
 ) -> float:
     """Return tau^2, the variance that measurements have beyond their own; 0 if none shows, NaN if none can be told.
 
@@ -100,7 +100,7 @@ def excess_variance(
 
 
 @compiled
-def fit_covariance(gain: NDArray[np.float64], variances: NDArray[np.float64]) -> NDArray[np.float64]:
+def fit_covariance(gain: Floats, variances: Floats) -> Floats:
     """Return the covariance (p, p) of a fit by its gain (p, m), to numbers that have these variances (m,) in truth.
 
     Raises:

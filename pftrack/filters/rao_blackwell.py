@@ -14,8 +14,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.checks import check, check_count
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials
@@ -51,20 +51,20 @@ class RaoBlackwell:
         resampled: Whether parents were drawn by weight.
     """
 
-    cameras: NDArray[np.float64]
-    covariance: NDArray[np.float64]
-    log_weights: NDArray[np.float64]
-    coordinates: NDArray[np.float64]
-    feature_means: NDArray[np.float64]
-    feature_covariances: NDArray[np.float64]
+    cameras: Floats
+    covariance: Floats
+    log_weights: Floats
+    coordinates: Floats
+    feature_means: Floats
+    feature_covariances: Floats
     pose: Gaussian
     log_evidence: float = 0.0
-    ancestors: NDArray[np.int64] | None = None
-    log_likelihoods: NDArray[np.float64] | None = None
+    ancestors: Ints | None = None
+    log_likelihoods: Floats | None = None
     resampled: bool = False
 
     @property
-    def positions(self) -> NDArray[np.float64]:
+    def positions(self) -> Floats:
         """(F, N, 2) px, a view."""
         return self.coordinates.transpose(1, 2, 0)
 
@@ -94,7 +94,7 @@ def begin(layer: AffineLayer, count: int) -> RaoBlackwell:
 def step(
     belief: RaoBlackwell,
     layer: AffineLayer,
-    log_likelihood: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    log_likelihood: Callable[[Floats], Floats],
     rng: Generator,
     *,
     count: int | None = None,
@@ -158,8 +158,8 @@ def step(
 
 @compiled
 def _common(
-    covariance: NDArray[np.float64], points_mm: NDArray[np.float64], noise_sd: NDArray[np.float64], scatter_px: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    covariance: Floats, points_mm: Floats, noise_sd: Floats, scatter_px: float
+) -> tuple[Floats, Floats, Floats]:
     """Return what all particles and both axes share.
 
     Returns:
@@ -188,13 +188,13 @@ def _common(
 
 @compiled
 def _advance(
-    cameras: NDArray[np.float64],
-    parents: NDArray[np.int64],
-    points_mm: NDArray[np.float64],
-    root: NDArray[np.float64],
-    gain: NDArray[np.float64],
-    normals: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    cameras: Floats,
+    parents: Ints,
+    points_mm: Floats,
+    root: Floats,
+    gain: Floats,
+    normals: Floats,
+) -> tuple[Floats, Floats]:
     """Return the cameras (2, 8, N) and features (2, F, N) of the next frame, given normals (2, F, N)."""
     _, features, count = normals.shape
     moved = np.empty((2, 8, count))
@@ -217,7 +217,7 @@ def _advance(
 
 
 @compiled
-def _predict(cameras: NDArray[np.float64], parents: NDArray[np.int64], moved: NDArray[np.float64]) -> None:
+def _predict(cameras: Floats, parents: Ints, moved: Floats) -> None:
     """Write a_t = 2 a_{t-1} - a_{t-2} and a_{t-1}, (8, n), of parents (n,) among cameras (8, N)."""
     for i in range(4):
         newer, older = cameras[i], cameras[4 + i]
@@ -228,16 +228,14 @@ def _predict(cameras: NDArray[np.float64], parents: NDArray[np.int64], moved: ND
 
 
 @compiled
-def _add(values: NDArray[np.float64], factor: float, others: NDArray[np.float64]) -> None:
+def _add(values: Floats, factor: float, others: Floats) -> None:
     """Add a multiple of others (n,) to values (n,), in place."""
     for n in range(values.shape[0]):
         values[n] += factor * others[n]
 
 
 @compiled
-def _summary(
-    cameras: NDArray[np.float64], coordinates: NDArray[np.float64], weights: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def _summary(cameras: Floats, coordinates: Floats, weights: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """Return mean (6,) and covariance (6, 6) of the slopes, means (F, 2) and covariances (F, 2, 2) of the features."""
     _, features, count = coordinates.shape
     slopes = np.empty((6, count))

@@ -20,8 +20,8 @@ from typing import TypeAlias
 
 import numpy as np
 from numba import TypingError
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.checks import check, check_count
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials
@@ -42,10 +42,10 @@ __all__ = [
     "systematic_parents",
 ]
 
-Resampler: TypeAlias = Callable[[Generator, NDArray[np.float64], int], NDArray[np.int64]]
+Resampler: TypeAlias = Callable[[Generator, Floats, int], Ints]
 
 
-def systematic(rng: Generator, log_weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:
+def systematic(rng: Generator, log_weights: Floats, count: int) -> Ints:
     """Draw (count,) parents with one uniform offset for all strata.
 
     Args:
@@ -60,17 +60,17 @@ def systematic(rng: Generator, log_weights: NDArray[np.float64], count: int) -> 
     return systematic_parents(_weights(log_weights, count), rng.random(), count)
 
 
-def stratified(rng: Generator, log_weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:
+def stratified(rng: Generator, log_weights: Floats, count: int) -> Ints:
     """Draw (count,) parents with an independent uniform number in each stratum; arguments as for `systematic`."""
     return _stratified(_weights(log_weights, count), rng.random(count))
 
 
-def multinomial(rng: Generator, log_weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:
+def multinomial(rng: Generator, log_weights: Floats, count: int) -> Ints:
     """Draw (count,) parents independently; arguments as for `systematic`."""
     return _multinomial(_weights(log_weights, count), rng.random(count))
 
 
-def residual(rng: Generator, log_weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:
+def residual(rng: Generator, log_weights: Floats, count: int) -> Ints:
     """Draw floor(count * w_n) copies of each parent, the rest by fractions; arguments as for `systematic`."""
     return _residual(_weights(log_weights, count), rng.random(count))
 
@@ -84,9 +84,7 @@ RESAMPLERS: dict[str, Resampler] = {
 
 
 @compiled
-def parents(
-    kind: int, log_weights: NDArray[np.float64], count: int, seed: int, frame: int, purpose: int, draw: int
-) -> NDArray[np.int64]:
+def parents(kind: int, log_weights: Floats, count: int, seed: int, frame: int, purpose: int, draw: int) -> Ints:
     """Draw (count,) parents inside a compiled loop, with the numbers that a `Stream` gives in its draw `draw`.
 
     Args:
@@ -109,9 +107,7 @@ def parents(
     return _multinomial(weights, numbers)
 
 
-def adaptive(
-    resample: Resampler, threshold: float
-) -> Callable[[Generator, ParticleSet, int], NDArray[np.int64] | None]:
+def adaptive(resample: Resampler, threshold: float) -> Callable[[Generator, ParticleSet, int], Ints | None]:
     """Wrap a resampler so that it acts only when it must.
 
     Args:
@@ -130,16 +126,14 @@ def adaptive(
     return partial(decide, resample, threshold)
 
 
-def decide(
-    resample: Resampler, threshold: float, rng: Generator, particles: ParticleSet, count: int
-) -> NDArray[np.int64] | None:
+def decide(resample: Resampler, threshold: float, rng: Generator, particles: ParticleSet, count: int) -> Ints | None:
     """Return the ancestors (count,), or None if the particles should keep their weights; arguments as in `adaptive`."""
     if threshold < 1 and count == len(particles) and particles.effective_sample_size >= threshold * count:
         return None
     return resample(rng, particles.log_weights, count)
 
 
-def _weights(log_weights: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+def _weights(log_weights: Floats, count: int) -> Floats:
     """Return the weights (N,) relative to the greatest, if `count` parents can be drawn by them."""
     if type(count) is not int or count < 1:
         check_count("count", count)
@@ -151,7 +145,7 @@ def _weights(log_weights: NDArray[np.float64], count: int) -> NDArray[np.float64
 
 
 @compiled
-def _relative(log_weights: NDArray[np.float64]) -> NDArray[np.float64]:
+def _relative(log_weights: Floats) -> Floats:
     """Return the weights (N,) relative to the greatest."""
     top, unknown = -np.inf, 0
     for n in range(log_weights.shape[0]):
@@ -166,7 +160,7 @@ def _relative(log_weights: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @compiled
-def systematic_parents(weights: NDArray[np.float64], offset: float, count: int) -> NDArray[np.int64]:
+def systematic_parents(weights: Floats, offset: float, count: int) -> Ints:
     """Draw (count,) parents by weights (N,), not all 0, with one offset in [0, 1) for all strata.
 
     Raises:
@@ -193,7 +187,7 @@ def systematic_parents(weights: NDArray[np.float64], offset: float, count: int) 
 
 
 @compiled
-def _stratified(weights: NDArray[np.float64], numbers: NDArray[np.float64]) -> NDArray[np.int64]:
+def _stratified(weights: Floats, numbers: Floats) -> Ints:
     count = numbers.shape[0]
     quantiles = np.empty(count)
     for i in range(count):
@@ -202,12 +196,12 @@ def _stratified(weights: NDArray[np.float64], numbers: NDArray[np.float64]) -> N
 
 
 @compiled
-def _multinomial(weights: NDArray[np.float64], numbers: NDArray[np.float64]) -> NDArray[np.int64]:
+def _multinomial(weights: Floats, numbers: Floats) -> Ints:
     return _inverse(weights, np.sort(numbers))
 
 
 @compiled
-def _residual(weights: NDArray[np.float64], numbers: NDArray[np.float64]) -> NDArray[np.int64]:
+def _residual(weights: Floats, numbers: Floats) -> Ints:
     count = numbers.shape[0]
     size = weights.shape[0]
     scale = count / total(weights)
@@ -231,7 +225,7 @@ def _residual(weights: NDArray[np.float64], numbers: NDArray[np.float64]) -> NDA
 
 
 @compiled
-def _inverse(weights: NDArray[np.float64], quantiles: NDArray[np.float64]) -> NDArray[np.int64]:
+def _inverse(weights: Floats, quantiles: Floats) -> Ints:
     size = weights.shape[0]
     cumulative = np.empty(size)
     whole, last = 0.0, 0

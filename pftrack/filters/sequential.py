@@ -10,8 +10,8 @@ the prior's mean m, and serves the Kalman filter (Bando 2007, ch. 4, eq. 4.4) an
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.compiled import compiled
 
 __all__ = ["condition", "decorrelate", "predict_second_order"]
@@ -21,9 +21,7 @@ SMALLEST_PIVOT = 1e-12
 
 
 @compiled
-def predict_second_order(
-    mean: NDArray[np.float64], covariance: NDArray[np.float64], noise_sd: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def predict_second_order(mean: Floats, covariance: Floats, noise_sd: Floats) -> tuple[Floats, Floats]:
     """Return the prediction of q_t = 2 q_{t-1} - q_{t-2} + b u on states (q_t, q_{t-1}) (Bando 2007, ch. 4, eq. 4.5).
 
     Args:
@@ -54,12 +52,12 @@ def predict_second_order(
 
 @compiled
 def condition(
-    mean: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    residuals: NDArray[np.float64],
-    jacobian: NDArray[np.float64],
-    variances: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+    mean: Floats,
+    covariance: Floats,
+    residuals: Floats,
+    jacobian: Floats,
+    variances: Floats,
+) -> tuple[Floats, Floats, float]:
     """Condition on m numbers with independent noise.
 
     Args:
@@ -106,9 +104,7 @@ def condition(
 
 
 @compiled
-def decorrelate(
-    residuals: NDArray[np.float64], jacobian: NDArray[np.float64], covariance: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def decorrelate(residuals: Floats, jacobian: Floats, covariance: Floats) -> tuple[Floats, Floats, Floats]:
     """Make the noise of a measurement independent, by R = L D L^T with L unit lower triangular.
 
     Args:

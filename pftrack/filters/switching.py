@@ -7,15 +7,15 @@ Both rules return the number of particles for the observation sampler of `auxili
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.compiled import compiled
 
 __all__ = ["exceeds", "hard", "soft"]
 
 
 @compiled
-def exceeds(sigma: NDArray[np.float64], gamma: float) -> bool:
+def exceeds(sigma: Floats, gamma: float) -> bool:
     """Tell whether any posterior standard deviation (d,) exceeds the threshold gamma, in the same unit."""
     for deviation in sigma:  # noqa: SIM110 - `any` of a generator cannot be compiled
         if deviation > gamma:
@@ -24,7 +24,7 @@ def exceeds(sigma: NDArray[np.float64], gamma: float) -> bool:
 
 
 @compiled
-def hard(sigma: NDArray[np.float64], gamma: float, count: int) -> int:
+def hard(sigma: Floats, gamma: float, count: int) -> int:
     """All particles from the observation sampler if any sigma exceeds gamma, else none.
 
     This is the rule of the h-SPF (Bando 2007, ch. 3 section 2.1).
@@ -38,7 +38,7 @@ def hard(sigma: NDArray[np.float64], gamma: float, count: int) -> int:
 
 
 @compiled
-def soft(sigma: NDArray[np.float64], gamma_min: float, gamma_max: float, count: int) -> int:
+def soft(sigma: Floats, gamma_min: float, gamma_max: float, count: int) -> int:
     """A share that rises linearly from none at gamma_min to all at gamma_max (s-SPF; Bando 2007, eqs. 3.6 and 3.7).
 
     The largest sigma decides; the number is rounded to the nearest, halves to even.

@@ -19,8 +19,8 @@ Simon 2010.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.compiled import compiled
 
 __all__ = ["least_room", "log_share", "mills_ratio", "truncate"]
@@ -74,7 +74,7 @@ OUTER_BELOW = np.array(
 
 
 @compiled
-def _ratio(above: NDArray[np.float64], below: NDArray[np.float64], x: float) -> float:
+def _ratio(above: Floats, below: Floats, x: float) -> float:
     """Return the quotient of two polynomials, the highest power first."""
     first, second = 0.0, 0.0
     for i in range(above.shape[0]):
@@ -103,11 +103,11 @@ def mills_ratio(x: float) -> float:
 
 @compiled
 def _check(
-    mean: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    rows: NDArray[np.float64],
-    low: NDArray[np.float64],
-    high: NDArray[np.float64],
+    mean: Floats,
+    covariance: Floats,
+    rows: Floats,
+    low: Floats,
+    high: Floats,
 ) -> None:
     count, size = rows.shape
     if mean.shape[0] != size or covariance.shape != (size, size) or low.shape[0] != count or high.shape[0] != count:
@@ -116,11 +116,11 @@ def _check(
 
 @compiled
 def least_room(
-    mean: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    rows: NDArray[np.float64],
-    low: NDArray[np.float64],
-    high: NDArray[np.float64],
+    mean: Floats,
+    covariance: Floats,
+    rows: Floats,
+    low: Floats,
+    high: Floats,
 ) -> float:
     """Return the least distance of the mean from a bound, in standard deviations; negative if it lies beyond one.
 
@@ -137,11 +137,11 @@ def least_room(
 
 @compiled
 def log_share(
-    mean: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    rows: NDArray[np.float64],
-    low: NDArray[np.float64],
-    high: NDArray[np.float64],
+    mean: Floats,
+    covariance: Floats,
+    rows: Floats,
+    low: Floats,
+    high: Floats,
 ) -> float:
     """Return the logarithm of what a Gaussian has within lo <= A x <= hi, each bound taken by itself.
 
@@ -170,11 +170,11 @@ def log_share(
 
 @compiled
 def truncate(
-    mean: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    rows: NDArray[np.float64],
-    low: NDArray[np.float64],
-    high: NDArray[np.float64],
+    mean: Floats,
+    covariance: Floats,
+    rows: Floats,
+    low: Floats,
+    high: Floats,
 ) -> int:
     """Cut a Gaussian by lo <= A x <= hi, in place, and return how many of the bounds took something off.
 
@@ -207,9 +207,7 @@ def truncate(
 
 
 @compiled
-def _along(
-    mean: NDArray[np.float64], covariance: NDArray[np.float64], row: NDArray[np.float64]
-) -> tuple[float, float, NDArray[np.float64]]:
+def _along(mean: Floats, covariance: Floats, row: Floats) -> tuple[float, float, Floats]:
     """Return a'x, a'Pa and P a."""
     size = mean.shape[0]
     spread = np.zeros(size)
@@ -225,9 +223,7 @@ def _along(
 
 
 @compiled
-def _cut(
-    mean: NDArray[np.float64], covariance: NDArray[np.float64], row: NDArray[np.float64], bound: float, sign: float
-) -> int:
+def _cut(mean: Floats, covariance: Floats, row: Floats, bound: float, sign: float) -> int:
     """Cut by sign (a'x - b) <= 0, in place, and return whether that took anything off."""
     value, variance, spread = _along(mean, covariance, row)
     if not variance > 0.0:

@@ -12,8 +12,8 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import factorise, multiply, solve
@@ -21,12 +21,12 @@ from pftrack.core.numerics.random import Gaussian, log_density, symmetrise
 
 __all__ = ["Function", "predict", "transform", "update", "update_batch"]
 
-Function: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+Function: TypeAlias = Callable[[Floats], Floats]
 
 
 def transform(
-    means: NDArray[np.float64], covariances: NDArray[np.float64], function: Function, kappa: float | None = None
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    means: Floats, covariances: Floats, function: Function, kappa: float | None = None
+) -> tuple[Floats, Floats, Floats]:
     """Send Gaussians through a function.
 
     Args:
@@ -58,7 +58,7 @@ def transform(
 
 
 @compiled
-def _sigma_points(covariances: NDArray[np.float64], scale: float) -> NDArray[np.float64]:
+def _sigma_points(covariances: Floats, scale: float) -> Floats:
     """Return where the sigma points (n, 2 d + 1, d) are of Gaussians (n, d, d), from their means."""
     count, dimension, _ = covariances.shape
     offsets = np.zeros((count, 2 * dimension + 1, dimension))
@@ -72,9 +72,7 @@ def _sigma_points(covariances: NDArray[np.float64], scale: float) -> NDArray[np.
 
 
 @compiled
-def _weight(
-    weights: NDArray[np.float64], offsets: NDArray[np.float64], images: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def _weight(weights: Floats, offsets: Floats, images: Floats) -> tuple[Floats, Floats, Floats]:
     """Return means (n, m) and covariances (n, m, m) of images (n, s, m), and cross covariances (n, d, m) with offsets.
 
     Args:
@@ -102,7 +100,7 @@ def _weight(
 
 
 def predict(
-    posterior: Gaussian, transition: Function, noise_covariance: NDArray[np.float64], kappa: float | None = None
+    posterior: Gaussian, transition: Function, noise_covariance: Floats, kappa: float | None = None
 ) -> Gaussian:
     """Return p(x_t | z_{1:t-1}) for x_t = f(x_{t-1}) + noise of covariance Q (d, d); f maps (..., d) -> (..., d).
 
@@ -121,9 +119,9 @@ def predict(
 
 def update(
     prior: Gaussian,
-    measurement: NDArray[np.float64],
+    measurement: Floats,
     observe: Function,
-    noise_covariance: NDArray[np.float64],
+    noise_covariance: Floats,
     kappa: float | None = None,
 ) -> tuple[Gaussian, float]:
     """Condition on z = h(x) + v, v ~ N(0, R).
@@ -151,13 +149,13 @@ def update(
 
 
 def update_batch(
-    means: NDArray[np.float64],
-    covariances: NDArray[np.float64],
-    measurement: NDArray[np.float64],
+    means: Floats,
+    covariances: Floats,
+    measurement: Floats,
     observe: Function,
-    noise_covariance: NDArray[np.float64],
+    noise_covariance: Floats,
     kappa: float | None = None,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Floats, Floats, Floats]:
     """Condition n Gaussians on the same measurement: means (n, d) and covariances (n, d, d), or (1, d, d) of all.
 
     The other arguments are those of `update`.
@@ -188,12 +186,12 @@ def update_batch(
 
 @compiled
 def _condition(
-    means: NDArray[np.float64],
-    covariances: NDArray[np.float64],
-    innovation_covariances: NDArray[np.float64],
-    cross: NDArray[np.float64],
-    innovations: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
+    means: Floats,
+    covariances: Floats,
+    innovation_covariances: Floats,
+    cross: Floats,
+    innovations: Floats,
+) -> tuple[Floats, Floats, bool]:
     """Return means (n, d) and covariances (n, d, d) of the posteriors, and whether there are any."""
     count, dimension = means.shape
     updated, remaining = means.copy(), np.empty((count, dimension, dimension))

@@ -16,8 +16,8 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import factorise, multiply
@@ -40,7 +40,7 @@ class UnscentedParticles(ParticleSet):
         covariances: (N, d, d) of the filters, whose means are the states.
     """
 
-    covariances: NDArray[np.float64]
+    covariances: Floats
 
     def __post_init__(self) -> None:
         """Refuse arrays that do not fit together, as for all particles."""
@@ -59,9 +59,9 @@ def step(
     log_likelihood: LogLikelihood,
     rng: Generator,
     *,
-    measurement: NDArray[np.float64] | None,
+    measurement: Floats | None,
     observe: Function,
-    noise_covariance: NDArray[np.float64],
+    noise_covariance: Floats,
     recursive: bool = False,
     count: int | None = None,
     resample: Resampler = systematic,
@@ -118,7 +118,7 @@ def step(
     return posterior if predicted is None else _keep(posterior, covariances)
 
 
-def _hand_down(particles: ParticleSet, dynamics: LinearDynamics) -> NDArray[np.float64]:
+def _hand_down(particles: ParticleSet, dynamics: LinearDynamics) -> Floats:
     """Return the covariances (N, d, d) of the particles' filters, predicted."""
     before = (
         particles.covariances
@@ -128,16 +128,14 @@ def _hand_down(particles: ParticleSet, dynamics: LinearDynamics) -> NDArray[np.f
     return _predict(before, dynamics.transition, dynamics.noise_covariance)
 
 
-def _keep(posterior: Posterior, covariances: NDArray[np.float64]) -> Posterior:
+def _keep(posterior: Posterior, covariances: Floats) -> Posterior:
     particles = posterior.particles
     kept = UnscentedParticles(particles.states, particles.log_weights, particles.ancestors, covariances)
     return replace(posterior, particles=kept)
 
 
 @compiled
-def _predict(
-    covariances: NDArray[np.float64], transition: NDArray[np.float64], noise_covariance: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _predict(covariances: Floats, transition: Floats, noise_covariance: Floats) -> Floats:
     """Return A P A^T + Q of covariances P (N, d, d)."""
     predicted = np.empty(covariances.shape)
     across = transition.T.copy()
@@ -148,11 +146,11 @@ def _predict(
 
 @compiled
 def _propose(
-    means: NDArray[np.float64],
-    proposed: NDArray[np.float64],
-    covariances: NDArray[np.float64],
-    normals: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    means: Floats,
+    proposed: Floats,
+    covariances: Floats,
+    normals: Floats,
+) -> Floats:
     """Return states (N, d): their first k coordinates drawn around those proposed, the others as they are expected.
 
     Args:

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from pftrack.analysis.counterfactuals.report import CAVEAT
 from pftrack.analysis.diagnosis.diagnosis import diagnose
+from pftrack.core.arrays import Floats
 from pftrack.core.model.band import TITLES
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.drawing import Arrows, Drawing, Ellipse, Links, Picture, Polyline, Primitive
@@ -472,7 +472,7 @@ def draw_arrows(drawing: Drawing, arrows: Sequence[tuple[float, float, float, fl
     return replace(drawing, primitives={**drawing.primitives, "inspected pulls": pulls})
 
 
-def draw_place(drawing: Drawing, place: NDArray[np.float64], path: NDArray[np.float64]) -> Drawing:
+def draw_place(drawing: Drawing, place: Floats, path: Floats) -> Drawing:
     """Return a drawing with a ring and a cross around a place, and the way that leads there.
 
     Args:

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.files import write_whole
 
 Verdict: TypeAlias = Literal["reproduced", "better", "differs", "our own figure", "not run"]
@@ -145,7 +145,7 @@ def share(
     return compare(result, successes / runs, reference, 3 * spread + 0.03, source, known=known, ground=SHARE)
 
 
-def three_errors(values: Sequence[float] | NDArray[np.float64], reference_trials: int) -> float:
+def three_errors(values: Sequence[float] | Floats, reference_trials: int) -> float:
     """Return three standard errors of the difference of two means of trials, ours and as many of the reference.
 
     The trials of the reference are taken to scatter as ours do.

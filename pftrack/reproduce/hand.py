@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.geometry.polygons import fill
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change
@@ -176,7 +177,7 @@ def steps(pool: Pool, full: bool) -> list[Finding]:
     return findings
 
 
-def _predict(pose: NDArray[np.float64], angle: int) -> float:
+def _predict(pose: Floats, angle: int) -> float:
     """Return D of the middle finger for a turn of one angle, px^2/rad."""
     small, moved = 1e-6, pose.copy()
     moved[angle] += small
@@ -184,7 +185,7 @@ def _predict(pose: NDArray[np.float64], angle: int) -> float:
     return float(chain_rate(before, (after - before) / small, SCALE_PX * MODEL.radii[MIDDLE, 3]))
 
 
-def _measure(pose: NDArray[np.float64], angle: int) -> float:
+def _measure(pose: Floats, angle: int) -> float:
     """Return how many of the finger's pixels come or go with a turn, px^2/rad."""
     masks = []
     for sign in (-0.5, 0.5):

@@ -10,8 +10,8 @@ from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.recipe import Change
 from pftrack.experiments import EXPERIMENTS, find
@@ -139,8 +139,8 @@ class Witnessed:
         lost: (L,) whether the target was, by the truth.
     """
 
-    features: NDArray[np.float64]
-    lost: NDArray[np.bool_]
+    features: Floats
+    lost: Bools
 
 
 @dataclass(frozen=True, slots=True)

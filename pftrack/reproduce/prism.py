@@ -6,8 +6,8 @@ from functools import lru_cache, partial
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.numerics.elementary import wrap
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
@@ -73,14 +73,14 @@ class TrialResult:
         effective_sample_size: Median.
     """
 
-    errors_deg: NDArray[np.float64]
-    translation_mm: NDArray[np.float64]
+    errors_deg: Floats
+    translation_mm: Floats
     visible_px: float
     hidden_px: float
     ratio_front: float
     ratio_visible: float
     ratio_hidden: float
-    ramp: NDArray[np.float64]
+    ramp: Floats
     effective_sample_size: float
 
     @property
@@ -93,10 +93,10 @@ class TrialResult:
 class Row:
     """One frame: the pose, where the features are believed to be, their ratios, and what the upper layer says."""
 
-    theta: NDArray[np.float64]
-    features: NDArray[np.float64]
-    ratios: NDArray[np.float64]
-    translation: NDArray[np.float64]
+    theta: Floats
+    features: Floats
+    ratios: Floats
+    translation: Floats
     effective_sample_size: float = float("nan")
 
 
@@ -138,7 +138,7 @@ def _follow(
     sights: tuple[Sight, ...],
     layer: UpperLayer[layered.S],
     belief: layered.S,
-    translation: Callable[[layered.S], NDArray[np.float64]],
+    translation: Callable[[layered.S], Floats],
 ) -> list[Row]:
     density: Literal["kernel", "gaussian"] = "kernel" if trial.reading == "kernel" else "gaussian"
     learning = mixture_em.Settings(lower_density=density) if trial.method == "pf-asd" else None
@@ -167,11 +167,11 @@ def _joint(trial: Trial, sights: tuple[Sight, ...]) -> list[Row]:
     return rows
 
 
-def _likelihood(trial: Trial, now: Sight) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+def _likelihood(trial: Trial, now: Sight) -> Callable[[Floats], Floats]:
     known = trial.reading in {"chosen", "kernel"}
     noise_sd = now.noise_sd_px if known else np.full(len(now.noise_sd_px), trial.scene.noise_px)
 
-    def log_likelihood(positions: NDArray[np.float64]) -> NDArray[np.float64]:
+    def log_likelihood(positions: Floats) -> Floats:
         scores = points.log_likelihood(positions, now.points_px, noise_sd)
         if trial.reading == "underflow":
             scores[scores < UNDERFLOW] = -np.inf
@@ -195,7 +195,7 @@ def _sights(seed: int, scene: PrismParameters) -> tuple[Sight, ...]:
     return tuple(sight(seed, index, scene) for index in range(FRAMES))
 
 
-def _ramp(ratios: NDArray[np.float64], visible: NDArray[np.bool_]) -> NDArray[np.float64]:
+def _ramp(ratios: Floats, visible: Bools) -> Floats:
     """Return the mean ratio (RAMP_FRAMES,) of the rear vertices by how long they have been hidden."""
     sums, counts = np.zeros(RAMP_FRAMES), np.zeros(RAMP_FRAMES)
     for vertex in REAR:
@@ -205,7 +205,7 @@ def _ramp(ratios: NDArray[np.float64], visible: NDArray[np.bool_]) -> NDArray[np
             if 0 < hidden <= RAMP_FRAMES:
                 sums[hidden - 1] += ratio
                 counts[hidden - 1] += 1
-    ramp: NDArray[np.float64] = np.divide(sums, counts, out=np.full(RAMP_FRAMES, np.nan), where=counts > 0)
+    ramp: Floats = np.divide(sums, counts, out=np.full(RAMP_FRAMES, np.nan), where=counts > 0)
     return ramp
 
 
@@ -457,7 +457,7 @@ def _ratios(courses: list[TrialResult]) -> list[Finding]:
     ]
 
 
-def _pose_errors(by_particles: bool, seed: int) -> NDArray[np.float64]:
+def _pose_errors(by_particles: bool, seed: int) -> Floats:
     """Return the mean absolute errors (3,) of the angles, degrees, from entries of 5 px/mm with noise of 0.05."""
     scene = PrismParameters()
     reference, noise = np.eye(2, 3) * 5.0, 0.05**2 * np.eye(6)

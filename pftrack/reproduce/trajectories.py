@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import History
 from pftrack.experiments import find
@@ -35,7 +36,7 @@ DEEPEST = 100.0
 """Further below the maximum the likelihood is shown as this."""
 
 
-def draw(found: Mapping[str, Smoothed], surfaces: Mapping[str, NDArray[np.float64]]) -> "dict[str, Figure]":
+def draw(found: Mapping[str, Smoothed], surfaces: Mapping[str, Floats]) -> "dict[str, Figure]":
     """Return the figures by name: of the runs of each method, and of log likelihoods (20, 20) over the grid."""
     return {"trajectories-track": _track(found), "trajectories-likelihood": _likelihood(surfaces)}
 
@@ -62,7 +63,7 @@ def _track(found: Mapping[str, Smoothed]) -> "Figure":
     return figure
 
 
-def _likelihood(surfaces: Mapping[str, NDArray[np.float64]]) -> "Figure":
+def _likelihood(surfaces: Mapping[str, Floats]) -> "Figure":
     """Draw maps of the log likelihood less its maximum, and where that is."""
     colours = viridis()
     figure, panels = new_figure(3.4, columns=len(surfaces), share="y")
@@ -202,7 +203,7 @@ def scene(seed: int) -> Scene:
     return Scene(measured.shape[1], int(mixed.sum()), float(far.mean()), errors)
 
 
-def _follow(seed: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _follow(seed: int) -> tuple[Floats, Floats]:
     """Return measured and true positions (frames, K, 2), px."""
     parameters, matching = CornerSceneParameters(), CornerParameters()
     source, history = CornerSource(seed, parameters), History(((0, parameters),))
@@ -235,7 +236,7 @@ def search_figure() -> NDArray[np.uint8]:
     return render_beside(replace(drawing, worlds=worlds), scale=1.5)
 
 
-def _distances(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
+def _distances(one: Floats, other: Floats) -> Floats:
     return np.asarray(np.hypot(*np.moveaxis(one - other, -1, 0)))
 
 
@@ -273,7 +274,7 @@ ENSEMBLE: dict[str, tuple[float, float]] = {"lg": (0.321, 0.192), "lng": (0.164,
 SCATTER = 0.025
 """Of a median of 60 data sets, three standard deviations of that of the self-organising filter."""
 
-OUTLIERS: NDArray[np.int64] = np.arange(15, 100, 15)
+OUTLIERS: Ints = np.arange(15, 100, 15)
 AT_OUTLIERS = {
     "lg": (6.7, 0.5, 21.7, 2.1, 1.4, 12.3),
     "lng": (1.6, 0.6, 1.5, 2.3, 2.4, 1.5),
@@ -318,7 +319,7 @@ def errors(pool: Pool, full: bool) -> list[Finding]:
     return findings
 
 
-def _three_errors_of_median(values: NDArray[np.float64]) -> float:
+def _three_errors_of_median(values: Floats) -> float:
     """Return three standard errors of the difference of two medians of so many runs, by the order of ours.
 
     Errors may gather around two values, between which a median jumps: the farther side counts.
@@ -334,7 +335,7 @@ def _runs(item: tuple[Method, float]) -> Smoothed:
     return follow(method, np.repeat(REFERENCE_PX[:, None], 1 if method == "lg" else RUNS, axis=1), Settings(noise, 1.0))
 
 
-def _medians(found: Smoothed, truth: NDArray[np.float64] = TRUE_PATH) -> tuple[float, float]:
+def _medians(found: Smoothed, truth: Floats = TRUE_PATH) -> tuple[float, float]:
     filtered, smoothed = (track_error(one, truth[:, None]) for one in (found.filtered, found.smoothed))
     return float(np.median(filtered)), float(np.median(smoothed))
 
@@ -399,17 +400,17 @@ def _laws(found: Smoothed) -> list[Finding]:
     ]
 
 
-def _surface(method: Method) -> NDArray[np.float64]:
+def _surface(method: Method) -> Floats:
     return likelihood_surface(method, REFERENCE_PX, Settings())
 
 
-def _maximum(name: str, surface: NDArray[np.float64], best: tuple[float, float], source: str) -> Finding:
+def _maximum(name: str, surface: Floats, best: tuple[float, float], source: str) -> Finding:
     noise, drive = (1.0 + float(place) for place in np.unravel_index(surface.argmax(), surface.shape))
     statement = f"trajectories: {name}, most likely at σ² = {best[0]:g}, τ² = {best[1]:g} (ours: σ², at τ² = {drive:g})"
     return claim(statement, noise, holds=(noise, drive) == best, source=source)
 
 
-def _clean() -> NDArray[np.float64]:
+def _clean() -> Floats:
     track = REFERENCE_PX.copy()
     track[OUTLIERS, 0] = TRUE_PATH[OUTLIERS, 0]
     return track
@@ -452,7 +453,7 @@ class Trial:
     scale_px2: float = 50.0
 
 
-def _track_of(trial: Trial) -> NDArray[np.float64]:
+def _track_of(trial: Trial) -> Floats:
     values = {"track_count": 1, "reference_track": False, "outlier_scale_px2": trial.scale_px2}
     return simulate(trial.seed, TracksSceneParameters.model_validate(values))[0][:, 0]
 

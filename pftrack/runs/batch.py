@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.measures import EvaluatedRun, evaluate
 from pftrack.core.model.parameters import Parameters, Value, revise
 from pftrack.core.model.recipe import Change
@@ -73,9 +74,9 @@ class Block:
 
     first: int
     pictures_rgb: NDArray[np.uint8]
-    truths: NDArray[np.float64]
-    sizes: NDArray[np.float64]
-    extents: NDArray[np.float64]
+    truths: Floats
+    sizes: Floats
+    extents: Floats
 
 
 def outcomes(
@@ -163,9 +164,9 @@ class _Truths:
     """What is true of a run, frame by frame, and the name of the measure that decides on its success."""
 
     success: str
-    positions: NDArray[np.float64]
-    sizes: NDArray[np.float64]
-    extents: NDArray[np.float64]
+    positions: Floats
+    sizes: Floats
+    extents: Floats
 
 
 def _blocks(source: Source[Any], parameters: Parameters, frames: int) -> Iterator[Block]:
@@ -203,7 +204,7 @@ class _Folding:
         self._seed = seed
         self._state = state
         self._estimates = [state.estimate[None]]
-        self._series: dict[str, list[NDArray[np.float64]]] = {}
+        self._series: dict[str, list[Floats]] = {}
         self._extent = extent_series(tracker.series)
         begun = tracker.measure(state).get(self._extent) if self._extent else None
         self._first_extent = np.array([begun], np.float64) if begun else np.full((1, 2), np.nan)
@@ -251,7 +252,7 @@ class _Folding:
             self._reductions(),
         )
 
-    def _believed_sizes(self) -> NDArray[np.float64]:
+    def _believed_sizes(self) -> Floats:
         """Return the sizes that the tracker believes in, (L, 2) px; NaN for one that does not say."""
         later = self._series.get(self._extent, []) if self._extent else []
         known = np.concatenate([self._first_extent, *later])

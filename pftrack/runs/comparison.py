@@ -10,8 +10,8 @@ from itertools import combinations
 from typing import Any, Literal, Self, TypeAlias, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.entry_points import PRESENTERS, load
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.measures import Measure
@@ -171,7 +171,7 @@ def _same(one: Sequence[float], other: Sequence[float]) -> bool:
     return len(one) == len(other) and bool(np.array_equal(one, other, equal_nan=True))
 
 
-def paired_difference(one: NDArray[np.float64], other: NDArray[np.float64]) -> tuple[int, float, float, float]:
+def paired_difference(one: Floats, other: Floats) -> tuple[int, float, float, float]:
     """Return how many frames two runs have a value in, the mean of the other's minus the one's, and its interval.
 
     Args:
@@ -423,7 +423,7 @@ class Comparison:
         return tuple(rows[: self.frames] for rows in self._compute_rows())
 
     @property
-    def lost(self) -> tuple[NDArray[np.bool_], ...]:
+    def lost(self) -> tuple[Bools, ...]:
         """(frames,) of each run, whether its target is lost, in the frames that can be compared."""
         placed = zip(self.runs, self.alignment.firsts, strict=True)
         return tuple(find_lost_frames(run).lost[first : first + self.frames] for run, first in placed)
@@ -506,7 +506,7 @@ def _describe(setting: Setting, place: int) -> str:
     return str(value) if setting.name in TOLD_BARE else f"{setting.title} {value}"
 
 
-def _outcome(run: Run, rows: Sequence[Diagnostics], lost: NDArray[np.bool_]) -> Outcome:
+def _outcome(run: Run, rows: Sequence[Diagnostics], lost: Bools) -> Outcome:
     if not rows:
         return Outcome(np.nan, np.nan, None, 0)
     errors, values = _errors(rows), _values_comparison(run, rows)
@@ -520,7 +520,7 @@ def _outcome(run: Run, rows: Sequence[Diagnostics], lost: NDArray[np.bool_]) -> 
     )
 
 
-def _errors(rows: Sequence[Diagnostics]) -> NDArray[np.float64]:
+def _errors(rows: Sequence[Diagnostics]) -> Floats:
     return np.array([np.nan if row.error is None else row.error for row in rows])
 
 
@@ -529,7 +529,7 @@ def _decisive(run: Run) -> Measure:
     return run.experiment.measure_named(run.setup.success)
 
 
-def _values_comparison(run: Run, rows: Sequence[Diagnostics]) -> NDArray[np.float64]:
+def _values_comparison(run: Run, rows: Sequence[Diagnostics]) -> Floats:
     """Return what that measure says of each frame, 1 or 0, NaN where it is not known."""
     course = evaluated_run(run.experiment, rows)
     return _decisive(run).values(course)

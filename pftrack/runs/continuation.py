@@ -16,6 +16,7 @@ from typing import Any, Literal, TypeAlias, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.measures import judge_loss
 from pftrack.core.model.recipe import Timeline
 from pftrack.core.model.series import to_json
@@ -29,7 +30,7 @@ from pftrack.runs.scoring import judge_estimates, judge_state
 STRETCH_BYTES = 64 * 1024 * 1024
 """Pictures that are held at a time."""
 
-Courses: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64]]
+Courses: TypeAlias = tuple[Floats, Floats]
 """Errors and verdicts (N, L) of N runs in L frames, as `Continuation` has those of one."""
 
 SHORTEST_STRETCH, LONGEST_STRETCH = 4, 64
@@ -103,9 +104,9 @@ class Continuation:
         self._experiment, self._timeline, self._state = experiment, timeline, state
         self.seed = seed
         self.steps, self.seconds = 0, 0.0
-        self._errors: list[NDArray[np.float64]] = []
-        self._lost: list[NDArray[np.float64]] = []
-        self._truly_lost: list[NDArray[np.float64]] = []
+        self._errors: list[Floats] = []
+        self._lost: list[Floats] = []
+        self._truly_lost: list[Floats] = []
 
     @classmethod
     def start(
@@ -130,17 +131,17 @@ class Continuation:
         return self._state
 
     @property
-    def truly_lost(self) -> NDArray[np.float64]:
+    def truly_lost(self) -> Floats:
         """(L,) the same by the truth alone; NaN where that is not known."""
         return np.concatenate([np.zeros(0), *self._truly_lost])
 
     @property
-    def errors(self) -> NDArray[np.float64]:
+    def errors(self) -> Floats:
         """(L,) distances from the truth, in the experiment's unit; NaN where it is unknown."""
         return np.concatenate([np.zeros(0), *self._errors])
 
     @property
-    def lost(self) -> NDArray[np.float64]:
+    def lost(self) -> Floats:
         """(L,) 1 where the target is lost, as `pftrack.core.model.measures` has it; NaN where nobody says."""
         return np.concatenate([np.zeros(0), *self._lost])
 
@@ -308,9 +309,9 @@ class Ensemble:
     """
 
     seeds: tuple[int, ...]
-    errors: NDArray[np.float64]
-    lost: NDArray[np.float64]
-    computed: NDArray[np.int64]
+    errors: Floats
+    lost: Floats
+    computed: Ints
     unit: str
 
     @property
@@ -319,7 +320,7 @@ class Ensemble:
         return int(self.errors.shape[1])
 
     @cached_property
-    def quantiles(self) -> NDArray[np.float64]:
+    def quantiles(self) -> Floats:
         """(3, L) errors below which 10, 50 and 90 % of the runs are; NaN where the truth is unknown.
 
         Each is an error of one of the runs: between two, one of which has no estimate at all, there is nothing.
@@ -329,7 +330,7 @@ class Ensemble:
         return np.take_along_axis(ordered, np.stack(places), axis=0)
 
     @cached_property
-    def holding(self) -> NDArray[np.float64]:
+    def holding(self) -> Floats:
         """(L,) share of the runs that have the target, 0..1; NaN where nobody knows."""
         has_come = np.arange(len(self.seeds))[:, None] < self.computed
         return np.asarray(1.0 - np.where(has_come, self.lost, 0.0).sum(axis=0) / self.computed, np.float64)

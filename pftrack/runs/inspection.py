@@ -12,8 +12,8 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.diagnostics import Step
 from pftrack.core.model.likelihood import (
     Cloud,
@@ -58,7 +58,7 @@ def find_heir(particle: int, clouds: Sequence[Cloud | None]) -> int | None:
     return particle
 
 
-def known_parents(clouds: Sequence[Cloud | None]) -> list[NDArray[np.int64]]:
+def known_parents(clouds: Sequence[Cloud | None]) -> list[Ints]:
     """Return the parents of the particles of clouds that end with the last one, as far back as all are known.
 
     Those of the first cloud are left out: their parents are not among the clouds.
@@ -67,13 +67,13 @@ def known_parents(clouds: Sequence[Cloud | None]) -> list[NDArray[np.int64]]:
     return _until_unknown(pairs)[::-1]
 
 
-def parents_onward(clouds: Sequence[Cloud | None]) -> list[NDArray[np.int64]]:
+def parents_onward(clouds: Sequence[Cloud | None]) -> list[Ints]:
     """Return the parents of the particles of clouds after the first one, as far on as all are known."""
     return _until_unknown(pairwise(clouds))
 
 
-def _until_unknown(pairs: Iterable[tuple[Cloud | None, Cloud | None]]) -> list[NDArray[np.int64]]:
-    found: list[NDArray[np.int64]] = []
+def _until_unknown(pairs: Iterable[tuple[Cloud | None, Cloud | None]]) -> list[Ints]:
+    found: list[Ints] = []
     for before, cloud in pairs:
         parents = _parents(before, cloud)
         if parents is None:
@@ -82,7 +82,7 @@ def _until_unknown(pairs: Iterable[tuple[Cloud | None, Cloud | None]]) -> list[N
     return found
 
 
-def _parents(before: Cloud | None, cloud: Cloud | None) -> NDArray[np.int64] | None:
+def _parents(before: Cloud | None, cloud: Cloud | None) -> Ints | None:
     """Return the parents of particles among those of the frame before; None if these are of other filters."""
     if cloud is None or cloud.ancestors is None or before is None or cloud.filters != before.filters:
         return None
@@ -123,7 +123,7 @@ class ParticleFinding:
     sampler: str
     ancestors: tuple[int, ...]
     begins: int | None
-    path: NDArray[np.float64]
+    path: Floats
     descendants: tuple[int, ...]
 
 
@@ -159,7 +159,7 @@ class Finding:
     """
 
     frame: int
-    place: NDArray[np.float64] | None
+    place: Floats | None
     title: str
     log_likelihood: float | None
     parts: tuple[Part, ...]
@@ -200,7 +200,7 @@ class Inspection:
             (self._steps[index],) = self.run.replay(index, index)
         return self._steps[index].state
 
-    def at_place(self, place: NDArray[np.float64]) -> Finding:
+    def at_place(self, place: Floats) -> Finding:
         """Return what the likelihood says of the state that is like the estimate in all but the place (2,), px.
 
         Raises:
@@ -259,7 +259,7 @@ class Inspection:
         limit = next((one for one in reversed(limits) if not math.isnan(one)), math.nan)
         return () if math.isnan(limit) else (Course(known["nis"].title, limit, first, tuple(values)),)
 
-    def nearest(self, place: NDArray[np.float64]) -> int | None:
+    def nearest(self, place: Floats) -> int | None:
         """Return the particle that is nearest to a place (2,), px; of those as near, the heaviest.
 
         Of particles that have no place it is the heaviest of all; None where there are no particles.
@@ -339,8 +339,8 @@ class Inspection:
         self,
         likelihood: ObservationLikelihood,
         known: Any,  # noqa: ANN401 - the state of any family
-        state: NDArray[np.float64],
-        place: NDArray[np.float64] | None,
+        state: Floats,
+        place: Floats | None,
         particle: ParticleFinding | None = None,
     ) -> Finding:
         frame, parameters = self.run.current.frame, self.parameters
@@ -362,8 +362,8 @@ class Inspection:
         self,
         likelihood: ObservationLikelihood,
         known: Any,  # noqa: ANN401 - the state of any family
-        state: NDArray[np.float64],
-    ) -> NDArray[np.float64] | None:
+        state: Floats,
+    ) -> Floats | None:
         return None if likelihood.anchor is None else likelihood.anchor.place(known, state[None])[0]
 
     def _past(self, count: int) -> list[Cloud | None]:

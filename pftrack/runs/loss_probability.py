@@ -9,8 +9,8 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model import series
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.measures import MEAN_LOSS_PROBABILITY, evaluate
@@ -19,7 +19,7 @@ from pftrack.runs.run import Run
 from pftrack.runs.scoring import evaluated_run
 
 
-def loss_probabilities(run: Run) -> NDArray[np.float64]:
+def loss_probabilities(run: Run) -> Floats:
     """Return the probability in each frame that a run has computed, (L,).
 
     NaN in frame 0, in which a tracker only begins, wherever the tracker has no such probability, and on recordings. A

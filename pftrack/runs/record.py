@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from pftrack.core.arrays import Floats
 from pftrack.core.files import part_of, settle
 from pftrack.core.model.parameters import ParameterError, Value, flat
 from pftrack.core.model.recipe import Footage, Recipe
@@ -83,7 +83,7 @@ class Saved:
     """
 
     record: Record
-    estimates: NDArray[np.float64] | None
+    estimates: Floats | None
 
 
 def describe(run: Run, *, path: str | None = None) -> Record:

@@ -8,8 +8,8 @@ from pprint import pformat
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import flat
 from pftrack.core.model.recipe import Recipe
 from pftrack.core.numerics import machine
@@ -90,11 +90,11 @@ def departure(estimates: Sequence[Sequence[float]], saved: Saved) -> Difference 
     return Difference(int(np.argmax(differs)), float(finite.max()) if len(finite) else None, saved.record.computed_on)
 
 
-def _apart(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
+def _apart(one: Floats, other: Floats) -> Floats:
     """Return the largest difference of each frame, (L,); numbers that are missing in both are equal."""
     same = (one == other) | (np.isnan(one) & np.isnan(other))
     with np.errstate(invalid="ignore"):
-        away: NDArray[np.float64] = np.where(same, 0.0, np.abs(one - other)).max(axis=1)
+        away: Floats = np.where(same, 0.0, np.abs(one - other)).max(axis=1)
     return away
 
 

@@ -14,8 +14,8 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools
 from pftrack.core.entry_points import PRESENTERS, load
 from pftrack.core.model.band import Direction
 from pftrack.core.model.diagnostics import Diagnostics, Step
@@ -475,7 +475,7 @@ class LostFrames:
     verdicts: tuple[LossVerdict, ...]
 
     @property
-    def lost(self) -> NDArray[np.bool_]:
+    def lost(self) -> Bools:
         """(L,) whether the target is lost; of frames of which nobody says anything it is not."""
         return np.array([one.lost is True for one in self.verdicts], dtype=np.bool_)
 

@@ -8,8 +8,8 @@ from statistics import median
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.files import warn_once
 from pftrack.core.model.band import DIRECTIONS, Direction
 from pftrack.core.model.diagnostics import Diagnostics
@@ -65,10 +65,10 @@ def judge_state(
 
 def judge_estimates(
     experiment: Experiment,
-    estimates: NDArray[np.float64],
+    estimates: Floats,
     frames: Sequence[Frame],
     parameters: Any,  # noqa: ANN401 - the experiment's own model
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Floats, Floats]:
     """Return what `judge_state` says of each of many estimates, where `lost` alone decides.
 
     Args:
@@ -154,7 +154,7 @@ def reductions(declared: Sequence[Series], rows: Sequence[Diagnostics]) -> Mappi
     return kept
 
 
-def estimates_hash(estimates: NDArray[np.float64]) -> str:
+def estimates_hash(estimates: Floats) -> str:
     """Return the SHA-256 of estimates (L, d) as little-endian float64: equal if and only if they are to the bit."""
     return hashlib.sha256(np.ascontiguousarray(estimates, dtype="<f8").tobytes()).hexdigest()
 

@@ -13,8 +13,8 @@ vertex if one of its faces is.
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.source import Frame, History, Landmarks, Measurements, Target
@@ -24,7 +24,7 @@ from pftrack.core.numerics.random import Purpose, Stream
 FRAMES = 625
 """Length of Bando's experiment; the motion then repeats."""
 
-VERTICES_MM: NDArray[np.float64] = np.array(
+VERTICES_MM: Floats = np.array(
     [
         (-10.0, -10.0, -10.0),
         (-15.0, -10.0, 10.0),
@@ -43,7 +43,7 @@ NAMES = tuple(f"x{number}" for number in range(1, len(VERTICES_MM) + 1))
 
 FRAME_RATE_HZ = 30.0
 SIZE_PX = (640, 480)
-PRINCIPAL_PX: NDArray[np.float64] = np.array(SIZE_PX) / 2.0
+PRINCIPAL_PX: Floats = np.array(SIZE_PX) / 2.0
 """Where the camera's axis meets the picture."""
 PRINCIPAL_PX.flags.writeable = False
 
@@ -57,7 +57,7 @@ TOUCHING = np.array([[vertex in corners for corners in FACES] for vertex in rang
 """(8, 6) which vertices belong to which faces."""
 
 
-def _outward_planes() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _outward_planes() -> tuple[Floats, Floats]:
     """Return the planes of the faces, normal (6, 3) outwards and offset (6,): a point x is outside if n.x > offset."""
     corners = VERTICES_MM[np.array(FACES)]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -155,13 +155,13 @@ class Sight:
         true_px: (8, 2) where the vertices truly are.
     """
 
-    points_px: NDArray[np.float64]
-    noise_sd_px: NDArray[np.float64]
-    visible: NDArray[np.bool_]
-    visible_faces: NDArray[np.bool_]
-    theta_rad: NDArray[np.float64]
-    translation_mm: NDArray[np.float64]
-    true_px: NDArray[np.float64]
+    points_px: Floats
+    noise_sd_px: Floats
+    visible: Bools
+    visible_faces: Bools
+    theta_rad: Floats
+    translation_mm: Floats
+    true_px: Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,7 +172,7 @@ class PrismTarget(Target):
         translation_mm: (3,) its centre in the camera's frame.
     """
 
-    translation_mm: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    translation_mm: Floats = field(default_factory=lambda: np.zeros(3))
 
 
 class PrismSource:
@@ -232,9 +232,9 @@ def sight(seed: int, index: int, parameters: PrismParameters, phase: float | Non
     return Sight(true + noise_sd[:, None] * normals, noise_sd, visible, faces, theta, translation, true)
 
 
-def visible_faces(theta_rad: NDArray[np.float64], translation_mm: NDArray[np.float64]) -> NDArray[np.bool_]:
+def visible_faces(theta_rad: Floats, translation_mm: Floats) -> Bools:
     """Return which of `FACES` (6,) are seen: those on whose outer side the camera lies, in the object's frame."""
-    seen: NDArray[np.bool_] = np.greater(product(NORMALS, product(-translation_mm, rotation(theta_rad))), OFFSETS)
+    seen: Bools = np.greater(product(NORMALS, product(-translation_mm, rotation(theta_rad))), OFFSETS)
     return seen
 
 
@@ -248,13 +248,13 @@ def _target(seen: Sight) -> PrismTarget:
     )
 
 
-def _theta(u: float, parameters: PrismParameters) -> NDArray[np.float64]:
+def _theta(u: float, parameters: PrismParameters) -> Floats:
     amplitudes = (parameters.pitch_amplitude_deg, parameters.yaw_amplitude_deg, parameters.roll_amplitude_deg)
-    theta: NDArray[np.float64] = np.deg2rad(amplitudes) * np.sin(2.0 * np.pi * np.array([3.0, 4.0, 2.0]) * u)
+    theta: Floats = np.deg2rad(amplitudes) * np.sin(2.0 * np.pi * np.array([3.0, 4.0, 2.0]) * u)
     return theta
 
 
-def _translation(u: float, parameters: PrismParameters) -> NDArray[np.float64]:
+def _translation(u: float, parameters: PrismParameters) -> Floats:
     share = parameters.translation
     return np.array(
         [

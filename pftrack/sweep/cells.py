@@ -13,6 +13,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.numerics.statistics import chi_square, fisher_exact, holm, wilson
 from pftrack.sweep import arrow
 from pftrack.sweep.axis import Axis, SweepError
@@ -47,7 +48,7 @@ class Counts:
     plan: Plan
     x: Axis | None
     y: Axis | None
-    sums: NDArray[np.float64]
+    sums: Floats
 
     def __add__(self, other: "Counts") -> "Counts":
         return Counts(self.plan, self.x, self.y, self.sums + other.sums)
@@ -103,7 +104,7 @@ def columns(plan: Plan, x: str | None, y: str | None) -> list[str]:
     return [*COLUMNS, *(name for name in (x, y) if name is not None), *measures]
 
 
-def row_places(plan: Plan, table: arrow.Table, x: Axis | None, y: Axis | None) -> NDArray[np.int64]:
+def row_places(plan: Plan, table: arrow.Table, x: Axis | None, y: Axis | None) -> Ints:
     """Return for each row its flat index among tracker, y and x."""
     place = _index(table["tracker"], arrow.array(plan.trackers, arrow.string()))
     for axis in (y, x):
@@ -113,27 +114,27 @@ def row_places(plan: Plan, table: arrow.Table, x: Axis | None, y: Axis | None) -
     return place
 
 
-def _index(column: arrow.Array, values: arrow.Array) -> NDArray[np.int64]:
-    found: NDArray[np.int64] = arrow.compute.index_in(column, value_set=values).to_numpy().astype(np.int64)
+def _index(column: arrow.Array, values: arrow.Array) -> Ints:
+    found: Ints = arrow.compute.index_in(column, value_set=values).to_numpy().astype(np.int64)
     return found
 
 
-def _weights(table: arrow.Table, measure: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _weights(table: arrow.Table, measure: str) -> tuple[Floats, Floats]:
     """Return for each row its value of a measure, 0 where there is none, and 1 where there is one."""
     if measure not in table.column_names:  # a table of an earlier version
         return np.zeros(len(table)), np.zeros(len(table))
     return floats(table[measure]), (~nulls(table, measure)).astype(float)
 
 
-def nulls(table: arrow.Table, name: str) -> NDArray[np.bool_]:
+def nulls(table: arrow.Table, name: str) -> Bools:
     """Return which rows have no value in a column."""
-    missing: NDArray[np.bool_] = arrow.compute.is_null(table[name]).to_numpy()
+    missing: Bools = arrow.compute.is_null(table[name]).to_numpy()
     return missing
 
 
-def floats(column: arrow.Array) -> NDArray[np.float64]:
+def floats(column: arrow.Array) -> Floats:
     """Return a column as numbers, 0 where there is none."""
-    numbers: NDArray[np.float64] = arrow.compute.fill_null(column, 0.0).to_numpy()
+    numbers: Floats = arrow.compute.fill_null(column, 0.0).to_numpy()
     return numbers
 
 
@@ -173,16 +174,16 @@ class CellMap:
 
     x: Axis | None
     y: Axis | None
-    runs: NDArray[np.int64]
-    judged: NDArray[np.int64]
-    successes: NDArray[np.int64]
-    rate: NDArray[np.float64]
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
-    mean_error: NDArray[np.float64]
-    mean_lost_frames: NDArray[np.float64]
-    problems: NDArray[np.int64]
-    measures: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    runs: Ints
+    judged: Ints
+    successes: Ints
+    rate: Floats
+    low: Floats
+    high: Floats
+    mean_error: Floats
+    mean_lost_frames: Floats
+    problems: Ints
+    measures: Mapping[str, Floats] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -196,8 +197,8 @@ class Significance:
     """
 
     codes: NDArray[np.uint8]
-    p_values: NDArray[np.float64]
-    effect: NDArray[np.float64]
+    p_values: Floats
+    effect: Floats
 
 
 def cells(source: Result | Counts, x: str | None = None, y: str | None = None) -> dict[str, CellMap]:
@@ -233,7 +234,7 @@ def significance(
 
 
 def code_significance(
-    p_values: NDArray[np.float64], effect: NDArray[np.float64], *, level: float = 0.01, correction: Correction = "none"
+    p_values: Floats, effect: Floats, *, level: float = 0.01, correction: Correction = "none"
 ) -> Significance:
     """Say in which cells one tracker is better, of what a test came to.
 
@@ -262,7 +263,7 @@ def _count(result: Result, x: str | None, y: str | None) -> Counts:
 
 def _map(counts: Counts, tracker: int) -> CellMap:
     of_tracker = counts.sums[:, tracker]
-    sums: Mapping[str, NDArray[np.float64]] = dict(zip(SUMS, of_tracker, strict=False))
+    sums: Mapping[str, Floats] = dict(zip(SUMS, of_tracker, strict=False))
     names = [measure.name for measure in counts.plan.measures]
     low, high = wilson(sums["successes"], sums["judged"], CONFIDENCE)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -316,7 +317,7 @@ class Quantity:
         """Title and unit, as an axis or a column says them."""
         return f"{self.title}, {self.unit}" if self.unit else self.title
 
-    def means(self, cells: CellMap) -> NDArray[np.float64]:
+    def means(self, cells: CellMap) -> Floats:
         """Return the mean over the runs of each cell, NaN where none has it."""
         match self.name:
             case "success":
@@ -326,7 +327,7 @@ class Quantity:
             case _:
                 return cells.measures[self.name]
 
-    def gain(self, first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
+    def gain(self, first: Floats, second: Floats) -> Floats:
         """Return by how much the first numbers are better than the second."""
         return first - second if self.better == "higher" else second - first
 
@@ -342,8 +343,8 @@ class Samples:
         shape: (values of y, values of x).
     """
 
-    values: dict[str, list[NDArray[np.float64]]]
-    scenes: dict[str, list[NDArray[np.int64]]]
+    values: dict[str, list[Floats]]
+    scenes: dict[str, list[Ints]]
     shape: tuple[int, ...]
 
 

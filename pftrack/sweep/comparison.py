@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.statistics import paired_mean_interval, paired_rate_interval, rank_sum
 from pftrack.sweep.axis import SweepError
 from pftrack.sweep.cells import (
@@ -43,10 +43,10 @@ class Paired:
         pairs: How many scenes there are of which both runs have the quantity.
     """
 
-    mean: NDArray[np.float64]
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
-    pairs: NDArray[np.int64]
+    mean: Floats
+    low: Floats
+    high: Floats
+    pairs: Ints
 
 
 @dataclass(frozen=True)
@@ -67,11 +67,11 @@ class Comparison:
     quantity: Quantity
     first: str
     second: str
-    difference: NDArray[np.float64]
+    difference: Floats
     paired: Paired
     test: UsedTest
-    p_values: NDArray[np.float64]
-    effect: NDArray[np.float64]
+    p_values: Floats
+    effect: Floats
 
     def significance(self, level: float = 0.01, correction: Correction = "none") -> Significance:
         """Say in which cells one is better.
@@ -148,16 +148,14 @@ def _pair(quantity: Quantity, samples: Samples, first: str, second: str) -> Pair
     return Paired(mean.reshape(shape), low.reshape(shape), high.reshape(shape), pairs.reshape(shape))
 
 
-def _deviation(values: NDArray[np.float64]) -> float:
+def _deviation(values: Floats) -> float:
     if len(values) < 2:
         return np.nan
     # Differences of shares that are equal differ in their last digits.
     return 0.0 if np.allclose(values, values[0], rtol=1e-9, atol=1e-12) else float(values.std(ddof=1))
 
 
-def _common(
-    first: NDArray[np.int64], second: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+def _common(first: Ints, second: Ints) -> tuple[Ints, Ints, Ints]:
     """Return the numbers that two lists have in common, and where they are in each."""
     numbers, in_first, in_second = np.intersect1d(first, second, assume_unique=True, return_indices=True)
     return numbers, in_first, in_second

@@ -21,8 +21,8 @@ from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Ints
 from pftrack.core.model.parameters import ParameterError, Value
 from pftrack.core.model.series import Reduction
 from pftrack.core.model.setup import Setup
@@ -115,7 +115,7 @@ class Chunks:
     def __iter__(self) -> Iterator[Chunk]:
         return (self[number] for number in range(len(self)))
 
-    def spread(self) -> NDArray[np.int64]:
+    def spread(self) -> Ints:
         """Return all numbers in the order in which they are computed: evenly over the grid from the start."""
         numbers = np.arange(len(self))
         groups, splits = np.divmod(numbers, self._splits)
@@ -124,7 +124,7 @@ class Chunks:
         form = np.zeros(len(self))
         for axis, place in enumerate(reversed(places)):
             form += place * FACTORS[axis % len(FACTORS)]
-        order: NDArray[np.int64] = np.argsort(form % 1.0, kind="stable")
+        order: Ints = np.argsort(form % 1.0, kind="stable")
         return order
 
     @property

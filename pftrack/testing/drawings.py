@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from dataclasses import fields, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.drawing import Drawing, Ellipsoids, Picture, Primitive, World, WorldDrawing
 from pftrack.core.model.faults import faults
 from pftrack.experiments.experiment import Experiment
@@ -124,7 +124,7 @@ def _named(worlds: tuple[World, ...]) -> str:
     return ", ".join(world.name for world in worlds) or "none"
 
 
-def _places(item: Primitive) -> Iterator[tuple[str, NDArray[np.float64]]]:
+def _places(item: Primitive) -> Iterator[tuple[str, Floats]]:
     for field in fields(item):
         if field.name in PLACES:
             yield field.name, np.asarray(getattr(item, field.name), dtype=np.float64)

@@ -4,8 +4,8 @@ import itertools
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.diagnostics import Step
 from pftrack.core.model.likelihood import Cloud, Contributions, Histograms, ObservationLikelihood
 from pftrack.experiments.experiment import Experiment
@@ -76,7 +76,7 @@ def _likelihoods_agree(experiment: Experiment, tracker: str) -> None:
             demand(same, f"asking a likelihood must leave states as they are, and does not {where}")
 
 
-def _weights_before(experiment: Experiment, before: Step, cloud: Cloud) -> NDArray[np.float64]:
+def _weights_before(experiment: Experiment, before: Step, cloud: Cloud) -> Floats:
     """Return the log weights (N,) of the particles' parents, which they keep where none were drawn."""
     parents = _cloud(experiment, before)
     if parents is None or cloud.ancestors is None:

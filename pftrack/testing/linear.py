@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Value, flat, revise
 from pftrack.core.model.tracker import LinearChain
 from pftrack.experiments.experiment import Experiment
@@ -54,7 +54,7 @@ def _model_is_the_filters(experiment: Experiment, tracker: str) -> None:
 
 
 def _are_scaled(before: Sequence[LinearChain], after: Sequence[LinearChain], scales: Mapping[str, float]) -> bool:
-    def alike(one: NDArray[np.float64], other: NDArray[np.float64]) -> bool:
+    def alike(one: Floats, other: Floats) -> bool:
         return np.allclose(one, other, rtol=SMALL, atol=0.0, equal_nan=True)
 
     return len(before) == len(after) and all(
@@ -68,5 +68,5 @@ def _are_scaled(before: Sequence[LinearChain], after: Sequence[LinearChain], sca
     )
 
 
-def _square(noises: NDArray[np.float64]) -> NDArray[np.float64]:
+def _square(noises: Floats) -> Floats:
     return np.asarray(np.einsum("tij,tkj->tik", noises, noises))

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
+
 # A mesh with a colour and an opacity for each vertex, as binary glTF 2.0.
 #
 # About 36 bytes a vertex and 12 a triangle. The format's unit is the metre, its y axis points up; the viewer of scenes,
@@ -84,7 +86,7 @@ def _linear(srgb: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4).astype(np.float32)
 
 
-def _normals(vertices: NDArray[np.float32], faces: NDArray[np.uint32]) -> NDArray[np.float64]:
+def _normals(vertices: NDArray[np.float32], faces: NDArray[np.uint32]) -> Floats:
     """Return a unit normal (n, 3) for each vertex: the mean of its triangles', weighted by their areas."""
     corners = vertices[faces].astype(np.float64)
     of_faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -109,7 +111,7 @@ LARGEST_MM = 10_000.0
 DECIMALS = 4
 
 
-def as_json(names: Sequence[str], points_mm: NDArray[np.float64], **said: Any) -> bytes:  # noqa: ANN401 - JSON
+def as_json(names: Sequence[str], points_mm: Floats, **said: Any) -> bytes:  # noqa: ANN401 - JSON
     """Return points (n, 3) by name, and what else is said of them, as a JSON object.
 
     Args:
@@ -122,7 +124,7 @@ def as_json(names: Sequence[str], points_mm: NDArray[np.float64], **said: Any) -
     return (json.dumps({**head, "points": points, **said}, indent=1, ensure_ascii=False) + "\n").encode()
 
 
-def read_points(text: str | bytes, names: Sequence[str]) -> NDArray[np.float64]:
+def read_points(text: str | bytes, names: Sequence[str]) -> Floats:
     """Return the points (n, 3) of these names, mm.
 
     Raises:
@@ -164,7 +166,7 @@ def _point(name: str, raw: object) -> tuple[float, ...]:
 # from outside, as both formats have it. Numbers have four decimals, a ten-thousandth of a mm.
 
 MM_IN_M = 1000.0
-HALF_TURN: NDArray[np.float64] = np.array([1.0, -1.0, -1.0])
+HALF_TURN: Floats = np.array([1.0, -1.0, -1.0])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -182,7 +184,7 @@ class Surface:
     """
 
     title: str
-    vertices_mm: NDArray[np.float64]
+    vertices_mm: Floats
     faces: NDArray[np.int32]
     colours: NDArray[np.uint8]
 
@@ -197,9 +199,9 @@ class Surface:
             raise ValueError(f"expected faces of vertices 0 to {count - 1}, got {self.faces.min()}, {self.faces.max()}")
 
 
-def upright(points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+def upright(points_mm: Floats) -> Floats:
     """Return points (n, 3) of a head's frame as other programs have them, x to the right, y up, z to the viewer."""
-    turned: NDArray[np.float64] = HALF_TURN * points_mm
+    turned: Floats = HALF_TURN * points_mm
     return turned
 
 

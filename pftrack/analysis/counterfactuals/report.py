@@ -6,9 +6,9 @@ from functools import cached_property
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pftrack.analysis.counterfactuals.alternatives import Allow, Alternative, allow_all, alternatives
+from pftrack.core.arrays import Floats
 from pftrack.core.model.recipe import Change, Timeline
 from pftrack.core.model.series import to_json
 from pftrack.core.numerics.statistics import holm, mcnemar, wilson
@@ -472,7 +472,7 @@ class _Trials:
     def _together(self, timeline: Timeline) -> bool:
         return takes_all_at_once(self._run.experiment, timeline, self._begin + 1) is not None
 
-    def _holds(self, truly: NDArray[np.float64], lost: NDArray[np.float64]) -> bool | None:
+    def _holds(self, truly: Floats, lost: Floats) -> bool | None:
         """Return whether a run holds its target, by who says so; None if nobody does.
 
         Where the truth of any of the last frames is known, it alone counts, and where only of a few frames it is, that

@@ -12,8 +12,8 @@ from string import Formatter
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.measures import Witness
 from pftrack.core.model.preset import CauseId
@@ -21,8 +21,8 @@ from pftrack.core.model.series import Series, SeriesRole
 from pftrack.runs.run import judge_rows
 from pftrack.runs.scoring import LASTING_FRAMES
 
-Numbers: TypeAlias = NDArray[np.float64]
-Flags: TypeAlias = NDArray[np.bool_]
+Numbers: TypeAlias = Floats
+Flags: TypeAlias = Bools
 
 
 MOST_HIDDEN = 1.0 / 3.0

@@ -14,8 +14,8 @@ from typing import TypeAlias
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.tracker import LinearChain, NoiseScale
 from pftrack.filters.learning.online_em import fit_noise
 
@@ -24,7 +24,7 @@ from pftrack.filters.learning.online_em import fit_noise
 
 Objective: TypeAlias = Callable[[tuple[float, ...]], float]
 
-Loss: TypeAlias = Callable[[NDArray[np.float64]], float]
+Loss: TypeAlias = Callable[[Floats], float]
 
 FACTOR = 2.0
 """By which each number of the first simplex is multiplied."""
@@ -51,7 +51,7 @@ def maximise(
     asked: dict[tuple[float, ...], float] = {}
     limits = np.log(np.asarray(bounds, dtype=np.float64))
 
-    def ask(logarithms: NDArray[np.float64]) -> float:
+    def ask(logarithms: Floats) -> float:
         inside = np.clip(np.atleast_1d(logarithms), limits[:, 0], limits[:, 1])
         place = tuple(
             min(max(math.exp(it), low), high) for it, (low, high) in zip(inside.tolist(), bounds, strict=True)
@@ -74,7 +74,7 @@ class _SpentError(Exception):
     """All values that may be asked for have been."""
 
 
-def _descend(ask: Loss, start: NDArray[np.float64], limits: NDArray[np.float64]) -> None:
+def _descend(ask: Loss, start: Floats, limits: Floats) -> None:
     if len(start) == 1:
         # From all of a wide range golden section may miss a narrow peak: the neighbourhood first.
         near = np.clip([start[0] - math.log(10.0), start[0] + math.log(10.0)], *limits[0])
@@ -90,7 +90,7 @@ def _descend(ask: Loss, start: NDArray[np.float64], limits: NDArray[np.float64])
     scipy.optimize.minimize(ask, start, method="Nelder-Mead", bounds=limits, options=options)
 
 
-def _section(ask: Loss, between: NDArray[np.float64]) -> float:
+def _section(ask: Loss, between: Floats) -> float:
     found = scipy.optimize.minimize_scalar(ask, bounds=tuple(between), method="bounded", options={"xatol": TOLERANCE})
     return float(found.x)
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pftrack.analysis.fitting.search import LinearHalf
+from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Declaration, flat
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import Frame, History
@@ -38,7 +38,7 @@ class Score:
         consistency: How large errors and innovations are in the deviations that were told.
     """
 
-    evidence: NDArray[np.float64]
+    evidence: Floats
     coverage: Mapping[float, float]
     consistency: Consistency
 
@@ -53,7 +53,7 @@ class Score:
         return {"log_evidence": self.mean, "coverage": coverage, **self.consistency.as_dict()}
 
 
-def compute_evidence(run: Run, levelled: Sequence[int] = ()) -> NDArray[np.float64]:
+def compute_evidence(run: Run, levelled: Sequence[int] = ()) -> Floats:
     """Compute a run to its end, and return its log evidence in each frame (T,), nats.
 
     Args:
@@ -77,7 +77,7 @@ def compute_evidence(run: Run, levelled: Sequence[int] = ()) -> NDArray[np.float
     return evidence if exact else _bound(evidence)
 
 
-def _bound(evidence: NDArray[np.float64]) -> NDArray[np.float64]:
+def _bound(evidence: Floats) -> Floats:
     """Return log evidence (T,) none of which is too far below the others; NaN stays."""
     possible = evidence[np.isfinite(evidence)]
     usual = float(np.median(possible)) if len(possible) else 0.0
@@ -93,7 +93,7 @@ def _level(run: Run, before: Any, step: Any) -> float:  # noqa: ANN401 - the sta
     return log_sum - float(np.log(found.log_likelihoods.size))
 
 
-def score(runs: Sequence[Run], evidence: Sequence[NDArray[np.float64]], first: int, end: int) -> Score:
+def score(runs: Sequence[Run], evidence: Sequence[Floats], first: int, end: int) -> Score:
     """Return what some frames of several runs come to.
 
     Args:

@@ -8,11 +8,12 @@ a picture, what lies inside a polygon is counted with two look-ups a row: thousa
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.numerics.compiled import compiled
 
 
 @compiled
-def convex_hull(points: NDArray[np.float64]) -> NDArray[np.float64]:
+def convex_hull(points: Floats) -> Floats:
     """Return the corners (m, 2) of the convex hull of points (n, 2), in order around it, without points between them.
 
     The monotone chain of A. Andrew (1979), with the sorting of few points by insertion.
@@ -40,7 +41,7 @@ def convex_hull(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @compiled
-def spans(polygon: NDArray[np.float64], height: int, width: int) -> tuple[int, NDArray[np.int64], NDArray[np.int64]]:
+def spans(polygon: Floats, height: int, width: int) -> tuple[int, Ints, Ints]:
     """Return which pixels of a picture are inside a convex polygon.
 
     Args:
@@ -77,7 +78,7 @@ def spans(polygon: NDArray[np.float64], height: int, width: int) -> tuple[int, N
 
 
 @compiled
-def row_sums(mask: NDArray[np.bool_]) -> NDArray[np.int32]:
+def row_sums(mask: Bools) -> NDArray[np.int32]:
     """Return the sums (height, width + 1) of the pixels before each column of a mask (height, width), row by row."""
     height, width = mask.shape
     sums = np.zeros((height, width + 1), np.int32)
@@ -90,7 +91,7 @@ def row_sums(mask: NDArray[np.bool_]) -> NDArray[np.int32]:
 
 
 @compiled
-def sum_within(sums: NDArray[np.int32], top: int, firsts: NDArray[np.int64], lasts: NDArray[np.int64]) -> int:
+def sum_within(sums: NDArray[np.int32], top: int, firsts: Ints, lasts: Ints) -> int:
     """Return how many pixels of a mask are within spans.
 
     Args:
@@ -106,7 +107,7 @@ def sum_within(sums: NDArray[np.int32], top: int, firsts: NDArray[np.int64], las
 
 
 @compiled
-def fill(corners: NDArray[np.float64], counts: NDArray[np.int64], height: int, width: int) -> NDArray[np.bool_]:
+def fill(corners: Floats, counts: Ints, height: int, width: int) -> Bools:
     """Return the union (height, width) of convex polygons as a mask.
 
     Args:
@@ -124,7 +125,7 @@ def fill(corners: NDArray[np.float64], counts: NDArray[np.int64], height: int, w
 
 
 @compiled
-def distance_to_segment(point: NDArray[np.float64], first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
+def distance_to_segment(point: Floats, first: Floats, second: Floats) -> float:
     """Return the distance of a point (2,) from the line between two others."""
     x, y = second[0] - first[0], second[1] - first[1]
     square = x * x + y * y
@@ -137,7 +138,7 @@ def distance_to_segment(point: NDArray[np.float64], first: NDArray[np.float64], 
 
 
 @compiled
-def distance_to_polygon(point: NDArray[np.float64], polygon: NDArray[np.float64]) -> float:
+def distance_to_polygon(point: Floats, polygon: Floats) -> float:
     """Return the distance of a point (2,) from a convex polygon (m, 2); 0 inside it."""
     corners = polygon.shape[0]
     nearest, left, right = np.inf, False, False
@@ -150,7 +151,7 @@ def distance_to_polygon(point: NDArray[np.float64], polygon: NDArray[np.float64]
 
 
 @compiled
-def _before(points: NDArray[np.float64], first: int, second: int) -> bool:
+def _before(points: Floats, first: int, second: int) -> bool:
     """Tell whether a point comes before another from left to right, and from the top where they are level."""
     if points[first, 0] != points[second, 0]:
         return bool(points[first, 0] < points[second, 0])
@@ -158,6 +159,6 @@ def _before(points: NDArray[np.float64], first: int, second: int) -> bool:
 
 
 @compiled
-def _turn(first: NDArray[np.float64], second: NDArray[np.float64], x: float, y: float) -> float:
+def _turn(first: Floats, second: Floats, x: float, y: float) -> float:
     """Return twice the area of a triangle, positive if it turns one way and negative if the other."""
     return float((second[0] - first[0]) * (y - first[1]) - (second[1] - first[1]) * (x - first[0]))

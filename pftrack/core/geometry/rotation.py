@@ -12,14 +12,14 @@ Source: Bando 2007, Appendix D, eq. A.32, whose expansions are corrected (docs/m
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import principal
 
 
 @compiled
-def rotation(theta: NDArray[np.float64]) -> NDArray[np.float64]:
+def rotation(theta: Floats) -> Floats:
     """Return R(theta), (3, 3), of angles (3,) in rad."""
     sx, sy, sz = np.sin(theta[0]), np.sin(theta[1]), np.sin(theta[2])
     cx, cy, cz = np.cos(theta[0]), np.cos(theta[1]), np.cos(theta[2])
@@ -37,7 +37,7 @@ def rotation(theta: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @compiled
-def derivatives(theta: NDArray[np.float64]) -> NDArray[np.float64]:
+def derivatives(theta: Floats) -> Floats:
     """Return dR/dtheta_k, (3, 3, 3) with k first, at angles (3,) in rad."""
     sx, sy, sz = np.sin(theta[0]), np.sin(theta[1]), np.sin(theta[2])
     cx, cy, cz = np.cos(theta[0]), np.cos(theta[1]), np.cos(theta[2])
@@ -67,7 +67,7 @@ def derivatives(theta: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @compiled
-def angles(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+def angles(matrix: Floats) -> Floats:
     """Return the angles (3,) of a rotation (3, 3): theta_x within +-pi/2, the others within +-pi.
 
     At theta_x = +-pi/2 exactly only a combination of the other two is determined; theta_y is then 0 or pi.
@@ -77,7 +77,7 @@ def angles(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @compiled
-def turn(points: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+def turn(points: Floats, matrix: Floats) -> Floats:
     """Return A x, (n, m), of points (n, 3), given A, (m, 3): a rotation, or the slopes of an affine camera."""
     count, size = points.shape[0], matrix.shape[0]
     moved = np.empty((count, size))
@@ -87,7 +87,7 @@ def turn(points: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray[np
     return moved
 
 
-def nearest_rotation(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+def nearest_rotation(matrix: Floats) -> Floats:
     """Return the rotation R that has the greatest trace(R^T M), given M (2, 2) or (3, 3).
 
     In the plane it turns by the angle of (M_00 + M_11, M_10 - M_01); a matrix that prefers none gives no rotation. In
@@ -133,7 +133,7 @@ SMALL_RAD = 1e-4
 
 
 @compiled
-def quaternion(omega: NDArray[np.float64]) -> NDArray[np.float64]:
+def quaternion(omega: Floats) -> Floats:
     """Return the quaternion (4,) of a rotation vector (3,)."""
     angle = np.sqrt(omega[0] * omega[0] + omega[1] * omega[1] + omega[2] * omega[2])
     share = 0.5 - angle * angle / 48.0 if angle < SMALL_RAD else np.sin(0.5 * angle) / angle
@@ -141,7 +141,7 @@ def quaternion(omega: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @compiled
-def vector(q: NDArray[np.float64]) -> NDArray[np.float64]:
+def vector(q: Floats) -> Floats:
     """Return the rotation vector (3,), at most pi long, of a quaternion (4,) of any length and sign but zero."""
     sign = -1.0 if q[0] < 0.0 else 1.0
     sine = np.sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
@@ -151,7 +151,7 @@ def vector(q: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @compiled
-def compose(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
+def compose(first: Floats, second: Floats) -> Floats:
     """Return the quaternion (4,) of R(first) R(second), of unit length."""
     a, b, c, d = first[0], first[1], first[2], first[3]
     w, x, y, z = second[0], second[1], second[2], second[3]
@@ -170,7 +170,7 @@ def compose(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[
 
 
 @compiled
-def quaternion_matrix(q: NDArray[np.float64]) -> NDArray[np.float64]:
+def quaternion_matrix(q: Floats) -> Floats:
     """Return R(q), (3, 3), of a quaternion (4,) of unit length."""
     w, x, y, z = q[0], q[1], q[2], q[3]
     turn = np.empty((3, 3))
@@ -187,13 +187,13 @@ def quaternion_matrix(q: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @compiled
-def matrix(omega: NDArray[np.float64]) -> NDArray[np.float64]:
+def matrix(omega: Floats) -> Floats:
     """Return R(omega), (3, 3), of a rotation vector (3,)."""
     return quaternion_matrix(quaternion(omega))
 
 
 @compiled
-def matrix_quaternion(turn: NDArray[np.float64]) -> NDArray[np.float64]:
+def matrix_quaternion(turn: Floats) -> Floats:
     """Return the quaternion (4,) of a rotation matrix (3, 3), its largest entry from the diagonal (Shepperd 1978)."""
     trace = turn[0, 0] + turn[1, 1] + turn[2, 2]
     best = 0
@@ -220,13 +220,13 @@ def matrix_quaternion(turn: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @compiled
-def cross_matrix(x: NDArray[np.float64]) -> NDArray[np.float64]:
+def cross_matrix(x: Floats) -> Floats:
     """Return [x]x, (3, 3), of (3,): its product with y is the cross product of x and y."""
     return np.array([[0.0, -x[2], x[1]], [x[2], 0.0, -x[0]], [-x[1], x[0], 0.0]])
 
 
 @compiled
-def right_jacobian(omega: NDArray[np.float64]) -> NDArray[np.float64]:
+def right_jacobian(omega: Floats) -> Floats:
     """Return J_r(omega) = I - (1 - cos a) / a^2 [w]x + (a - sin a) / a^3 [w]x^2, (3, 3), a the length of w (A.10)."""
     square = omega[0] * omega[0] + omega[1] * omega[1] + omega[2] * omega[2]
     angle = np.sqrt(square)

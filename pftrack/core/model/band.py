@@ -17,8 +17,9 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol, TypeAlias, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from pftrack.core.arrays import Bools
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.parameters import Value
 
@@ -28,7 +29,7 @@ HALF, MOST, ALL = 0.5, 0.95, 1.0
 WITHIN: Mapping[float, float] = {HALF: 0.6745, MOST: 1.96}
 """Standard deviations to either side of a Gaussian's middle, by share."""
 
-Held: TypeAlias = Mapping[float, NDArray[np.bool_]]
+Held: TypeAlias = Mapping[float, Bools]
 """Whether each number of a frame was held by its band, by the band's share; without a truth there are no numbers."""
 
 

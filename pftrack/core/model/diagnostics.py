@@ -5,9 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from pftrack.core.arrays import Floats
 from pftrack.core.model.drawing import Drawing
 from pftrack.core.model.measures import judge_loss
 from pftrack.core.model.series import Hypotheses, SeriesValue, to_json
@@ -123,7 +121,7 @@ def diagnose(
     )
 
 
-def _scale(values: NDArray[np.float64], scale: float) -> tuple[float, ...]:
+def _scale(values: Floats, scale: float) -> tuple[float, ...]:
     return tuple((scale * values).tolist())
 
 

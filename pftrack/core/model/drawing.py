@@ -22,6 +22,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.palette import COLOURS, Colour
 
 # Layers of a drawing, declared as data: what can be switched on and off, and what its colours mean.
@@ -192,7 +193,7 @@ class World:
         power = 10.0 ** np.floor(np.log10(longest))
         return float(next(length for length in RULERS if length * power <= longest * (1.0 + 1e-9)) * power)
 
-    def turn(self, azimuth_deg: float, elevation_deg: float) -> NDArray[np.float64]:
+    def turn(self, azimuth_deg: float, elevation_deg: float) -> Floats:
         """Return the directions (3, 3) that a viewer sees to the right, downwards and towards himself, as rows."""
         front, up, right = self._axes
         azimuth, elevation = np.deg2rad((azimuth_deg, elevation_deg))
@@ -202,7 +203,7 @@ class World:
         return np.stack((across, np.cross(across, towards), towards))
 
     @cached_property
-    def _axes(self) -> NDArray[np.float64]:
+    def _axes(self) -> Floats:
         front, up = (np.array(axis) / np.linalg.norm(axis) for axis in (self.front, self.up))
         return np.stack((front, up, np.cross(up, front)))
 

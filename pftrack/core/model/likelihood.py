@@ -18,6 +18,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.source import Frame
 
 # Parts: what a number is made of, so that a person can look at it and not only at the number.
@@ -138,7 +139,7 @@ class Component:
     unit: str = ""
 
 
-LogLikelihood: TypeAlias = Callable[[Any, NDArray[np.float64], Frame, Any], NDArray[np.float64]]
+LogLikelihood: TypeAlias = Callable[[Any, Floats, Frame, Any], Floats]
 """(state, states (N, d), frame, parameters) -> log p(z_t | x_t) (N,)."""
 
 
@@ -151,18 +152,18 @@ class Anchor:
         put: (state of the tracker, one state (d,), places (M, 2)) -> states (M, d) at these places, else like the one.
     """
 
-    place: Callable[[Any, NDArray[np.float64]], NDArray[np.float64]]
-    put: Callable[[Any, NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
+    place: Callable[[Any, Floats], Floats]
+    put: Callable[[Any, Floats, Floats], Floats]
 
 
 def anchor_at(across: int = 0, down: int = 1) -> Anchor:
     """Return the anchor of states of which two components are the place, px."""
     axes = [across, down]
 
-    def place(_: object, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    def place(_: object, states: Floats) -> Floats:
         return np.asarray(states[:, axes])
 
-    def put(_: object, state: NDArray[np.float64], places: NDArray[np.float64]) -> NDArray[np.float64]:
+    def put(_: object, state: Floats, places: Floats) -> Floats:
         states = np.tile(state, (len(places), 1))
         states[:, axes] = places
         return states
@@ -202,14 +203,14 @@ class ObservationLikelihood:
     title: str
     components: Callable[[Any], tuple[Component, ...]]
     log_likelihood: LogLikelihood
-    centre: Callable[[Any], NDArray[np.float64]]
+    centre: Callable[[Any], Floats]
     prepare: Callable[[Any, Frame, Any], Any] = _as_it_is
     anchor: Anchor | None = field(default_factory=anchor_at)
-    parts: Callable[[Any, NDArray[np.float64], Frame, Any], tuple[Part, ...]] = _no_parts
+    parts: Callable[[Any, Floats, Frame, Any], tuple[Part, ...]] = _no_parts
     most_places: int = 4800
     weighs: bool = True
 
-    def ask(self, before: Any, states: NDArray[np.float64], frame: Frame, parameters: Any) -> NDArray[np.float64]:  # noqa: ANN401 - of any family
+    def ask(self, before: Any, states: Floats, frame: Frame, parameters: Any) -> Floats:  # noqa: ANN401 - of any family
         """Return log p(z_t | x_t) (N,) of states (N, d), given the state before; NaN counts as impossible, -inf."""
         known = self.prepare(before, frame, parameters)
         found = self.log_likelihood(known, states, frame, parameters)
@@ -246,7 +247,7 @@ class LikelihoodMap:
         step_px: Sides of a cell, px.
     """
 
-    log_likelihoods: NDArray[np.float64]
+    log_likelihoods: Floats
     step_px: int
 
     @property
@@ -259,14 +260,14 @@ class LikelihoodMap:
         return max(float(finite.min()), high + LOWEST), high
 
     @property
-    def levels(self) -> NDArray[np.float64]:
+    def levels(self) -> Floats:
         """(rows, columns) from 0 for the lowest of the range and below to 1 for the highest."""
         low, high = self.range
         spread = high - low if high > low else 1.0
         return np.clip((self.log_likelihoods - low) / spread, 0.0, 1.0)
 
 
-def lattice(size: tuple[int, int], most: int) -> tuple[NDArray[np.float64], tuple[int, int], int]:
+def lattice(size: tuple[int, int], most: int) -> tuple[Floats, tuple[int, int], int]:
     """Return places all over a picture, in the middles of equal cells.
 
     Args:
@@ -315,16 +316,16 @@ class Cloud:
         log_likelihoods: (N,) what the frame says of each, where that is not known from the tracker's likelihood.
     """
 
-    states: NDArray[np.float64]
-    log_weights: NDArray[np.float64]
-    ancestors: NDArray[np.int64] | None = None
+    states: Floats
+    log_weights: Floats
+    ancestors: Ints | None = None
     counts: tuple[int, ...] = ()
     samplers: tuple[str, ...] = ()
     resampled: bool = True
     components: tuple[Component, ...] = ()
-    places: NDArray[np.float64] | None = None
+    places: Floats | None = None
     filters: tuple[str, ...] = ()
-    log_likelihoods: NDArray[np.float64] | None = None
+    log_likelihoods: Floats | None = None
 
     def __len__(self) -> int:
         """Return the number of particles N, of all filters."""
@@ -373,7 +374,7 @@ class Genealogy:
     """
 
     last: int
-    places: NDArray[np.int64]
+    places: Ints
 
     @property
     def frames(self) -> range:
@@ -381,7 +382,7 @@ class Genealogy:
         return range(self.last + 1 - len(self.places), self.last + 1)
 
     @cached_property
-    def counts(self) -> NDArray[np.int64]:
+    def counts(self) -> Ints:
         """(L,) how many different ancestors the present generation has in each frame."""
         return np.array([len(np.unique(row[row >= 0])) for row in self.places], np.int64)
 
@@ -392,7 +393,7 @@ class Genealogy:
         return None if not len(alone) or len(self.places[0]) == 1 else self.frames[int(alone[-1])]
 
     @cached_property
-    def heights(self) -> NDArray[np.float64]:
+    def heights(self) -> Floats:
         """(L, N) where the line of each particle is drawn in each frame, 0..1, so that lines meet and never cross.
 
         NaN before it began. The present ones are in the order of their ancestors, equally far apart; an ancestor is in
@@ -408,14 +409,14 @@ class Genealogy:
             row[places < 0] = np.nan
         return heights
 
-    def lines(self, most: int) -> NDArray[np.float64]:
+    def lines(self, most: int) -> Floats:
         """Return the heights (L, K) of at most so many of the lines, evenly chosen from the lowest to the highest."""
         count = self.places.shape[1]
         chosen = np.argsort(self.heights[-1], kind="stable")
         return self.heights[:, chosen[:: -(-count // most)]]
 
 
-def trace(last: int, ancestors: Sequence[NDArray[np.int64]], count: int, among: slice = slice(None)) -> Genealogy:
+def trace(last: int, ancestors: Sequence[Ints], count: int, among: slice = slice(None)) -> Genealogy:
     """Trace particles back.
 
     Args:
@@ -439,7 +440,7 @@ def trace(last: int, ancestors: Sequence[NDArray[np.int64]], count: int, among: 
     return Genealogy(last, np.stack(rows[::-1]).astype(np.int64))
 
 
-def count_descendants(particle: int, ancestors: Sequence[NDArray[np.int64]]) -> list[int]:
+def count_descendants(particle: int, ancestors: Sequence[Ints]) -> list[int]:
     """Return how many particles of each further frame descend from one.
 
     Args:

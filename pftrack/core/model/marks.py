@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.drawing import Ellipse, Links, Points, Polyline, Primitive
 from pftrack.core.model.palette import COLOURS
 from pftrack.core.model.parameters import NOT_BOOLEAN, ParameterError
@@ -252,7 +252,7 @@ class LongBody(Mark):
     half_width: Annotated[float, Field(ge=1, le=1000), NOT_BOOLEAN]
 
     @property
-    def centre(self) -> NDArray[np.float64]:
+    def centre(self) -> Floats:
         """(2,) middle between head and root, px."""
         return np.array([0.5 * (self.head[axis] + self.root[axis]) for axis in range(2)])
 

@@ -38,8 +38,9 @@ from functools import partial
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.files import warn_once
 
 How: TypeAlias = Literal["share", "median", "mean", "until"]
@@ -71,15 +72,15 @@ class EvaluatedRun:
             was not asked for.
     """
 
-    estimates: NDArray[np.float64]
-    truths: NDArray[np.float64]
-    errors: NDArray[np.float64]
-    lost: NDArray[np.bool_] | None
-    extents: NDArray[np.float64]
-    believed: NDArray[np.float64]
-    searching: NDArray[np.float64] | None = None
-    deviations: NDArray[np.float64] | None = None
-    loss_probabilities: NDArray[np.float64] | None = None
+    estimates: Floats
+    truths: Floats
+    errors: Floats
+    lost: Bools | None
+    extents: Floats
+    believed: Floats
+    searching: Floats | None = None
+    deviations: Floats | None = None
+    loss_probabilities: Floats | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +102,7 @@ class Measure:
     title: str
     description: str
     how: How
-    frames: Callable[[EvaluatedRun], NDArray[np.float64]]
+    frames: Callable[[EvaluatedRun], Floats]
     unit: str = ""
     better: Literal["higher", "lower"] = "higher"
     source: str = ""
@@ -111,7 +112,7 @@ class Measure:
         names = ("name", "title", "description", "how", "unit", "better", "source")
         return {name: getattr(self, name) for name in names}
 
-    def values(self, course: EvaluatedRun) -> NDArray[np.float64]:
+    def values(self, course: EvaluatedRun) -> Floats:
         """Return the values of the frames, (L,), all NaN where the declaration's `frames` fails; the log says so once.
 
         Experiments of other packages declare measures, too, and none of them must end a run.
@@ -172,42 +173,42 @@ def is_success(measure: Measure, course: EvaluatedRun, allowed_share: float) -> 
 # ---------------------------------------------------------------- frame by frame
 
 
-def _flags(flags: ArrayLike, known: ArrayLike) -> NDArray[np.float64]:
+def _flags(flags: ArrayLike, known: ArrayLike) -> Floats:
     return np.where(known, np.asarray(flags, dtype=np.float64), np.nan)
 
 
-def _held(course: EvaluatedRun) -> NDArray[np.float64]:
+def _held(course: EvaluatedRun) -> Floats:
     if course.lost is None:
         return np.full(len(course.errors), np.nan)
     return _flags(~course.lost, ~np.isnan(course.errors))
 
 
-def _missed(course: EvaluatedRun) -> NDArray[np.float64]:
+def _missed(course: EvaluatedRun) -> Floats:
     return 1.0 - _held(course)
 
 
-def _has_box(course: EvaluatedRun) -> NDArray[np.bool_]:
+def _has_box(course: EvaluatedRun) -> Bools:
     """Return in which frames a position and the box around it are known."""
     return np.asarray(np.isfinite(np.column_stack([course.extents, course.truths])).all(axis=1))
 
 
-def _offsets(course: EvaluatedRun) -> NDArray[np.float64]:
+def _offsets(course: EvaluatedRun) -> Floats:
     """Return how far the estimate is from the centre of the true box, (L, 2), in widths and heights of the box."""
     return np.abs(course.estimates[:, :2] - course.truths[:, :2]) / course.extents
 
 
-def _inside(course: EvaluatedRun) -> NDArray[np.float64]:
+def _inside(course: EvaluatedRun) -> Floats:
     known = _has_box(course)
     return _flags((_offsets(course) <= 0.5).all(axis=1), known)
 
 
-def _failed(course: EvaluatedRun) -> NDArray[np.float64]:
+def _failed(course: EvaluatedRun) -> Floats:
     known = _has_box(course)
     # An estimate that is not finite is in no box.
     return _flags(~(_offsets(course) < 1.0).all(axis=1), known)
 
 
-def _overlap(course: EvaluatedRun) -> NDArray[np.float64]:
+def _overlap(course: EvaluatedRun) -> Floats:
     """Return the intersection over the union of the believed box and the true one, (L,)."""
     off = np.abs(course.estimates[:, :2] - course.truths[:, :2])
     common = np.minimum(course.extents, course.believed)
@@ -218,15 +219,15 @@ def _overlap(course: EvaluatedRun) -> NDArray[np.float64]:
     return np.where(_has_box(course) & np.isfinite(course.believed).all(axis=1), shared / union, np.nan)
 
 
-def _normalise(course: EvaluatedRun) -> NDArray[np.float64]:
+def _normalise(course: EvaluatedRun) -> Floats:
     return course.errors / np.hypot(course.extents[:, 0], course.extents[:, 1])
 
 
-def _errors(course: EvaluatedRun) -> NDArray[np.float64]:
+def _errors(course: EvaluatedRun) -> Floats:
     return course.errors
 
 
-def _within(limit: float, course: EvaluatedRun) -> NDArray[np.float64]:
+def _within(limit: float, course: EvaluatedRun) -> Floats:
     return _flags(course.errors <= limit, ~np.isnan(course.errors))
 
 
@@ -365,7 +366,7 @@ def own_account(unit: str) -> tuple[Measure, ...]:
     )
 
 
-def _loss_probability(course: EvaluatedRun) -> NDArray[np.float64]:
+def _loss_probability(course: EvaluatedRun) -> Floats:
     if course.loss_probabilities is None:
         return np.full(len(course.errors), np.nan)
     return course.loss_probabilities
@@ -382,11 +383,11 @@ MEAN_LOSS_PROBABILITY = Measure(
 )
 
 
-def _following(course: EvaluatedRun) -> NDArray[np.float64]:
+def _following(course: EvaluatedRun) -> Floats:
     return 1.0 - course.searching if course.searching is not None else np.full(len(course.errors), np.nan)
 
 
-def _deviation(course: EvaluatedRun) -> NDArray[np.float64]:
+def _deviation(course: EvaluatedRun) -> Floats:
     if course.deviations is None:
         return np.full(len(course.errors), np.nan)
     return np.where(np.isfinite(course.deviations), course.deviations, np.nan)

@@ -27,7 +27,8 @@ from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+
+from pftrack.core.arrays import Floats
 
 SeriesShape: TypeAlias = Literal["number", "vector", "interval", "hypotheses"]
 
@@ -224,7 +225,7 @@ def from_json(series: Series, raw: Any) -> SeriesValue:  # noqa: ANN401 - JSON
     return value
 
 
-def columns(series: Series, values: Sequence[SeriesValue | None]) -> dict[str, NDArray[np.float64]]:
+def columns(series: Series, values: Sequence[SeriesValue | None]) -> dict[str, Floats]:
     """Return the values of a series over L frames as arrays by name, None where a frame has no such measurement."""
     if series.shape != "hypotheses":
         return {series.name: _pad([math.nan if value is None else value for value in values])}
@@ -243,7 +244,7 @@ def columns(series: Series, values: Sequence[SeriesValue | None]) -> dict[str, N
     return {**found, f"{series.name}_parents": parents} if any(value.parents for value in known) else found
 
 
-def reduce(series: Series, column: NDArray[np.float64]) -> dict[str, float | int | None]:
+def reduce(series: Series, column: Floats) -> dict[str, float | int | None]:
     """Return what is kept of a series over a whole run, by the reductions' names.
 
     Args:
@@ -257,7 +258,7 @@ def reduce(series: Series, column: NDArray[np.float64]) -> dict[str, float | int
     return {reduction.name: _reduce(series, reduction, known) for reduction in series.reductions}
 
 
-def _reduce(series: Series, reduction: Reduction, known: NDArray[np.float64]) -> float | int | None:
+def _reduce(series: Series, reduction: Reduction, known: Floats) -> float | int | None:
     if not len(known):
         return None
     match reduction.how:
@@ -291,7 +292,7 @@ def _numbers(raw: Iterable[Any]) -> tuple[float, ...]:
     return tuple(math.nan if number is None else float(number) for number in raw)
 
 
-def _pad(values: Sequence[Any]) -> NDArray[np.float64]:
+def _pad(values: Sequence[Any]) -> Floats:
     """Return numbers as (L,), or vectors as (L, the longest), the rest NaN."""
     width = max((len(value) for value in values if isinstance(value, tuple)), default=None)
     if width is None:

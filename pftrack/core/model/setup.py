@@ -8,8 +8,8 @@ from statistics import median
 from typing import Any, Literal, Protocol, TypeAlias, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.marks import Mark
 from pftrack.core.model.measures import HIT_RATE
@@ -59,7 +59,7 @@ class Suitability:
     remark: str
     advice: tuple[str, ...] = ()
     better: Mark | None = None
-    likelihood: NDArray[np.float64] | None = None
+    likelihood: Floats | None = None
 
     @property
     def sentences(self) -> tuple[str, ...]:

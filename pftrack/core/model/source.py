@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.model.parameters import Parameters
 
 # Beliefs that others have computed: what a loop, or another tracker, says of its targets in one frame.
@@ -29,16 +30,16 @@ class Belief:
     """
 
     target: int = 0
-    particles: NDArray[np.float64] | None = None
-    log_weights: NDArray[np.float64] | None = None
-    ancestors: NDArray[np.int64] | None = None
-    mean: NDArray[np.float64] | None = None
-    covariance: NDArray[np.float64] | None = None
-    box: NDArray[np.float64] | None = None
+    particles: Floats | None = None
+    log_weights: Floats | None = None
+    ancestors: Ints | None = None
+    mean: Floats | None = None
+    covariance: Floats | None = None
+    box: Floats | None = None
     score: float = float("nan")
 
     @property
-    def centre(self) -> NDArray[np.float64] | None:
+    def centre(self) -> Floats | None:
         """(2,) middle of the box, px: a box covers whole pixels, and positions count from the centre of the first."""
         return None if self.box is None else self.box[:2] + (self.box[2:] - 1.0) / 2.0
 
@@ -97,9 +98,9 @@ class Landmarks:
         names: Of the points.
     """
 
-    points_px: NDArray[np.float64]
-    visible: NDArray[np.bool_]
-    model_mm: NDArray[np.float64]
+    points_px: Floats
+    visible: Bools
+    model_mm: Floats
     names: tuple[str, ...]
 
 
@@ -113,8 +114,8 @@ class Measurements:
             for a point that was not measured.
     """
 
-    points_px: NDArray[np.float64]
-    sd_px: NDArray[np.float64]
+    points_px: Floats
+    sd_px: Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +131,7 @@ class Target:
         extent: Width and height of the box around it, px; None for a target without one, such as a signal or a pose.
     """
 
-    position: NDArray[np.float64]
+    position: Floats
     size: float = 0.0
     hidden: bool | None = False
     landmarks: Landmarks | None = None
@@ -165,7 +166,7 @@ class Frame:
     index: int
     time_s: float
     image_rgb: NDArray[np.uint8] | None = None
-    signal: NDArray[np.float64] | None = None
+    signal: Floats | None = None
     measurements: Measurements | None = None
     target: Target | None = None
     backdrop: Backdrop | None = None
@@ -325,7 +326,7 @@ class FrameSequence(Protocol):
         """Digest of the content."""
 
     @property
-    def times_s(self) -> NDArray[np.float64]:
+    def times_s(self) -> Floats:
         """When each frame is shown, (frame_count,), from 0, s."""
 
     @property

@@ -8,6 +8,7 @@ from typing import Any, Final, Literal, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.glossary import Term
 from pftrack.core.model.likelihood import Cloud, ObservationLikelihood, Part
 from pftrack.core.model.parameters import Declaration
@@ -67,26 +68,26 @@ class LinearChain:
         covariances: (T, m, m) R_t, positive definite.
     """
 
-    mean: NDArray[np.float64]
-    covariance: NDArray[np.float64]
-    transitions: NDArray[np.float64]
-    offsets: NDArray[np.float64]
-    noises: NDArray[np.float64]
-    measurements: NDArray[np.float64]
-    observations: NDArray[np.float64]
-    covariances: NDArray[np.float64]
+    mean: Floats
+    covariance: Floats
+    transitions: Floats
+    offsets: Floats
+    noises: Floats
+    measurements: Floats
+    observations: Floats
+    covariances: Floats
 
     @classmethod
     def steady(
         cls,
-        mean: NDArray[np.float64],
-        covariance: NDArray[np.float64],
-        transition: NDArray[np.float64],
-        offset: NDArray[np.float64],
-        noise: NDArray[np.float64],
-        measurements: NDArray[np.float64],
-        observation: NDArray[np.float64],
-        measurement_covariance: NDArray[np.float64],
+        mean: Floats,
+        covariance: Floats,
+        transition: Floats,
+        offset: Floats,
+        noise: Floats,
+        measurements: Floats,
+        observation: Floats,
+        measurement_covariance: Floats,
     ) -> "LinearChain":
         """Return the chain of a model that is the same in all frames.
 
@@ -101,7 +102,7 @@ class LinearChain:
             measurement_covariance: R, (m, m).
         """
 
-        def repeat(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+        def repeat(matrix: Floats) -> Floats:
             return np.array(np.broadcast_to(matrix, (len(measurements), *matrix.shape)))
 
         parts = repeat(transition), repeat(offset), repeat(noise)
@@ -131,11 +132,11 @@ class TrackState(Protocol):
     """
 
     @property
-    def estimate(self) -> NDArray[np.float64]:
+    def estimate(self) -> Floats:
         """(d,) posterior mean of what the target's `position` is."""
 
     @property
-    def sigma(self) -> NDArray[np.float64]:
+    def sigma(self) -> Floats:
         """(d,) posterior standard deviations; NaN of a number in another unit than the experiment's."""
 
     @property
@@ -162,8 +163,8 @@ class Fold:
     """
 
     state: TrackState
-    estimates: NDArray[np.float64]
-    series: Mapping[str, NDArray[np.float64]]
+    estimates: Floats
+    series: Mapping[str, Floats]
 
 
 def nothing(state: Any) -> Mapping[str, SeriesValue]:  # noqa: ANN401 - the state of any family
@@ -187,7 +188,7 @@ Evidence: TypeAlias = Literal["", "relative", "normalised"]
 """
 
 
-EnsembleStep: TypeAlias = Callable[[Any, Iterable[Frame], History[Any], Sequence[int]], Iterator[NDArray[np.float64]]]
+EnsembleStep: TypeAlias = Callable[[Any, Iterable[Frame], History[Any], Sequence[int]], Iterator[Floats]]
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,9 @@ short polynomial is exact to double precision. Polynomials: W. Cody and W. Waite
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import inner_product
 
@@ -27,23 +28,23 @@ SMALLEST_NORMAL = 2.0**-1022
 SQRT_HALF_BITS = 0x3FE6A09E667F3BCD
 
 
-def exponential(values: ArrayLike) -> NDArray[np.float64]:
+def exponential(values: ArrayLike) -> Floats:
     """Return e^x of an array of any shape, as `exponentials` has it."""
     return exponentials(np.array(values, np.float64).ravel()).reshape(np.shape(values))
 
 
-def logarithm(values: ArrayLike) -> NDArray[np.float64]:
+def logarithm(values: ArrayLike) -> Floats:
     """Return ln x of an array of any shape, as `logarithms` has it."""
     return logarithms(np.array(values, np.float64).ravel()).reshape(np.shape(values))
 
 
-def power(values: ArrayLike, exponent: float) -> NDArray[np.float64]:
+def power(values: ArrayLike, exponent: float) -> Floats:
     """Return x^p of an array of any shape, not negative, for a positive p."""
     return np.where(np.equal(values, 0.0), 0.0, exponential(exponent * logarithm(values)))
 
 
 @compiled
-def exponentials(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def exponentials(values: Floats) -> Floats:
     """Return e^x of (n,) values; below -745 it is 0, above 709 it stays at e^709, and of NaN it is 0."""
     count = values.shape[0]
     results = np.empty(count)
@@ -78,7 +79,7 @@ def exponentials(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @compiled
-def logarithms(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def logarithms(values: Floats) -> Floats:
     """Return ln x of (n,) finite values above 0; what is smaller than 2^-1022, 0 included, counts as that."""
     count = values.shape[0]
     normal = np.empty(count)
@@ -120,7 +121,7 @@ QUARTER_HIGH, QUARTER_LOW = 1.57079632673412561417e00, 6.07710050650619224932e-1
 
 
 @compiled
-def sines_cosines(angles: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def sines_cosines(angles: Floats) -> tuple[Floats, Floats]:
     """Return the sines (n,) and cosines (n,) of finite angles (n,), rad, of at most a million."""
     count = angles.shape[0]
     shifted = np.empty(count)
@@ -155,7 +156,7 @@ def sines_cosines(angles: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDA
 # are for inside.
 
 
-def wrap(angle_rad: ArrayLike) -> NDArray[np.float64]:
+def wrap(angle_rad: ArrayLike) -> Floats:
     """Return angles of any shape, brought into (-pi, pi] by whole turns; differences of angles are errors only so."""
     turned = np.pi - np.mod(np.pi - np.asarray(angle_rad, dtype=np.float64), 2.0 * np.pi)
     # Just above half a turn the remainder rounds up to a whole one.
@@ -169,7 +170,7 @@ def less_turns(angle_rad: float) -> float:
 
 
 @compiled
-def circular_mean(angles_rad: NDArray[np.float64], weights: NDArray[np.float64]) -> float:
+def circular_mean(angles_rad: Floats, weights: Floats) -> float:
     """Return the direction of the weighted sum of unit vectors, within half a turn of 0.
 
     Args:

@@ -16,6 +16,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 from numpy.typing import ArrayLike, NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.compiled import compiled
 
 # Sums whose order is part of their definition, vectorised all the same.
@@ -31,7 +32,7 @@ from pftrack.core.numerics.compiled import compiled
 
 LANES = 16
 
-Numbers: TypeAlias = NDArray[np.float64] | NDArray[np.float32]
+Numbers: TypeAlias = Floats | NDArray[np.float32]
 
 
 def _type_product(typing_context: Any, first: Any, second: Any) -> tuple[Any, Any]:  # noqa: ANN401 - numba's types
@@ -100,7 +101,7 @@ MOST_ROUNDS = 30
 """Jacobi's method takes five or six for matrices of this size."""
 
 
-def product(first: ArrayLike, second: ArrayLike) -> NDArray[np.float64]:
+def product(first: ArrayLike, second: ArrayLike) -> Floats:
     """Return the matrix product of arrays (n, k) or (k,) and (k, m) or (k,).
 
     Raises:
@@ -114,7 +115,7 @@ def product(first: ArrayLike, second: ArrayLike) -> NDArray[np.float64]:
     return multiply(rows, columns).reshape(left.shape[:-1] + right.shape[1:])
 
 
-def solve_system(matrix: ArrayLike, wanted: ArrayLike) -> NDArray[np.float64]:
+def solve_system(matrix: ArrayLike, wanted: ArrayLike) -> Floats:
     """Return X of A X = B, given A (n, n) and B (n, m) or (n,).
 
     Raises:
@@ -127,12 +128,12 @@ def solve_system(matrix: ArrayLike, wanted: ArrayLike) -> NDArray[np.float64]:
     return found.reshape(right.shape)
 
 
-def cholesky(covariance: ArrayLike) -> NDArray[np.float64]:
+def cholesky(covariance: ArrayLike) -> Floats:
     """Return L, lower triangular, of L L^T = P (n, n), which may be singular; a pivot below 0 counts as 0."""
     return factorise(contiguous_copy(covariance))[0]
 
 
-def least_squares(slopes: ArrayLike, wanted: ArrayLike) -> tuple[NDArray[np.float64], bool]:
+def least_squares(slopes: ArrayLike, wanted: ArrayLike) -> tuple[Floats, bool]:
     """Return X (k, m) or (k,) of the least sum of squares of A X - B, and whether A determines it.
 
     Args:
@@ -144,7 +145,7 @@ def least_squares(slopes: ArrayLike, wanted: ArrayLike) -> tuple[NDArray[np.floa
     return found.reshape((found.shape[0], *right.shape[1:])), bool(determined)
 
 
-def principal(symmetric: NDArray[np.float64]) -> NDArray[np.float64]:
+def principal(symmetric: Floats) -> Floats:
     """Return the eigenvector (n,) of the greatest eigenvalue of a symmetric matrix (n, n), of either sign.
 
     Jacobi's method: each entry off the diagonal is turned away, round after round, until nothing is left of them.
@@ -152,13 +153,13 @@ def principal(symmetric: NDArray[np.float64]) -> NDArray[np.float64]:
     return _principal(contiguous_copy(symmetric))
 
 
-def contiguous_copy(array: ArrayLike) -> NDArray[np.float64]:
+def contiguous_copy(array: ArrayLike) -> Floats:
     """Return a copy that may be written and lies together: compiled code is compiled again for any other kind."""
     return np.array(array, dtype=np.float64, order="C")
 
 
 @compiled
-def multiply(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
+def multiply(first: Floats, second: Floats) -> Floats:
     """Return the product (n, m) of (n, k) and (k, m)."""
     rows, inner = first.shape
     columns = second.shape[1]
@@ -172,7 +173,7 @@ def multiply(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray
 
 
 @compiled
-def factorise(covariance: NDArray[np.float64]) -> tuple[NDArray[np.float64], bool]:
+def factorise(covariance: Floats) -> tuple[Floats, bool]:
     """Return L (n, n) of L L^T = P by Cholesky's method, and whether P is positive definite.
 
     A pivot that is 0 but for rounding, or NaN, has a column of zeros: a direction without any spread.
@@ -197,7 +198,7 @@ def factorise(covariance: NDArray[np.float64]) -> tuple[NDArray[np.float64], boo
 
 
 @compiled
-def substitute(lower: NDArray[np.float64], wanted: NDArray[np.float64]) -> NDArray[np.float64]:
+def substitute(lower: Floats, wanted: Floats) -> Floats:
     """Return X (n, m) of L X = B, given L (n, n), lower triangular, and B (n, m)."""
     size, columns = wanted.shape
     found = wanted.copy()
@@ -212,7 +213,7 @@ def substitute(lower: NDArray[np.float64], wanted: NDArray[np.float64]) -> NDArr
 
 
 @compiled
-def solve(matrix: NDArray[np.float64], wanted: NDArray[np.float64]) -> tuple[NDArray[np.float64], bool]:
+def solve(matrix: Floats, wanted: Floats) -> tuple[Floats, bool]:
     """Return X (n, m) of A X = B, by elimination with row pivots, and whether A (n, n) is regular."""
     size, columns = wanted.shape
     left, right = matrix.copy(), wanted.copy()
@@ -238,21 +239,21 @@ def solve(matrix: NDArray[np.float64], wanted: NDArray[np.float64]) -> tuple[NDA
 
 
 @compiled
-def _exchange(matrix: NDArray[np.float64], one: int, other: int) -> None:
+def _exchange(matrix: Floats, one: int, other: int) -> None:
     """Exchange two rows, in place."""
     for j in range(matrix.shape[1]):
         matrix[one, j], matrix[other, j] = matrix[other, j], matrix[one, j]
 
 
 @compiled
-def _subtract(matrix: NDArray[np.float64], row: int, factor: float, other: int) -> None:
+def _subtract(matrix: Floats, row: int, factor: float, other: int) -> None:
     """Subtract a multiple of another row from a row, in place."""
     for j in range(matrix.shape[1]):
         matrix[row, j] -= factor * matrix[other, j]
 
 
 @compiled
-def _principal(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+def _principal(matrix: Floats) -> Floats:
     size = matrix.shape[0]
     vectors = np.eye(size)
     for _ in range(MOST_ROUNDS):
@@ -272,7 +273,7 @@ def _principal(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @compiled
-def _turn_away(matrix: NDArray[np.float64], vectors: NDArray[np.float64], i: int, j: int) -> None:
+def _turn_away(matrix: Floats, vectors: Floats, i: int, j: int) -> None:
     """Turn in the plane of two axes so that a symmetric matrix has 0 at (i, j), and vectors along with it, in place."""
     half = 0.5 * (matrix[j, j] - matrix[i, i]) / matrix[i, j]
     tangent = 1.0 / (abs(half) + np.sqrt(half * half + 1.0))
@@ -291,7 +292,7 @@ def _turn_away(matrix: NDArray[np.float64], vectors: NDArray[np.float64], i: int
 
 
 @compiled
-def _least_squares(slopes: NDArray[np.float64], wanted: NDArray[np.float64]) -> tuple[NDArray[np.float64], bool]:
+def _least_squares(slopes: Floats, wanted: Floats) -> tuple[Floats, bool]:
     """Make A's columns orthonormal one after another (Gram and Schmidt, modified), B's along with them, and go back."""
     size = slopes.shape[1]
     # By rows, which lie together.
@@ -332,7 +333,7 @@ SINGULAR_MOST_ROUNDS = 60
 """Six to ten are enough for the matrices that are met here."""
 
 
-def singular_values(matrix: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def singular_values(matrix: ArrayLike) -> tuple[Floats, Floats, Floats]:
     """Return U (m, k), s (k,) and V (n, k) of A = U diag(s) V^T, k = min(m, n), the greatest value first.
 
     A vector that belongs to a singular value of zero is zero on the side of the longer axis.
@@ -354,7 +355,7 @@ def singular_values(matrix: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.
     return turn.T.copy(), lengths, unit.T.copy()
 
 
-def eigenvalues(symmetric: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def eigenvalues(symmetric: ArrayLike) -> tuple[Floats, Floats]:
     """Return the eigenvalues (n,) of a symmetric matrix (n, n), the greatest first, and the eigenvectors as columns.
 
     They are the singular values of the matrix less a multiple of the identity that makes it positive.
@@ -367,7 +368,7 @@ def eigenvalues(symmetric: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.f
 
 
 @compiled
-def orthogonalise(rows: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def orthogonalise(rows: Floats) -> tuple[Floats, Floats]:
     """Return T A and T, a rotation (n, n) of the rows of A (n, m) after which they are at right angles."""
     count, size = rows.shape
     turned = rows.copy()
@@ -413,7 +414,7 @@ NEAREST_MM = 1.0
 
 
 @compiled
-def pinhole(points_mm: NDArray[np.float64], focal_px: float) -> NDArray[np.float64]:
+def pinhole(points_mm: Floats, focal_px: float) -> Floats:
     """Project points (n, 3) of the camera's frame to (n, 2) px from the principal point (Bando 2007, Appendix E)."""
     count = points_mm.shape[0]
     pixels = np.empty((count, 2))
@@ -425,7 +426,7 @@ def pinhole(points_mm: NDArray[np.float64], focal_px: float) -> NDArray[np.float
 
 
 @compiled
-def pinhole_jacobian(points_mm: NDArray[np.float64], focal_px: float) -> NDArray[np.float64]:
+def pinhole_jacobian(points_mm: Floats, focal_px: float) -> Floats:
     """Return the derivative (n, 2, 3), px/mm, of `pinhole` by the points (n, 3) in mm."""
     count = points_mm.shape[0]
     slopes = np.zeros((count, 2, 3))
@@ -439,13 +440,13 @@ def pinhole_jacobian(points_mm: NDArray[np.float64], focal_px: float) -> NDArray
     return slopes
 
 
-def affine_projection(camera: NDArray[np.float64], points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+def affine_projection(camera: Floats, points_mm: Floats) -> Floats:
     """Project points (n, 3) by an affine camera (2, 4) to (n, 2) px."""
-    pixels: NDArray[np.float64] = product(points_mm, camera[:, :3].T) + camera[:, 3]
+    pixels: Floats = product(points_mm, camera[:, :3].T) + camera[:, 3]
     return pixels
 
 
-def affine_fit(points_mm: NDArray[np.float64], pixels: NDArray[np.float64]) -> NDArray[np.float64]:
+def affine_fit(points_mm: Floats, pixels: Floats) -> Floats:
     """Return the affine camera (2, 4) that projects points onto pixels with the least sum of squared distances.
 
     Args:

@@ -19,6 +19,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import logarithms
 from pftrack.core.numerics.matrices import cholesky, factorise, product, substitute
@@ -90,7 +91,7 @@ class Stream:
 
 
 @compiled
-def uniforms(seed: int, frame: int, purpose: int, draw: int, count: int) -> NDArray[np.float64]:
+def uniforms(seed: int, frame: int, purpose: int, draw: int, count: int) -> Floats:
     """Return (count,) numbers uniform in [0, 1) with 53 bits, given seed, frame, purpose and number of the draw."""
     blocks = (count + 1) // 2
     words = _philox(seed, frame, purpose, draw, blocks)
@@ -105,7 +106,7 @@ def uniforms(seed: int, frame: int, purpose: int, draw: int, count: int) -> NDAr
 
 
 @compiled
-def standard_normals(seed: int, frame: int, purpose: int, draw: int, count: int) -> NDArray[np.float64]:
+def standard_normals(seed: int, frame: int, purpose: int, draw: int, count: int) -> Floats:
     """Return (count,) independent N(0, 1) numbers, given seed, frame, purpose and number of the draw.
 
     Box and Muller's transform of two 32-bit words into two numbers: a radius and an angle. The greatest possible
@@ -188,25 +189,23 @@ class Gaussian:
         covariance: (d, d), symmetric, not negative.
     """
 
-    mean: NDArray[np.float64]
-    covariance: NDArray[np.float64]
+    mean: Floats
+    covariance: Floats
 
     @cached_property
-    def standard_deviations(self) -> NDArray[np.float64]:
+    def standard_deviations(self) -> Floats:
         """(d,) square roots of the variances."""
-        deviations: NDArray[np.float64] = np.sqrt(self.covariance.diagonal())
+        deviations: Floats = np.sqrt(self.covariance.diagonal())
         return deviations
 
-    def sample(self, rng: Generator, count: int) -> NDArray[np.float64]:
+    def sample(self, rng: Generator, count: int) -> Floats:
         """Draw (count, d) samples; the covariance may be singular."""
         normals = rng.standard_normal((count, len(self.mean)))
-        samples: NDArray[np.float64] = self.mean + product(normals, cholesky(self.covariance).T)
+        samples: Floats = self.mean + product(normals, cholesky(self.covariance).T)
         return samples
 
 
-def log_density(
-    points: NDArray[np.float64], means: NDArray[np.float64], covariance: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def log_density(points: Floats, means: Floats, covariance: Floats) -> Floats:
     """Return log N(x | m, P).
 
     Args:
@@ -232,9 +231,7 @@ def log_density(
 
 
 @compiled
-def log_densities(
-    differences: NDArray[np.float64], covariances: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], bool]:
+def log_densities(differences: Floats, covariances: Floats) -> tuple[Floats, bool]:
     """Return log N(x | 0, P), (n,), of points (n, d), and whether all covariances are positive definite.
 
     Args:
@@ -261,6 +258,6 @@ def log_densities(
     return densities, True
 
 
-def symmetrise(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+def symmetrise(covariance: Floats) -> Floats:
     """Return the symmetric part of (..., d, d), which rounding must not lose."""
     return 0.5 * (covariance + np.swapaxes(covariance, -1, -2))

@@ -10,7 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy  # it loads its parts when they are asked for: scipy.stats takes half a second
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from pftrack.core.arrays import Floats
 
 SMALLEST_EXPECTED = 5.0
 """Below this expected count the chi-square distribution is a poor approximation."""
@@ -37,9 +39,7 @@ class RankSum:
     rank_biserial: float
 
 
-def wilson(
-    successes: ArrayLike, runs: ArrayLike, level: float = 0.95
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def wilson(successes: ArrayLike, runs: ArrayLike, level: float = 0.95) -> tuple[Floats, Floats]:
     """Return Wilson's score interval of a success rate (Wilson 1927).
 
     Conditions of use: independent runs of the same success probability. It holds its level well for few runs and for
@@ -72,7 +72,7 @@ def wilson(
 
 def paired_mean_interval(
     means: ArrayLike, deviations: ArrayLike, pairs: ArrayLike, level: float = 0.95
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Floats, Floats]:
     """Return Student's interval of a mean difference between two methods that met the same runs.
 
     Conditions of use: independent pairs, and differences that are roughly normal or many. NaN, not applicable, where
@@ -131,7 +131,7 @@ def dependent_mean_interval(values: ArrayLike, level: float = 0.95) -> tuple[flo
 
 def paired_rate_interval(
     only_first: ArrayLike, only_second: ArrayLike, pairs: ArrayLike, level: float = 0.95
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Floats, Floats]:
     """Return the interval of the difference between the success rates of two methods that met the same runs.
 
     It is Wald's with a pair more of each disagreement (Bonett and Price, Adjusted Wald confidence interval for a
@@ -160,9 +160,7 @@ def paired_rate_interval(
     return np.maximum(first - second - half, -1.0), np.minimum(first - second + half, 1.0)
 
 
-def chi_square(
-    successes: ArrayLike, runs: ArrayLike, other_successes: ArrayLike, other_runs: ArrayLike
-) -> NDArray[np.float64]:
+def chi_square(successes: ArrayLike, runs: ArrayLike, other_successes: ArrayLike, other_runs: ArrayLike) -> Floats:
     """Return p-values of Pearson's chi-square test on 2 x 2 tables, successes and failures of two methods.
 
     One degree of freedom, no continuity correction (Bando 2007, eq. 3.11).
@@ -188,9 +186,7 @@ def chi_square(
         difference = a - n * succeeded
         statistic = difference**2 * (1 / n + 1 / m) / (succeeded * failed)
     applicable = expected >= SMALLEST_EXPECTED
-    p_values: NDArray[np.float64] = np.where(
-        applicable, scipy.stats.chi2.sf(np.where(applicable, statistic, 0.0), 1), np.nan
-    )
+    p_values: Floats = np.where(applicable, scipy.stats.chi2.sf(np.where(applicable, statistic, 0.0), 1), np.nan)
     return p_values
 
 
@@ -209,9 +205,7 @@ def chi_square_limit(freedom: int, level: float = 0.95) -> float:
     return float(scipy.special.chdtri(freedom, 1.0 - level))
 
 
-def fisher_exact(
-    successes: ArrayLike, runs: ArrayLike, other_successes: ArrayLike, other_runs: ArrayLike
-) -> NDArray[np.float64]:
+def fisher_exact(successes: ArrayLike, runs: ArrayLike, other_successes: ArrayLike, other_runs: ArrayLike) -> Floats:
     """Return two-sided p-values of Fisher's exact test on 2 x 2 tables, successes and failures of two methods.
 
     Conditions of use: independent runs; exact for any counts, and conservative for small ones. NaN where a method has
@@ -237,7 +231,7 @@ def fisher_exact(
     return p_values
 
 
-def mcnemar(only_first: ArrayLike, only_second: ArrayLike) -> NDArray[np.float64]:
+def mcnemar(only_first: ArrayLike, only_second: ArrayLike) -> Floats:
     """Return two-sided p-values of McNemar's exact test: did one method succeed more often in the same trials?
 
     Trials in which both succeeded, or neither, say nothing about which is better. Of the others, each is a toss of a
@@ -281,7 +275,7 @@ def rank_sum(first: ArrayLike, second: ArrayLike) -> RankSum:
     return RankSum(float(found.pvalue), superiority, 2 * superiority - 1)
 
 
-def holm(p_values: ArrayLike) -> NDArray[np.float64]:
+def holm(p_values: ArrayLike) -> Floats:
     """Return p-values adjusted by Holm's step-down procedure (Holm 1979), the shape kept.
 
     An adjusted value below the level is significant with that probability of any false alarm in the whole map, however

@@ -10,8 +10,8 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Links, Picture, Polyline, Primitive
 from pftrack.core.model.glossary import BANDO, BANDO_2006, Citation
@@ -185,11 +185,11 @@ def _caption(step: Step) -> str:
     return " · ".join(filter(None, [*parts, error_words(row, " px")]))
 
 
-def _estimates(rows: Sequence[Diagnostics]) -> NDArray[np.float64]:
+def _estimates(rows: Sequence[Diagnostics]) -> Floats:
     return np.array([row.estimate for row in rows])
 
 
-def _cross(position: NDArray[np.float64], radius: float, colour: Colour, layer: str) -> Links:
+def _cross(position: Floats, radius: float, colour: Colour, layer: str) -> Links:
     arm = max(radius, 4.0)
     offsets = np.array([[[-arm, 0.0], [arm, 0.0]], [[0.0, -arm], [0.0, arm]]])
     segments = np.full((2, 2, 3), 2.0, dtype=np.float32)
@@ -197,7 +197,7 @@ def _cross(position: NDArray[np.float64], radius: float, colour: Colour, layer: 
     return Links(segments, colour, 3.0, layer)
 
 
-def _distance(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> Any:  # noqa: ANN401 - one or many
+def _distance(estimates: Floats, truths: Floats) -> Any:  # noqa: ANN401 - one or many
     off = estimates - truths
     return np.hypot(off[..., 0], off[..., 1])
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.likelihood import Amount, Component, ObservationLikelihood, Part, Patches, Residual
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import LinearChain, LinearModel, NoiseScale, Tracker
@@ -56,7 +57,7 @@ def colour_model(parameters: ColourParameters) -> ColourModel:
 
 
 @compiled
-def _log_likelihood(image_rgb: NDArray[np.uint8], states: NDArray[np.float64], colour: Colour) -> NDArray[np.float64]:
+def _log_likelihood(image_rgb: NDArray[np.uint8], states: Floats, colour: Colour) -> Floats:
     return log_kernel(image_rgb, states, colour.mean, colour.precision, colour.background_level)
 
 
@@ -70,17 +71,15 @@ CHROMATICITY = Likelihood(_log_likelihood, _pack)
 """The colour of the pixel under a particle (Bando 2007, ch. 3 section 2.2)."""
 
 
-def _weigh(
-    state: PointState, states: NDArray[np.float64], frame: Frame, parameters: ColourParameters
-) -> NDArray[np.float64]:
+def _weigh(state: PointState, states: Floats, frame: Frame, parameters: ColourParameters) -> Floats:
     del state
-    weighed: NDArray[np.float64] = CHROMATICITY.log_likelihood(
+    weighed: Floats = CHROMATICITY.log_likelihood(
         read_only(picture_of(frame)), np.ascontiguousarray(states.T).T, CHROMATICITY.packed(parameters)
     )
     return weighed
 
 
-def _parts(state: PointState, one: NDArray[np.float64], frame: Frame, parameters: ColourParameters) -> tuple[Part, ...]:
+def _parts(state: PointState, one: Floats, frame: Frame, parameters: ColourParameters) -> tuple[Part, ...]:
     """Return the colour of the pixel beside the target's, in the shares that are compared."""
     del state
     image, model = picture_of(frame), colour_model(parameters)
@@ -122,7 +121,7 @@ TRACKED = 2
 
 
 @lru_cache(maxsize=64)
-def noise(process_noise_px: float) -> NDArray[np.float64]:
+def noise(process_noise_px: float) -> Floats:
     """Return B of the state (x_t, x_{t-1}): (4, 2), px."""
     return process_noise_px * np.eye(2 * TRACKED, TRACKED)
 
@@ -280,9 +279,7 @@ def _centroid_parts(
     return innovation_parts(("u", "v"), "px", measurement, innovation)
 
 
-def _centroid_likelihood(
-    state: PointState, states: NDArray[np.float64], frame: Frame, parameters: BallTrackerParameters
-) -> NDArray[np.float64]:
+def _centroid_likelihood(state: PointState, states: Floats, frame: Frame, parameters: BallTrackerParameters) -> Floats:
     """Return the log density of the centroid, 0 where there is none."""
     del state
     measurement = chromaticity.centroid(picture_of(frame), colour_model(parameters))
@@ -351,8 +348,8 @@ KALMAN = Tracker(
 
 
 def _propagate(
-    state: PointState, states: NDArray[np.float64], frame: Frame, parameters: BallTrackerParameters, rng: Generator
-) -> NDArray[np.float64]:
+    state: PointState, states: Floats, frame: Frame, parameters: BallTrackerParameters, rng: Generator
+) -> Floats:
     dynamics = motion_dynamics(state, parameters, size_of(picture_of(frame)))
     means = dynamics.predict(states)
     return dynamics.diffuse(rng, means, np.arange(len(states)))

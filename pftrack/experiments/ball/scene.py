@@ -12,6 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import parameter
 from pftrack.core.model.source import Frame, History, Target
 from pftrack.core.numerics.random import Purpose, Stream
@@ -166,7 +167,7 @@ def _centre(parameters: BallSceneParameters, turns: float) -> tuple[float, float
     return float(u), parameters.image_height_px / 2
 
 
-def _clutter(parameters: BallSceneParameters, chances: NDArray[np.float64]) -> list[tuple[float, float, float, float]]:
+def _clutter(parameters: BallSceneParameters, chances: Floats) -> list[tuple[float, float, float, float]]:
     """Return u, v and radius, px, and light of what lies about, given numbers uniform in [0, 1), (count, 4)."""
     ball, (least, greatest) = parameters.ball_radius_px, CLUTTER_RADII
     found = []

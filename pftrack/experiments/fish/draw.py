@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.drawing import (
     Arrows,
@@ -41,7 +42,7 @@ LINES_IN_LENGTH, LINE_WIDTHS_PX = 13.0, (0.7, 3.0)
 
 
 def fish(
-    pose: NDArray[np.float64], shape: FishShape, colour: Colour, layer: str, name: str, *, dashed: bool = False
+    pose: Floats, shape: FishShape, colour: Colour, layer: str, name: str, *, dashed: bool = False
 ) -> dict[str, Primitive]:
     """Draw a pose (4,) as an ellipse with a tail, and a stroke to the head."""
     ahead = np.array([np.cos(pose[2]), np.sin(pose[2])])
@@ -69,7 +70,7 @@ def draw_particles(state: FishState, shape: FishShape, width: int) -> dict[str, 
     }
 
 
-def outlines(poses: NDArray[np.float64], shape: FishShape, colour: Colour, width: float, layer: str) -> Links:
+def outlines(poses: Floats, shape: FishShape, colour: Colour, width: float, layer: str) -> Links:
     """Draw poses (n, 4) as outlines with tails, all of them one primitive."""
     around = body_points(poses, shape, OUTLINE_POINTS)
     segments = np.concatenate(
@@ -107,7 +108,7 @@ def draw_path(past: Sequence[Diagnostics], frame: int) -> dict[str, Primitive]:
     return {"path": Polyline(at_height(places, 1.0), COLOURS["estimate"], 2.0, "path")}
 
 
-def _some(poses: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+def _some(poses: Floats, count: int) -> Floats:
     """Return an even choice of particles, which lie in the order of their parents."""
     if len(poses) <= count:
         return poses
@@ -228,13 +229,13 @@ def _learned_diffusion(parameters: FishTrackerParameters) -> Diffusion:
     return learned.diffusion(parameters.motion_reading, correlated=parameters.correlated_changes)
 
 
-def _change(diffusion: Diffusion, mode: int, along: float) -> NDArray[np.float64]:
+def _change(diffusion: Diffusion, mode: int, along: float) -> Floats:
     """Return the changes (4,) at so many standard deviations along a mode, counted from 1."""
-    change: NDArray[np.float64] = along * np.sqrt(diffusion.eigenvalues[mode - 1]) * diffusion.modes[:, mode - 1]
+    change: Floats = along * np.sqrt(diffusion.eigenvalues[mode - 1]) * diffusion.modes[:, mode - 1]
     return change
 
 
-def _move(pose: NDArray[np.float64], change: NDArray[np.float64]) -> NDArray[np.float64]:
+def _move(pose: Floats, change: Floats) -> Floats:
     """Return a pose at rest (4,) after a frame with these changes: turned, bent, and moved in its new direction."""
     theta = pose[2] + change[2]
     cosine, sine = np.cos(theta), np.sin(theta)
@@ -242,7 +243,7 @@ def _move(pose: NDArray[np.float64], change: NDArray[np.float64]) -> NDArray[np.
     return np.array([x, y, theta, pose[3] + change[3]])
 
 
-def _ghost(pose: NDArray[np.float64], colour: Colour) -> dict[str, Primitive]:
+def _ghost(pose: Floats, colour: Colour) -> dict[str, Primitive]:
     around = body_points(pose, GOLDFISH, OUTLINE_POINTS)
     body = np.zeros((OUTLINE_POINTS + 1, 3), np.float32)
     body[:, :2] = np.vstack([around, around[:1]])
@@ -254,7 +255,7 @@ def _ghost(pose: NDArray[np.float64], colour: Colour) -> dict[str, Primitive]:
     }
 
 
-def _points(places: NDArray[np.float64], colour: str, size: float, layer: str) -> Points:
+def _points(places: Floats, colour: str, size: float, layer: str) -> Points:
     near = places[(np.square(places).sum(axis=1) < SEEN**2)].astype(np.float32)
     return Points(near, _colour(len(near), colour), size, layer)
 

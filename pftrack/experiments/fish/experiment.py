@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Primitive
 from pftrack.core.model.glossary import MITSUGAMI, Citation, Term
@@ -165,7 +165,7 @@ def _caption(step: Step) -> str:
     return " · ".join(filter(None, [*parts, error_words(row, " px", "outside the fish")]))
 
 
-def _distance(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> Any:  # noqa: ANN401 - one or many
+def _distance(estimates: Floats, truths: Floats) -> Any:  # noqa: ANN401 - one or many
     off = estimates - truths
     return np.hypot(off[..., 0], off[..., 1])
 

@@ -18,6 +18,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.files import PictureKey
 from pftrack.core.numerics.checks import check_picture
 from pftrack.core.numerics.compiled import compiled, read_only
@@ -54,7 +55,7 @@ GOLDFISH = FishShape(40.0, 15.0, 40.0)
 """Of the simulated tank."""
 
 
-def body_points(pose: NDArray[np.float64], shape: FishShape, count: int = BODY_POINTS) -> NDArray[np.float64]:
+def body_points(pose: Floats, shape: FishShape, count: int = BODY_POINTS) -> Floats:
     """Return points of the body's outline (..., count, 2), px, of poses (..., 4)."""
     around = 2.0 * np.pi * (np.arange(count) + 0.5) / count
     along, across = shape.half_length * np.cos(around), shape.half_width * np.sin(around)
@@ -64,14 +65,14 @@ def body_points(pose: NDArray[np.float64], shape: FishShape, count: int = BODY_P
     return np.stack([x, y], axis=-1)
 
 
-def tail_line(pose: NDArray[np.float64], shape: FishShape) -> NDArray[np.float64]:
+def tail_line(pose: Floats, shape: FishShape) -> Floats:
     """Return root and tip of the tail (..., 2, 2), px, of poses (..., 4)."""
     body, tail = pose[..., 2], pose[..., 2] + pose[..., 3]
     root = pose[..., :2] - shape.half_length * np.stack([np.cos(body), np.sin(body)], axis=-1)
     return np.stack([root, root - shape.tail_length * np.stack([np.cos(tail), np.sin(tail)], axis=-1)], axis=-2)
 
 
-def model_points(pose: NDArray[np.float64], shape: FishShape) -> NDArray[np.float64]:
+def model_points(pose: Floats, shape: FishShape) -> Floats:
     """Return all points that are compared with edges (..., 32, 2), px: of the body's outline, then of the tail."""
     ends = tail_line(pose, shape)
     share = (np.arange(TAIL_POINTS) + 1.0)[:, None] / TAIL_POINTS
@@ -79,7 +80,7 @@ def model_points(pose: NDArray[np.float64], shape: FishShape) -> NDArray[np.floa
     return np.concatenate([body_points(pose, shape), tail], axis=-2)
 
 
-def tail_corners(pose: NDArray[np.float64], shape: FishShape) -> NDArray[np.float64]:
+def tail_corners(pose: Floats, shape: FishShape) -> Floats:
     """Return the corners (4, 2) of the tail as it is painted, px, of a pose (4,): it begins inside the body."""
     root, tip = tail_line(pose, shape)
     begin = root + ROOT_INSIDE * shape.half_length * np.array([np.cos(pose[2]), np.sin(pose[2])])
@@ -88,7 +89,7 @@ def tail_corners(pose: NDArray[np.float64], shape: FishShape) -> NDArray[np.floa
     return np.array([begin + wide, tip + narrow, tip - narrow, begin - wide])
 
 
-def inside(point: NDArray[np.float64], pose: NDArray[np.float64], shape: FishShape) -> bool:
+def inside(point: Floats, pose: Floats, shape: FishShape) -> bool:
     """Return whether a point (2,) lies within the silhouette of a pose (4,): the body and the tail as it is painted."""
     cosine, sine = np.cos(pose[2]), np.sin(pose[2])
     x, y = point - pose[:2]
@@ -203,7 +204,7 @@ def _classify_pixels(image_rgb: NDArray[np.uint8], foreground: Foreground) -> ND
 
 
 @compiled
-def largest_distances(distances: NDArray[np.uint8], states: NDArray[np.float64], shape: FishShape) -> NDArray[np.uint8]:
+def largest_distances(distances: NDArray[np.uint8], states: Floats, shape: FishShape) -> NDArray[np.uint8]:
     """Return the largest distance (N,) of the points of each hypothesis from an edge, quarters of px.
 
     Args:
@@ -243,9 +244,7 @@ def largest_distances(distances: NDArray[np.uint8], states: NDArray[np.float64],
 
 
 @compiled
-def log_likelihoods(
-    largest: NDArray[np.uint8], states: NDArray[np.float64], sigma_d: float, limited: bool
-) -> NDArray[np.float64]:
+def log_likelihoods(largest: NDArray[np.uint8], states: Floats, sigma_d: float, limited: bool) -> Floats:
     """Return -d_max^2 / sigma_d (N,), eq. 7; -inf for a bend beyond a right angle where it is limited.
 
     Args:

@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools
 from pftrack.core.model.marks import LongBody, Mark
 from pftrack.core.model.parameters import ParameterError, revise
 from pftrack.core.model.recipe import Footage
@@ -133,7 +134,7 @@ def _appearance(image_rgb: NDArray[np.uint8], target: FishTarget) -> dict[str, o
     return {**chosen, "foreground": "dark" if difference > 0.0 else "light"}
 
 
-def _regions(size: tuple[int, ...], target: FishTarget) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _regions(size: tuple[int, ...], target: FishTarget) -> tuple[Bools, Bools]:
     """Return the pixels of the inner part of a fish's body, at least one, and those around the fish."""
     rows, columns = np.indices(size[:2])
     x, y = columns - target.position[0], rows - target.position[1]

@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.parameters import ParameterError, parameter
 from pftrack.core.model.source import Frame, History, Target
 from pftrack.core.numerics.compiled import compiled, read_only
@@ -132,7 +133,7 @@ def floor(number: int, width: int, height: int) -> NDArray[np.float32]:
     return ground
 
 
-def paint_fish(picture: NDArray[np.float32], poses: NDArray[np.float64], shape: FishShape) -> None:
+def paint_fish(picture: NDArray[np.float32], poses: Floats, shape: FishShape) -> None:
     """Paint fish with their shadows into a picture, in place.
 
     Args:
@@ -151,7 +152,7 @@ def paint_fish(picture: NDArray[np.float32], poses: NDArray[np.float64], shape: 
         picture[ground] += cover[under][:, :, None] * (skin[under] - picture[ground])
 
 
-def _patch(pose: NDArray[np.float64], shape: FishShape, side: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def _patch(pose: Floats, shape: FishShape, side: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return how much of each pixel of a square patch a fish covers (side, side), and its skin (side, side, 3)."""
     mask = np.zeros((side, side), np.uint8)
     cv2.fillPoly(mask, [_sixteenths(body_points(pose, shape, 90))], 255, cv2.LINE_AA, SHIFT)
@@ -169,19 +170,19 @@ def _patch(pose: NDArray[np.float64], shape: FishShape, side: int) -> tuple[NDAr
     return mask.astype(np.float32) / np.float32(255.0), skin
 
 
-def _beside(pose: NDArray[np.float64], shape: FishShape, along: float, across: float) -> NDArray[np.float64]:
+def _beside(pose: Floats, shape: FishShape, along: float, across: float) -> Floats:
     """Return the pose (4,) of something on the body, at shares of its half length and half width from its centre."""
     x, y, cosine, sine = along * shape.half_length, across * shape.half_width, np.cos(pose[2]), np.sin(pose[2])
-    moved: NDArray[np.float64] = pose + np.array([cosine * x - sine * y, sine * x + cosine * y, 0.0, 0.0])
+    moved: Floats = pose + np.array([cosine * x - sine * y, sine * x + cosine * y, 0.0, 0.0])
     return moved
 
 
-def _sixteenths(points: NDArray[np.float64]) -> NDArray[np.int32]:
+def _sixteenths(points: Floats) -> NDArray[np.int32]:
     """Return positions in whole sixteenths of a pixel, as OpenCV takes them."""
     return np.asarray(np.rint(2.0**SHIFT * points), np.int32)
 
 
-def _overlap(picture: NDArray[np.float32], corner: NDArray[np.int64], side: int) -> tuple[Slices, Slices]:
+def _overlap(picture: NDArray[np.float32], corner: Ints, side: int) -> tuple[Slices, Slices]:
     """Return where a square patch lies in a picture, and which part of the patch that is, both possibly nothing."""
     height, width, _ = picture.shape
     begin = np.clip(corner, 0, (width, height))
@@ -192,7 +193,7 @@ def _overlap(picture: NDArray[np.float32], corner: NDArray[np.int64], side: int)
 
 
 @compiled
-def _develop(picture_bgr: NDArray[np.float32], numbers: NDArray[np.float64], noise: int) -> NDArray[np.uint8]:
+def _develop(picture_bgr: NDArray[np.float32], numbers: Floats, noise: int) -> NDArray[np.uint8]:
     """Return the picture in RGB, with whole numbers between -noise and noise added; six of them from each number."""
     height, width, _ = picture_bgr.shape
     image = np.empty((height, width, 3), np.uint8)
@@ -244,13 +245,11 @@ class FishTarget(Target):
 
     theta: float = 0.0
     phi: float = 0.0
-    velocity: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
+    velocity: Floats = field(default_factory=lambda: np.zeros(2))
     shape: FishShape = GOLDFISH
 
     @classmethod
-    def of(
-        cls, pose: NDArray[np.float64], shape: FishShape, velocity: NDArray[np.float64], *, hidden: bool | None = False
-    ) -> Self:
+    def of(cls, pose: Floats, shape: FishShape, velocity: Floats, *, hidden: bool | None = False) -> Self:
         """Return the truth of a pose (4,), with the box around the body without its tail, in whose middle it is."""
         cosine, sine = float(np.cos(pose[2])), float(np.sin(pose[2]))
         width = 2.0 * float(np.hypot(shape.half_length * cosine, shape.half_width * sine))
@@ -267,11 +266,11 @@ class FishTarget(Target):
         )
 
     @property
-    def pose(self) -> NDArray[np.float64]:
+    def pose(self) -> Floats:
         """(4,) (a, b, theta, phi) in px and rad."""
         return np.append(self.position, (self.theta, self.phi))
 
-    def holds(self, point: NDArray[np.float64]) -> bool:
+    def holds(self, point: Floats) -> bool:
         """Return whether a point (2,) lies within the silhouette."""
         return inside(point, self.pose, self.shape)
 

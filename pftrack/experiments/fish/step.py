@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from functools import lru_cache, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.likelihood import Amount, Cloud, Component, ObservationLikelihood, Part
 from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Frame, Target
@@ -183,18 +183,14 @@ def measure(state: FishState) -> Mapping[str, SeriesValue]:
     }
 
 
-def _weigh(
-    state: FishState, states: NDArray[np.float64], frame: Frame, parameters: FishTrackerParameters
-) -> NDArray[np.float64]:
+def _weigh(state: FishState, states: Floats, frame: Frame, parameters: FishTrackerParameters) -> Floats:
     del state
     known, laid = weighing(parameters), np.asfortranarray(states)
     largest = largest_distances(find_edges(frame, parameters).distances, laid, known.shape)
     return np.asarray(log_likelihoods(largest, laid, known.sigma_d, known.limited))
 
 
-def _parts(
-    state: FishState, one: NDArray[np.float64], frame: Frame, parameters: FishTrackerParameters
-) -> tuple[Part, ...]:
+def _parts(state: FishState, one: Floats, frame: Frame, parameters: FishTrackerParameters) -> tuple[Part, ...]:
     """Return how far the worst point of the outline is from an edge."""
     del state
     laid = np.asfortranarray(one[None])

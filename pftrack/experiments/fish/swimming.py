@@ -13,8 +13,8 @@ from functools import lru_cache
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.core.numerics.random import standard_normals, uniforms
 
@@ -44,7 +44,7 @@ SCENE = 2
 """Purpose.SCENE, as compiled code needs it."""
 
 TankName: TypeAlias = Literal["goldfish", "strong rudder"]
-Clip: TypeAlias = NDArray[np.float64]
+Clip: TypeAlias = Floats
 """(FRAMES, fish, 4) poses (a, b, theta, phi) in px and rad; theta is not wrapped."""
 
 
@@ -102,7 +102,7 @@ def clip(number: int, count: int, lively: bool, tank: TankName) -> Clip:
 
 
 @compiled
-def has_sharp_turn(path: NDArray[np.float64]) -> bool:
+def has_sharp_turn(path: Floats) -> bool:
     """Return whether the way of motion along a path (n, 2), px a frame, changes by 60 degrees within four frames."""
     count = path.shape[0]
     for first in range(1, count):
@@ -136,24 +136,24 @@ class Shoal(NamedTuple):
         age: (n,) steps for which it has swum to its goal.
     """
 
-    places: NDArray[np.float64]
-    speeds: NDArray[np.float64]
-    goals: NDArray[np.float64]
-    theta: NDArray[np.float64]
-    phi: NDArray[np.float64]
-    phase: NDArray[np.float64]
-    amplitude: NDArray[np.float64]
-    beat: NDArray[np.float64]
-    bias: NDArray[np.float64]
-    bend: NDArray[np.float64]
-    stroke: NDArray[np.float64]
-    turn: NDArray[np.int64]
-    rest: NDArray[np.int64]
-    age: NDArray[np.int64]
+    places: Floats
+    speeds: Floats
+    goals: Floats
+    theta: Floats
+    phi: Floats
+    phase: Floats
+    amplitude: Floats
+    beat: Floats
+    bias: Floats
+    bend: Floats
+    stroke: Floats
+    turn: Ints
+    rest: Ints
+    age: Ints
 
 
 @compiled
-def _swim(tank: Tank, count: int, lively: bool, number: int, draw: int) -> NDArray[np.float64]:
+def _swim(tank: Tank, count: int, lively: bool, number: int, draw: int) -> Floats:
     """Return the poses (FRAMES, count, 4) of one draw of a clip, or an empty array if the fish come too near."""
     shoal = _begin(count, uniforms(number, 0, SCENE, draw, count * BEGINNING).reshape(count, BEGINNING))
     poses = np.empty((FRAMES, count, 4))
@@ -181,7 +181,7 @@ def _swim(tank: Tank, count: int, lively: bool, number: int, draw: int) -> NDArr
 
 
 @compiled
-def _begin(count: int, share: NDArray[np.float64]) -> Shoal:
+def _begin(count: int, share: Floats) -> Shoal:
     """Return fish at random, given uniform numbers (n, 8)."""
     shoal = Shoal(
         np.empty((count, 2)),
@@ -208,7 +208,7 @@ def _begin(count: int, share: NDArray[np.float64]) -> Shoal:
 
 
 @compiled
-def _aim(shoal: Shoal, before: NDArray[np.float64], fish: int, share: NDArray[np.float64]) -> float:
+def _aim(shoal: Shoal, before: Floats, fish: int, share: Floats) -> float:
     """Return the angle to where a fish would like to go, and give it another goal where it is there or tired of it."""
     goal = shoal.goals[fish]
     away = (goal[0] - before[fish, 0]) ** 2 + (goal[1] - before[fish, 1]) ** 2
@@ -225,8 +225,8 @@ def _bend(
     fish: int,
     error: float,
     quick: bool,
-    noise: NDArray[np.float64],
-    share: NDArray[np.float64],
+    noise: Floats,
+    share: Floats,
 ) -> float:
     """Bend a fish, and return by how much, rad."""
     shoal.phase[fish] += shoal.beat[fish]
@@ -252,7 +252,7 @@ def _bend(
 
 
 @compiled
-def _move(tank: Tank, shoal: Shoal, fish: int, change: float, noise: NDArray[np.float64]) -> None:
+def _move(tank: Tank, shoal: Shoal, fish: int, change: float, noise: Floats) -> None:
     """Turn and move a fish as the water answers a change of its bend, rad."""
     u, v = shoal.speeds[fish, 0], shoal.speeds[fish, 1]
     rudder = tank.rudder * min(np.sqrt(u * u + v * v), 10.0) * shoal.phi[fish]
@@ -269,7 +269,7 @@ def _move(tank: Tank, shoal: Shoal, fish: int, change: float, noise: NDArray[np.
 
 
 @compiled
-def _too_near(places: NDArray[np.float64]) -> bool:
+def _too_near(places: Floats) -> bool:
     """Return whether a fish is too near to the border, or to another."""
     for fish in range(places.shape[0]):
         x, y = places[fish, 0], places[fish, 1]
@@ -282,7 +282,7 @@ def _too_near(places: NDArray[np.float64]) -> bool:
 
 
 @compiled
-def _error(places: NDArray[np.float64], fish: int, goal: NDArray[np.float64], theta: float) -> float:
+def _error(places: Floats, fish: int, goal: Floats, theta: float) -> float:
     """Return the angle from a fish's heading to where it would like to go, rad, wrapped to half a turn."""
     x, y = places[fish, 0], places[fish, 1]
     u, v = goal[0] - x, goal[1] - y

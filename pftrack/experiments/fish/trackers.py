@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import circular_mean, exponentials, less_turns, sines_cosines
 from pftrack.core.numerics.matrices import inner_product
@@ -45,24 +46,24 @@ class FishState:
     """
 
     particles: ParticleSet
-    changes: NDArray[np.float64]
-    mean: NDArray[np.float64]
-    spread: NDArray[np.float64]
+    changes: Floats
+    mean: Floats
+    spread: Floats
     distance: float
     log_evidence: float = 0.0
 
     @property
-    def estimate(self) -> NDArray[np.float64]:
+    def estimate(self) -> Floats:
         """(2,) posterior mean of the centre of the body, px."""
         return self.mean[:2]
 
     @property
-    def sigma(self) -> NDArray[np.float64]:
+    def sigma(self) -> Floats:
         """(2,) posterior standard deviations of the same, px."""
         return self.spread[:2]
 
     @property
-    def pose(self) -> NDArray[np.float64]:
+    def pose(self) -> Floats:
         """(4,) posterior mean (a, b, theta, phi), px and rad."""
         return self.mean[[0, 1, 4, 5]]
 
@@ -73,7 +74,7 @@ class FishState:
         arrays = (particles.states, particles.ancestors, self.changes)
         return 1024 + 2 * particles.log_weights.nbytes + sum(array.nbytes for array in arrays)
 
-    def arrays(self) -> Mapping[str, NDArray[np.float64]]:
+    def arrays(self) -> Mapping[str, Floats]:
         """Return states and log weights of the particles."""
         return {"states": self.particles.states, "log_weights": self.particles.log_weights}
 
@@ -100,8 +101,8 @@ class Drawn(NamedTuple):
     """
 
     motion: int
-    mean: NDArray[np.float64]
-    root: NDArray[np.float64]
+    mean: Floats
+    root: Floats
     sample_count: int
 
 
@@ -127,12 +128,12 @@ class Cloud(NamedTuple):
         log_evidence: Log of the mean of the weights.
     """
 
-    states: NDArray[np.float64]
-    log_weights: NDArray[np.float64]
-    ancestors: NDArray[np.int64]
-    changes: NDArray[np.float64]
-    mean: NDArray[np.float64]
-    sigma: NDArray[np.float64]
+    states: Floats
+    log_weights: Floats
+    ancestors: Ints
+    changes: Floats
+    mean: Floats
+    sigma: Floats
     distance: float
     log_evidence: float
 
@@ -140,8 +141,8 @@ class Cloud(NamedTuple):
 @compiled
 def frame_step(
     distances: NDArray[np.uint8],
-    states: NDArray[np.float64],
-    log_weights: NDArray[np.float64],
+    states: Floats,
+    log_weights: Floats,
     drawn: Drawn,
     weighing: Weighing,
     seed: int,
@@ -178,9 +179,7 @@ def frame_step(
 
 
 @compiled
-def _walk(
-    states: NDArray[np.float64], ancestors: NDArray[np.int64], normals: NDArray[np.float64], drawn: Drawn
-) -> NDArray[np.float64]:
+def _walk(states: Floats, ancestors: Ints, normals: Floats, drawn: Drawn) -> Floats:
     """Return the ancestors moved in the picture's frame: by a step that is drawn, or by a velocity that is changed."""
     count = drawn.sample_count
     moved = np.empty((6, count))
@@ -205,7 +204,7 @@ def _walk(
 
 
 @compiled
-def _mean(states: NDArray[np.float64], weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _mean(states: Floats, weights: Floats) -> tuple[Floats, Floats]:
     """Return the mean (6,), that of the heading on the circle, and standard deviations (4,) of place and angles."""
     count = states.shape[0]
     mean, sigma = np.empty(6), np.empty(4)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.geometry.polygons import convex_hull, fill, spans
 from pftrack.core.numerics.compiled import compiled
 from pftrack.experiments.hand.candidates import (
@@ -52,7 +53,7 @@ SPREAD_MOVE, FLEXION_MOVE = 0.05, 0.15
 
 
 @compiled
-def differences(poses: NDArray[np.float64], seen: PictureTables, task: Task) -> NDArray[np.int64]:
+def differences(poses: Floats, seen: PictureTables, task: Task) -> Ints:
     """Return by how many pixels (M,) the silhouettes of poses (M, 25) differ from the one that was seen."""
     found = np.empty(poses.shape[0], np.int64)
     for n in range(poses.shape[0]):
@@ -63,13 +64,13 @@ def differences(poses: NDArray[np.float64], seen: PictureTables, task: Task) -> 
 
 @compiled
 def improve(
-    pose: NDArray[np.float64],
+    pose: Floats,
     origin: int,
     predictions: Predictions,
-    assignment: NDArray[np.int64],
+    assignment: Ints,
     seen: PictureTables,
     task: Task,
-) -> tuple[NDArray[np.float64], float]:
+) -> tuple[Floats, float]:
     """Return a pose (25,) uphill of one, and its log score.
 
     Args:
@@ -118,10 +119,10 @@ def improve(
 
 @compiled
 def log_score(
-    pose: NDArray[np.float64],
+    pose: Floats,
     origin: int,
     predictions: Predictions,
-    assignment: NDArray[np.int64],
+    assignment: Ints,
     seen: PictureTables,
     task: Task,
 ) -> float:
@@ -139,7 +140,7 @@ def log_score(
 
 
 @compiled
-def _log_prior(pose: NDArray[np.float64], origin: int, predictions: Predictions, task: Task) -> float:
+def _log_prior(pose: Floats, origin: int, predictions: Predictions, task: Task) -> float:
     return log_prior(log_shares(pose, predictions, task.settings), origin, task.settings.mixture)
 
 
@@ -150,7 +151,7 @@ def _cover(differing: int, seen: PictureTables, task: Task) -> float:
 
 
 @compiled
-def differing(mask: NDArray[np.bool_], silhouette: NDArray[np.bool_]) -> int:
+def differing(mask: Bools, silhouette: Bools) -> int:
     """Return in how many pixels two masks (height, width) differ."""
     count = 0
     for row in range(mask.shape[0]):
@@ -160,7 +161,7 @@ def differing(mask: NDArray[np.bool_], silhouette: NDArray[np.bool_]) -> int:
 
 
 @compiled
-def _finger_fit(pose: NDArray[np.float64], finger: int, protrusion: int, seen: PictureTables, task: Task) -> float:
+def _finger_fit(pose: Floats, finger: int, protrusion: int, seen: PictureTables, task: Task) -> float:
     """Return the log likelihood of one finger of a pose (25,), which is moved freely and so stands for no cell."""
     places = joints(pose, task.scale, task.shape)[finger]
     return finger_fit(
@@ -169,7 +170,7 @@ def _finger_fit(pose: NDArray[np.float64], finger: int, protrusion: int, seen: P
 
 
 @compiled
-def _move_finger(pose: NDArray[np.float64], finger: int, way: int, share: float) -> None:
+def _move_finger(pose: Floats, finger: int, way: int, share: float) -> None:
     """Move a finger of a pose in place: spread it either way, or bend all its joints either way."""
     at = 5 + 4 * finger
     sign = 1.0 if way % 2 else -1.0
@@ -182,9 +183,9 @@ def _move_finger(pose: NDArray[np.float64], finger: int, way: int, share: float)
 
 @compiled
 def _added_pixels(
-    pose: NDArray[np.float64],
+    pose: Floats,
     finger: int,
-    others: NDArray[np.bool_],
+    others: Bools,
     marks: NDArray[np.int32],
     mark: int,
     seen: PictureTables,
@@ -238,17 +239,17 @@ class Hands(NamedTuple):
         tried: How many palms were looked at.
     """
 
-    poses: NDArray[np.float64]
-    scores: NDArray[np.float64]
-    predictions: NDArray[np.int64]
-    assignments: NDArray[np.int64]
+    poses: Floats
+    scores: Floats
+    predictions: Ints
+    assignments: Ints
     tried: int
 
 
 @compiled
 def search(
     predictions: Predictions,
-    ideals: NDArray[np.float64],
+    ideals: Floats,
     seen: PictureTables,
     task: Task,
 ) -> Hands:
@@ -285,13 +286,13 @@ def search(
 
 @compiled
 def _give_fingers(
-    pose: NDArray[np.float64],
-    assignment: NDArray[np.int64],
-    angles: NDArray[np.float64],
-    priors: NDArray[np.float64],
-    counts: NDArray[np.int64],
-    halves: NDArray[np.float64],
-    ideals: NDArray[np.float64],
+    pose: Floats,
+    assignment: Ints,
+    angles: Floats,
+    priors: Floats,
+    counts: Ints,
+    halves: Floats,
+    ideals: Floats,
     seen: PictureTables,
     task: Task,
 ) -> float:
@@ -341,9 +342,7 @@ def _give_fingers(
 
 
 @compiled
-def _moves(
-    pose: NDArray[np.float64], places: NDArray[np.float64], halves: NDArray[np.float64], task: Task
-) -> NDArray[np.float64]:
+def _moves(pose: Floats, places: Floats, halves: Floats, task: Task) -> Floats:
     """Return by how much joints and tips (5, 5, 4, 2) move for half a step of each angle of a finger's cell, px."""
     moved = pose.copy()
     for finger in range(5):
@@ -359,8 +358,8 @@ def _moves(
 
 @compiled
 def _palms(
-    predictions: Predictions, ideals: NDArray[np.float64], seen: PictureTables, task: Task
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], int]:
+    predictions: Predictions, ideals: Floats, seen: PictureTables, task: Task
+) -> tuple[Floats, Floats, Ints, int]:
     """Return the best palms that differ: poses (M, 25), scores (M,), predictions (M,), and how many were looked at."""
     many = PALMS * predictions.poses.shape[0]
     poses, scores, origins = np.empty((many, 25)), np.empty(many), np.empty(many, np.int64)
@@ -392,9 +391,7 @@ def _palms(
 
 
 @compiled
-def _best_that_differ(
-    poses: NDArray[np.float64], scores: NDArray[np.float64], count: int, seen: PictureTables, task: Task, reach: bool
-) -> NDArray[np.int64]:
+def _best_that_differ(poses: Floats, scores: Floats, count: int, seen: PictureTables, task: Task, reach: bool) -> Ints:
     """Return the places of the best of the first `count` poses whose palms differ, at most `palm_count`, best first.
 
     Args:
@@ -428,7 +425,7 @@ def _best_that_differ(
 
 
 @compiled
-def _put(pose: NDArray[np.float64], finger: int, angles: NDArray[np.float64]) -> None:
+def _put(pose: Floats, finger: int, angles: Floats) -> None:
     """Put the angles (4,) of a finger into a pose in place."""
     for j in range(4):
         pose[5 + 4 * finger + j] = angles[j]
@@ -459,34 +456,34 @@ class Found(NamedTuple):
         growth: How many times as large as before the hand is seen, where that may change.
     """
 
-    beam: Beam[NDArray[np.float64]]
-    origins: NDArray[np.float64]
-    fit: NDArray[np.float64]
+    beam: Beam[Floats]
+    origins: Floats
+    fit: Floats
     tried: int
     log_evidence: float
     growth: float = 1.0
 
 
-def alike(first: NDArray[np.float64], second: NDArray[np.float64]) -> bool:
+def alike(first: Floats, second: Floats) -> bool:
     """Tell whether two poses (25,) are one hypothesis."""
     apart = np.abs(first - second)
     return bool(apart[2:5].max() <= ALIKE_PALM_RAD and apart[5:].max() <= ALIKE_FINGERS_RAD)
 
 
-def predictions(members: NDArray[np.float64], origins: NDArray[np.float64]) -> NDArray[np.float64]:
+def predictions(members: Floats, origins: Floats) -> Floats:
     """Return the predictions (2 K, 25) of poses (K, 25): all of them moved on, then all of them as they are.
 
     Args:
         members: (K, 25).
         origins: (K, 25) where each was in the frame before.
     """
-    expected: NDArray[np.float64] = np.clip(np.concatenate([2.0 * members - origins, members]), LOW, HIGH)
+    expected: Floats = np.clip(np.concatenate([2.0 * members - origins, members]), LOW, HIGH)
     return expected
 
 
 def follow(
-    before: Beam[NDArray[np.float64]],
-    expected: NDArray[np.float64],
+    before: Beam[Floats],
+    expected: Floats,
     still_penalty: float,
     seen: PictureTables,
     task: Task,
@@ -535,14 +532,14 @@ def follow(
 
 
 def _regrow(
-    pose: NDArray[np.float64],
+    pose: Floats,
     origin: int,
     wanted: Predictions,
-    assignment: NDArray[np.int64],
+    assignment: Ints,
     score: float,
     seen: PictureTables,
     task: Task,
-) -> tuple[NDArray[np.float64], float]:
+) -> tuple[Floats, float]:
     """Return a pose (25,) and how many times as large as before its hand is: as large, or a step larger or smaller.
 
     Args:

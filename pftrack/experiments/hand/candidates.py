@@ -7,8 +7,8 @@ which points at the camera's side, steps are large; where it shows much they are
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.geometry.polygons import convex_hull
 from pftrack.core.numerics.compiled import compiled
 from pftrack.experiments.hand.parameters import Task
@@ -42,7 +42,7 @@ def _crossing(first: float, second: float) -> float:
 
 
 @compiled
-def chain_rate(places: NDArray[np.float64], velocities: NDArray[np.float64], tip_radius: float) -> float:
+def chain_rate(places: Floats, velocities: Floats, tip_radius: float) -> float:
     """Return D of a chain of capsules that turns about its root, px^2/rad.
 
     Its contour is two sides of each segment and the cap of the last; thicknesses of the sides drop out, since the point
@@ -66,7 +66,7 @@ def chain_rate(places: NDArray[np.float64], velocities: NDArray[np.float64], tip
 
 
 @compiled
-def contour_rate(points: NDArray[np.float64], velocities: NDArray[np.float64]) -> float:
+def contour_rate(points: Floats, velocities: Floats) -> float:
     """Return D of the convex hull of points that turn, px^2/rad.
 
     Args:
@@ -88,7 +88,7 @@ def contour_rate(points: NDArray[np.float64], velocities: NDArray[np.float64]) -
 
 
 @compiled
-def _velocities(places: NDArray[np.float64], moved: NDArray[np.float64]) -> NDArray[np.float64]:
+def _velocities(places: Floats, moved: Floats) -> Floats:
     """Return by how much the places (5, 4, 3) of fingers moved for each radian of a small turn."""
     # In loops: expressions of whole arrays take the compiler many times as long.
     found = np.empty((5, 4, 3))
@@ -100,7 +100,7 @@ def _velocities(places: NDArray[np.float64], moved: NDArray[np.float64]) -> NDAr
 
 
 @compiled
-def flexion_rates(pose: NDArray[np.float64], scale: float, shape: HandShape) -> NDArray[np.float64]:
+def flexion_rates(pose: Floats, scale: float, shape: HandShape) -> Floats:
     """Return D (5,) of each finger for a turn about its first joint, px^2/rad.
 
     Args:
@@ -120,7 +120,7 @@ def flexion_rates(pose: NDArray[np.float64], scale: float, shape: HandShape) -> 
 
 
 @compiled
-def palm_rates(pose: NDArray[np.float64], scale: float, shape: HandShape) -> NDArray[np.float64]:
+def palm_rates(pose: Floats, scale: float, shape: HandShape) -> Floats:
     """Return D (3,) of the palm's angles a, b and c, px^2/rad: what turns is the palm with all fingers.
 
     Args:
@@ -144,9 +144,7 @@ def palm_rates(pose: NDArray[np.float64], scale: float, shape: HandShape) -> NDA
 
 
 @compiled
-def finger_candidates(
-    predicted: NDArray[np.float64], task: Task
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+def finger_candidates(predicted: Floats, task: Task) -> tuple[Floats, Floats, Ints]:
     """Return angles and log priors of what is tried for every finger, the most probable first.
 
     The three joints of a finger bend alike, beside the prediction itself and the extreme that is far from it.
@@ -185,7 +183,7 @@ def finger_candidates(
 
 
 @compiled
-def half_steps(predicted: NDArray[np.float64], task: Task) -> NDArray[np.float64]:
+def half_steps(predicted: Floats, task: Task) -> Floats:
     """Return half the steps (5, 5) around a prediction, rad: for each finger those of a, b, c, its spread and flexion.
 
     Args:
@@ -203,7 +201,7 @@ def half_steps(predicted: NDArray[np.float64], task: Task) -> NDArray[np.float64
 
 
 @compiled
-def _palm_steps(predicted: NDArray[np.float64], task: Task) -> NDArray[np.float64]:
+def _palm_steps(predicted: Floats, task: Task) -> Floats:
     """Return the steps (3,) of a, b and c around a prediction (25,), rad."""
     steps = palm_rates(predicted, task.scale, task.shape)
     for i in range(3):
@@ -227,9 +225,7 @@ def flexion_limits(finger: int) -> tuple[float, float]:
 
 
 @compiled
-def _flexions(
-    predicted: NDArray[np.float64], finger: int, rate: float, task: Task
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _flexions(predicted: Floats, finger: int, rate: float, task: Task) -> tuple[Floats, Floats]:
     """Return flexions (C, 3) of a finger that are tried, and how far each is from the prediction (C,), rad."""
     at = 6 + 4 * finger
     middle = (predicted[at] + predicted[at + 1] + predicted[at + 2]) / 3.0
@@ -251,7 +247,7 @@ def _flexions(
 
 
 @compiled
-def palm_candidates(predicted: NDArray[np.float64], task: Task) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def palm_candidates(predicted: Floats, task: Task) -> tuple[Floats, Floats]:
     """Return poses (C, 25) whose palms are around a prediction, and log priors (C,) of the palms.
 
     Args:
@@ -292,7 +288,7 @@ MOST_PROTRUSIONS = 8
 
 
 @compiled
-def assign(scores: NDArray[np.float64], costs: NDArray[np.float64]) -> tuple[float, NDArray[np.int64]]:
+def assign(scores: Floats, costs: Floats) -> tuple[float, Ints]:
     """Return the greatest sum of scores that an assignment has, and its protrusion (F,) for each finger, or HIDDEN.
 
     Args:
@@ -324,7 +320,7 @@ def assign(scores: NDArray[np.float64], costs: NDArray[np.float64]) -> tuple[flo
 
 
 @compiled
-def _trace_back(taken: NDArray[np.int64], last: int) -> NDArray[np.int64]:
+def _trace_back(taken: Ints, last: int) -> Ints:
     """Return the protrusion (F,) of each finger that led to a set of taken ones."""
     chosen = np.empty(taken.shape[0], np.int64)
     for finger in range(taken.shape[0] - 1, -1, -1):

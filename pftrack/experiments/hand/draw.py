@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.geometry.polygons import fill
 from pftrack.core.model.drawing import Links, Mesh, Points, Primitive, Viewpoint, World, WorldDrawing
 from pftrack.core.model.palette import COLOURS, Colour
@@ -27,9 +28,7 @@ PROFILE += [(1.0, np.sin(angle), np.cos(angle)) for angle in _QUARTER[::-1]]
 """Rings from end to end: which end they belong to, how far beyond it along the axis and away from it, in radii."""
 
 
-def capsules(
-    starts: NDArray[np.float64], ends: NDArray[np.float64], radii: NDArray[np.float64]
-) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+def capsules(starts: Floats, ends: Floats, radii: Floats) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
     """Return vertices (n, 3) and faces (m, 3) of capsules.
 
     Args:
@@ -58,7 +57,7 @@ def capsules(
     return vertices.astype(np.float32), faces.reshape(-1, 3).astype(np.int32)
 
 
-def plate(near: NDArray[np.float64], far: NDArray[np.float64]) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+def plate(near: Floats, far: Floats) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
     """Return vertices (2 n, 3) and faces of a plate between two outlines (n, 3), the near one seen clockwise."""
     count = len(near)
     fan = np.stack([np.zeros(count - 2, int), np.arange(1, count - 1), np.arange(2, count)], axis=1)
@@ -72,7 +71,7 @@ def plate(near: NDArray[np.float64], far: NDArray[np.float64]) -> tuple[NDArray[
     return np.concatenate([near, far]).astype(np.float32), faces.astype(np.int32)
 
 
-def ribbon(segments: NDArray[np.float64], width: float) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+def ribbon(segments: Floats, width: float) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
     """Return vertices (4 n, 3) and faces of flat strips along segments (n, 2, 3), a little longer than these.
 
     Args:
@@ -90,7 +89,7 @@ def ribbon(segments: NDArray[np.float64], width: float) -> tuple[NDArray[np.floa
 
 
 @lru_cache(maxsize=1)
-def _rings() -> NDArray[np.int64]:
+def _rings() -> Ints:
     """Return the faces between the rings of one capsule."""
     faces = []
     for ring in range(len(PROFILE) - 1):
@@ -172,7 +171,7 @@ def second_run(estimate: tuple[float, ...], size: float) -> dict[str, Primitive]
     return {"second": Links(_raise((tips + arms).reshape(-1, 2, 2), 2.4), COLOURS["second"], 2.0, "second run")}
 
 
-def bones(pose: NDArray[np.float64], scale: float, shape: HandShape, colour: Colour, layer: str) -> Links:
+def bones(pose: Floats, scale: float, shape: HandShape, colour: Colour, layer: str) -> Links:
     """Draw the fingers of a pose as lines from joint to joint, and the lines from the wrist to where they begin."""
     places = joints(pose, scale, shape)[:, :, :2]
     wrist = np.broadcast_to(pose[:2], (5, 1, 2))
@@ -181,7 +180,7 @@ def bones(pose: NDArray[np.float64], scale: float, shape: HandShape, colour: Col
     return Links(_raise(ends, 2.2), colour, 1.5, layer)
 
 
-def outline(pose: NDArray[np.float64], scale: float, shape: HandShape, size: tuple[int, int]) -> NDArray[np.float64]:
+def outline(pose: Floats, scale: float, shape: HandShape, size: tuple[int, int]) -> Floats:
     """Return the outline of a pose's silhouette as segments (n, 2, 2), px of a picture of this width and height."""
     step = max(1.0, max(size) / LARGEST_DRAWN)
     corners, counts = parts(pose, scale, shape)
@@ -189,7 +188,7 @@ def outline(pose: NDArray[np.float64], scale: float, shape: HandShape, size: tup
     return _contours(fill((corners + 0.5) / step - 0.5, counts, height, width), step)
 
 
-def _contours(mask: NDArray[np.bool_], step: float) -> NDArray[np.float64]:
+def _contours(mask: Bools, step: float) -> Floats:
     """Return the outlines of a mask as segments (n, 2, 2), px; its pixels are `step` px wide."""
     found, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_LIST, cv2.CHAIN_APPROX_SIMPLE)
     rings = [ring.reshape(-1, 2).astype(np.float64) for ring in found if len(ring) > 1]
@@ -198,11 +197,11 @@ def _contours(mask: NDArray[np.bool_], step: float) -> NDArray[np.float64]:
     return np.asarray(step * (together + 0.5) - 0.5)
 
 
-def _raise(segments: NDArray[np.float64], height: float) -> NDArray[np.float32]:
+def _raise(segments: Floats, height: float) -> NDArray[np.float32]:
     return at_height(segments.reshape(-1, 2), height).reshape(-1, 2, 3)
 
 
-def _dots(places: NDArray[np.float64], colour: Colour, size: float, layer: str, height: float = 1.2) -> Points:
+def _dots(places: Floats, colour: Colour, size: float, layer: str, height: float = 1.2) -> Points:
     return Points(at_height(places, height), np.tile(np.array(colour, np.uint8), (len(places), 1)), size, layer)
 
 
@@ -258,22 +257,20 @@ def hand_world(state: HandState, shown: int, target: object) -> WorldDrawing:
     return WorldDrawing(HAND_WORLD, drawn)
 
 
-def _upright(angle: float) -> NDArray[np.float64]:
+def _upright(angle: float) -> Floats:
     """Return the matrix (3, 3) that turns rows up, and a hand that is turned by an angle in the picture upright."""
     cosine, sine = np.cos(angle), np.sin(angle)
     return np.array([[cosine, -sine, 0.0], [-sine, -cosine, 0.0], [0.0, 0.0, 1.0]])
 
 
-def _place(
-    pose: NDArray[np.float64], scale: float, shape: HandShape, upright: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _place(pose: Floats, scale: float, shape: HandShape, upright: Floats) -> Floats:
     """Return the joints and tips (5, 4, 3) of a pose from its wrist, palm axes."""
     places = joints(pose, scale, shape)
     places[:, :, :2] -= pose[:2]
     return np.asarray((places / scale) @ upright.T)
 
 
-def _palm(pose: NDArray[np.float64], state: HandState, upright: NDArray[np.float64]) -> Mesh:
+def _palm(pose: Floats, state: HandState, upright: Floats) -> Mesh:
     shape = state.shape
     turn = upright @ palm_axes(pose, state.scale, shape.side) / state.scale
     count = len(shape.outline)
@@ -284,19 +281,19 @@ def _palm(pose: NDArray[np.float64], state: HandState, upright: NDArray[np.float
     return Mesh(vertices, faces, hand_colour(state), 0.85, "hand")
 
 
-def _fingers(places: NDArray[np.float64], state: HandState) -> Mesh:
+def _fingers(places: Floats, state: HandState) -> Mesh:
     starts, ends = places[:, :-1].reshape(-1, 3), places[:, 1:].reshape(-1, 3)
     radii = np.stack([state.shape.radii[:, :-1], state.shape.radii[:, 1:]], axis=2).reshape(-1, 2)
     return Mesh(*capsules(starts, ends, radii), hand_colour(state), 0.85, "hand")
 
 
-def _joints(places: NDArray[np.float64]) -> Points:
+def _joints(places: Floats) -> Points:
     every = places.reshape(-1, 3).astype(np.float32)
     colours = np.tile(np.array(COLOURS["paper"], np.uint8), (len(every), 1))
     return Points(every, colours, 0.05, "fingers")
 
 
-def _ghosts(state: HandState, shown: int, upright: NDArray[np.float64]) -> dict[str, Primitive]:
+def _ghosts(state: HandState, shown: int, upright: Floats) -> dict[str, Primitive]:
     starts, ends, opacities = [np.zeros((0, 3))], [np.zeros((0, 3))], [np.zeros(0)]
     for place, weight in enumerate(state.beam.weights.tolist()):
         if place == shown:

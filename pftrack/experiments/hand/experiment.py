@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.band import Calibration, Miscalibration
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Primitive
@@ -183,7 +183,7 @@ def _caption(step: Step, shown: int) -> str:
     return " · ".join(parts)
 
 
-def _distance(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> Any:  # noqa: ANN401 - one or many
+def _distance(estimates: Floats, truths: Floats) -> Any:  # noqa: ANN401 - one or many
     """Return the mean distance of the five tips (..., 15) in space, px."""
     off = (estimates - truths).reshape(*np.shape(estimates)[:-1], 5, 3)
     return np.sqrt(np.square(off).sum(axis=-1)).mean(axis=-1)
@@ -196,7 +196,7 @@ def is_missed(state: HandState, target: Target) -> bool:
     return _too_far(state.estimate, target)
 
 
-def _too_far(tips: NDArray[np.float64], target: HandTarget) -> bool:
+def _too_far(tips: Floats, target: HandTarget) -> bool:
     return not _distance(tips, target.position) <= LOST_PALMS * target.scale
 
 

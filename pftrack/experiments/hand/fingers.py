@@ -21,6 +21,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.source import Backdrop
 from pftrack.core.numerics.compiled import compiled
 from pftrack.experiments.hand.silhouette import (
@@ -59,8 +60,8 @@ class Protrusion(NamedTuple):
         radii: (k,) distance of each from the edge, px.
     """
 
-    axis: NDArray[np.float64]
-    radii: NDArray[np.float64]
+    axis: Floats
+    radii: Floats
 
 
 class HandFeatures(NamedTuple):
@@ -75,8 +76,8 @@ class HandFeatures(NamedTuple):
 
     silhouette: Silhouette
     protrusions: tuple[Protrusion, ...]
-    wrist: NDArray[np.float64] | None
-    arm: NDArray[np.float64]
+    wrist: Floats | None
+    arm: Floats
 
     @property
     def finding(self) -> Finding:
@@ -145,7 +146,7 @@ def _within(place: NDArray[np.generic], width: int, height: int) -> bool:
     return bool(0 <= column < width and 0 <= row < height)
 
 
-def _protrusion(line: NDArray[np.int64], widths: NDArray[np.float64], padded: NDArray[np.uint8]) -> Protrusion | None:
+def _protrusion(line: Ints, widths: Floats, padded: NDArray[np.uint8]) -> Protrusion | None:
     """Return a finger's axis, given the pixels (n, 2) and widths (n,) from its end to where it meets the rest."""
     begin = _begin(line, widths)
     cut = _cut(widths, begin, FINGER_FROM, FINGER_RATIO)
@@ -157,9 +158,7 @@ def _protrusion(line: NDArray[np.int64], widths: NDArray[np.float64], padded: ND
     return Protrusion(axis, radii) if len(axis) > LEAST_LENGTH_PX else None
 
 
-def _arm(
-    line: NDArray[np.int64], widths: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+def _arm(line: Ints, widths: Floats) -> tuple[Floats, Floats | None]:
     """Return the arm's axis and its wrist, if it becomes wider, given pixels and widths from outside the border on."""
     places = _smooth(line.astype(np.float64))
     smooth = _smooth(np.column_stack([widths, widths]))[:, 0].copy()
@@ -173,7 +172,7 @@ def _arm(
 
 
 @compiled
-def _begin(line: NDArray[np.int64], widths: NDArray[np.float64]) -> int:
+def _begin(line: Ints, widths: Floats) -> int:
     """Return the first index of a line (n, 2) that is as far from its end as the silhouette is wide from there on."""
     count: int = widths.shape[0]
     for i in range(count):
@@ -186,7 +185,7 @@ def _begin(line: NDArray[np.int64], widths: NDArray[np.float64]) -> int:
 
 
 @compiled
-def _cut(widths: NDArray[np.float64], begin: int, least: int, ratio: float) -> int:
+def _cut(widths: Floats, begin: int, least: int, ratio: float) -> int:
     """Return the first index at which a width is clearly more than the mean from `begin` on, and stays so; or all."""
     count: int = widths.shape[0]
     total = 0.0
@@ -204,7 +203,7 @@ def _cut(widths: NDArray[np.float64], begin: int, least: int, ratio: float) -> i
 
 
 @compiled
-def _wrist(widths: NDArray[np.float64], cut: int) -> int:
+def _wrist(widths: Floats, cut: int) -> int:
     """Return the index at which an arm begins to become wider, given where it clearly is; -1 if it does not.
 
     A line through the widths around the cut is followed back to the mean of the arm.
@@ -232,9 +231,7 @@ def _wrist(widths: NDArray[np.float64], cut: int) -> int:
 
 
 @compiled
-def _tip(
-    padded: NDArray[np.uint8], places: NDArray[np.float64], widths: NDArray[np.float64], begin: int
-) -> tuple[NDArray[np.float64], int]:
+def _tip(padded: NDArray[np.uint8], places: Floats, widths: Floats, begin: int) -> tuple[Floats, int]:
     """Return the middle of a finger's round end, and the index of the first place (n, 2) of its axis behind that.
 
     The finger is followed on along its axis to where the silhouette ends, on three lines side by side; its end is
@@ -265,7 +262,7 @@ def _tip(
 
 
 @compiled
-def _smooth(line: NDArray[np.float64]) -> NDArray[np.float64]:
+def _smooth(line: Floats) -> Floats:
     """Return a line (n, 2) as means of points on either side, of fewer towards the ends."""
     count = line.shape[0]
     smooth = np.empty((count, 2))
@@ -280,7 +277,7 @@ def _smooth(line: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @compiled
-def resample(line: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def resample(line: Floats, values: Floats) -> tuple[Floats, Floats]:
     """Return points (k, 2) a px of arc length apart along a line (n, 2), and the values (k,) there."""
     count = line.shape[0]
     length = 0.0

@@ -7,8 +7,8 @@ from operator import attrgetter, itemgetter
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.geometry.polygons import fill
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponential, logarithm, sines_cosines
@@ -52,12 +52,12 @@ class FlatHand(NamedTuple):
         shape: Of this person's hand.
     """
 
-    pose: NDArray[np.float64]
+    pose: Floats
     scale: float
     shape: HandShape
 
 
-def apply_changes(start: FlatHand, changes: NDArray[np.float64]) -> FlatHand:
+def apply_changes(start: FlatHand, changes: Floats) -> FlatHand:
     """Return a hand changed by twenty quantities.
 
     Place is that of the knuckles' middle. Turn and size are the palm's alone: the fingers keep directions, lengths and
@@ -81,7 +81,7 @@ def apply_changes(start: FlatHand, changes: NDArray[np.float64]) -> FlatHand:
     return FlatHand(pose, scale, person)
 
 
-def _knuckles(hand: FlatHand) -> NDArray[np.float64]:
+def _knuckles(hand: FlatHand) -> Floats:
     """Return the middle (2,) of the knuckles of the four fingers, px."""
     return np.asarray(joints(hand.pose, hand.scale, hand.shape)[1:, 0, :2].mean(axis=0))
 
@@ -100,14 +100,14 @@ class Fit(NamedTuple):
     cost: float
 
 
-def misfit_of(mask: NDArray[np.bool_], hand: FlatHand) -> float:
+def misfit_of(mask: Bools, hand: FlatHand) -> float:
     """Return the share of a mask's pixels (height, width) above the wrist in which it differs from a hand's."""
     region = _above_wrist(mask.shape, hand)
     off = disagreement(mask, region, hand.pose, hand.scale, hand.shape)
     return off / max(int(np.count_nonzero(mask & region)), 1)
 
 
-def fit_hand(mask: NDArray[np.bool_], start: FlatHand) -> Fit:
+def fit_hand(mask: Bools, start: FlatHand) -> Fit:
     """Return the hand near a start whose silhouette is most like a mask.
 
     Args:
@@ -121,10 +121,10 @@ def fit_hand(mask: NDArray[np.bool_], start: FlatHand) -> Fit:
     unlike[FINGERS + 1 :: 3] = logarithm(start.shape.phalanges[:, 0] / MODEL.phalanges[:, 0])
     unlike[FINGERS + 2 :: 3] = logarithm(start.shape.radii[:, 0] / MODEL.radii[:, 0])
 
-    def cost(changes: NDArray[np.float64]) -> float:
+    def cost(changes: Floats) -> float:
         hand = apply_changes(start, changes)
         off = disagreement(mask, region, hand.pose, hand.scale, hand.shape)
-        strange: NDArray[np.float64] = (unlike + changes) / PRIOR
+        strange: Floats = (unlike + changes) / PRIOR
         strange[FINGERS + 1 :: 3] -= changes[SIZE] / PRIOR[FINGERS + 1]
         strange[FINGERS + 2 :: 3] -= changes[SIZE] / PRIOR[FINGERS + 2]
         return float(off + PRIOR_SHARE * pixels * sum(np.square(strange).tolist()))
@@ -148,9 +148,7 @@ def fit_hand(mask: NDArray[np.bool_], start: FlatHand) -> Fit:
     return Fit(hand, disagreement(mask, region, hand.pose, hand.scale, hand.shape) / pixels, least / pixels)
 
 
-def _around(
-    cost: Callable[[NDArray[np.float64]], float], changes: NDArray[np.float64], least: float, steps: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], float]:
+def _around(cost: Callable[[Floats], float], changes: Floats, least: float, steps: Floats) -> tuple[Floats, float]:
     """Return changes after a step in each quantity that makes the cost less, and that cost."""
     for quantity in range(QUANTITIES):
         for way in (1.0, -1.0):
@@ -164,9 +162,7 @@ def _around(
 
 
 @compiled
-def disagreement(
-    mask: NDArray[np.bool_], region: NDArray[np.bool_], pose: NDArray[np.float64], scale: float, shape: HandShape
-) -> int:
+def disagreement(mask: Bools, region: Bools, pose: Floats, scale: float, shape: HandShape) -> int:
     """Return how many pixels of a region are of a mask and not of a hand's silhouette, or the other way round.
 
     Args:
@@ -186,7 +182,7 @@ def disagreement(
     return off
 
 
-def _above_wrist(size: tuple[int, ...], hand: FlatHand) -> NDArray[np.bool_]:
+def _above_wrist(size: tuple[int, ...], hand: FlatHand) -> Bools:
     """Return (height, width) which pixels are on the fingers' side of the wrist."""
     sines, cosines = sines_cosines(hand.pose[2:3])
     rows, columns = np.indices(size)
@@ -214,8 +210,8 @@ FLEXIONS = 41
 class SeenFinger(NamedTuple):
     """One finger as it is seen: tip and where it leaves the palm (2,), and its half width, px of the mask."""
 
-    tip: NDArray[np.float64]
-    base: NDArray[np.float64]
+    tip: Floats
+    base: Floats
     radius: float
 
 
@@ -239,13 +235,11 @@ class Similarity(NamedTuple):
     off: float
     turn: float
     scale: float
-    wrist: NDArray[np.float64]
+    wrist: Floats
     side: float
 
 
-def similar(
-    seen: dict[int, SeenFinger], wrist: NDArray[np.float64] | None, side: float, palm: NDArray[np.float64] | None = None
-) -> Similarity:
+def similar(seen: dict[int, SeenFinger], wrist: Floats | None, side: float, palm: Floats | None = None) -> Similarity:
     """Return how far the model with straight fingers is from roots, tips and wrist, and turn, scale, wrist and side."""
     model = joints(open_pose((0.0, 0.0)), 1.0, MODEL.with_changes(side=side))[:, :, :2]
     here, there = [], []
@@ -277,9 +271,7 @@ def similar(
     return Similarity(float(np.square(turned - places).sum()) / (scale * scale), turn, scale, origin, side)
 
 
-def hand_of(
-    wrist: NDArray[np.float64], turn: float, scale: float, side: float, seen: dict[int, SeenFinger]
-) -> FlatHand:
+def hand_of(wrist: Floats, turn: float, scale: float, side: float, seen: dict[int, SeenFinger]) -> FlatHand:
     """Return an open hand with the directions, lengths and widths of the fingers that are seen."""
     # Rounded, so that the last bits of a cosine, which differ by machine, decide about nothing.
     wrist, scale = np.round(wrist, 6), round(scale, 6)
@@ -315,7 +307,7 @@ def hand_of(
     )
 
 
-def fold(hand: FlatHand, tips: dict[int, NDArray[np.float64]]) -> NDArray[np.float64]:
+def fold(hand: FlatHand, tips: dict[int, Floats]) -> Floats:
     """Return the pose of a hand in which further fingers are bent so far that their tips are nearest to marks."""
     pose = hand.pose.copy()
     for finger, tip in tips.items():
@@ -329,7 +321,7 @@ def fold(hand: FlatHand, tips: dict[int, NDArray[np.float64]]) -> NDArray[np.flo
     return pose
 
 
-def unit(way: NDArray[np.float64]) -> NDArray[np.float64]:
+def unit(way: Floats) -> Floats:
     """Return a vector of unit length."""
     return np.asarray(way / max(math.hypot(*way), 1e-9))
 
@@ -383,14 +375,14 @@ class OpenHand(NamedTuple):
         remarks: What a person may want to check, in words.
     """
 
-    pose: NDArray[np.float64]
+    pose: Floats
     scale: float
     shape: HandShape
     misfit: float
     remarks: tuple[str, ...]
 
 
-def find_open_hand(features: HandFeatures, tips: NDArray[np.float64] | None = None) -> OpenHand:
+def find_open_hand(features: HandFeatures, tips: Floats | None = None) -> OpenHand:
     """Return the open hand that a silhouette shows.
 
     Args:
@@ -456,7 +448,7 @@ def _five(protrusions: tuple[Protrusion, ...]) -> list[Protrusion]:
     return by_length
 
 
-def _order(fingers: list[SeenFinger], wrist: NDArray[np.float64] | None) -> tuple[list[SeenFinger], float]:
+def _order(fingers: list[SeenFinger], wrist: Floats | None) -> tuple[list[SeenFinger], float]:
     """Return five fingers from the thumb to the little finger, and the thumb's side: 1 if that is counter-clockwise.
 
     Shimada looks at the distances between neighbours' palm sides alone. Tips, roots and wrist together tell more:
@@ -471,7 +463,7 @@ def _order(fingers: list[SeenFinger], wrist: NDArray[np.float64] | None) -> tupl
     return orders[best.side], best.side
 
 
-def around_hand(fingers: list[SeenFinger], centre: NDArray[np.float64]) -> list[SeenFinger]:
+def around_hand(fingers: list[SeenFinger], centre: Floats) -> list[SeenFinger]:
     """Return fingers in their order around a place (2,), counter-clockwise on the screen from the arm on."""
     angles = [math.atan2(centre[1] - finger.tip[1], finger.tip[0] - centre[0]) for finger in fingers]
     order = sorted(range(len(fingers)), key=angles.__getitem__)
@@ -480,7 +472,7 @@ def around_hand(fingers: list[SeenFinger], centre: NDArray[np.float64]) -> list[
     return [fingers[number] for number in order[first:] + order[:first]]
 
 
-def _guess_from_tips(features: HandFeatures, tips: NDArray[np.float64]) -> FlatHand:
+def _guess_from_tips(features: HandFeatures, tips: Floats) -> FlatHand:
     """Return a first guess from five marked tips (5, 2), px of the mask."""
     reach = NEAR_MARK * max(np.ptp(tips, axis=0).tolist())
     pairs = sorted(
@@ -528,7 +520,7 @@ def _check(hand: FlatHand, misfit: float, *, marked: bool) -> tuple[str, ...]:
     return tuple(remarks)
 
 
-def _arm(mask: NDArray[np.bool_], hand: FlatHand) -> tuple[float, float]:
+def _arm(mask: Bools, hand: FlatHand) -> tuple[float, float]:
     """Return half the width of the forearm as it is seen, in palm axes, and a length that reaches the border."""
     cosine, sine = math.cos(hand.pose[2]), math.sin(hand.pose[2])
     across, along = np.array([cosine, -sine]), np.array([-sine, -cosine])

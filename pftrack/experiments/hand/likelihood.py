@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.geometry.polygons import convex_hull, distance_to_polygon, fill, row_sums, spans, sum_within
 from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.core.numerics.elementary import sines_cosines
@@ -47,7 +48,7 @@ NODES = read_only(2.0 * np.remainder(np.outer(np.arange(_COUNT) + 0.5, _GENERATO
 
 
 @compiled
-def cell_log_fit(square: float, ideals: NDArray[np.float64], sd: float) -> float:
+def cell_log_fit(square: float, ideals: Floats, sd: float) -> float:
     """Return the log of the mean Gaussian of a measure over a cell, relative to its peak; never above 0 (eq. 2.9).
 
     Args:
@@ -67,14 +68,14 @@ def cell_log_fit(square: float, ideals: NDArray[np.float64], sd: float) -> float
 
 @compiled
 def displacements(
-    pose: NDArray[np.float64],
-    places: NDArray[np.float64],
-    spread: NDArray[np.float64],
-    flexed: NDArray[np.float64],
-    halves: NDArray[np.float64],
+    pose: Floats,
+    places: Floats,
+    spread: Floats,
+    flexed: Floats,
+    halves: Floats,
     scale: float,
     side: float,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return by how much joints and tips (5, 5, 4, 2) of fingers move for half a step of each angle of a cell, px.
 
     The first index is the finger, the second the angle.
@@ -105,7 +106,7 @@ def displacements(
 
 
 @compiled
-def _turn(pose: NDArray[np.float64], angle: int, half: float, scale: float, side: float) -> NDArray[np.float64]:
+def _turn(pose: Floats, angle: int, half: float, scale: float, side: float) -> Floats:
     """Return by how much places relative to the wrist move (2, 3) if a palm (25,) turns by half a step."""
     turned = pose.copy()
     turned[2 + angle] += half
@@ -119,7 +120,7 @@ def _turn(pose: NDArray[np.float64], angle: int, half: float, scale: float, side
 
 
 @compiled
-def farthest(moves: NDArray[np.float64], end: int) -> float:
+def farthest(moves: Floats, end: int) -> float:
     """Return how far at most a joint or tip may be from its place in the cell, px; `moves` (m, 4, 2) of a finger."""
     most = 0.0
     for i in range(moves.shape[0]):
@@ -128,7 +129,7 @@ def farthest(moves: NDArray[np.float64], end: int) -> float:
 
 
 @compiled
-def tip_distances(moves: NDArray[np.float64], end: int) -> NDArray[np.float64]:
+def tip_distances(moves: Floats, end: int) -> Floats:
     """Return x_ft* (n,) px, by which a joint or tip is off its place in points of the cell; none if there is no cell.
 
     Args:
@@ -146,9 +147,7 @@ def tip_distances(moves: NDArray[np.float64], end: int) -> NDArray[np.float64]:
 
 
 @compiled
-def axis_distances(
-    moves: NDArray[np.float64], places: NDArray[np.float64], end: int, length: float
-) -> NDArray[np.float64]:
+def axis_distances(moves: Floats, places: Floats, end: int, length: float) -> Floats:
     """Return x_fa* (n,) px, the mean distance of a finger's axis in points of the cell once the ends coincide.
 
     Args:
@@ -201,16 +200,16 @@ class PictureTables(NamedTuple):
         lengths: (P,) how many points each has.
     """
 
-    silhouette: NDArray[np.bool_]
+    silhouette: Bools
     area: int
     outside: NDArray[np.int32]
     contour: NDArray[np.int32]
-    axes: NDArray[np.float64]
-    lengths: NDArray[np.int64]
+    axes: Floats
+    lengths: Ints
 
 
 @compiled
-def x_p(polygon: NDArray[np.float64], seen: PictureTables, scale: float) -> float:
+def x_p(polygon: Floats, seen: PictureTables, scale: float) -> float:
     """Return how far a convex polygon sticks out of the silhouette, in fiftieths of the palm axis (eq. 2.5).
 
     Args:
@@ -225,15 +224,15 @@ def x_p(polygon: NDArray[np.float64], seen: PictureTables, scale: float) -> floa
 
 @compiled
 def finger_fits(
-    places: NDArray[np.float64],
-    moves: NDArray[np.float64],
-    ideals: NDArray[np.float64],
-    log_priors: NDArray[np.float64],
+    places: Floats,
+    moves: Floats,
+    ideals: Floats,
+    log_priors: Floats,
     count: int,
-    radii: NDArray[np.float64],
+    radii: Floats,
     seen: PictureTables,
     task: Task,
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+) -> tuple[Floats, Ints]:
     """Return the best candidate of a finger for each protrusion, and for none.
 
     No term is above 0, so a candidate whose prior is already below the best score need not be looked at, nor any after
@@ -267,10 +266,10 @@ def finger_fits(
 
 @compiled
 def finger_fit(
-    places: NDArray[np.float64],
-    moves: NDArray[np.float64],
-    ideals: NDArray[np.float64],
-    radii: NDArray[np.float64],
+    places: Floats,
+    moves: Floats,
+    ideals: Floats,
+    radii: Floats,
     protrusion: int,
     seen: PictureTables,
     task: Task,
@@ -319,7 +318,7 @@ def unexplained_cost(length: int, unit: float) -> float:
 
 
 @compiled
-def _along(places: NDArray[np.float64], end: int, axis: NDArray[np.float64]) -> tuple[float, float]:
+def _along(places: Floats, end: int, axis: Floats) -> tuple[float, float]:
     """Return the mean distance of a finger's axis from a protrusion's once their ends coincide, and over which length.
 
     Points at equal length from the end are compared, up to the end of the shorter axis (eq. 2.7).
@@ -341,7 +340,7 @@ def _along(places: NDArray[np.float64], end: int, axis: NDArray[np.float64]) -> 
 
 
 @compiled
-def hidden_x_p(places: NDArray[np.float64], radii: NDArray[np.float64], seen: PictureTables, scale: float) -> float:
+def hidden_x_p(places: Floats, radii: Floats, seen: PictureTables, scale: float) -> float:
     """Return x_p of the boxes of a finger's three phalanges together, in fiftieths of the palm axis.
 
     Args:
@@ -370,14 +369,14 @@ def hidden_x_p(places: NDArray[np.float64], radii: NDArray[np.float64], seen: Pi
 # What the search looks up in a picture, made once of its silhouette and protrusions.
 
 
-def contour_of(silhouette: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def contour_of(silhouette: Bools) -> Bools:
     """Return the pixels (height, width) of a silhouette that have a neighbour outside it; the border has none there."""
     cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
     inner = cv2.erode(silhouette.view(np.uint8), cross).view(np.bool_)
     return np.asarray(silhouette & ~inner, np.bool_)
 
 
-def tables_of(silhouette: NDArray[np.bool_], axes: Sequence[NDArray[np.float64]]) -> PictureTables:
+def tables_of(silhouette: Bools, axes: Sequence[Floats]) -> PictureTables:
     """Return what is looked up in a picture.
 
     Args:
@@ -421,19 +420,19 @@ class View:
         self.task = Task(scale, state.shape, given)
         self.seen: PictureTables = tables_of(found.silhouette.mask, fingers(found, state.scale))
 
-    def into(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    def into(self, poses: Floats) -> Floats:
         """Return poses (K, 25) of the picture in px of the mask."""
         moved = poses.copy()
         moved[:, :2] = self._found.silhouette.in_mask(poses[:, :2])
         return moved
 
-    def back(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    def back(self, poses: Floats) -> Floats:
         """Return poses (K, 25) of the mask in px of the picture."""
         moved = poses.copy()
         moved[:, :2] = self._found.silhouette.in_picture(poses[:, :2])
         return moved
 
-    def with_wrists(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    def with_wrists(self, poses: Floats) -> Floats:
         """Return poses (K, 25) of the mask whose wrists are where one is seen, if one is."""
         if self._found.wrist is None:
             return poses
@@ -444,7 +443,7 @@ class View:
         return moved
 
 
-def fingers(found: HandFeatures, scale: float) -> list[NDArray[np.float64]]:
+def fingers(found: HandFeatures, scale: float) -> list[Floats]:
     """Return the axes (k, 2) of the protrusions that are as thin as fingers, px of the mask; a fist on its arm is none.
 
     Args:
@@ -455,7 +454,7 @@ def fingers(found: HandFeatures, scale: float) -> list[NDArray[np.float64]]:
     return [each.axis for each in found.protrusions if np.sort(each.radii)[len(each.radii) // 2] <= thickest]
 
 
-def wrist_offset(pose: NDArray[np.float64], found: HandFeatures) -> NDArray[np.float64]:
+def wrist_offset(pose: Floats, found: HandFeatures) -> Floats:
     """Return how far the wrist that is seen is from that of a pose (25,), (2,) across the forearm and along it, px."""
     if found.wrist is None:
         return np.zeros(2)
@@ -464,7 +463,7 @@ def wrist_offset(pose: NDArray[np.float64], found: HandFeatures) -> NDArray[np.f
     return np.array([(axis[0] * apart).sum() for axis in (across, up)])
 
 
-def _forearm(turns: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _forearm(turns: Floats) -> tuple[Floats, Floats]:
     """Return unit vectors (n, 2) across forearms that are turned by a (n,), and along them to the hand."""
     sines, cosines = sines_cosines(np.ascontiguousarray(turns))
     return np.column_stack([cosines, -sines]), np.column_stack([-sines, -cosines])
@@ -486,7 +485,7 @@ MARGIN = 0.12
 
 
 @compiled
-def postures(pose: NDArray[np.float64], task: Task) -> NDArray[np.float64]:
+def postures(pose: Floats, task: Task) -> Floats:
     """Return joints and tips (5, n, 2) of the fingers of a palm (25,) in postures up to their limits, px."""
     moved, points = pose.copy(), np.empty((5, 4 * SPREADS * FLEXIONS, 2))
     for posture in range(SPREADS * FLEXIONS):
@@ -503,7 +502,7 @@ def postures(pose: NDArray[np.float64], task: Task) -> NDArray[np.float64]:
 
 
 @compiled
-def reaches(pose: NDArray[np.float64], seen: PictureTables, task: Task) -> bool:
+def reaches(pose: Floats, seen: PictureTables, task: Task) -> bool:
     """Tell whether each protrusion lies where a finger of a palm (25,) can be, from its tip to its other end."""
     points, margin = postures(pose, task), MARGIN * task.scale
     reached = np.zeros(seen.lengths.shape[0], np.bool_)
@@ -524,7 +523,7 @@ def reaches(pose: NDArray[np.float64], seen: PictureTables, task: Task) -> bool:
 
 
 @compiled
-def ideal_x_p(predicted: NDArray[np.float64], drawn: PictureTables, task: Task) -> NDArray[np.float64]:
+def ideal_x_p(predicted: Floats, drawn: PictureTables, task: Task) -> Floats:
     """Return x_p* (6, n) in points of the cell: of the palm, and of each finger if it is hidden.
 
     Args:
@@ -558,7 +557,7 @@ def ideal_x_p(predicted: NDArray[np.float64], drawn: PictureTables, task: Task) 
     return found
 
 
-def ideals_of(predictions: NDArray[np.float64], seen: PictureTables, task: Task) -> NDArray[np.float64]:
+def ideals_of(predictions: Floats, seen: PictureTables, task: Task) -> Floats:
     """Return x_p* (I, 6, n) around predictions (I, 25); (I, 6, 0) if hands stand for no cells."""
     if not task.settings.cells:
         return np.empty((len(predictions), 6, 0))

@@ -5,8 +5,8 @@ from functools import lru_cache
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.numerics.compiled import compiled
 from pftrack.experiments.hand.shape import ANGLES, HandShape
@@ -422,12 +422,12 @@ class Predictions(NamedTuple):
         log_weights: (I,) logarithms of P_f, up to a constant.
     """
 
-    poses: NDArray[np.float64]
-    log_weights: NDArray[np.float64]
+    poses: Floats
+    log_weights: Floats
 
 
 @compiled
-def palm_log_shares(pose: NDArray[np.float64], predictions: Predictions, settings: Settings) -> NDArray[np.float64]:
+def palm_log_shares(pose: Floats, predictions: Predictions, settings: Settings) -> Floats:
     """Return what each prediction gives to the prior of a palm (I,), as logarithms: three angles of a pose (25,)."""
     shares = np.empty(predictions.poses.shape[0])
     for i in range(shares.shape[0]):
@@ -436,7 +436,7 @@ def palm_log_shares(pose: NDArray[np.float64], predictions: Predictions, setting
 
 
 @compiled
-def log_shares(pose: NDArray[np.float64], predictions: Predictions, settings: Settings) -> NDArray[np.float64]:
+def log_shares(pose: Floats, predictions: Predictions, settings: Settings) -> Floats:
     """Return what each prediction gives to the prior of a whole hand (I,), as logarithms up to a constant.
 
     A finger's flexion is the mean of its three joints, which bend alike.
@@ -463,13 +463,13 @@ def log_shares(pose: NDArray[np.float64], predictions: Predictions, settings: Se
 
 
 @compiled
-def log_prior(shares: NDArray[np.float64], origin: int, mixture: bool) -> float:
+def log_prior(shares: Floats, origin: int, mixture: bool) -> float:
     """Return the log prior of a hand of shares (I,): of all predictions (eq. 2.13), or of the one it was found near."""
     return float(normalise(shares)[1] if mixture else shares[origin])
 
 
 @compiled
-def _palm_square(pose: NDArray[np.float64], predicted: NDArray[np.float64], settings: Settings) -> float:
+def _palm_square(pose: Floats, predicted: Floats, settings: Settings) -> float:
     square = 0.0
     for j in range(2, 5):
         off = (pose[j] - predicted[j]) / (settings.tilt_sd if j == 3 else settings.turn_sd)

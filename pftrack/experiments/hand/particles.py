@@ -12,8 +12,8 @@ A particle holds its pose and that of its parent: it goes on as it moved, or it 
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.geometry.polygons import convex_hull, fill
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials, logarithms
@@ -47,17 +47,17 @@ class Cloud(NamedTuple):
         log_evidence: Log of the mean of the weights.
     """
 
-    states: NDArray[np.float64]
-    log_weights: NDArray[np.float64]
-    ancestors: NDArray[np.int64]
+    states: Floats
+    log_weights: Floats
+    ancestors: Ints
     log_evidence: float
 
 
 @compiled
 def sample(
-    states: NDArray[np.float64],
-    log_weights: NDArray[np.float64],
-    wrists: NDArray[np.float64],
+    states: Floats,
+    log_weights: Floats,
+    wrists: Floats,
     count: int,
     still_share: float,
     seen: PictureTables,
@@ -97,16 +97,16 @@ def sample(
 
 @compiled
 def _palms(
-    states: NDArray[np.float64],
-    log_weights: NDArray[np.float64],
-    wrists: NDArray[np.float64],
+    states: Floats,
+    log_weights: Floats,
+    wrists: Floats,
     count: int,
     still_share: float,
     seen: PictureTables,
     task: Task,
     seed: int,
     frame: int,
-) -> tuple[NDArray[np.float64], NDArray[np.int64], float]:
+) -> tuple[Floats, Ints, float]:
     """Return poses (count, 25) whose palms fit, with fingers as expected, their ancestors, and the log of the mean."""
     many = PALMS_EACH * count
     settings = task.settings
@@ -139,14 +139,14 @@ def _palms(
 
 @compiled
 def _with_fingers(
-    expected: NDArray[np.float64],
-    costs: NDArray[np.float64],
+    expected: Floats,
+    costs: Floats,
     seen: PictureTables,
     task: Task,
     seed: int,
     frame: int,
     n: int,
-) -> tuple[NDArray[np.float64], float]:
+) -> tuple[Floats, float]:
     """Return a pose (25,) whose fingers are drawn by how well they fit, and the log of their mean fits."""
     settings, protrusions = task.settings, costs.shape[0]
     normals = standard_normals(seed, frame, TRACK, 4 + 2 * n, 10 * CANDIDATES).reshape(2, 5, CANDIDATES)
@@ -189,7 +189,7 @@ def _with_fingers(
 
 
 @compiled
-def _gains(bends: NDArray[np.float64], uniform: NDArray[np.float64]) -> NDArray[np.float64]:
+def _gains(bends: Floats, uniform: Floats) -> Floats:
     """Return logs (n,) of the prior of bends by the density of drawing them, a mixture of the prior and of anywhere."""
     log_priors = np.empty(bends.shape[0])
     for n in range(bends.shape[0]):
@@ -205,10 +205,10 @@ def _gains(bends: NDArray[np.float64], uniform: NDArray[np.float64]) -> NDArray[
 
 @compiled
 def _draw_finger(
-    pose: NDArray[np.float64],
+    pose: Floats,
     finger: int,
-    normals: NDArray[np.float64],
-    numbers: NDArray[np.float64],
+    normals: Floats,
+    numbers: Floats,
     settings: Settings,
 ) -> tuple[float, float]:
     """Draw a finger of a pose in place; return its bend and the density of drawing it from anywhere, in flexion_sd."""

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.experiments.hand.fingers import HandFeatures
 from pftrack.experiments.hand.first_pose import (
     FlatHand,
@@ -50,7 +50,7 @@ class ProposedTips(NamedTuple):
         remarks: What it was taken for, in words.
     """
 
-    tips: NDArray[np.float64]
+    tips: Floats
     seen: tuple[bool, ...]
     remarks: tuple[str, ...]
 

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.marks import FeaturePoints, Mark
 from pftrack.core.model.parameters import ParameterError, revise
@@ -66,12 +66,12 @@ class HandTips(FeaturePoints):
         return cls.of(target.tips) if isinstance(target, HandTarget) else None
 
     @classmethod
-    def of(cls, tips: NDArray[np.float64]) -> Self:
+    def of(cls, tips: Floats) -> Self:
         """Return the mark of tips (5, 2), thumb first, px."""
         return cls.model_validate({"points": dict(zip(TIPS, tips.tolist(), strict=True))})
 
     @property
-    def tips(self) -> NDArray[np.float64]:
+    def tips(self) -> Floats:
         """(5, 2) the tips, thumb first, px; NaN where one is not marked."""
         return np.array([self.points.get(name, (np.nan, np.nan)) for name in TIPS])
 
@@ -193,13 +193,13 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: RecordedHandPar
     return Suitability(value, remark, tuple(advice), better)
 
 
-def _fit(hand: OpenHand, tips: NDArray[np.float64]) -> float:
+def _fit(hand: OpenHand, tips: Floats) -> float:
     """Return how well a hand fits, 0..1: the worse of its cover of the silhouette and its tips' distance from marks."""
     covered = grade(max(1.0 - hand.misfit, 0.0), 0.5, 0.8)
     return min(covered, grade(max(1.0 - float(_distances(hand, tips).max()), 0.0), 1.0 - LOST_MARK, 1.0 - FAR_MARK))
 
 
-def _distances(hand: OpenHand, tips: NDArray[np.float64]) -> NDArray[np.float64]:
+def _distances(hand: OpenHand, tips: Floats) -> Floats:
     """Return how far the tips of a hand are from those that are marked (5, 2), px, in palms (5,)."""
     own = HandTarget.of(hand.pose, hand.scale, hand.shape, hand.shape).tips
     return np.asarray(np.hypot(*(own - tips).T) / hand.scale)
@@ -289,12 +289,12 @@ class Errors(NamedTuple):
         flexion: (K,) mean over the fifteen flexions, rad.
     """
 
-    tips: NDArray[np.float64]
-    palm: NDArray[np.float64]
-    flexion: NDArray[np.float64]
+    tips: Floats
+    palm: Floats
+    flexion: Floats
 
     @classmethod
-    def of(cls, poses: NDArray[np.float64], tips: NDArray[np.float64], target: HandTarget) -> "Errors":
+    def of(cls, poses: Floats, tips: Floats, target: HandTarget) -> "Errors":
         """Return the errors of poses (K, 25) whose tips (K, 15) are here, px."""
         off = (tips - target.position).reshape(len(tips), 5, 3)
         turned = np.abs(np.remainder(poses[:, PALM] - target.pose[PALM] + np.pi, 2.0 * np.pi) - np.pi)
@@ -305,7 +305,7 @@ class Errors(NamedTuple):
         )
 
     @property
-    def right(self) -> NDArray[np.bool_]:
+    def right(self) -> Bools:
         """(K,) which of them count as right."""
         return (self.tips < RIGHT_TIPS_PALMS) & (self.palm < RIGHT_PALM_RAD) & (self.flexion < RIGHT_FLEXION_RAD)
 
@@ -328,7 +328,7 @@ def measure(frame: Frame, state: HandState) -> Mapping[str, SeriesValue]:
     }
 
 
-def is_mirrored(believed: NDArray[np.float64], true: NDArray[np.float64], scale: float) -> bool:
+def is_mirrored(believed: Floats, true: Floats, scale: float) -> bool:
     """Whether tips (15,) are off, and much nearer to the true ones mirrored at the wrist's depth: both look alike.
 
     Tips near that depth are as near to one as to the other.

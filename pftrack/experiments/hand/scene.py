@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.model.parameters import parameter
 from pftrack.core.model.source import Frame, History, Target
 from pftrack.core.numerics.compiled import read_only
@@ -38,7 +39,7 @@ FOLDED = FOUR[1:3]
 """Those that fold in *occlusion*: the middle and the ring finger."""
 
 
-def pose_at(motion: MotionName, time: float) -> NDArray[np.float64]:
+def pose_at(motion: MotionName, time: float) -> Floats:
     """Return the pose (25,) of a hand whose wrist is at the origin and whose fingers point upwards.
 
     Args:
@@ -74,7 +75,7 @@ def _ease(share: float) -> float:
     return 0.5 - 0.5 * float(sines_cosines(np.array([np.pi * min(max(share, 0.0), 1.0)]))[1][0])
 
 
-def _flex(pose: NDArray[np.float64], fingers: NDArray[np.int64], angle: float) -> None:
+def _flex(pose: Floats, fingers: Ints, angle: float) -> None:
     for first in fingers:
         pose[first + 1 : first + 4] = angle
 
@@ -142,7 +143,7 @@ EDGE, PIXELS = 0, 1
 """Draws of a frame."""
 
 
-def with_noisy_edge(mask: NDArray[np.bool_], noise_px: float, seed: int, frame: int) -> NDArray[np.bool_]:
+def with_noisy_edge(mask: Bools, noise_px: float, seed: int, frame: int) -> Bools:
     """Return a silhouette (height, width) whose edge has moved.
 
     Args:
@@ -162,7 +163,7 @@ def with_noisy_edge(mask: NDArray[np.bool_], noise_px: float, seed: int, frame: 
     return np.asarray(np.where(near, distance + noise_px * _smooth_noise(mask.shape, seed, frame), distance) > 0.0)
 
 
-def paint_silhouette(mask: NDArray[np.bool_], noise_sd: float, seed: int, frame: int) -> NDArray[np.uint8]:
+def paint_silhouette(mask: Bools, noise_sd: float, seed: int, frame: int) -> NDArray[np.uint8]:
     """Return the picture (height, width, 3) of a silhouette, RGB.
 
     Args:
@@ -178,13 +179,13 @@ def paint_silhouette(mask: NDArray[np.bool_], noise_sd: float, seed: int, frame:
     return image
 
 
-def _normals(shape: tuple[int, ...], seed: int, frame: int, draw: int) -> NDArray[np.float64]:
+def _normals(shape: tuple[int, ...], seed: int, frame: int, draw: int) -> Floats:
     """Return N(0, 1) numbers (height, width) of one of a frame's draws."""
     # The first draws of frame 0 make the hand.
     return np.asarray(Stream(seed, 2 * frame + draw + 1, Purpose.SCENE).standard_normal(shape))
 
 
-def _smooth_noise(shape: tuple[int, ...], seed: int, frame: int) -> NDArray[np.float64]:
+def _smooth_noise(shape: tuple[int, ...], seed: int, frame: int) -> Floats:
     """Return smooth noise (height, width) of unit variance: sums in an order of their own, not by OpenCV's."""
     weights, (height, width) = _weights(), shape
     noise = _normals((height + 2 * REACH_PX, width + 2 * REACH_PX), seed, frame, EDGE)
@@ -221,7 +222,7 @@ class HandTarget(Target):
         model: What a tracker knows of the hand's shape: that of the average hand, or what was measured of a person.
     """
 
-    pose: NDArray[np.float64] = field(default_factory=lambda: np.zeros(ANGLES))
+    pose: Floats = field(default_factory=lambda: np.zeros(ANGLES))
     scale: float = 1.0
     shape: HandShape = MODEL
     model: HandShape = MODEL
@@ -229,7 +230,7 @@ class HandTarget(Target):
     @classmethod
     def of(
         cls,
-        pose: NDArray[np.float64],
+        pose: Floats,
         scale: float,
         shape: HandShape,
         model: HandShape,
@@ -252,7 +253,7 @@ class HandTarget(Target):
         )
 
     @property
-    def tips(self) -> NDArray[np.float64]:
+    def tips(self) -> Floats:
         """(5, 2) column and row of the tips, thumb first, px."""
         return self.position.reshape(5, 3)[:, :2]
 

@@ -28,8 +28,9 @@ import math
 from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.geometry.polygons import convex_hull, fill
 from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.core.numerics.elementary import sines_cosines
@@ -65,13 +66,13 @@ class HandShape(NamedTuple):
         side: 1, or -1 for the mirror image.
     """
 
-    roots: NDArray[np.float64]
-    phalanges: NDArray[np.float64]
-    radii: NDArray[np.float64]
-    rest: NDArray[np.float64]
-    outline: NDArray[np.float64]
+    roots: Floats
+    phalanges: Floats
+    radii: Floats
+    rest: Floats
+    outline: Floats
     thickness: float
-    arm: NDArray[np.float64]
+    arm: Floats
     side: float = 1.0
 
     @classmethod
@@ -126,7 +127,7 @@ def finger_slice(finger: int) -> slice:
     return slice(5 + 4 * finger, 9 + 4 * finger)
 
 
-def open_pose(wrist: ArrayLike, a: float = 0.0) -> NDArray[np.float64]:
+def open_pose(wrist: ArrayLike, a: float = 0.0) -> Floats:
     """Return the pose (25,) of an open hand that faces the camera; its thumb is bent by 0.1 rad at both joints.
 
     Args:
@@ -140,7 +141,7 @@ def open_pose(wrist: ArrayLike, a: float = 0.0) -> NDArray[np.float64]:
 
 
 @compiled
-def palm_axes(pose: NDArray[np.float64], scale: float, side: float) -> NDArray[np.float64]:
+def palm_axes(pose: Floats, scale: float, side: float) -> Floats:
     """Return (3, 3), px in the picture by palm axes in the hand: scale R with rows turned down and x on its side."""
     sines, cosines = sines_cosines(pose[2:5])
     sa, sb, sc = sines[0], sines[1], sines[2]
@@ -157,7 +158,7 @@ def palm_axes(pose: NDArray[np.float64], scale: float, side: float) -> NDArray[n
 
 
 @compiled
-def joints(pose: NDArray[np.float64], scale: float, shape: HandShape) -> NDArray[np.float64]:
+def joints(pose: Floats, scale: float, shape: HandShape) -> Floats:
     """Return the joints and tips (5, 4, 3) of the fingers: column, row, and height above the wrist to the camera, px.
 
     Args:
@@ -191,7 +192,7 @@ def joints(pose: NDArray[np.float64], scale: float, shape: HandShape) -> NDArray
 
 
 @compiled
-def palm_points(pose: NDArray[np.float64], scale: float, shape: HandShape) -> NDArray[np.float64]:
+def palm_points(pose: Floats, scale: float, shape: HandShape) -> Floats:
     """Return the corners (18, 2) of the palm's plate in the picture, px: its near side, then its far one."""
     axes = palm_axes(pose, scale, shape.side)
     count = shape.outline.shape[0]
@@ -205,7 +206,7 @@ def palm_points(pose: NDArray[np.float64], scale: float, shape: HandShape) -> ND
 
 
 @compiled
-def arm_corners(pose: NDArray[np.float64], scale: float, shape: HandShape) -> NDArray[np.float64]:
+def arm_corners(pose: Floats, scale: float, shape: HandShape) -> Floats:
     """Return the corners (4, 2) of the forearm, px: it turns with a alone."""
     sines, cosines = sines_cosines(pose[2:3])
     across, along = scale * shape.arm[0], scale * shape.arm[1]
@@ -219,9 +220,7 @@ def arm_corners(pose: NDArray[np.float64], scale: float, shape: HandShape) -> ND
 
 
 @compiled
-def capsule(
-    first: NDArray[np.float64], first_radius: float, second: NDArray[np.float64], second_radius: float
-) -> NDArray[np.float64]:
+def capsule(first: Floats, first_radius: float, second: Floats, second_radius: float) -> Floats:
     """Return a convex polygon (m, 2) around two discs, with at most 24 corners, px.
 
     Its straight sides touch both discs; the arcs have a corner in each of sixteen directions. If one disc lies within
@@ -268,7 +267,7 @@ def capsule(
 
 
 @compiled
-def parts(pose: NDArray[np.float64], scale: float, shape: HandShape) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def parts(pose: Floats, scale: float, shape: HandShape) -> tuple[Floats, Ints]:
     """Return the convex polygons (17, 24, 2) of all parts in the picture, px, and how many corners (17,) each has.
 
     The forearm is the first, the palm the second, phalanx j of finger f, both counted from 0, number 2 + 3 f + j.
@@ -295,7 +294,7 @@ def parts(pose: NDArray[np.float64], scale: float, shape: HandShape) -> tuple[ND
     return corners, counts
 
 
-def silhouette(pose: ArrayLike, scale: float, shape: HandShape, size: tuple[int, int]) -> NDArray[np.bool_]:
+def silhouette(pose: ArrayLike, scale: float, shape: HandShape, size: tuple[int, int]) -> Bools:
     """Return the silhouette (height, width) of a hand with its arm; what is outside the picture is left out.
 
     Args:

@@ -19,6 +19,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.files import PictureKey
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.source import Backdrop
@@ -80,7 +81,7 @@ def _middle(ordered: NDArray[np.float32]) -> NDArray[np.float32]:
     return middle
 
 
-def differs(image_rgb: NDArray[np.uint8], model: BackdropModel, least: int) -> NDArray[np.bool_]:
+def differs(image_rgb: NDArray[np.uint8], model: BackdropModel, least: int) -> Bools:
     """Return which pixels (h, w) are not those of the background.
 
     Args:
@@ -91,7 +92,7 @@ def differs(image_rgb: NDArray[np.uint8], model: BackdropModel, least: int) -> N
     return _beyond(np.abs(image_rgb.astype(np.float32) - model.median_rgb), model, least)
 
 
-def doubtful(model: BackdropModel, least: int) -> NDArray[np.bool_]:
+def doubtful(model: BackdropModel, least: int) -> Bools:
     """Return which pixels (h, w) differ from the background in so many of its pictures that it may not be there.
 
     Args:
@@ -101,7 +102,7 @@ def doubtful(model: BackdropModel, least: int) -> NDArray[np.bool_]:
     return _beyond(model.majority_rgb, model, least)
 
 
-def _beyond(away: NDArray[np.float32], model: BackdropModel, least: int) -> NDArray[np.bool_]:
+def _beyond(away: NDArray[np.float32], model: BackdropModel, least: int) -> Bools:
     """Return which pixels (h, w) deviations (h, w, 3) from the median are too great for, in one channel at least."""
     return np.asarray((away >= np.maximum(np.float32(least), np.float32(DEVIATIONS) * model.sd_rgb)).any(axis=2))
 
@@ -230,15 +231,15 @@ class Silhouette(NamedTuple):
         finding: What there is to say of it.
     """
 
-    mask: NDArray[np.bool_]
+    mask: Bools
     reduction: int
     finding: Finding
 
-    def in_picture(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
+    def in_picture(self, places: Floats) -> Floats:
         """Return where places (..., 2) of the mask are in the picture, px: its pixels are squares of the picture's."""
         return (places + 0.5) * self.reduction - 0.5
 
-    def in_mask(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
+    def in_mask(self, places: Floats) -> Floats:
         """Return where places (..., 2) of the picture are in the mask, px."""
         return (places + 0.5) / self.reduction - 0.5
 
@@ -289,7 +290,7 @@ def _silhouette_of(image_rgb: NDArray[np.uint8], settings: SilhouetteSettings, b
     return Silhouette(mask, reduction, _finding(mask, np.sort(sizes)))
 
 
-def _finding(mask: NDArray[np.bool_], sizes: NDArray[np.int32]) -> Finding:
+def _finding(mask: Bools, sizes: NDArray[np.int32]) -> Finding:
     """Return what there is to say of a silhouette, given the areas of all that was told apart, the largest last."""
     if np.count_nonzero(mask) > LARGEST_SHARE * mask.size:
         return Finding.FULL
@@ -298,7 +299,7 @@ def _finding(mask: NDArray[np.bool_], sizes: NDArray[np.int32]) -> Finding:
     return Finding.CUT if len(contacts(mask)) > 1 else Finding.CLEAR
 
 
-def contacts(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
+def contacts(mask: Bools) -> Ints:
     """Return how long each of the runs (k,) is in which a silhouette touches the picture's border, px."""
     around = np.concatenate([mask[0], mask[1:, -1], mask[-1, -2::-1], mask[-2:0:-1, 0]])
     if around.all() or not around.any():
@@ -329,7 +330,7 @@ def _border_colour(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.asarray(np.sort(border, axis=0)[len(border) // 2])
 
 
-def _without_pin_holes(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _without_pin_holes(mask: Bools) -> Bools:
     count, labels, numbers, _ = cv2.connectedComponentsWithStats((~mask).astype(np.uint8), connectivity=4)
     if count <= 2:  # the silhouette and one thing around it
         return mask
@@ -378,7 +379,7 @@ def suggest_parameters(
     return choices[0]
 
 
-def _level(grey: NDArray[np.uint8], hand: NDArray[np.bool_], otsu: int) -> int:
+def _level(grey: NDArray[np.uint8], hand: Bools, otsu: int) -> int:
     """Return a level just beyond the background's, where it is narrow: a hand has shadows that are nearly as dark."""
     on, around = (np.sort(grey[side]).astype(np.int64) for side in (hand, ~hand))
     middle, away = int(around[len(around) // 2]), int(on[len(on) // 2])
@@ -467,9 +468,7 @@ def skeleton(mask: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 @compiled
-def free_lines(
-    thin: NDArray[np.uint8], radii: NDArray[np.float32], least: float
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def free_lines(thin: NDArray[np.uint8], radii: NDArray[np.float32], least: float) -> tuple[Ints, Ints]:
     """Return the lines of a skeleton from each free end to where it meets others, without those that mean nothing.
 
     Args:
@@ -503,7 +502,7 @@ def free_lines(
 
 
 @compiled
-def _lines(thin: NDArray[np.uint8], found: NDArray[np.int64], begins: NDArray[np.int64]) -> int:
+def _lines(thin: NDArray[np.uint8], found: Ints, begins: Ints) -> int:
     """Write the pixels of all lines from their free ends on, and where each begins; return how many there are."""
     size, lines = 0, 0
     begins[0] = 0
@@ -517,7 +516,7 @@ def _lines(thin: NDArray[np.uint8], found: NDArray[np.int64], begins: NDArray[np
 
 
 @compiled
-def _remove(thin: NDArray[np.uint8], line: NDArray[np.int64]) -> None:
+def _remove(thin: NDArray[np.uint8], line: Ints) -> None:
     """Take a line (n, 2) away, but for its last pixel, and corners there that the rest does not need."""
     last = line.shape[0] - 1
     for i in range(last):
@@ -538,7 +537,7 @@ def _code(thin: NDArray[np.uint8], row: int, column: int) -> int:
 
 
 @compiled
-def _follow(thin: NDArray[np.uint8], row: int, column: int, found: NDArray[np.int64]) -> int:
+def _follow(thin: NDArray[np.uint8], row: int, column: int, found: Ints) -> int:
     """Write the pixels of a line from its end to where it meets others, or to its other end; return how many."""
     length, before_row, before_column = 0, -1, -1
     while length < found.shape[0]:

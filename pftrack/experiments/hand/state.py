@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.series import Hypotheses, Reduction, Series, SeriesValue
 from pftrack.experiments.hand.shape import FINGERS, HandShape, joints
 from pftrack.experiments.shared import reports
@@ -37,12 +38,12 @@ class HandState:
         log_evidence: Up to the constant that the likelihood leaves out.
     """
 
-    beam: Beam[NDArray[np.float64]]
-    origins: NDArray[np.float64]
+    beam: Beam[Floats]
+    origins: Floats
     shape: HandShape
     scale: float
-    wrist_offset: NDArray[np.float64]
-    fit: NDArray[np.float64]
+    wrist_offset: Floats
+    fit: Floats
     protrusions: int = 0
     tried: int = 0
     finding: str = ""
@@ -54,27 +55,27 @@ class HandState:
     log_evidence: float = 0.0
 
     @property
-    def pose(self) -> NDArray[np.float64]:
+    def pose(self) -> Floats:
         """(25,) the most probable pose."""
         return self.beam.members[self.beam.best]
 
     @cached_property
-    def tips(self) -> NDArray[np.float64]:
+    def tips(self) -> Floats:
         """(K, 15) column, row and height above the wrist of the five finger tips of every pose, px."""
         places = [joints(pose, self.scale, self.shape)[:, 3].ravel() for pose in self.beam.members]
         return np.array(places)
 
     @property
-    def estimate(self) -> NDArray[np.float64]:
+    def estimate(self) -> Floats:
         """(15,) the finger tips of the most probable pose, px: a mean of several poses would be none of them."""
-        best: NDArray[np.float64] = self.tips[self.beam.best]
+        best: Floats = self.tips[self.beam.best]
         return best
 
     @property
-    def sigma(self) -> NDArray[np.float64]:
+    def sigma(self) -> Floats:
         """(15,) how far the tips of the kept poses are from these, root of the weighted mean square, px."""
         squares = np.square(self.tips - self.estimate)
-        found: NDArray[np.float64] = np.sqrt((self.beam.weights[:, None] * squares).sum(axis=0))
+        found: Floats = np.sqrt((self.beam.weights[:, None] * squares).sum(axis=0))
         return found
 
     @property

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.matrices import contiguous_copy, product, solve_system
 from pftrack.core.numerics.random import Gaussian
 from pftrack.experiments.shared.pose.beliefs import Solid
@@ -40,7 +41,7 @@ EYE_DISTANCE_PX = 108.0
 """Between the eyes of the mean face at Bando's camera; the sizes above are for that."""
 
 
-def template_sizes(features: Sequence[str], eye_distance_px: float, factor: float = 1.0) -> NDArray[np.int64]:
+def template_sizes(features: Sequence[str], eye_distance_px: float, factor: float = 1.0) -> Ints:
     """Return widths and heights (F, 2) of templates in proportion to the face, px, even numbers.
 
     Args:
@@ -92,7 +93,7 @@ class FirstSight:
     """
 
     grey: NDArray[np.uint8]
-    points_px: NDArray[np.float64]
+    points_px: Floats
     own: FaceModel
 
     @cached_property
@@ -133,10 +134,10 @@ class HeadMemory:
     sight: FirstSight
     form: Form
     model: FaceModel
-    turn: NDArray[np.float64]
+    turn: Floats
     box: Box
     enlarged: float = 1.0
-    correlations: NDArray[np.float64] = field(default_factory=lambda: np.ones(len(FEATURES)))
+    correlations: Floats = field(default_factory=lambda: np.ones(len(FEATURES)))
     doubtful_frames: int = 0
     lost_frames: int = 0
     growth: Growing | None = None
@@ -154,19 +155,17 @@ class HeadMemory:
         return self.lost_frames > 0
 
     @property
-    def template_likeness(self) -> NDArray[np.float64]:
+    def template_likeness(self) -> Floats:
         """(11,) NCC of each frontal template with the one that was cut first; those in relief stay what they were."""
         if self.reliefs is not None:
             return np.ones(len(FEATURES))
         return template.likeness(self.bank.frontal, self.sight.templates(self.form.template_scale))
 
-    def templates(self, theta_rad: NDArray[np.float64], *, by_pose: bool) -> Templates:
+    def templates(self, theta_rad: Floats, *, by_pose: bool) -> Templates:
         """Return the templates to use at a pose (3,)."""
         return self.bank.choose(theta_rad if by_pose else np.zeros(3))
 
-    def judge(
-        self, correlations: NDArray[np.float64], means_px: NDArray[np.float64], patience: int, *, doubtful: bool
-    ) -> "HeadMemory":
+    def judge(self, correlations: Floats, means_px: Floats, patience: int, *, doubtful: bool) -> "HeadMemory":
         """Return what is remembered after a frame.
 
         Args:
@@ -180,12 +179,12 @@ class HeadMemory:
         box = self.box if doubtful else around(means_px)
         return replace(self, correlations=correlations, doubtful_frames=frames, lost_frames=lost, box=box)
 
-    def misfit(self, expected_px: NDArray[np.float64], means_px: NDArray[np.float64]) -> float:
+    def misfit(self, expected_px: Floats, means_px: Floats) -> float:
         """Return how far features (11, 2) are from where they are expected: the median, in distances of the eyes."""
         return float(middle(np.hypot(*(expected_px - means_px).T))) / self.sight.eye_distance_px
 
 
-def around(points_px: NDArray[np.float64]) -> Box:
+def around(points_px: Floats) -> Box:
     """Return the box of a face (x, y, width, height) with these points (11, 2): half as large again as theirs."""
     low, high = points_px.min(axis=0), points_px.max(axis=0)
     side = 1.5 * float((high - low).max())
@@ -193,7 +192,7 @@ def around(points_px: NDArray[np.float64]) -> Box:
     return float(x), float(y), side, side
 
 
-def eye_distance(points_px: NDArray[np.float64]) -> float:
+def eye_distance(points_px: Floats) -> float:
     """Return the distance between the eyes among points (11, 2), px."""
     left, right = (points_px[FEATURES.index(name)] for name in ("leye", "reye"))
     return float(np.hypot(*(left - right)))
@@ -227,9 +226,7 @@ LEAST_FACING = 0.25
 """Cosine between the surface and the line of sight at first sight below which a pixel is left out: it is smeared."""
 
 
-def cut(
-    sight: FirstSight, factor: float, model: FaceModel, solid: Solid, turn: NDArray[np.float64], upper: str
-) -> Reliefs:
+def cut(sight: FirstSight, factor: float, model: FaceModel, solid: Solid, turn: Floats, upper: str) -> Reliefs:
     """Cut templates around the features at first sight, and lay them onto the face that is assumed.
 
     Args:
@@ -296,7 +293,7 @@ class Look:
         self._part: Part = (0, 0, 0, 0)
         self._detail = grey
 
-    def __call__(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+    def __call__(self, positions: Floats) -> Floats:
         """Return the correlations (F, N) at positions (F, N, 2) px."""
         wanted = separation.reach(positions, self._views, self._grey.shape)
         if not _covers(self._part, wanted):
@@ -309,16 +306,14 @@ def _covers(part: Part, other: Part) -> bool:
     return left <= west and top <= north and right >= east and bottom >= south
 
 
-def _space(length_px: int, step_px: float) -> NDArray[np.float64]:
+def _space(length_px: int, step_px: float) -> Floats:
     """Return places along a side, px from its middle."""
     count = max(int(length_px / step_px), 2)
-    places: NDArray[np.float64] = (np.arange(count, dtype=np.float64) - (count - 1) / 2.0) * step_px
+    places: Floats = (np.arange(count, dtype=np.float64) - (count - 1) / 2.0) * step_px
     return places
 
 
-def _lay(
-    offsets_px: NDArray[np.float64], surface: HeadSurface, feature_mm: NDArray[np.float64], slopes: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _lay(offsets_px: Floats, surface: HeadSurface, feature_mm: Floats, slopes: Floats) -> tuple[Floats, Floats]:
     """Return points (P, 3) mm of a surface, relative to a feature's, and their normals, by where they are seen.
 
     Args:

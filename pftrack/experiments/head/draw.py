@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.drawing import Links, Mesh
 from pftrack.core.model.glossary import Term
@@ -43,11 +44,11 @@ class Front:
         few_edges: Those of the border and of the middle lines.
     """
 
-    vertices_mm: NDArray[np.float64]
-    normals: NDArray[np.float64]
+    vertices_mm: Floats
+    normals: Floats
     triangles: NDArray[np.int32]
-    edges: NDArray[np.int64]
-    few_edges: NDArray[np.int64]
+    edges: Ints
+    few_edges: Ints
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,8 +62,8 @@ class PlacedHead:
     """
 
     state: PoseState
-    theta: NDArray[np.float64]
-    shift_px: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
+    theta: Floats
+    shift_px: Floats = field(default_factory=lambda: np.zeros(2))
 
     def surface(self, colour: Colour | NDArray[np.uint8], opacity: float, layer: str = "head") -> dict[str, Mesh]:
         """Draw its surface, in one colour or in one for each vertex."""
@@ -91,7 +92,7 @@ class PlacedHead:
         memory: HeadMemory = self.state.memory
         return memory
 
-    def _draw(self, points_mm: NDArray[np.float64]) -> NDArray[np.float32]:
+    def _draw(self, points_mm: Floats) -> NDArray[np.float32]:
         """Return where points (n, 3) of the model are drawn, (n, 3) px."""
         places = place_points(self.state, points_mm @ self._memory.turn.T, self.theta)
         places[:, :2] += self.shift_px
@@ -115,7 +116,7 @@ def front(model: FaceModel) -> Front:
     )
 
 
-def _grid_lines(height: int, width: int, every_row: int, every_column: int) -> NDArray[np.int64]:
+def _grid_lines(height: int, width: int, every_row: int, every_column: int) -> Ints:
     """Return the edges (k, 2) along every so-many-th row and column of a grid of vertices."""
     places = np.arange(height * width).reshape(height, width)
     along = np.stack([places[::every_row, :-1], places[::every_row, 1:]], axis=-1)

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.band import Calibration, Miscalibration
 from pftrack.core.model.diagnostics import Diagnostics, Step
@@ -329,7 +329,7 @@ def _axes() -> dict[str, Primitive]:
     return drawn
 
 
-def _features(state: PoseState, turn: NDArray[np.float64]) -> Ellipsoids:
+def _features(state: PoseState, turn: Floats) -> Ellipsoids:
     """Draw where the features are seen, at the depths of the model's points, with two standard deviations."""
     memory: HeadMemory = state.memory
     model = memory.model.points_mm
@@ -351,21 +351,19 @@ def _features(state: PoseState, turn: NDArray[np.float64]) -> Ellipsoids:
     )
 
 
-def _arrow(
-    state: PoseState, turn: NDArray[np.float64], reach_mm: tuple[float, float], colour: str, layer: str
-) -> Arrows:
+def _arrow(state: PoseState, turn: Floats, reach_mm: tuple[float, float], colour: str, layer: str) -> Arrows:
     """Draw an arrow from before the face towards the camera, for a head that is turned so."""
     way = _to_camera(state) @ turn
     ends = np.outer(reach_mm, way / np.linalg.norm(way))
     return Arrows(ends[None].astype(np.float32), COLOURS[colour], 3.0, layer)
 
 
-def _to_camera(state: PoseState) -> NDArray[np.float64]:
+def _to_camera(state: PoseState) -> Floats:
     """Return the direction (3,) to the camera, in the camera's frame: an affine one sees along parallels."""
     place = state.belief.place_mm
     if place is not None:
         return -place
-    along: NDArray[np.float64] = np.cross(state.solid.reference[0, :3], state.solid.reference[1, :3])
+    along: Floats = np.cross(state.solid.reference[0, :3], state.solid.reference[1, :3])
     return -along if along[2] > 0.0 else along
 
 
@@ -436,12 +434,12 @@ def _truth(state: PoseState, target: Target, size: float) -> dict[str, Primitive
     return drawn if target.landmarks is None else drawn | true_marks(target.landmarks, size)
 
 
-def _apart(state: PoseState, target: Target) -> NDArray[np.float64]:
+def _apart(state: PoseState, target: Target) -> Floats:
     """Return how far the true head is from the believed one in the picture, (2,) px, where that is known."""
     if target.landmarks is None:
         return np.zeros(2)
     off = target.landmarks.points_px - state.project(state.solid.points_mm, target.position)
-    mean: NDArray[np.float64] = off.mean(axis=0)
+    mean: Floats = off.mean(axis=0)
     return mean
 
 

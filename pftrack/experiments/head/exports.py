@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.drawing import Ellipsoids, Key, Layer, Links, Mesh, Primitive
 from pftrack.core.model.palette import COLOURS
@@ -77,13 +78,13 @@ def surface_colours(growth: Growing, model: FaceModel) -> NDArray[np.uint8]:
     return viridis(_shares(known / (nearness.sum(axis=1) + UNKNOWN)))
 
 
-def _deviations(covariances: NDArray[np.float64]) -> NDArray[np.float64]:
+def _deviations(covariances: Floats) -> Floats:
     """Return standard deviations (n,) of places in space."""
-    variances: NDArray[np.float64] = np.trace(covariances, axis1=1, axis2=2)
+    variances: Floats = np.trace(covariances, axis1=1, axis2=2)
     return np.sqrt(variances)
 
 
-def _shares(deviations_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+def _shares(deviations_mm: Floats) -> Floats:
     return (deviations_mm - SURE_MM) / (UNSURE_MM - SURE_MM)
 
 

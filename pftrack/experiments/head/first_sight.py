@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.numerics.elementary import exponentials
 from pftrack.core.numerics.matrices import (
@@ -76,7 +77,7 @@ FIT_ROUNDS = 12
 FIT_NOISE = np.array([0.2, 0.2, 0.2, 200.0, 200.0, 400.0])
 
 
-def camera_of(model: FaceModel, points_px: NDArray[np.float64]) -> NDArray[np.float64]:
+def camera_of(model: FaceModel, points_px: Floats) -> Floats:
     """Return the affine camera (2, 4) that sees a face at these points, px.
 
     Raises:
@@ -88,7 +89,7 @@ def camera_of(model: FaceModel, points_px: NDArray[np.float64]) -> NDArray[np.fl
     return camera
 
 
-def _least_scale(slopes: NDArray[np.float64]) -> float:
+def _least_scale(slopes: Floats) -> float:
     """Return the smaller singular value of a (2, 3) matrix: the area that its rows span, by the larger one."""
     first, second = np.square(slopes).sum(axis=1)
     mixed = float((slopes[0] * slopes[1]).sum())
@@ -134,9 +135,7 @@ def model_of(sight: FirstSight, form: Form, growth: Growing | None) -> FaceModel
     return mean_model() if form.face_model == "mean" else sight.own
 
 
-def solid_of(
-    sight: FirstSight, model: FaceModel, form: Form, enlarged: float = 1.0
-) -> tuple[Solid, NDArray[np.float64]]:
+def solid_of(sight: FirstSight, model: FaceModel, form: Form, enlarged: float = 1.0) -> tuple[Solid, Floats]:
     """Return the head as a solid that is at theta = 0 at first sight, and how its frame is turned from the model's.
 
     Args:
@@ -176,18 +175,18 @@ def solid_of(
     return solid, turn
 
 
-def _where(points_mm: NDArray[np.float64], pinned_mm: NDArray[np.float64], form: Form) -> NDArray[np.float64]:
+def _where(points_mm: Floats, pinned_mm: Floats, form: Form) -> Floats:
     """Return the points of the solid: templates in relief know where each of them is at first sight."""
     return points_mm if form.templates == "flat" else pinned_mm
 
 
 def fit_pose(
-    points_mm: NDArray[np.float64],
-    pixels: NDArray[np.float64],
+    points_mm: Floats,
+    pixels: Floats,
     focal_px: float,
-    principal_px: NDArray[np.float64],
-    place_mm: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    principal_px: Floats,
+    place_mm: Floats,
+) -> tuple[Floats, Floats]:
     """Return angles (3,) rad and place (3,) mm at which a pinhole sees points best, by repeating its layer's update.
 
     Args:
@@ -238,7 +237,7 @@ SHARED = 0.2
 
 EYES = [FEATURES.index("reye"), FEATURES.index("leye")]
 
-Scores: TypeAlias = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
+Scores: TypeAlias = Callable[[Floats, Floats], Floats]
 """From slopes (F, 2, 3), px/mm, and positions (F, N, 2) px to log likelihoods (F, N)."""
 
 
@@ -251,12 +250,12 @@ class Found(NamedTuple):
         points_px: (F, 2) its features.
     """
 
-    theta: NDArray[np.float64]
+    theta: Floats
     scale: float
-    points_px: NDArray[np.float64]
+    points_px: Floats
 
 
-def is_same_face(grey: NDArray[np.uint8], sight: FirstSight, points_px: NDArray[np.float64]) -> bool:
+def is_same_face(grey: NDArray[np.uint8], sight: FirstSight, points_px: Floats) -> bool:
     """Tell whether features that were found look as those of a face did at first sight, seen as large and as upright.
 
     Args:
@@ -275,7 +274,7 @@ def is_same_face(grey: NDArray[np.uint8], sight: FirstSight, points_px: NDArray[
     return int((alike >= ALIKE).sum()) >= FEWEST_ALIKE
 
 
-def pose_found(solid: Solid, eyes_px: NDArray[np.float64], roll_rad: float, scores: Scores) -> Found:
+def pose_found(solid: Solid, eyes_px: Floats, roll_rad: float, scores: Scores) -> Found:
     """Return how a face stands on average over the hypotheses.
 
     Args:
@@ -291,9 +290,7 @@ def pose_found(solid: Solid, eyes_px: NDArray[np.float64], roll_rad: float, scor
     return _judge(solid, eyes_px, (weights[:, None] * thetas).sum(axis=0) / weights.sum(), scores)[0]
 
 
-def _judge(
-    solid: Solid, eyes_px: NDArray[np.float64], theta: NDArray[np.float64], scores: Scores
-) -> tuple[Found, float]:
+def _judge(solid: Solid, eyes_px: Floats, theta: Floats, scores: Scores) -> tuple[Found, float]:
     """Return where the features are by a pose, and its log likelihood."""
     slopes = product(solid.reference[:, :3], rotation(theta))
     seen = product(solid.points_mm, slopes.T)
@@ -306,7 +303,7 @@ def _judge(
     return Found(theta, scale, around[each, best]), float(told[each, best].sum())
 
 
-def _offsets(reach_px: float, steps: int) -> NDArray[np.float64]:
+def _offsets(reach_px: float, steps: int) -> Floats:
     """Return the points (steps * steps, 2) of a grid about 0."""
     along = np.linspace(-reach_px, reach_px, steps)
     return np.stack(np.meshgrid(along, along), axis=2).reshape(-1, 2)

@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponential, power
 from pftrack.core.numerics.random import Purpose, Stream
@@ -22,9 +23,7 @@ from pftrack.vision.geometry.face import FaceModel, HeadMesh, vertex_normals
 
 
 @compiled
-def project(
-    points_mm: NDArray[np.float64], focal_px: float, centre_px: tuple[float, float]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def project(points_mm: Floats, focal_px: float, centre_px: tuple[float, float]) -> tuple[Floats, Floats]:
     """Return pixels (n, 2) and inverse depths (n,) 1/mm of points (n, 3) in the camera's frame, in front of it."""
     count = points_mm.shape[0]
     pixels, inverse_depths = np.empty((count, 2)), np.empty(count)
@@ -37,9 +36,7 @@ def project(
 
 
 @compiled
-def lit(
-    normals: NDArray[np.float64], sun: NDArray[np.float64], ambient: float, lamp: float, sun_strength: float
-) -> NDArray[np.float64]:
+def lit(normals: Floats, sun: Floats, ambient: float, lamp: float, sun_strength: float) -> Floats:
     """Return the light (n,) on a matt surface: ambient, from a lamp at the camera, and from the sun.
 
     Args:
@@ -61,10 +58,10 @@ def rasterise(
     image: NDArray[np.float32],
     inverse_depth: NDArray[np.float32],
     triangles: NDArray[np.int32],
-    pixels: NDArray[np.float64],
-    inverse_depths: NDArray[np.float64],
-    vertices_mm: NDArray[np.float64],
-    light: NDArray[np.float64],
+    pixels: Floats,
+    inverse_depths: Floats,
+    vertices_mm: Floats,
+    light: Floats,
     texture: NDArray[np.float32],
     texture_frame: tuple[float, float, float],
     back: tuple[float, float],
@@ -148,7 +145,7 @@ IRIS_RADIUS_MM, PUPIL_RADIUS_MM = 5.8, 2.2
 OPENING_UP_MM, OPENING_DOWN_MM = 5.5, 4.0
 BROW_LENGTH_MM = 36.0
 
-Map = NDArray[np.float64]
+Map = Floats
 
 
 def albedo(model: FaceModel, seed: int) -> NDArray[np.float32]:
@@ -308,7 +305,7 @@ def background(seed: int, width: int) -> NDArray[np.float32]:
     return picture
 
 
-def _body(scene: NDArray[np.float64]) -> NDArray[np.float64]:
+def _body(scene: Floats) -> Floats:
     """Paint neck and shoulders; they get darker away from the lamp's middle."""
     columns, rows = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))
     beside = np.abs(columns - WIDTH / 2.0)
@@ -320,7 +317,7 @@ def _body(scene: NDArray[np.float64]) -> NDArray[np.float64]:
     return scene
 
 
-def _tanh(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _tanh(values: Floats) -> Floats:
     """Return tanh x of values that are not negative."""
     shrunk = exponential(-2.0 * values)
     return (1.0 - shrunk) / (1.0 + shrunk)
@@ -340,7 +337,7 @@ LENS_FRONT_MM = -13.0
 """z of the lenses at the middle of the face; they bend back towards the temples."""
 
 
-def cover(image: NDArray[np.float32], hidden: NDArray[np.bool_], parameters: HeadSceneParameters) -> None:
+def cover(image: NDArray[np.float32], hidden: Bools, parameters: HeadSceneParameters) -> None:
     """Lay hand and pillar over a picture, in place.
 
     Args:
@@ -391,14 +388,14 @@ def with_sunglasses(texture: NDArray[np.float32], model: FaceModel) -> NDArray[n
     return worn
 
 
-def _lens_radius(x: NDArray[np.float64], y: NDArray[np.float64], model: FaceModel) -> NDArray[np.float64]:
+def _lens_radius(x: Floats, y: Floats, model: FaceModel) -> Floats:
     """Return the distance from the middle of the nearer lens, where 1 is its edge."""
     radii = []
     for side in "lr":
         eye = model[side + "eye"]
         u, v = (x - 1.04 * eye[0]) / LENS_HALF_MM[0], (y - eye[1] - 3.0) / LENS_HALF_MM[1]
         radii.append(power(power(np.abs(u), 2.6) + power(np.abs(v), 2.6), 1 / 2.6))
-    nearer: NDArray[np.float64] = np.minimum(*radii)
+    nearer: Floats = np.minimum(*radii)
     return nearer
 
 
@@ -451,7 +448,7 @@ def blur(grey: NDArray[np.float32], sd_px: float) -> NDArray[np.float32]:
 
 
 @compiled
-def _blur_rows(grey: NDArray[np.float32], weights: NDArray[np.float64]) -> NDArray[np.float32]:
+def _blur_rows(grey: NDArray[np.float32], weights: Floats) -> NDArray[np.float32]:
     """Return a picture (height, width) blurred along its rows, transposed."""
     height, width = grey.shape
     reach = weights.shape[0] // 2
@@ -468,7 +465,7 @@ def _blur_rows(grey: NDArray[np.float32], weights: NDArray[np.float64]) -> NDArr
 
 
 @compiled
-def expose(grey: NDArray[np.float32], noise_sd: float, noise: NDArray[np.float64]) -> NDArray[np.uint8]:
+def expose(grey: NDArray[np.float32], noise_sd: float, noise: Floats) -> NDArray[np.uint8]:
     """Return the picture (height, width, 3), its three channels alike.
 
     Args:

@@ -6,9 +6,9 @@ from functools import lru_cache
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import field_validator
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import ParameterError, Value, parameter
 from pftrack.core.numerics.elementary import exponential
 from pftrack.experiments.head.appearance import EYE_DISTANCE_PX
@@ -344,7 +344,7 @@ def widen_motion(growth: Growing) -> Growing:
 def learn(
     growth: Growing,
     state: PoseState,
-    correlations: NDArray[np.float64],
+    correlations: Floats,
     eye_distance_px: float,
     parameters: HeadTrackerParameters,
 ) -> Growing:
@@ -366,15 +366,13 @@ def learn(
     return growing.step(growth, means - state.solid.principal_px, variances)
 
 
-def position_variances(
-    state: PoseState, correlations: NDArray[np.float64], eye_distance_px: float, sd_floor_px: float
-) -> NDArray[np.float64]:
+def position_variances(state: PoseState, correlations: Floats, eye_distance_px: float, sd_floor_px: float) -> Floats:
     """Return variances (F, 2) px^2 of the features' positions, infinite where a feature is not recognised."""
     means, own, few = seen_moments(state.belief)
     told = np.maximum(own, sd_floor_px**2)
     slip_px = SLIP_PX * eye_distance_px / EYE_DISTANCE_PX
     slip = slip_px**2 * exponential(2.0 * SLIP_DECADES * LN_10 * (1.0 - np.clip(correlations, 0.0, 1.0)))
-    variances: NDArray[np.float64] = PERSISTENCE * (told * few[:, None] + slip[:, None])
+    variances: Floats = PERSISTENCE * (told * few[:, None] + slip[:, None])
     # A sum is finite if all of its terms are.
     known = np.isfinite(variances + means + correlations[:, None]).all(axis=1)
     return np.where((state.recognised & known)[:, None], variances, math.inf)

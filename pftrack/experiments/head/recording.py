@@ -16,6 +16,7 @@ from typing import Any, ClassVar, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.marks import Box, FeaturePoints, Mark
 from pftrack.core.model.parameters import ParameterError, revise
 from pftrack.core.model.recipe import Footage
@@ -133,7 +134,7 @@ def within(sequence: FrameSequence, frame: int, mark: Mark) -> Sighting:
         return Sighting(frame, points, placed=_handles(FEATURES), remarks=(remark,))
 
 
-def first_face(sequence: FrameSequence, start: int) -> tuple[int, NDArray[np.float64]]:
+def first_face(sequence: FrameSequence, start: int) -> tuple[int, Floats]:
     """Return the number of the first picture with a face from one on, and its features (11, 2) px.
 
     It is the first one, or a better start soon after it.
@@ -159,7 +160,7 @@ def _sighting(frame: int, face: DetectedFace) -> Sighting:
     return Sighting(frame, _points(face.points_px), sure, _handles(face.placed), remarks)
 
 
-def _points(points: NDArray[np.float64]) -> FacePoints:
+def _points(points: Floats) -> FacePoints:
     return FacePoints(points={name: (float(x), float(y)) for name, (x, y) in zip(FEATURES, points, strict=True)})
 
 
@@ -272,7 +273,7 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
     return Setup(open_source, defaults(found, sequence.frame_rate_hz), footage)
 
 
-def defaults(points: NDArray[np.float64], frame_rate_hz: float) -> RecordedHeadParameters:
+def defaults(points: Floats, frame_rate_hz: float) -> RecordedHeadParameters:
     """Return the defaults for a recording of so many pictures a second, in the first of which a face is here.
 
     Args:
@@ -299,11 +300,11 @@ def defaults(points: NDArray[np.float64], frame_rate_hz: float) -> RecordedHeadP
     )
 
 
-def _points_by_name(points: NDArray[np.float64]) -> dict[str, list[float]]:
+def _points_by_name(points: Floats) -> dict[str, list[float]]:
     return {name: position.tolist() for name, position in zip(FEATURES, points, strict=True)}
 
 
-def _check_points(points: NDArray[np.float64], size: tuple[int, int]) -> None:
+def _check_points(points: Floats, size: tuple[int, int]) -> None:
     for name, (x, y) in zip(FEATURES, points, strict=True):
         if not (-0.5 <= x < size[0] - 0.5 and -0.5 <= y < size[1] - 0.5):
             raise ValueError(
@@ -311,7 +312,7 @@ def _check_points(points: NDArray[np.float64], size: tuple[int, int]) -> None:
             )
 
 
-def face_at(points: NDArray[np.float64]) -> Target:
+def face_at(points: Floats) -> Target:
     """Return a face whose features (11, 2) px are here, with the mean face stretched over them as its own."""
     model = mean_model().points_mm
     flat = fit_similarity(points, model[:, :2])(points)
@@ -332,7 +333,7 @@ def _relative(truth: Truth | None, first: int, count: int) -> PoseTable | None:
     return replace(truth, zero=zero)
 
 
-def _clip(points: NDArray[np.float64], size: tuple[int, int]) -> tuple[float, float, float, float]:
+def _clip(points: Floats, size: tuple[int, int]) -> tuple[float, float, float, float]:
     """Return the box around a face, cut to the picture."""
     x, y, w, h = around(points)
     left, top = min(max(x, 0.0), size[0] - 1.0), min(max(y, 0.0), size[1] - 1.0)
@@ -387,7 +388,7 @@ def suits(sequence: FrameSequence, footage: Footage, parameters: Any) -> Suitabi
     return Suitability(worst.value, f"can be followed {grade}: {found}", advice)
 
 
-def _size(points: NDArray[np.float64]) -> _Reason:
+def _size(points: Floats) -> _Reason:
     distance = eye_distance(points)
     return _Reason(
         grade(distance, LEAST_EYES_PX, GOOD_EYES_PX),
@@ -396,7 +397,7 @@ def _size(points: NDArray[np.float64]) -> _Reason:
     )
 
 
-def _light(grey: NDArray[np.uint8], points: NDArray[np.float64]) -> _Reason:
+def _light(grey: NDArray[np.uint8], points: Floats) -> _Reason:
     (left, top), (right, bottom) = np.floor(points.min(axis=0)).astype(int), np.ceil(points.max(axis=0)).astype(int)
     face = grey[max(top, 0) : bottom + 1, max(left, 0) : right + 1].astype(np.float64)
     spread, mean = float(face.std()), float(face.mean())
@@ -410,7 +411,7 @@ def _light(grey: NDArray[np.uint8], points: NDArray[np.float64]) -> _Reason:
     return _Reason(value, "it has little contrast", "light from one side, or a clearer picture, would help")
 
 
-def _angle(grey: NDArray[np.uint8], points: NDArray[np.float64]) -> _Reason:
+def _angle(grey: NDArray[np.uint8], points: Floats) -> _Reason:
     try:
         face: DetectedFace | None = in_box(grey, around(points))
     except FaceError:

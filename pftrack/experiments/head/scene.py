@@ -18,6 +18,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.source import Frame, History, Landmarks, Target
 from pftrack.core.numerics.matrices import product
@@ -87,7 +88,7 @@ def eased_amplitude(spans: Spans, initial: float) -> float:
     return float(amplitude)
 
 
-def angles_rad(time: float, amplitude: float) -> NDArray[np.float64]:
+def angles_rad(time: float, amplitude: float) -> Floats:
     """Return theta (3,) in rad: nod (down is positive), turn (to image left), roll (clockwise in the image).
 
     Args:
@@ -104,7 +105,7 @@ def angles_rad(time: float, amplitude: float) -> NDArray[np.float64]:
     return np.deg2rad(amplitude * degrees)
 
 
-def _wobble_deg(time: float) -> NDArray[np.float64]:
+def _wobble_deg(time: float) -> Floats:
     fade = min(max((SCRIPT_FRAMES * time - WOBBLE_FROM) / (WOBBLE_FULL - WOBBLE_FROM), 0.0), 1.0)
     turn = 2.0 * np.pi * time
     nod, yaw, roll = np.sin(5.3 * turn), np.sin(4.1 * turn + 1.0) - np.sin(1.0), np.sin(3.7 * turn)
@@ -122,16 +123,16 @@ class HeadTarget(Target):
         translation_mm: (3,) t in Xc = R(theta) X + t, the camera's frame.
     """
 
-    translation_mm: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    translation_mm: Floats = field(default_factory=lambda: np.zeros(3))
 
     @classmethod
     def observe(
         cls,
         model: FaceModel,
-        theta_rad: NDArray[np.float64],
-        translation_mm: NDArray[np.float64],
-        points_px: NDArray[np.float64],
-        visible: NDArray[np.bool_],
+        theta_rad: Floats,
+        translation_mm: Floats,
+        points_px: Floats,
+        visible: Bools,
     ) -> Self:
         """Return the truth; the head counts as hidden when none of its features is seen.
 
@@ -218,15 +219,15 @@ class HeadSource:
         return Frame(index, index / FRAME_RATE_HZ, image_rgb=image, target=target)
 
     def _render(
-        self, theta: NDArray[np.float64], time: float, parameters: HeadSceneParameters
+        self, theta: Floats, time: float, parameters: HeadSceneParameters
     ) -> tuple[NDArray[np.float32], HeadTarget]:
         """Return the picture in grey levels before noise, and the truth."""
         return self.picture_of(theta, HEAD_MM + PIVOT_MM - product(rotation(theta), PIVOT_MM), time, parameters)
 
     def picture_of(
         self,
-        theta: NDArray[np.float64],
-        translation: NDArray[np.float64],
+        theta: Floats,
+        translation: Floats,
         time: float,
         parameters: HeadSceneParameters,
     ) -> tuple[NDArray[np.float32], HeadTarget]:
@@ -278,7 +279,7 @@ def focal_px(width: int) -> float:
     return REFERENCE_FOCAL_PX * width / REFERENCE_WIDTH
 
 
-def _light(time: float) -> tuple[NDArray[np.float64], float, float]:
+def _light(time: float) -> tuple[Floats, float, float]:
     """Return the sun's direction (3,) and share of its full strength, and the camera's gain."""
     sun = np.array([0.8 * np.cos(2.0 * np.pi * (0.15 + 1.3 * time)), -0.35, -0.5])
     share = min(max(np.sin(2.0 * np.pi * 2.2 * time) + 0.2, 0.0), 1.0)
@@ -286,11 +287,11 @@ def _light(time: float) -> tuple[NDArray[np.float64], float, float]:
 
 
 def _visible(
-    points: NDArray[np.float64],
-    depths: NDArray[np.float64],
+    points: Floats,
+    depths: Floats,
     depth_buffer: NDArray[np.float32],
-    hidden: NDArray[np.bool_],
-) -> NDArray[np.bool_]:
+    hidden: Bools,
+) -> Bools:
     """Return which points (n,) are seen: in the picture, within 4 mm of the surface there, nothing before it."""
     height, width = depth_buffer.shape
     columns, rows = np.floor(points + 0.5).astype(int).T
@@ -298,7 +299,7 @@ def _visible(
     columns, rows = np.clip(columns, 0, width - 1), np.clip(rows, 0, height - 1)
     inverse = depth_buffer[rows, columns]
     surface = 1.0 / np.maximum(inverse, 1e-9)
-    seen: NDArray[np.bool_] = inside & (depths < surface + VISIBLE_WITHIN_MM) & ~hidden[rows, columns]
+    seen: Bools = inside & (depths < surface + VISIBLE_WITHIN_MM) & ~hidden[rows, columns]
     return seen
 
 

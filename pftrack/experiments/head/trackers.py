@@ -14,6 +14,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Tracker
@@ -110,7 +111,7 @@ def head_measurement(method: Method) -> Callable[[PoseState], Mapping[str, Serie
     return measure
 
 
-def _track_sd(state: PoseState, memory: HeadMemory) -> NDArray[np.float64]:
+def _track_sd(state: PoseState, memory: HeadMemory) -> Floats:
     """Return how far each feature's position may be off by all that a face learns from it, (F,) px; NaN if unknown."""
     variances = position_variances(state, memory.correlations, memory.sight.eye_distance_px, 0.0).mean(axis=1)
     return np.sqrt(np.where(np.isfinite(variances), variances, np.nan))
@@ -124,7 +125,7 @@ def _track_sd(state: PoseState, memory: HeadMemory) -> NDArray[np.float64]:
 # Another face model, another camera or other templates may be chosen in mid-run: they are then made from frame 0, as
 # they would have been there, and the pose goes on from where it was.
 
-Look: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+Look: TypeAlias = Callable[[Floats], Floats]
 """From positions (F, N, 2) px to correlations (F, N)."""
 
 SAME_SIZE = (0.8, 1.25)
@@ -191,9 +192,7 @@ def _look(state: PoseState, grey: NDArray[np.uint8], templates: Templates, param
     return appearance.Look(grey, _memory(state).sight, views)
 
 
-def _log_likelihood(
-    look: Look, parameters: HeadTrackerParameters, positions: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _log_likelihood(look: Look, parameters: HeadTrackerParameters, positions: Floats) -> Floats:
     return template.score(look(positions), parameters.correlation_spread)
 
 
@@ -266,7 +265,7 @@ def _resume(
     method: Method,
     state: PoseState,
     grey: NDArray[np.uint8],
-    points_px: NDArray[np.float64],
+    points_px: Floats,
     parameters: HeadTrackerParameters,
     rng: Stream,
 ) -> PoseState:
@@ -301,7 +300,7 @@ def _judge_face(
     memory: HeadMemory,
     solid: Solid,
     grey: NDArray[np.uint8],
-    points_px: NDArray[np.float64],
+    points_px: Floats,
     roll_rad: float,
     parameters: HeadTrackerParameters,
 ) -> Found:
@@ -310,7 +309,7 @@ def _judge_face(
     if bent is None:
         return Found(np.array([0.0, 0.0, roll_rad]), 1.0, points_px)
 
-    def scores(slopes: NDArray[np.float64], positions: NDArray[np.float64]) -> NDArray[np.float64]:
+    def scores(slopes: Floats, positions: Floats) -> Floats:
         look = appearance.Look(grey, memory.sight, separation.project_views(bent, slopes))
         return _log_likelihood(look, parameters, positions)
 

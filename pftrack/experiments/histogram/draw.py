@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import (
     Drawing,
@@ -92,7 +93,7 @@ def histogram_world(state: HistogramState, image_rgb: NDArray[np.uint8]) -> Worl
     return WorldDrawing(HISTOGRAM_WORLD, drawn)
 
 
-def _places(bins: NDArray[np.int64]) -> NDArray[np.float64]:
+def _places(bins: Ints) -> Floats:
     """Return where bins (n,) stand on the floor, (n, 2) to the right and to the front."""
     coloured = bins < STEPS * STEPS
     right = np.where(coloured, bins % STEPS, bins - STEPS * STEPS)
@@ -100,7 +101,7 @@ def _places(bins: NDArray[np.int64]) -> NDArray[np.float64]:
     return np.column_stack([right, STEPS - 1 - back]).astype(np.float64)
 
 
-def _boxes(bins: NDArray[np.int64], roots: NDArray[np.float64], half_width: float) -> NDArray[np.float32]:
+def _boxes(bins: Ints, roots: Floats, half_width: float) -> NDArray[np.float32]:
     """Return the corners (n, 8, 3) of columns."""
     places = _places(bins)
     corners = np.zeros((len(bins), 2, 2, 2, 3), np.float32)
@@ -193,7 +194,7 @@ def _caption(step: Step) -> str:
     return " · ".join(filter(None, [*parts, error_words(row, " px")]))
 
 
-def _box(centre: NDArray[np.float64], size: tuple[float, float], colour: Colour, layer: str, height: float) -> Polyline:
+def _box(centre: Floats, size: tuple[float, float], colour: Colour, layer: str, height: float) -> Polyline:
     corners = np.array(((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5))) * size
     return Polyline(at_height(centre + corners, height), colour, 2.0, layer)
 

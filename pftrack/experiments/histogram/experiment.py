@@ -8,8 +8,8 @@ person has drawn a box around the target.
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.glossary import KAGAMI, PEREZ, Citation, Term
 from pftrack.core.model.marks import Box, Mark
 from pftrack.core.model.measures import MEAN_IOU, PICTURE_MEASURES
@@ -102,7 +102,7 @@ def on_video(sequence: FrameSequence, mark: Mark | None, *, start: int = 0, trut
     )
 
 
-def _distance(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> Any:  # noqa: ANN401 - one or many
+def _distance(estimates: Floats, truths: Floats) -> Any:  # noqa: ANN401 - one or many
     off = estimates - truths
     return np.hypot(off[..., 0], off[..., 1])
 

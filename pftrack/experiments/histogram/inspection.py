@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.likelihood import Amount, Component, Histograms, ObservationLikelihood, Part, Patches
 from pftrack.core.model.source import Frame
 from pftrack.core.numerics.compiled import read_only
@@ -55,17 +56,15 @@ def _prepare(state: HistogramState, frame: Frame, parameters: HistogramTrackerPa
     return follow_camera(with_model(state, parameters), picture_of(frame), parameters)
 
 
-def _weigh(
-    state: HistogramState, states: NDArray[np.float64], frame: Frame, parameters: HistogramTrackerParameters
-) -> NDArray[np.float64]:
-    weighed: NDArray[np.float64] = HISTOGRAM.log_likelihood(
+def _weigh(state: HistogramState, states: Floats, frame: Frame, parameters: HistogramTrackerParameters) -> Floats:
+    weighed: Floats = HISTOGRAM.log_likelihood(
         read_only(picture_of(frame)), np.ascontiguousarray(states.T).T, pack(state, parameters.sharpness)
     )
     return weighed
 
 
 def _parts(
-    state: HistogramState, one: NDArray[np.float64], frame: Frame, parameters: HistogramTrackerParameters
+    state: HistogramState, one: Floats, frame: Frame, parameters: HistogramTrackerParameters
 ) -> tuple[Part, ...]:
     """Return the colours of the window beside the model's, and the window beside the first look."""
     image, first, look = picture_of(frame), state.first_window, state.first_look

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponential, exponentials
 from pftrack.experiments.histogram.parameters import HistogramTrackerParameters
@@ -41,7 +42,7 @@ class Look:
     """
 
     patch_rgb: NDArray[np.uint8]
-    middle: NDArray[np.float64]
+    middle: Floats
     window: Window
     size_px: tuple[float, float]
 
@@ -68,7 +69,7 @@ class HistogramState(PointState):
     space: Space = "hsv"
     kernel: bool = False
     parts: tuple[int, int] = (1, 1)
-    model: NDArray[np.float64] = field(default_factory=lambda: np.full(BINS, 1.0 / BINS))
+    model: Floats = field(default_factory=lambda: np.full(BINS, 1.0 / BINS))
     background: Background = NO_BACKGROUND
     background_use: tuple[bool, float] = (False, 0.0)
     view: NDArray[np.uint8] | None = None
@@ -112,7 +113,7 @@ class HistogramState(PointState):
         return self.look
 
     @property
-    def whole_model(self) -> NDArray[np.float64]:
+    def whole_model(self) -> Floats:
         """The model of all parts together, (110,)."""
         return np.asarray(self.model.reshape(-1, BINS).sum(axis=0))
 
@@ -127,9 +128,7 @@ SURROUNDINGS = 2
 """Sides of the part of the picture that a first look keeps, in sides of the window."""
 
 
-def first_look(
-    image_rgb: NDArray[np.uint8], position: NDArray[np.float64], parameters: HistogramTrackerParameters
-) -> Look:
+def first_look(image_rgb: NDArray[np.uint8], position: Floats, parameters: HistogramTrackerParameters) -> Look:
     """Return how a target looks, px."""
     window = Window(int(parameters.window_width_px) // 2, int(parameters.window_height_px) // 2)
     height, width, _ = image_rgb.shape
@@ -189,7 +188,7 @@ def _background(look: Look, space: Space, kernel: bool, weigh: bool, contrast: f
     return background_of(look.patch_rgb, look.middle, reach, space, target, weigh=weigh, contrast=contrast)
 
 
-def model_of(look: Look | None, parameters: HistogramTrackerParameters) -> NDArray[np.float64]:
+def model_of(look: Look | None, parameters: HistogramTrackerParameters) -> Floats:
     """Return the model (110 in each part) of a look.
 
     Raises:
@@ -210,7 +209,7 @@ def first_likeness(state: HistogramState) -> float:
 
 
 @lru_cache(maxsize=64)
-def _first_roots(look: Look, space: Space, kernel: bool, parts: tuple[int, int]) -> NDArray[np.float64]:
+def _first_roots(look: Look, space: Space, kernel: bool, parts: tuple[int, int]) -> Floats:
     """Return the square roots (110 in each part) of what a first look counts to."""
     return np.sqrt(fit(look.patch_rgb, look.middle, replace(look.window, kernel=kernel, parts=parts), space))
 
@@ -245,7 +244,7 @@ class Packed(NamedTuple):
     """What is known of the target's colours, for compiled code."""
 
     table: NDArray[np.uint8]
-    root_model: NDArray[np.float64]
+    root_model: Floats
     half_width: float
     half_height: float
     sharpness: float
@@ -270,7 +269,7 @@ def pack(state: HistogramState, sharpness: float) -> Packed:
 
 
 @compiled
-def _log_likelihood(image_rgb: NDArray[np.uint8], states: NDArray[np.float64], target: Packed) -> NDArray[np.float64]:
+def _log_likelihood(image_rgb: NDArray[np.uint8], states: Floats, target: Packed) -> Floats:
     count = states.shape[0]
     columns, rows, sizes = np.empty(count), np.empty(count), np.empty(count)
     for n in range(count):

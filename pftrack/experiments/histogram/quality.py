@@ -3,8 +3,8 @@
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.band import Calibration, Miscalibration
 from pftrack.core.model.measures import EvaluatedRun, Measure
 from pftrack.experiments.histogram.trackers import TRACKERS
@@ -66,7 +66,7 @@ LOSS_DECLARATION = read_declaration(Path(__file__).with_name("loss_probability.j
 LAST = 10
 
 
-def _is_held_at_end(course: EvaluatedRun) -> NDArray[np.float64]:
+def _is_held_at_end(course: EvaluatedRun) -> Floats:
     """Return 1 or 0 for each of the last labelled frames, NaN for the others."""
     values = np.full(len(course.errors), np.nan)
     last = np.flatnonzero(~np.isnan(course.errors))[-LAST:]

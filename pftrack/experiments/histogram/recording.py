@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.marks import Box
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Footage
@@ -81,7 +82,7 @@ class _View:
         self._box = Box.model_validate(footage.mark).corner_and_size
         self._reach = int(parameters.window_width_px) // 2, int(parameters.window_height_px) // 2
 
-    def separation(self, space: Space, kernel: bool) -> tuple[NDArray[np.float64], Separation]:
+    def separation(self, space: Space, kernel: bool) -> tuple[Floats, Separation]:
         """Return the likelihood over the first picture, and how it separates the target, for a way of counting."""
         window = Window(*self._reach, kernel)
         x, y, w, h = self._box
@@ -89,7 +90,7 @@ class _View:
         model = fit(first, np.array([x + (w - 1) / 2, y + (h - 1) / 2]), window, space)
         step = max(min(window.size_px) // STEPS_A_WINDOW, 1)
 
-        def likelihood(picture: NDArray[np.uint8]) -> NDArray[np.float64]:
+        def likelihood(picture: NDArray[np.uint8]) -> Floats:
             return exponential(SHARPNESS * (rho_map(picture, window, space, model, step) - 1.0))
 
         begun = likelihood(first)

@@ -12,6 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.source import Frame, History, Target
 from pftrack.core.numerics.elementary import exponential
@@ -199,12 +200,12 @@ def _picture(index: int, parameters: LawnSceneParameters) -> NDArray[np.uint8]:
 
 
 @lru_cache(maxsize=8)
-def _lawn(scene_number: int) -> NDArray[np.float64]:
+def _lawn(scene_number: int) -> Floats:
     return LAWN_RGB + LAWN_SD_RGB * _texture(scene_number, 0, LAWN_BLUR_PX)
 
 
 @lru_cache(maxsize=8)
-def _standing(scene_number: int, colours: Literal["lawn", "grey"]) -> NDArray[np.float64]:
+def _standing(scene_number: int, colours: Literal["lawn", "grey"]) -> Floats:
     """Return the texture of a column as wide as the picture."""
     texture = _texture(scene_number, 1, COLUMN_BLUR_PX)
     if colours == "grey":
@@ -212,7 +213,7 @@ def _standing(scene_number: int, colours: Literal["lawn", "grey"]) -> NDArray[np
     return LAWN_RGB + LAWN_SD_RGB * texture
 
 
-def _texture(scene_number: int, draw: int, blur_px: tuple[float, float]) -> NDArray[np.float64]:
+def _texture(scene_number: int, draw: int, blur_px: tuple[float, float]) -> Floats:
     """Return blurred white noise (height, width, 3) of unit variance."""
     stream = Stream(scene_number, 0, Purpose.SCENE)
     for _ in range(draw + 1):
@@ -222,7 +223,7 @@ def _texture(scene_number: int, draw: int, blur_px: tuple[float, float]) -> NDAr
     return np.asarray(noise)
 
 
-def _blur(noise: NDArray[np.float64], axis: int, sd: float) -> NDArray[np.float64]:
+def _blur(noise: Floats, axis: int, sd: float) -> Floats:
     """Return noise convolved with a Gaussian along an axis, on around the edges, with its variance kept."""
     reach = int(3.0 * sd + 0.5)
     offsets = np.arange(-reach, reach + 1)
@@ -243,7 +244,7 @@ def _window(u: float, v: float) -> tuple[slice, slice]:
     return rows, columns
 
 
-def _ellipse(u: float, v: float, rows: slice, columns: slice) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _ellipse(u: float, v: float, rows: slice, columns: slice) -> tuple[Floats, Floats]:
     """Return how far pixels are covered by the target, 0..1, and how far below its middle they are, px."""
     across, down = np.arange(SIZE[0])[columns] - u, np.arange(SIZE[1])[rows, None] - v
     radius = np.sqrt(np.square(across / HALF_AXES_PX[0]) + np.square(down / HALF_AXES_PX[1]))
@@ -251,7 +252,7 @@ def _ellipse(u: float, v: float, rows: slice, columns: slice) -> tuple[NDArray[n
     return covered, np.broadcast_to(down, covered.shape)
 
 
-def _paint(image: NDArray[np.float64], u: float, v: float, red_share: float) -> None:
+def _paint(image: Floats, u: float, v: float, red_share: float) -> None:
     """Paint an ellipse whose upper part is red and whose lower part is yellow, in place."""
     rows, columns = _window(u, v)
     covered, below = _ellipse(u, v, rows, columns)

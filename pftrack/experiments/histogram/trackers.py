@@ -11,6 +11,7 @@ from functools import lru_cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Fold, Tracker
@@ -292,7 +293,7 @@ def motion(parameters: HistogramTrackerParameters) -> Motion:
     for axis in range(2):
         transition[axis, 2 + axis] = transition[2 + axis, 2 + axis] = parameters.velocity_retention
 
-    def noise(of_position: float) -> NDArray[np.float64]:
+    def noise(of_position: float) -> Floats:
         """Return B, without a column for a size that stays as it is."""
         of_velocity = parameters.velocity_noise_px
         deviations = np.array([of_position, of_position, of_velocity, of_velocity, parameters.size_noise])
@@ -330,15 +331,15 @@ TRACKERS: dict[str, Tracker] = {
 
 def _propagate(
     state: HistogramState,
-    states: NDArray[np.float64],
+    states: Floats,
     frame: Frame,
     parameters: HistogramTrackerParameters,
     rng: Generator,
-) -> NDArray[np.float64]:
+) -> Floats:
     del state, frame
     moves = motion(parameters)
     noise = rng.standard_normal((len(states), moves.noise.shape[1]))
-    moved: NDArray[np.float64] = product(states, moves.transition.T) + moves.offset + product(noise, moves.noise.T)
+    moved: Floats = product(states, moves.transition.T) + moves.offset + product(noise, moves.noise.T)
     return moved
 
 

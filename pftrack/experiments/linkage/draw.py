@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.model.drawing import (
     Arrows,
     Ellipsoids,
@@ -59,12 +60,12 @@ class ShownHypothesis:
         shape: (6, 6) of the ellipsoid, {x: x' shape^-1 x <= 1} from its middle; None where there is none.
     """
 
-    position: NDArray[np.float64]
-    middle: NDArray[np.float64]
+    position: Floats
+    middle: Floats
     weight: float
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
-    shape: NDArray[np.float64] | None
+    low: Floats
+    high: Floats
+    shape: Floats | None
 
 
 def list_hypotheses(state: LinkageState) -> list[ShownHypothesis]:
@@ -81,7 +82,7 @@ def list_hypotheses(state: LinkageState) -> list[ShownHypothesis]:
     return found
 
 
-def particles(state: LinkageState) -> NDArray[np.float64]:
+def particles(state: LinkageState) -> Floats:
     """Return the estimates (m, 6) or (m, 11) of some particles, drawn by weight at equal steps; none of hypotheses."""
     size = len(state.mean)
     if not isinstance(state.belief, ParticleSet):
@@ -120,7 +121,7 @@ def _region(member: Region, weight: float, state: LinkageState) -> ShownHypothes
     return ShownHypothesis(position, member.pose, weight, member.low, member.high, shape)
 
 
-def chain_of(position: NDArray[np.float64], state: LinkageState) -> NDArray[np.float64]:
+def chain_of(position: Floats, state: LinkageState) -> Floats:
     """Return where root, joints and tip of an estimate are, (4, 3): column and row from the origin, and depth, px."""
     theta, r = position[-2 * LINKS : -LINKS], position[-LINKS:]
     if not state.in_space:
@@ -129,7 +130,7 @@ def chain_of(position: NDArray[np.float64], state: LinkageState) -> NDArray[np.f
     return places(LinkageTarget(position, theta=theta, r=r, omega=omega, t=t, reference=state.reference))
 
 
-def turn_of(position: NDArray[np.float64], state: LinkageState) -> NDArray[np.float64]:
+def turn_of(position: Floats, state: LinkageState) -> Floats:
     """Return how the plane of a chain lies, (3, 3): its first two directions and its normal, as columns."""
     if state.reference is None:
         return np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
@@ -167,7 +168,7 @@ def draw_measurements(frame: Frame, state: LinkageState) -> dict[str, Primitive]
     return drawn
 
 
-def _ends(corners: NDArray[np.float64], normal: NDArray[np.float64]) -> NDArray[np.float64]:
+def _ends(corners: Floats, normal: Floats) -> Floats:
     """Return the two ends (2, 2) of what is left of a line in the picture; none of nothing."""
     along = corners @ np.array([-normal[1], normal[0]])
     return corners[[along.argmin(), along.argmax()]] if len(corners) else corners
@@ -205,20 +206,18 @@ def truth(target: LinkageTarget, state: LinkageState, longest: float) -> dict[st
     return drawn
 
 
-def second_run(estimate: NDArray[np.float64], state: LinkageState, longest: float) -> dict[str, Primitive]:
+def second_run(estimate: Floats, state: LinkageState, longest: float) -> dict[str, Primitive]:
     """Draw where a second run has the chain."""
     points = _in_picture(chain_of(estimate, state), state, BELOW_PX - NEXT_PX)
     drawn = _chain("second", points, COLOURS["second"], 1.5, "second run", longest)
     return {"second links": drawn["second links"]}
 
 
-def _in_picture(joints: NDArray[np.float64], state: LinkageState, row: float) -> NDArray[np.float64]:
+def _in_picture(joints: Floats, state: LinkageState, row: float) -> Floats:
     return np.asarray(joints[:, :2] + state.origin_px + np.array([0.0, 0.0 if state.in_space else row]))
 
 
-def _chain(
-    name: str, points: NDArray[np.float64], colour: Colour, width: float, layer: str, longest: float
-) -> dict[str, Primitive]:
+def _chain(name: str, points: Floats, colour: Colour, width: float, layer: str, longest: float) -> dict[str, Primitive]:
     near = np.asarray((np.abs(points) < FARTHEST * longest).all(axis=1))
     ends = np.stack([points[:-1], points[1:]], axis=1)[near[:-1] & near[1:]]
     colours = np.tile(np.array(colour, np.uint8), (int(near.sum()), 1))
@@ -228,7 +227,7 @@ def _chain(
     }
 
 
-def _links(ends: NDArray[np.float64], colour: Colour, width: float, layer: str) -> Links:
+def _links(ends: Floats, colour: Colour, width: float, layer: str) -> Links:
     return Links(at_height(ends.reshape(-1, 2), 1.5).reshape(-1, 2, 3), colour, width, layer)
 
 
@@ -277,7 +276,7 @@ def depth_world(
     state: LinkageState,
     target: object,
     parameters: LinkageTrackerParameters,
-    second: NDArray[np.float64] | None = None,
+    second: Floats | None = None,
 ) -> WorldDrawing:
     """Draw the hypotheses with their sectors, the estimate, the truth if it is known, and a second run's estimate."""
     reach = float(sum(parameters.bounds.length_high))
@@ -311,9 +310,7 @@ def depth_world(
     return WorldDrawing(DEPTH_WORLD, drawn)
 
 
-def _extent(
-    name: str, one: ShownHypothesis, joints: NDArray[np.float64], turn: NDArray[np.float64], reach: float
-) -> dict[str, Primitive]:
+def _extent(name: str, one: ShownHypothesis, joints: Floats, turn: Floats, reach: float) -> dict[str, Primitive]:
     """Draw sectors of directions by lengths, and the ellipsoid's shadow in each."""
     drawn: dict[str, Primitive] = {}
     colour, opacity = pale(COLOURS["prediction"], one.weight), 0.15 + 0.25 * one.weight
@@ -334,7 +331,7 @@ def _extent(
     return drawn
 
 
-def _shadow(one: ShownHypothesis, link: int) -> NDArray[np.float64]:
+def _shadow(one: ShownHypothesis, link: int) -> Floats:
     """Return points (2 STEPS, 2), direction and length of a link, on the border of the ellipsoid's projection."""
     if one.shape is None:
         return np.zeros((0, 2))
@@ -345,28 +342,28 @@ def _shadow(one: ShownHypothesis, link: int) -> NDArray[np.float64]:
     return np.asarray(one.middle[rows] + round_ @ vectors.T)
 
 
-def _place(angles: NDArray[np.float64], radius: NDArray[np.float64] | float, turn: NDArray[np.float64]) -> Any:  # noqa: ANN401
+def _place(angles: Floats, radius: Floats | float, turn: Floats) -> Any:  # noqa: ANN401
     flat = np.stack([radius * np.cos(angles), radius * np.sin(angles), np.zeros_like(angles)], axis=1)
     return flat @ turn.T
 
 
-def _near(points: NDArray[np.float64]) -> bool:
+def _near(points: Floats) -> bool:
     return bool(_within(points).all())
 
 
-def _within(points: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _within(points: Floats) -> Bools:
     """Whether points (..., 3) are in the world."""
     return np.asarray(np.sqrt(np.square(points).sum(axis=-1)) < DEPTH_WORLD.radius)
 
 
-def _segments(joints: NDArray[np.float64]) -> NDArray[np.float32]:
+def _segments(joints: Floats) -> NDArray[np.float32]:
     """Return the links (n, 2, 3) of a chain (4, 3) that are near enough to be drawn."""
     ends = np.stack([joints[:-1], joints[1:]], axis=1)
     near = _within(ends).all(axis=1)
     return np.asarray(ends[near], np.float32)
 
 
-def _dots(joints: NDArray[np.float64], colour: Colour, layer: str, size: float = JOINT) -> Points:
+def _dots(joints: Floats, colour: Colour, layer: str, size: float = JOINT) -> Points:
     near = joints[_within(joints)].astype(np.float32)
     return Points(near, np.tile(np.array(colour, np.uint8), (len(near), 1)), size, layer)
 
@@ -415,7 +412,7 @@ def lengths_world(
     state: LinkageState,
     target: object,
     parameters: LinkageTrackerParameters,
-    second: NDArray[np.float64] | None = None,
+    second: Floats | None = None,
 ) -> WorldDrawing:
     """Draw what each hypothesis has left of the allowed lengths, the estimate, the truth, and a second run's."""
     low, high = np.array(parameters.bounds.length_low), np.array(parameters.bounds.length_high)
@@ -442,9 +439,7 @@ def lengths_world(
     return WorldDrawing(LENGTHS_WORLD, drawn)
 
 
-def _extent_lengths(
-    name: str, one: ShownHypothesis, middle: NDArray[np.float64], half: NDArray[np.float64]
-) -> dict[str, Primitive]:
+def _extent_lengths(name: str, one: ShownHypothesis, middle: Floats, half: Floats) -> dict[str, Primitive]:
     """Draw the box and the ellipsoid of a hypothesis, as far as they are near."""
     colour = pale(COLOURS["prediction"], one.weight)
     low, high = ((ends[LINKS:] - middle) / half for ends in (one.low, one.high))
@@ -467,7 +462,7 @@ def _extent_lengths(
     return drawn
 
 
-def _box(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float32]:
+def _box(low: Floats, high: Floats) -> NDArray[np.float32]:
     """Return the edges (12, 2, 3) of a box."""
     corners = low + CORNERS * (high - low)
     return np.asarray(corners[EDGES], np.float32)
@@ -480,12 +475,12 @@ def _ways() -> NDArray[np.float32]:
     return ends.astype(np.float32)
 
 
-def _dot(place: NDArray[np.float64], colour: str, size: float) -> Points:
+def _dot(place: Floats, colour: str, size: float) -> Points:
     near = np.array([place] if np.linalg.norm(place) < RADIUS else [], np.float32).reshape(-1, 3)
     return Points(near, np.tile(np.array(COLOURS[colour], np.uint8), (len(near), 1)), size, colour)
 
 
-def _cross(place: NDArray[np.float64]) -> NDArray[np.float32]:
+def _cross(place: Floats) -> NDArray[np.float32]:
     """Return three segments (3, 2, 3) that meet at a place; none where it is too far away."""
     arms = np.stack([place - CROSS * np.eye(3), place + CROSS * np.eye(3)], axis=1)
     near = float(np.linalg.norm(place)) + CROSS < RADIUS

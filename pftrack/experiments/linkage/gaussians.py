@@ -15,8 +15,8 @@ prediction stands, and the event is counted.
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.matrices import contiguous_copy, solve_system
 from pftrack.core.numerics.random import Gaussian, Stream
@@ -67,9 +67,9 @@ def chains(state: LinkageState, parameters: LinkageTrackerParameters) -> Beam[Ch
 
 
 def box(
-    low: NDArray[np.float64],
-    high: NDArray[np.float64],
-    reference: NDArray[np.float64] | None,
+    low: Floats,
+    high: Floats,
+    reference: Floats | None,
     parameters: LinkageTrackerParameters,
 ) -> Chain:
     """Return the Gaussian of a box (d,) of estimates, of which the centre does not move yet."""
@@ -78,9 +78,9 @@ def box(
 
 
 def gaussian(
-    mean: NDArray[np.float64],
-    variances: NDArray[np.float64],
-    reference: NDArray[np.float64] | None,
+    mean: Floats,
+    variances: Floats,
+    reference: Floats | None,
     parameters: LinkageTrackerParameters,
 ) -> Chain:
     """Return a Gaussian that does not move yet, given mean and variances (d,) of an estimate."""
@@ -96,7 +96,7 @@ def gaussian(
     return from_moments(state, np.diag(spread), reference_attitude(reference))
 
 
-def from_moments(mean: NDArray[np.float64], covariance: NDArray[np.float64], reference: NDArray[np.float64]) -> Chain:
+def from_moments(mean: Floats, covariance: Floats, reference: Floats) -> Chain:
     """Return the Gaussian of moments (n,) and (n, n) in which omega is relative to the reference, a quaternion (4,).
 
     In space its own attitude takes omega over.
@@ -123,7 +123,7 @@ def constraints(parameters: LinkageTrackerParameters, in_space: bool) -> Constra
 
 
 @lru_cache(maxsize=64)
-def noise(parameters: LinkageTrackerParameters, in_space: bool) -> NDArray[np.float64]:
+def noise(parameters: LinkageTrackerParameters, in_space: bool) -> Floats:
     """Return the standard deviations (p,) of the accelerations of a pose, rad or px per frame^2."""
     turning, moving = float(parameters.acceleration_rad), float(parameters.root_acceleration_px)
     return np.array([turning, turning, turning, moving, moving, turning, turning] if in_space else [turning] * LINKS)
@@ -148,8 +148,8 @@ def start(target: Target, frame: Frame, parameters: LinkageTrackerParameters, rn
 
 def state_of(
     beam: Beam[Chain],
-    reference: NDArray[np.float64] | None,
-    origin_px: NDArray[np.float64],
+    reference: Floats | None,
+    origin_px: Floats,
     log_evidence: float = 0.0,
     events: Events = NOTHING,
     innovation: NormalisedInnovation | None = None,
@@ -266,7 +266,7 @@ def _events(
     found: Candidates,
     chosen: tuple[int, ...],
     poses: list[tuple[float, ...]],
-    before: NDArray[np.float64],
+    before: Floats,
     *,
     outlier: bool,
 ) -> Events:
@@ -312,7 +312,7 @@ def unscented_step(
     if len(rows):
         spread, values = float(parameters.observation_variance_px2) * np.eye(len(rows)), seen[rows, 0]
 
-        def observe(states: NDArray[np.float64]) -> NDArray[np.float64]:
+        def observe(states: Floats) -> Floats:
             flat = project_all(contiguous_copy(states.reshape(-1, states.shape[-1])), chain.attitude, seen)
             return np.asarray(flat[:, rows].reshape(*states.shape[:-1], len(rows)))
 

@@ -16,8 +16,8 @@ Source: Shimada 1997, sections 4.2 to 4.6; the mirror images in space are our ow
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.geometry.rotation import compose, matrix_quaternion, quaternion, quaternion_matrix, vector
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import factorise, multiply, substitute
@@ -54,12 +54,12 @@ class Filtering(NamedTuple):
         rounds: How often an observation is linearised: once at the point, then at what the round before came to.
     """
 
-    seen: NDArray[np.float64]
+    seen: Floats
     variance: float
-    noise: NDArray[np.float64]
-    rows: NDArray[np.float64]
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
+    noise: Floats
+    rows: Floats
+    low: Floats
+    high: Floats
     constrained: bool
     mirrors: float
     rejection: float
@@ -82,21 +82,19 @@ class Candidates(NamedTuple):
         poses: (N, 6) directions and lengths.
     """
 
-    means: NDArray[np.float64]
-    covariances: NDArray[np.float64]
-    attitudes: NDArray[np.float64]
-    scores: NDArray[np.float64]
-    parents: NDArray[np.int64]
-    log_evidences: NDArray[np.float64]
-    distances: NDArray[np.float64]
-    cuts: NDArray[np.int64]
-    poses: NDArray[np.float64]
+    means: Floats
+    covariances: Floats
+    attitudes: Floats
+    scores: Floats
+    parents: Ints
+    log_evidences: Floats
+    distances: Floats
+    cuts: Ints
+    poses: Floats
 
 
 @compiled
-def predict(
-    mean: NDArray[np.float64], covariance: NDArray[np.float64], noise: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def predict(mean: Floats, covariance: Floats, noise: Floats) -> tuple[Floats, Floats]:
     """Return mean (n,) and covariance (n, n) a frame later: constant velocity, white acceleration (4.3, 4.13, 4.16).
 
     Args:
@@ -124,9 +122,7 @@ def predict(
 
 
 @compiled
-def linearisation_points(
-    state: NDArray[np.float64], attitude: NDArray[np.float64], limit: float
-) -> NDArray[np.float64]:
+def linearisation_points(state: Floats, attitude: Floats, limit: float) -> Floats:
     """Return the states (1..8, n) at which a prediction is linearised: itself, and its mirror images.
 
     Args:
@@ -170,10 +166,10 @@ def linearisation_points(
 
 @compiled
 def candidates(
-    means: NDArray[np.float64],
-    covariances: NDArray[np.float64],
-    attitudes: NDArray[np.float64],
-    scores: NDArray[np.float64],
+    means: Floats,
+    covariances: Floats,
+    attitudes: Floats,
+    scores: Floats,
     given: Filtering,
 ) -> Candidates:
     """Return what may be believed after a frame.
@@ -234,9 +230,9 @@ def candidates(
 def _fill(
     found: Candidates,
     place: int,
-    mean: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    attitude: NDArray[np.float64],
+    mean: Floats,
+    covariance: Floats,
+    attitude: Floats,
     score: float,
     parent: int,
 ) -> None:
@@ -252,12 +248,12 @@ def _fill(
 def _candidate(
     found: Candidates,
     place: int,
-    mean: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    lower: NDArray[np.float64],
-    attitude: NDArray[np.float64],
-    point: NDArray[np.float64],
-    rows: NDArray[np.int64],
+    mean: Floats,
+    covariance: Floats,
+    lower: Floats,
+    attitude: Floats,
+    point: Floats,
+    rows: Ints,
     given: Filtering,
 ) -> None:
     """Condition a prediction, linearised at a point, on the coordinates `rows` that were seen; cut it and score it."""
@@ -283,7 +279,7 @@ def _candidate(
 
 
 @compiled
-def _square(lower: NDArray[np.float64], difference: NDArray[np.float64]) -> float:
+def _square(lower: Floats, difference: Floats) -> float:
     """Return d' P^-1 d of (n,), given the root of P (n, n); directions in which P has no spread do not count."""
     size = difference.shape[0]
     scale = lower.copy()
@@ -330,24 +326,24 @@ class Work(NamedTuple):
         total: (m, m) L, of which the lower half is used.
     """
 
-    rest: NDArray[np.float64]
-    left: NDArray[np.float64]
-    exact: NDArray[np.float64]
-    cross: NDArray[np.float64]
-    total: NDArray[np.float64]
+    rest: Floats
+    left: Floats
+    exact: Floats
+    cross: Floats
+    total: Floats
 
 
 @compiled
 def see(
-    mean: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    attitude: NDArray[np.float64],
+    mean: Floats,
+    covariance: Floats,
+    attitude: Floats,
     variance: float,
     bounds: Constraints,
-    seen: NDArray[np.float64],
-    rows: NDArray[np.int64],
+    seen: Floats,
+    rows: Ints,
     chance: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float]:
+) -> tuple[Floats, Floats, float, float]:
     """Draw a side, given an observation.
 
     Args:
@@ -406,14 +402,14 @@ def see(
 @compiled
 def _settle(
     work: Work,
-    mean: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    attitude: NDArray[np.float64],
-    point: NDArray[np.float64],
+    mean: Floats,
+    covariance: Floats,
+    attitude: Floats,
+    point: Floats,
     variance: float,
-    seen: NDArray[np.float64],
-    rows: NDArray[np.int64],
-) -> NDArray[np.float64]:
+    seen: Floats,
+    rows: Ints,
+) -> Floats:
     """Return the pose (n,) of greatest posterior density, from a point on; the work is that of the last round."""
     count, free = work.rest.shape[0], work.cross.shape[1] - 1
     half = free // 2  # velocities are not seen
@@ -440,14 +436,14 @@ def _settle(
 @compiled
 def _linearise(
     work: Work,
-    slope: NDArray[np.float64],
-    shown: NDArray[np.float64],
-    mean: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    point: NDArray[np.float64],
+    slope: Floats,
+    shown: Floats,
+    mean: Floats,
+    covariance: Floats,
+    point: Floats,
     variance: float,
-    seen: NDArray[np.float64],
-    rows: NDArray[np.int64],
+    seen: Floats,
+    rows: Ints,
 ) -> None:
     """Write the innovation, C M and S down, of an observation that is linearised at a point (n,)."""
     count, free = work.rest.shape[0], work.cross.shape[1] - 1
@@ -471,7 +467,7 @@ def _linearise(
 
 
 @compiled
-def _whiten(total: NDArray[np.float64], wanted: NDArray[np.float64]) -> None:
+def _whiten(total: Floats, wanted: Floats) -> None:
     """Replace S (m, m), of which the lower half is used, by L of L L' = S, and B (m, k) by L^-1 B."""
     count, columns = wanted.shape
     for j in range(count):
@@ -489,7 +485,7 @@ def _whiten(total: NDArray[np.float64], wanted: NDArray[np.float64]) -> None:
 
 
 @compiled
-def _parallel(covariance: NDArray[np.float64]) -> float:
+def _parallel(covariance: Floats) -> float:
     """Return the sine below which a link may lean to either side, given how well its direction is known."""
     size = covariance.shape[0]
     widest = 0.0
@@ -507,7 +503,7 @@ def _parallel(covariance: NDArray[np.float64]) -> float:
 
 
 @compiled
-def _is_known(found: NDArray[np.float64], spreads: NDArray[np.float64], side: int) -> bool:
+def _is_known(found: Floats, spreads: Floats, side: int) -> bool:
     """Whether a side is one of those before it, as far as their Gaussians can tell."""
     size = found.shape[1]
     for other in range(side):

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.geometry.rotation import (
     compose,
     matrix_quaternion,
@@ -40,7 +40,7 @@ from pftrack.experiments.linkage.shape import (
 PLANE_STATES = 9
 """Coordinates of a state in the plane; in space there are 17."""
 
-UPRIGHT: NDArray[np.float64] = np.array([1.0, 0.0, 0.0, 0.0])
+UPRIGHT: Floats = np.array([1.0, 0.0, 0.0, 0.0])
 """The attitude that turns nothing."""
 UPRIGHT.flags.writeable = False
 
@@ -55,12 +55,12 @@ class Chain:
         attitude: (4,) quaternion of the reference attitude; the one that turns nothing, in the plane.
     """
 
-    mean: NDArray[np.float64]
-    covariance: NDArray[np.float64]
-    attitude: NDArray[np.float64]
+    mean: Floats
+    covariance: Floats
+    attitude: Floats
 
     @property
-    def pose(self) -> NDArray[np.float64]:
+    def pose(self) -> Floats:
         """(6,) directions theta*_1..3, rad, and lengths r_1..3, px."""
         return np.concatenate([directions(joints(self.mean)), self.mean[-LINKS:]])
 
@@ -69,7 +69,7 @@ class Chain:
         """About how much memory it takes, bytes."""
         return 256 + self.mean.nbytes + self.covariance.nbytes + self.attitude.nbytes
 
-    def arrays(self) -> Mapping[str, NDArray[np.float64]]:
+    def arrays(self) -> Mapping[str, Floats]:
         """Return mean, covariance and attitude."""
         return {"means": self.mean, "covariances": self.covariance, "attitudes": self.attitude}
 
@@ -79,7 +79,7 @@ def pose_size(states: int) -> int:
     return (states - LINKS) // 2
 
 
-def reference_attitude(reference: NDArray[np.float64] | None) -> NDArray[np.float64]:
+def reference_attitude(reference: Floats | None) -> Floats:
     """Return the quaternion (4,) of a reference attitude (3, 3), or the one that turns nothing."""
     return UPRIGHT.copy() if reference is None else matrix_quaternion(np.array(reference, np.float64, order="C"))
 
@@ -96,7 +96,7 @@ def in_coordinates(constraints: Constraints, states: int) -> Constraints:
 
 
 @compiled
-def joints(state: NDArray[np.float64]) -> NDArray[np.float64]:
+def joints(state: Floats) -> Floats:
     """Return the joint angles theta_1..3 of a state (n,), rad."""
     if state.shape[0] == PLANE_STATES:
         return state[:LINKS].copy()
@@ -104,7 +104,7 @@ def joints(state: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @compiled
-def observe(state: NDArray[np.float64], attitude: NDArray[np.float64]) -> NDArray[np.float64]:
+def observe(state: Floats, attitude: Floats) -> Floats:
     """Return what a camera sees of a state (n,), px: (3,) in the plane, (8,) in space, point by point."""
     lengths = state[state.shape[0] - LINKS :]
     if state.shape[0] == PLANE_STATES:
@@ -114,7 +114,7 @@ def observe(state: NDArray[np.float64], attitude: NDArray[np.float64]) -> NDArra
 
 
 @compiled
-def slopes(state: NDArray[np.float64], attitude: NDArray[np.float64]) -> NDArray[np.float64]:
+def slopes(state: Floats, attitude: Floats) -> Floats:
     """Return the derivatives of `observe` by the state, (3, 9) or (8, 17)."""
     size = state.shape[0]
     lengths = state[size - LINKS :]
@@ -134,9 +134,7 @@ def slopes(state: NDArray[np.float64], attitude: NDArray[np.float64]) -> NDArray
 
 
 @compiled
-def recentre(
-    mean: NDArray[np.float64], covariance: NDArray[np.float64], attitude: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def recentre(mean: Floats, covariance: Floats, attitude: Floats) -> Floats:
     """Let the attitude take the rotation of a mean in space over, and return it; mean and covariance change in place.
 
     A small turn du beside the new attitude is J_r dw beside the old one, so the block of omega becomes J_r V J_r'.
@@ -160,11 +158,11 @@ def recentre(
 
 @compiled
 def describe(
-    mean: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    attitude: NDArray[np.float64],
-    reference: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    mean: Floats,
+    covariance: Floats,
+    attitude: Floats,
+    reference: Floats,
+) -> tuple[Floats, Floats, Floats, Floats]:
     """Return what a person is told of a Gaussian.
 
     Args:
@@ -234,7 +232,7 @@ POINT_ROWS = 2 * (LINKS + 1)
 """Coordinates of points in space; rows beyond them are of lines."""
 
 
-def read_observation(frame: Frame, origin_px: NDArray[np.float64], *, in_space: bool) -> NDArray[np.float64]:
+def read_observation(frame: Frame, origin_px: Floats, *, in_space: bool) -> Floats:
     """Return what was seen, (3, 3) in the plane, (8, 3) or (14, 3) in space, px from the origin.
 
     Raises:
@@ -256,15 +254,13 @@ def read_observation(frame: Frame, origin_px: NDArray[np.float64], *, in_space: 
 
 
 @compiled
-def observed_rows(seen: NDArray[np.float64]) -> NDArray[np.int64]:
+def observed_rows(seen: Floats) -> Ints:
     """Return the rows (k,) of an observation (m, 3) that were seen."""
     return np.flatnonzero(~np.isnan(seen[:, 0]))
 
 
 @compiled
-def project(
-    state: NDArray[np.float64], attitude: NDArray[np.float64], seen: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def project(state: Floats, attitude: Floats, seen: Floats) -> Floats:
     """Return what a state (n,) shows of what was seen (m, 3), (m,) px."""
     image = observe(state, attitude)
     if seen.shape[0] <= POINT_ROWS:
@@ -278,9 +274,7 @@ def project(
 
 
 @compiled
-def project_slopes(
-    state: NDArray[np.float64], attitude: NDArray[np.float64], seen: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def project_slopes(state: Floats, attitude: Floats, seen: Floats) -> Floats:
     """Return the derivatives of `project` by the state, (m, n)."""
     image = slopes(state, attitude)
     if seen.shape[0] <= POINT_ROWS:
@@ -295,9 +289,7 @@ def project_slopes(
 
 
 @compiled
-def project_all(
-    states: NDArray[np.float64], attitude: NDArray[np.float64], seen: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def project_all(states: Floats, attitude: Floats, seen: Floats) -> Floats:
     """Return what each of several states (N, n) shows of what was seen (m, 3), (N, m) px."""
     shown = np.empty((states.shape[0], seen.shape[0]))
     for n in range(states.shape[0]):
@@ -306,7 +298,7 @@ def project_all(
 
 
 @compiled
-def log_image_lengths(state: NDArray[np.float64], attitude: NDArray[np.float64], seen: NDArray[np.float64]) -> float:
+def log_image_lengths(state: Floats, attitude: Floats, seen: Floats) -> float:
     """Return the sum of the logarithms of the lengths, px, that links have in the image that are seen as lines."""
     total = 0.0
     if seen.shape[0] > POINT_ROWS:
@@ -335,7 +327,7 @@ def _point(row: int) -> int:
 
 AXES = np.eye(2)
 
-Extents: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64]]
+Extents: TypeAlias = tuple[Floats, Floats]
 """Middles (4, 2) and half extents (4, 2) of where points are, along the axes of the image; infinite halves are none."""
 
 
@@ -348,12 +340,12 @@ class LinkImage(NamedTuple):
         bound: (2,) of the distance from that, px; infinite where nothing is known, -infinite where nothing is possible.
     """
 
-    turn: NDArray[np.float64]
-    middle: NDArray[np.float64]
-    bound: NDArray[np.float64]
+    turn: Floats
+    middle: Floats
+    bound: Floats
 
 
-def link_images(seen: NDArray[np.float64], bound: float) -> list[LinkImage | None]:
+def link_images(seen: Floats, bound: float) -> list[LinkImage | None]:
     """Return what is known of each link's image, None where it is nothing.
 
     Args:
@@ -368,7 +360,7 @@ def link_images(seen: NDArray[np.float64], bound: float) -> list[LinkImage | Non
     return [_link_image(polygons[link], polygons[link + 1], seen, link) for link in range(LINKS)]
 
 
-def places_of(seen: NDArray[np.float64], bound: float) -> list[NDArray[np.float64]]:
+def places_of(seen: Floats, bound: float) -> list[Floats]:
     """Return the corners (k, 2) of where each of the four points can be, px from the origin."""
     strips: list[list[Strip]] = [[] for _ in range(LINKS + 1)]
     for row, (value, *direction) in enumerate(seen):
@@ -379,9 +371,7 @@ def places_of(seen: NDArray[np.float64], bound: float) -> list[NDArray[np.float6
     return [intersect(one) for one in strips]
 
 
-def _link_image(
-    beginning: NDArray[np.float64], end: NDArray[np.float64], seen: NDArray[np.float64], link: int
-) -> LinkImage | None:
+def _link_image(beginning: Floats, end: Floats, seen: Floats, link: int) -> LinkImage | None:
     turn, row = np.eye(3), POINT_ROWS + 2 * link
     if not np.isnan(seen[row, 0]):
         across, down = seen[row, 1:]
@@ -397,7 +387,7 @@ def _link_image(
     return LinkImage(turn, middle, half) if np.isfinite(half).any() else None
 
 
-def bound_places(seen: NDArray[np.float64], bound: float) -> Extents:
+def bound_places(seen: Floats, bound: float) -> Extents:
     """Return how far each point of the chain extends, given what was seen of it."""
     if len(seen) == POINT_ROWS:
         points = seen[:, 0].reshape(-1, 2)

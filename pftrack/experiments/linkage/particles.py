@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.source import Frame
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials
@@ -96,9 +96,7 @@ def move(particles: LengthParticles, settings: Settings, rng: Stream, portion: f
     return particles
 
 
-def _move(
-    particles: LengthParticles, chosen: NDArray[np.int64], settings: Settings, rng: Stream, portion: float
-) -> LengthParticles:
+def _move(particles: LengthParticles, chosen: Ints, settings: Settings, rng: Stream, portion: float) -> LengthParticles:
     """Propose others for the chosen particles (K,)."""
     frames, turns = len(particles.history), len(chosen)
     mean, covariance = moments(np.asfortranarray(particles.values), particles.weights)
@@ -130,7 +128,7 @@ def _move(
     return replace(particles, values=values, chains=filters, earlier=earlier)
 
 
-def _temper(before: NDArray[np.float64], after: NDArray[np.float64], portion: float) -> NDArray[np.float64]:
+def _temper(before: Floats, after: Floats, portion: float) -> Floats:
     """Return log evidences (N,) with a portion of the last observation; -inf where either is."""
     known = (before > -np.inf) & (after > -np.inf)
     found = np.full(len(before), -np.inf)
@@ -138,9 +136,7 @@ def _temper(before: NDArray[np.float64], after: NDArray[np.float64], portion: fl
     return found
 
 
-def _log_prior(
-    base: Beam[Chain], values: NDArray[np.float64], origins: NDArray[np.int64], settings: Settings
-) -> NDArray[np.float64]:
+def _log_prior(base: Beam[Chain], values: Floats, origins: Ints, settings: Settings) -> Floats:
     """Return log densities (N,), up to a constant of each origin."""
     densities = np.zeros(len(values))
     for k in np.unique(origins).tolist():
@@ -157,13 +153,13 @@ def _log_prior(
     return densities
 
 
-def _whiten(root: NDArray[np.float64], off: NDArray[np.float64]) -> NDArray[np.float64]:
+def _whiten(root: Floats, off: Floats) -> Floats:
     """Return (N, n) of which L x is what is given; 0 in a direction without spread."""
     return _substitute(contiguous_copy(root), contiguous_copy(off))
 
 
 @compiled
-def _substitute(root: NDArray[np.float64], off: NDArray[np.float64]) -> NDArray[np.float64]:
+def _substitute(root: Floats, off: Floats) -> Floats:
     found = np.zeros(off.shape)
     for n in range(off.shape[0]):
         for i in range(off.shape[1]):
@@ -215,7 +211,7 @@ def step(state: LinkageState, frame: Frame, parameters: LinkageTrackerParameters
 
 
 def _see(
-    before: LengthParticles, settings: Settings, seen: NDArray[np.float64], limit: float, rng: Stream
+    before: LengthParticles, settings: Settings, seen: Floats, limit: float, rng: Stream
 ) -> tuple[LengthParticles, float, bool]:
     """Return particles that have seen a frame, log p(y) without its power of 2 pi, and whether it was left out."""
     chances, known = rng.random(len(before)), given(before.values, settings)
@@ -247,7 +243,7 @@ def _see(
     return particles, 0.0 if outlier else log_evidence, outlier
 
 
-def _take_portion(particles: LengthParticles, taken: float) -> tuple[float, NDArray[np.float64], float]:
+def _take_portion(particles: LengthParticles, taken: float) -> tuple[float, Floats, float]:
     """Return how much of the last observation can be taken, the log weights (N,) then, and log p of that portion.
 
     It is all of it, if so many particles are left as should be, and else the portion that leaves as many.
@@ -272,7 +268,7 @@ def _count_beyond(particles: LengthParticles, settings: Settings) -> int:
     return int(np.count_nonzero(((along < settings.bounds.low) | (along > settings.bounds.high)).any(axis=1)))
 
 
-def quantiles(values: NDArray[np.float64], weights: NDArray[np.float64], share: float) -> NDArray[np.float64]:
+def quantiles(values: Floats, weights: Floats, share: float) -> Floats:
     """Return the values (d,) that a share of the weights (N,) of values (N, d) lies below."""
     found = np.empty(values.shape[1])
     for i in range(values.shape[1]):

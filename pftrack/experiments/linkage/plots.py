@@ -1,8 +1,8 @@
 """What is plotted and written of the frames of a chain, and what a run comes to."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.glossary import Term
 from pftrack.core.model.measures import EvaluatedRun, Measure
 from pftrack.core.model.plot import ERROR, INNOVATION, PARTICLES, SAMPLE_SIZE, STEP_TIME, Plot, Reading
@@ -12,18 +12,18 @@ LAST_FRAMES = 6
 """Over which Shimada's success of a crossing is judged."""
 
 
-def _errors(course: EvaluatedRun) -> NDArray[np.float64]:
+def _errors(course: EvaluatedRun) -> Floats:
     return course.errors
 
 
-def _is_held_at_end(course: EvaluatedRun) -> NDArray[np.float64]:
+def _is_held_at_end(course: EvaluatedRun) -> Floats:
     last = _last_errors(course)
     if course.lost is None:
         return np.full(len(last), np.nan)
     return np.where(np.isnan(last), np.nan, ~course.lost)
 
 
-def _last_errors(course: EvaluatedRun) -> NDArray[np.float64]:
+def _last_errors(course: EvaluatedRun) -> Floats:
     known = np.flatnonzero(~np.isnan(course.errors))
     errors = np.full(len(course.errors), np.nan)
     errors[known[-LAST_FRAMES:]] = course.errors[known[-LAST_FRAMES:]]

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import parameter
 from pftrack.core.model.source import Frame, FrameSequence, History, Measurements, Target
 from pftrack.core.numerics.elementary import direction
@@ -30,7 +31,7 @@ FOLLOWED_SD_PX = 1.0
 TILT = 0.5
 """Slope of the plane in which a chain is taken to lie at first, along the way from root to tip."""
 
-Points: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64]]
+Points: TypeAlias = tuple[Floats, Floats]
 """(4, 2) positions in the picture, px, NaN where they are not known, and (4, 2) standard deviations."""
 
 
@@ -53,9 +54,7 @@ class FollowingParameters(OccluderParameters):
 class Followed:
     """Marked points through a recording, each picture looked at once, in order."""
 
-    def __init__(
-        self, sequence: FrameSequence, first: int, points: NDArray[np.float64], parameters: FollowingParameters
-    ) -> None:
+    def __init__(self, sequence: FrameSequence, first: int, points: Floats, parameters: FollowingParameters) -> None:
         """Take up points (4, 2) in the picture `first`."""
         self._sequence, self._first, self._parameters = sequence, first, parameters
         self._size = parameters.template_px // 2 * 2 + 1
@@ -74,7 +73,7 @@ class Followed:
     def _grey(self, index: int) -> NDArray[np.uint8]:
         return np.asarray(cv2.cvtColor(self._sequence.picture(self._first + index), cv2.COLOR_RGB2GRAY), np.uint8)
 
-    def _next(self, grey: NDArray[np.uint8]) -> NDArray[np.float64]:
+    def _next(self, grey: NDArray[np.uint8]) -> Floats:
         most, half = self._parameters.largest_cost, self._size // 2
         found = match(grey, self._templates, self._places, self._parameters.search_reach_px, "correlation")
         again = match(grey, self._original, found.places, NEARBY_PX, "correlation")
@@ -145,7 +144,7 @@ class RecordedLinkage:
         return Frame(index, float(self._times_s[index]), image_rgb=image, measurements=measured)
 
 
-def guess(points: NDArray[np.float64]) -> LinkageTarget:
+def guess(points: Floats) -> LinkageTarget:
     """Return a chain in space that is seen at four points (4, 2), px.
 
     Any plane that is not seen edge-on holds such a chain. The one that is taken slopes away from the camera from root

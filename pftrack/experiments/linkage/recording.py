@@ -11,8 +11,8 @@ from itertools import pairwise
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.marks import FeaturePoints, Mark
 from pftrack.core.model.parameters import ParameterError, Value, revise
@@ -76,7 +76,7 @@ class LinkagePoints(FeaturePoints):
                 raise ParameterError(f"mark.points.{name}", self.points[name], bound)
 
     @property
-    def places(self) -> NDArray[np.float64]:
+    def places(self) -> Floats:
         """(4, 2) of the points in their order, px."""
         return np.array([self.points[name] for name in NAMES])
 
@@ -163,7 +163,7 @@ def _columns(sequence: TrackSequence, mark: LinkagePoints | None, start: int) ->
     return [columns[name] for name in NAMES]
 
 
-def _bounds(points: NDArray[np.float64]) -> dict[str, Value]:
+def _bounds(points: Floats) -> dict[str, Value]:
     """Return the parameters that follow from how long the links look where they are marked."""
     seen = np.sqrt(np.square(np.diff(points, axis=0)).sum(axis=1))
     low, high = np.clip(np.rint(np.outer((LEAST_SHARE, MOST_SHARE), seen)), 1.0, LONGEST_PX)
@@ -207,7 +207,7 @@ SERIES = (
 )
 
 
-def direction_error(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> NDArray[np.float64]:
+def direction_error(estimates: Floats, truths: Floats) -> Floats:
     """Return the greatest angle (...) between the believed and the true direction of a link, degrees.
 
     Args:
@@ -219,7 +219,7 @@ def direction_error(estimates: NDArray[np.float64], truths: NDArray[np.float64])
     return np.asarray(np.rad2deg(np.arctan2(across, (believed * true).sum(axis=-1)).max(axis=-1)))
 
 
-def _unit_vectors(positions: NDArray[np.float64]) -> NDArray[np.float64]:
+def _unit_vectors(positions: Floats) -> Floats:
     """Return the directions of the links (..., 3, 3), a link in each row."""
     absolute = np.deg2rad(np.cumsum(positions[..., -2 * LINKS : -LINKS], axis=-1))
     flat = np.stack([np.cos(absolute), np.sin(absolute), np.zeros_like(absolute)], axis=-1)
@@ -265,7 +265,7 @@ def is_missed(state: LinkageState, target: Target) -> bool | None:
     return None
 
 
-def _is_mirrored(believed: NDArray[np.float64], true: NDArray[np.float64]) -> bool:
+def _is_mirrored(believed: Floats, true: Floats) -> bool:
     """Return whether a link is believed to point where its mirror image does, which the camera cannot tell from it.
 
     Args:
@@ -276,7 +276,7 @@ def _is_mirrored(believed: NDArray[np.float64], true: NDArray[np.float64]) -> bo
     return bool(((off_mirror < off) & (off > CLEARLY_RAD)).any())
 
 
-def _excess(state: LinkageState, directions: NDArray[np.float64], target: LinkageTarget) -> float:
+def _excess(state: LinkageState, directions: Floats, target: LinkageTarget) -> float:
     """Return the largest error of a length or direction over its deviation; a range is two to either side."""
     lows, highs = state.low[-LINKS:], state.high[-LINKS:]
     errors = np.concatenate([np.abs(target.r - (lows + highs) / 2.0), np.abs(state.directions - directions)])

@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.geometry.rotation import compose, quaternion, vector
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials
@@ -57,11 +58,11 @@ class Chains(NamedTuple):
         shares: (N,) logarithm of the least probability of the bounds so far.
     """
 
-    means: NDArray[np.float64]
-    covariances: NDArray[np.float64]
-    attitudes: NDArray[np.float64]
-    evidences: NDArray[np.float64]
-    shares: NDArray[np.float64]
+    means: Floats
+    covariances: Floats
+    attitudes: Floats
+    evidences: Floats
+    shares: Floats
 
 
 class Given(NamedTuple):
@@ -75,17 +76,15 @@ class Given(NamedTuple):
         high: (k,).
     """
 
-    noises: NDArray[np.float64]
-    variances: NDArray[np.float64]
-    rows: NDArray[np.float64]
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
+    noises: Floats
+    variances: Floats
+    rows: Floats
+    low: Floats
+    high: Floats
 
 
 @compiled
-def advance(
-    chains: Chains, given: Given, seen: NDArray[np.float64], chances: NDArray[np.float64]
-) -> tuple[Chains, NDArray[np.float64]]:
+def advance(chains: Chains, given: Given, seen: Floats, chances: Floats) -> tuple[Chains, Floats]:
     """Take a frame.
 
     Args:
@@ -106,7 +105,7 @@ def advance(
 
 
 @compiled
-def filter_again(begun: Chains, given: Given, history: NDArray[np.float64], chances: NDArray[np.float64]) -> Chains:
+def filter_again(begun: Chains, given: Given, history: Floats, chances: Floats) -> Chains:
     """Take all frames from the first on.
 
     Args:
@@ -140,8 +139,8 @@ def _step(
     n: int,
     given: Given,
     which: int,
-    seen: NDArray[np.float64],
-    rows: NDArray[np.int64],
+    seen: Floats,
+    rows: Ints,
     chance: float,
 ) -> float:
     """Take a frame with one chain, in place, and return how far what was seen was from what was predicted."""
@@ -183,7 +182,7 @@ class Settings:
         unknown: Whether noise and variance have unknown factors.
     """
 
-    noise: NDArray[np.float64]
+    noise: Floats
     variance: float
     bounds: Constraints
     unknown: bool
@@ -209,12 +208,12 @@ class LengthParticles(ParticleSet):
         key: Of the settings that the chains were filtered with.
     """
 
-    values: NDArray[np.float64]
+    values: Floats
     chains: Chains
-    origins: NDArray[np.int64]
+    origins: Ints
     base: Beam[Chain]
-    earlier: NDArray[np.float64]
-    history: NDArray[np.float64]
+    earlier: Floats
+    history: Floats
     key: bytes
 
     @property
@@ -256,12 +255,12 @@ def begin(base: Beam[Chain], settings: Settings, count: int, observed: int, rng:
     )
 
 
-def log_factors(groups: int) -> tuple[NDArray[np.float64], float]:
+def log_factors(groups: int) -> tuple[Floats, float]:
     """Return logarithms of the least (g + 1,) and the greatest of the factors."""
     return np.array([*[math.log(LEAST_FACTOR)] * groups, math.log(LEAST_VARIANCE)]), math.log(GREATEST_FACTOR)
 
 
-def _lengths(chain: Chain, bounds: Constraints, normals: NDArray[np.float64]) -> NDArray[np.float64]:
+def _lengths(chain: Chain, bounds: Constraints, normals: Floats) -> Floats:
     """Return lengths (N, 3) of a Gaussian, the first of several draws (D, N, 3) that keep their bounds.
 
     Where none does, it is that of another particle, or, if there is no such one, the nearest within the range of each.
@@ -285,14 +284,14 @@ def _lengths(chain: Chain, bounds: Constraints, normals: NDArray[np.float64]) ->
     return np.asarray(found)
 
 
-def keep(lengths: NDArray[np.float64], bounds: Constraints) -> NDArray[np.bool_]:
+def keep(lengths: Floats, bounds: Constraints) -> Bools:
     """Return which lengths (..., 3) keep their bounds."""
     rows, low, high = bounds.of(lengths=True)
     along = (lengths[..., None, :] * rows[:, -LINKS:]).sum(axis=-1)
     return np.asarray(((low <= along) & (along <= high)).all(axis=-1))
 
 
-def start_chains(base: Beam[Chain], values: NDArray[np.float64], origins: NDArray[np.int64]) -> Chains:
+def start_chains(base: Beam[Chain], values: Floats, origins: Ints) -> Chains:
     """Return Gaussians of the beginning, each given the lengths of a particle."""
     count, size = len(values), len(base.members[0].mean)
     means, covariances = np.empty((count, size)), np.empty((count, size, size))
@@ -307,9 +306,7 @@ def start_chains(base: Beam[Chain], values: NDArray[np.float64], origins: NDArra
 
 
 @compiled
-def _given_lengths(
-    mean: NDArray[np.float64], covariance: NDArray[np.float64], lengths: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _given_lengths(mean: Floats, covariance: Floats, lengths: Floats) -> tuple[Floats, Floats]:
     """Return means (N, n) and covariance (n, n) of a Gaussian, given its lengths (N, 3)."""
     count, size = lengths.shape[0], mean.shape[0]
     told = np.zeros((LINKS, size))
@@ -326,7 +323,7 @@ def _given_lengths(
     return means, spread
 
 
-def given(values: NDArray[np.float64], settings: Settings) -> Given:
+def given(values: Floats, settings: Settings) -> Given:
     """Return what the filters of particles with these values are given."""
     groups = GROUPS[len(settings.noise)]
     factors = exponentials(values[:, LINKS:].ravel()).reshape(len(values), -1)
@@ -351,7 +348,7 @@ def resample(particles: LengthParticles, count: int, rng: Stream) -> LengthParti
 
 
 @compiled
-def draw_states(chains: Chains, reference: NDArray[np.float64], normals: NDArray[np.float64]) -> NDArray[np.float64]:
+def draw_states(chains: Chains, reference: Floats, normals: Floats) -> Floats:
     """Return a draw of each chain (N, n), with omega relative to the reference attitude (4,)."""
     count, size = chains.means.shape
     drawn = chains.means.copy()

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.model.parameters import parameter
 from pftrack.core.model.source import Frame, History, Landmarks, Measurements, Target
 from pftrack.core.numerics.elementary import sines_cosines
@@ -57,7 +58,7 @@ TURN_RAD, TURN_RATE, TURN_PHASE, TURN_OFF_RAD = (
 MOVE_PX, MOVE_RATE = np.array([10.0, 8.0]), np.array([0.05, 0.04])
 
 
-def ease(keys: Keys, frame: float) -> NDArray[np.float64]:
+def ease(keys: Keys, frame: float) -> Floats:
     """Return the angles (3,) in a frame, rad: between two keys the weight of the later is (1 - cos(pi u)) / 2."""
     last = keys[0]
     for key in keys:
@@ -69,18 +70,18 @@ def ease(keys: Keys, frame: float) -> NDArray[np.float64]:
     return np.array(last[1:])
 
 
-def swinging(one: NDArray[np.float64], other: NDArray[np.float64], swing: int, frame: float) -> NDArray[np.float64]:
+def swinging(one: Floats, other: Floats, swing: int, frame: float) -> Floats:
     """Return the angles (3,) of joints that go from one end to the other in `swing` frames, and back again, rad."""
     weight = 0.5 - 0.5 * float(sines_cosines(np.array([np.pi * frame / swing]))[1][0])
     return np.asarray(one + weight * (other - one))
 
 
-def turn(frame: float) -> NDArray[np.float64]:
+def turn(frame: float) -> Floats:
     """Return the attitude of the chain in space, a rotation vector (3,) in rad relative to the reference."""
     return np.asarray(TURN_RAD * sines_cosines(TURN_RATE * frame + TURN_PHASE)[0] + TURN_OFF_RAD)
 
 
-def move(frame: float) -> NDArray[np.float64]:
+def move(frame: float) -> Floats:
     """Return how far its root has moved in the picture (2,), px."""
     return np.asarray(MOVE_PX * sines_cosines(MOVE_RATE * frame)[0])
 
@@ -195,12 +196,12 @@ class LinkageTarget(Target):
         origin_px: (2,) where the origin of image coordinates is in the picture.
     """
 
-    theta: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
-    r: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
-    omega: NDArray[np.float64] | None = None
-    t: NDArray[np.float64] | None = None
-    reference: NDArray[np.float64] | None = None
-    origin_px: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
+    theta: Floats = field(default_factory=lambda: np.zeros(3))
+    r: Floats = field(default_factory=lambda: np.zeros(3))
+    omega: Floats | None = None
+    t: Floats | None = None
+    reference: Floats | None = None
+    origin_px: Floats = field(default_factory=lambda: np.zeros(2))
 
     @property
     def is_spatial(self) -> bool:
@@ -208,17 +209,17 @@ class LinkageTarget(Target):
         return self.omega is not None
 
 
-def in_degrees(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
+def in_degrees(numbers: Floats) -> Floats:
     """Return (theta, r), (6,), or (omega, t, theta, r), (11,), with the angles in degrees instead of rad."""
     return np.asarray(numbers * _degrees(len(numbers)))
 
 
-def in_radians(told: NDArray[np.float64]) -> NDArray[np.float64]:
+def in_radians(told: Floats) -> Floats:
     """Return the reverse of `in_degrees`."""
     return np.asarray(told / _degrees(len(told)))
 
 
-def _degrees(count: int) -> NDArray[np.float64]:
+def _degrees(count: int) -> Floats:
     """Return what turns the numbers of an estimate into degrees where they are angles."""
     factors = np.ones(count)
     factors[-6:-3] = RAD_IN_DEG
@@ -227,7 +228,7 @@ def _degrees(count: int) -> NDArray[np.float64]:
     return factors
 
 
-def attitude(omega: NDArray[np.float64]) -> NDArray[np.float64]:
+def attitude(omega: Floats) -> Floats:
     """Return the rotation (3, 3) of a rotation vector (3,) in rad (Rodrigues)."""
     angle = float(np.sqrt(np.square(omega).sum()))
     if angle < SMALL:
@@ -238,7 +239,7 @@ def attitude(omega: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.eye(3) + sine * across + (1.0 - cosine) * product(across, across)
 
 
-def places(target: LinkageTarget) -> NDArray[np.float64]:
+def places(target: LinkageTarget) -> Floats:
     """Return where root, joints and tip are, (4, 3): column and row from the origin, and depth, px.
 
     In the plane the row is 0, so that the depth is the third coordinate in either case.
@@ -271,8 +272,8 @@ SHIFT = 4
 
 
 def paint(
-    points_px: NDArray[np.float64],
-    depths: NDArray[np.float64] | None,
+    points_px: Floats,
+    depths: Floats | None,
     size: tuple[int, int],
     parameters: OccluderParameters,
 ) -> NDArray[np.uint8]:
@@ -302,15 +303,13 @@ def _ground(width: int, height: int) -> NDArray[np.uint8]:
     return np.broadcast_to(np.rint(rows)[:, None, None], (height, width, 3)).astype(np.uint8)
 
 
-def _paint_socket(image: NDArray[np.uint8], root: NDArray[np.float64]) -> None:
+def _paint_socket(image: NDArray[np.uint8], root: Floats) -> None:
     half = np.array([0.5 * SOCKET_SIDE_PX, 0.5 * SOCKET_SIDE_PX])
     low, high = (tuple(map(int, _sixteenths(corner))) for corner in (root - half, root + half))
     cv2.rectangle(image, low, high, SOCKET, -1, cv2.LINE_AA, SHIFT)
 
 
-def _paint_link(
-    image: NDArray[np.uint8], ends: NDArray[np.float64], radii: tuple[float, ...], colour: tuple[int, int, int]
-) -> None:
+def _paint_link(image: NDArray[np.uint8], ends: Floats, radii: tuple[float, ...], colour: tuple[int, int, int]) -> None:
     """Paint a link as what a disc sweeps that shrinks on its way, with an edge, and a bolt at its joint."""
     for grown, tone in ((1.5, EDGE), (0.0, colour)):
         wide = [radius + grown for radius in radii]
@@ -323,7 +322,7 @@ def _paint_link(
         cv2.circle(image, (x, y), round(2**SHIFT * share * radii[0]), tone, -1, cv2.LINE_AA, SHIFT)
 
 
-def _sides(ends: NDArray[np.float64], radii: list[float]) -> NDArray[np.float64]:
+def _sides(ends: Floats, radii: list[float]) -> Floats:
     """Return the corners (4, 2) of the two tangents that discs at both ends have in common."""
     way = ends[1] - ends[0]
     length = float(np.sqrt(np.square(way).sum()))
@@ -336,7 +335,7 @@ def _sides(ends: NDArray[np.float64], radii: list[float]) -> NDArray[np.float64]
     )
 
 
-def _sixteenths(points: NDArray[np.float64]) -> NDArray[np.int32]:
+def _sixteenths(points: Floats) -> NDArray[np.int32]:
     return np.asarray(np.rint(2.0**SHIFT * points), np.int32)
 
 
@@ -364,13 +363,11 @@ class LinkMeasurements(Measurements):
         offsets_px: (3,) of it, n . p of its points in the picture; NaN where none was seen.
     """
 
-    normals: NDArray[np.float64]
-    offsets_px: NDArray[np.float64]
+    normals: Floats
+    offsets_px: Floats
 
 
-def observe_lines(
-    points_px: NDArray[np.float64], errors_px: NDArray[np.float64], visible: NDArray[np.bool_]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def observe_lines(points_px: Floats, errors_px: Floats, visible: Bools) -> tuple[Floats, Floats]:
     """Return normals (3, 2) and offsets (3,) of the lines of links; NaN where none is seen.
 
     Args:
@@ -464,8 +461,8 @@ class LinkageSource:
     def _measure(
         self,
         index: int,
-        true_px: NDArray[np.float64],
-        visible: NDArray[np.bool_],
+        true_px: Floats,
+        visible: Bools,
         parameters: LinkageSceneParameters,
         *,
         spatial: bool,
@@ -489,7 +486,7 @@ class LinkageSource:
         errors = errors + _outliers(numbers[0], numbers[1:].T, parameters)
         return LinkMeasurements(seen.points_px, seen.sd_px, *observe_lines(true_px, errors, visible))
 
-    def _noise(self, index: int, shape: tuple[int, ...], first: int = 2, *, bounded: bool) -> NDArray[np.float64]:
+    def _noise(self, index: int, shape: tuple[int, ...], first: int = 2, *, bounded: bool) -> Floats:
         """Return standard normal numbers, each drawn again as long as it is beyond the bound."""
         count = int(np.prod(shape))
         # Draws 0 and 1 are the stream's, of outliers.
@@ -514,25 +511,23 @@ class LinkageSource:
         return _chain(lengths, self.size, true.theta + angles[:3] * (0, 1, 1), true.omega + angles[3:], true.t)
 
 
-def _outliers(
-    chances: NDArray[np.float64], ways: NDArray[np.float64], parameters: LinkageSceneParameters
-) -> NDArray[np.float64]:
+def _outliers(chances: Floats, ways: Floats, parameters: LinkageSceneParameters) -> Floats:
     """Return what is added to measurements (n, 2), given uniform numbers of whether (n,) and how far (n, 2)."""
     off = (chances < parameters.outlier_share)[:, None]
     return np.where(off, parameters.outlier_px * (2.0 * ways - 1.0), 0.0)
 
 
-def _measurements(points: NDArray[np.float64], sd: NDArray[np.float64], seen: NDArray[np.bool_]) -> Measurements:
+def _measurements(points: Floats, sd: Floats, seen: Bools) -> Measurements:
     """Return points (n, 2) with their deviations, but for those that are not seen (n,)."""
     return Measurements(np.where(seen[:, None], points, np.nan), np.where(seen[:, None], sd, np.inf))
 
 
 def _chain(
-    r: NDArray[np.float64],
+    r: Floats,
     size: tuple[int, int],
-    theta: NDArray[np.float64],
-    omega: NDArray[np.float64] | None = None,
-    t: NDArray[np.float64] | None = None,
+    theta: Floats,
+    omega: Floats | None = None,
+    t: Floats | None = None,
 ) -> LinkageTarget:
     """Return a chain with the points of it, all of them in sight."""
     position = np.concatenate([theta, r] if omega is None or t is None else [omega, t, theta, r])

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.likelihood import Amount, Cloud, Contributions, Part
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.model.tracker import Tracker
@@ -93,7 +93,7 @@ def range_parts(before: LinkageState, state: LinkageState, frame: object, parame
     return (Contributions("ranges, before and after the frame (° or px)", columns, names, rows), *happened)
 
 
-def _widths(state: LinkageState) -> NDArray[np.float64]:
+def _widths(state: LinkageState) -> Floats:
     return np.asarray(in_degrees(state.high) - in_degrees(state.low))
 
 
@@ -124,27 +124,27 @@ class Region:
         has_ellipsoid: Whether there is one; if not, its centre is the middle of the guides, and its shape 0.
     """
 
-    array: NDArray[np.float64]
+    array: Floats
     scale: float
     has_ellipsoid: bool
 
     @property
-    def pose(self) -> NDArray[np.float64]:
+    def pose(self) -> Floats:
         """(6,) centre: the directions theta*_1..3, rad, and the lengths r_1..3, px."""
         return self._six(self.array[CENTRE])
 
     @property
-    def low(self) -> NDArray[np.float64]:
+    def low(self) -> Floats:
         """(6,) low guides of the same, rad and px."""
         return self._six(self.array[LOW])
 
     @property
-    def high(self) -> NDArray[np.float64]:
+    def high(self) -> Floats:
         """(6,) high guides of the same, rad and px."""
         return self._six(self.array[HIGH])
 
     @property
-    def shape(self) -> NDArray[np.float64]:
+    def shape(self) -> Floats:
         """(6, 6) shape matrix of the ellipsoid's extent in the same, rad and px; 0 without an ellipsoid."""
         whole = self.array[SHAPE:] / np.multiply.outer(self._units(), self._units())
         padded = np.zeros((2 * LINKS, 2 * LINKS))
@@ -162,7 +162,7 @@ class Region:
         """About how much memory it takes, bytes."""
         return 128 + self.array.nbytes
 
-    def arrays(self) -> Mapping[str, NDArray[np.float64]]:
+    def arrays(self) -> Mapping[str, Floats]:
         """Return its array, and the scale of the angles in it."""
         return {"regions": self.array, "scale": np.array(self.scale)}
 
@@ -175,19 +175,19 @@ class Region:
         array[SHAPE:] *= factor[:, None]
         return replace(self, array=array, scale=scale)
 
-    def _units(self) -> NDArray[np.float64]:
+    def _units(self) -> Floats:
         return _units(self.array.shape[1], self.scale)
 
-    def _six(self, row: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _six(self, row: Floats) -> Floats:
         told = row / self._units()
         return np.concatenate([[0.0], told[TURNS:]]) if self.in_space else told
 
 
 def begin(
-    box: tuple[NDArray[np.float64], NDArray[np.float64]],
+    box: tuple[Floats, Floats],
     scale: float,
     *,
-    directions: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
+    directions: tuple[Floats, Floats] | None = None,
     inscribed: bool = False,
 ) -> Region:
     """Return the region of a box of estimates.
@@ -215,14 +215,12 @@ def begin(
     return Region(region_of(low * units, high * units, shape), scale, has_ellipsoid=True)
 
 
-def union(regions: Sequence[Region]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def union(regions: Sequence[Region]) -> tuple[Floats, Floats]:
     """Return the least and greatest (6,) directions, rad, and lengths, px, of some regions."""
     return np.min([region.low for region in regions], axis=0), np.max([region.high for region in regions], axis=0)
 
 
-def box_of(
-    regions: Sequence[Region], bounds: Bounds, root: tuple[NDArray[np.float64], NDArray[np.float64]] | None
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def box_of(regions: Sequence[Region], bounds: Bounds, root: tuple[Floats, Floats] | None) -> tuple[Floats, Floats]:
     """Return the least and the greatest estimate, (6,) or (11,), that some regions hold.
 
     Args:
@@ -246,7 +244,7 @@ def box_of(
     return np.concatenate([turns_low, root[0], least]), np.concatenate([turns_high, root[1], most])
 
 
-def contains(state: LinkageState, position: NDArray[np.float64]) -> bool:
+def contains(state: LinkageState, position: Floats) -> bool:
     """Return whether a state's regions hold (theta, r) or (omega, t, theta, r), (6,) or (11,), rad and px.
 
     One of them must hold the angles and lengths, and the root's box the root.
@@ -280,12 +278,12 @@ def known_bounds(bounds: Bounds, scale: float, motion_rad: float, *, in_space: b
     return Known(rows / _units(size, scale), constraints.low, constraints.high, angles, scale * motion_rad)
 
 
-def _coordinates(position: NDArray[np.float64]) -> NDArray[np.float64]:
+def _coordinates(position: Floats) -> Floats:
     """Return (theta, r) of an estimate in the plane, (omega, theta_2, theta_3, r) of one in space."""
     return position if len(position) == 2 * LINKS else np.concatenate([position[:TURNS], position[TURNS + 3 :]])
 
 
-def _cumulative(size: int) -> NDArray[np.float64]:
+def _cumulative(size: int) -> Floats:
     """Return the matrix (n, n) that adds up the angles of joints, and leaves the rest."""
     turn = np.eye(size)
     first = TURNS if size > 2 * LINKS else 0
@@ -294,7 +292,7 @@ def _cumulative(size: int) -> NDArray[np.float64]:
     return turn
 
 
-def _units(size: int, scale: float) -> NDArray[np.float64]:
+def _units(size: int, scale: float) -> Floats:
     """Return by what coordinates in rad and px are multiplied, (n,)."""
     return np.array([scale] * (size - LINKS) + [1.0] * LINKS)
 
@@ -304,7 +302,7 @@ WAYS_OF_PREDICTION: Mapping[str, int] = {"outer": OUTER, "lengthened": LENGTHENE
 FROM_SDS = 3.0
 """Half the width, in standard deviations, of the box that is taken over from another kind of belief."""
 
-Box = tuple[NDArray[np.float64], NDArray[np.float64]]
+Box = tuple[Floats, Floats]
 
 
 def start(method: str, target: Target, frame: Frame, parameters: LinkageTrackerParameters, rng: Stream) -> LinkageState:
@@ -385,8 +383,8 @@ def ways(method: str, parameters: LinkageTrackerParameters) -> Ways:
 
 
 def _observing(
-    seen: NDArray[np.float64],
-    reference: NDArray[np.float64] | None,
+    seen: Floats,
+    reference: Floats | None,
     parameters: LinkageTrackerParameters,
     treated: Ways,
 ) -> tuple[list[int], Observe]:
@@ -395,7 +393,7 @@ def _observing(
     if reference is None:
         shown = np.diff(seen[:, 0], prepend=0.0)
 
-        def in_plane(region: NDArray[np.float64], link: int, most: int) -> NDArray[np.float64]:
+        def in_plane(region: Floats, link: int, most: int) -> Floats:
             # The root is known exactly.
             bound, length = once if link == 0 else 2.0 * once, float(shown[link])
             return observe_in_plane(
@@ -411,7 +409,7 @@ def _observing(
         for link, image in enumerate(images)
     ]
 
-    def in_space(region: NDArray[np.float64], link: int, most: int) -> NDArray[np.float64]:
+    def in_space(region: Floats, link: int, most: int) -> Floats:
         place, image = places[link], images[link]
         if place is None or image is None:
             raise RuntimeError("a link of which nothing was seen is not observed")
@@ -421,9 +419,7 @@ def _observing(
     return [link for link, image in enumerate(images) if image is not None], in_space
 
 
-def _root(
-    seen: NDArray[np.float64], longest: NDArray[np.float64], parameters: LinkageTrackerParameters, last: Box
-) -> Box:
+def _root(seen: Floats, longest: Floats, parameters: LinkageTrackerParameters, last: Box) -> Box:
     """Return the least and the greatest place (2,) of the root: seen itself, or as far from a joint as links reach.
 
     Where nothing is seen it is around where it was.
@@ -485,8 +481,8 @@ def _state(
     beam: Beam[Region],
     bounds: Bounds,
     root: Box | None,
-    origin_px: NDArray[np.float64],
-    reference: NDArray[np.float64] | None,
+    origin_px: Floats,
+    reference: Floats | None,
     events: Events = NOTHING,
 ) -> LinkageState:
     """Return the state of some regions: the estimate is the middle of the box around them, as if it were uniform."""

@@ -17,27 +17,27 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.compiled import compiled
 
 LINKS = 3
 
 
 @compiled
-def directions(theta: NDArray[np.float64]) -> NDArray[np.float64]:
+def directions(theta: Floats) -> Floats:
     """Return the directions theta*, (3,), of joint angles (3,), rad."""
     return np.array([theta[0], theta[0] + theta[1], theta[0] + theta[1] + theta[2]])
 
 
 @compiled
-def joint_angles(absolute: NDArray[np.float64]) -> NDArray[np.float64]:
+def joint_angles(absolute: Floats) -> Floats:
     """Return the joint angles theta, (3,), of directions (3,), rad."""
     return np.array([absolute[0], absolute[1] - absolute[0], absolute[2] - absolute[1]])
 
 
 @compiled
-def mirror(absolute: NDArray[np.float64], link: int) -> NDArray[np.float64]:
+def mirror(absolute: Floats, link: int) -> Floats:
     """Return directions (3,) of which one is mirrored in depth, to the angle nearest to it, and the others are kept."""
     following = absolute.copy()
     following[link] = 2.0 * np.pi * np.floor(absolute[link] / np.pi + 0.5) - absolute[link]
@@ -45,7 +45,7 @@ def mirror(absolute: NDArray[np.float64], link: int) -> NDArray[np.float64]:
 
 
 @compiled
-def image_in_plane(theta: NDArray[np.float64], r: NDArray[np.float64]) -> NDArray[np.float64]:
+def image_in_plane(theta: Floats, r: Floats) -> Floats:
     """Return y_i = sum_{j <= i} r_j cos theta*_j, (3,) px: joint 2, joint 3 and the tip as seen from the root."""
     absolute = directions(theta)
     seen = np.empty(LINKS)
@@ -57,7 +57,7 @@ def image_in_plane(theta: NDArray[np.float64], r: NDArray[np.float64]) -> NDArra
 
 
 @compiled
-def slopes_in_plane(theta: NDArray[np.float64], r: NDArray[np.float64]) -> NDArray[np.float64]:
+def slopes_in_plane(theta: Floats, r: Floats) -> Floats:
     """Return the derivatives (3, 6) of `image_in_plane` by theta_1..3, px/rad, and by r_1..3."""
     absolute = directions(theta)
     slopes = np.zeros((LINKS, 2 * LINKS))
@@ -70,9 +70,7 @@ def slopes_in_plane(theta: NDArray[np.float64], r: NDArray[np.float64]) -> NDArr
 
 
 @compiled
-def image_in_space(
-    turn: NDArray[np.float64], t: NDArray[np.float64], theta: NDArray[np.float64], r: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def image_in_space(turn: Floats, t: Floats, theta: Floats, r: Floats) -> Floats:
     """Return where root, joints and tip are seen, (4, 2) px (eqs. 4.5 to 4.8).
 
     Args:
@@ -94,9 +92,7 @@ def image_in_space(
 
 
 @compiled
-def slopes_in_space(
-    turn: NDArray[np.float64], jacobian: NDArray[np.float64], theta: NDArray[np.float64], r: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def slopes_in_space(turn: Floats, jacobian: Floats, theta: Floats, r: Floats) -> Floats:
     """Return the derivatives (8, 11) of `image_in_space`, row by row, by omega, t, theta and r.
 
     Args:
@@ -128,7 +124,7 @@ def slopes_in_space(
 
 
 @compiled
-def reverse_in_depth(turn: NDArray[np.float64]) -> NDArray[np.float64]:
+def reverse_in_depth(turn: Floats) -> Floats:
     """Return the rotation (3, 3) of the plane of a chain that is mirrored in depth as a whole: it is seen the same."""
     other = turn.copy()
     for i in range(3):
@@ -147,9 +143,9 @@ class Constraints(NamedTuple):
         high: (m,) rad or px; may be inf.
     """
 
-    rows: NDArray[np.float64]
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
+    rows: Floats
+    low: Floats
+    high: Floats
 
     def of(self, *, lengths: bool) -> "Constraints":
         """Return those on lengths, which are the last of the coordinates, or those on joints alone."""

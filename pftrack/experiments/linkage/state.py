@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.series import Hypotheses, Interval, Reduction, Series, SeriesValue
 from pftrack.core.numerics.elementary import wrap
 from pftrack.experiments.linkage.sampled import LengthParticles
@@ -23,14 +24,14 @@ class Hypothesis(Protocol):
     """One member of a beam: a Gaussian, or a region."""
 
     @property
-    def pose(self) -> NDArray[np.float64]:
+    def pose(self) -> Floats:
         """(6,) in the middle of it: the directions theta*_1..3, rad, and the lengths r_1..3, px."""
 
     @property
     def nbytes(self) -> int:
         """About how much memory it takes, bytes."""
 
-    def arrays(self) -> Mapping[str, NDArray[np.float64]]:
+    def arrays(self) -> Mapping[str, Floats]:
         """Return its arrays by name, for a file."""
 
 
@@ -80,26 +81,26 @@ class LinkageState:
     """
 
     belief: Beam[Any] | ParticleSet
-    mean: NDArray[np.float64]
-    spread: NDArray[np.float64]
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
-    directions: NDArray[np.float64]
-    directions_sd: NDArray[np.float64]
-    origin_px: NDArray[np.float64]
-    reference: NDArray[np.float64] | None = None
+    mean: Floats
+    spread: Floats
+    low: Floats
+    high: Floats
+    directions: Floats
+    directions_sd: Floats
+    origin_px: Floats
+    reference: Floats | None = None
     log_evidence: float = 0.0
     events: Events = NOTHING
     innovation: NormalisedInnovation | None = None
     seen_px: tuple[float, ...] = ()
 
     @property
-    def estimate(self) -> NDArray[np.float64]:
+    def estimate(self) -> Floats:
         """(d,) posterior mean, angles in degrees."""
         return in_degrees(self.mean)
 
     @property
-    def sigma(self) -> NDArray[np.float64]:
+    def sigma(self) -> Floats:
         """(d,) posterior standard deviations of the angles, degrees; NaN for what is in px, which series tell."""
         told = in_degrees(self.spread)
         told[-3:] = np.nan

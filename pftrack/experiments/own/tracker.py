@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.likelihood import Cloud, ObservationLikelihood, Part
 from pftrack.core.model.parameters import Parameters, flat
 from pftrack.core.model.series import Series, SeriesValue
@@ -102,7 +103,7 @@ class _Call:
         normalised, log_sum = self._normalise(log_weights + correction + weighed)
         return Update(ParticleSet(moved, normalised, parents), log_sum, resampled)
 
-    def _whole(self, states: NDArray[np.float64], log_weights: NDArray[np.float64], rng: np.random.Generator) -> Update:
+    def _whole(self, states: Floats, log_weights: Floats, rng: np.random.Generator) -> Update:
         found = self._call("step", rng, states=states, log_weights=log_weights, count=self._count)
         if not isinstance(found, tuple) or len(found) not in {2, 3}:
             raise self.code.refuse("step", "must return states and log_weights, and may return ancestors as well")
@@ -121,7 +122,7 @@ class _Call:
     def _count(self) -> int:
         return self.interface.count(self.values)
 
-    def _must_resample(self, log_weights: NDArray[np.float64]) -> bool:
+    def _must_resample(self, log_weights: Floats) -> bool:
         if "should_resample" in self.code.functions:
             return bool(self._call("should_resample", None, log_weights=log_weights))
         threshold = self.interface.resample_below(self.values)
@@ -129,15 +130,13 @@ class _Call:
             return True
         return self.particles.effective_sample_size < threshold * self._count
 
-    def _parents(self, log_weights: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.int64]:
+    def _parents(self, log_weights: Floats, rng: np.random.Generator) -> Ints:
         if "resample" not in self.code.functions:
             return systematic(rng, log_weights, self._count)
         found = self._call("resample", rng, log_weights=log_weights, count=self._count)
         return self._places("resample", found, len(log_weights))
 
-    def _move(
-        self, states: NDArray[np.float64], rng: np.random.Generator
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _move(self, states: Floats, rng: np.random.Generator) -> tuple[Floats, Floats]:
         nothing = np.zeros(len(states))
         if "propose" in self.code.functions:
             found = self._call("propose", rng, states=states)
@@ -150,14 +149,14 @@ class _Call:
             return self._states("propagate", self._call("propagate", rng, states=states), len(states)), nothing
         return self.interface.propagate(self.state, states, self.frame, self.values, rng), nothing
 
-    def weigh(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    def weigh(self, states: Floats) -> Floats:
         """Return the log likelihoods (N,) of states (N, d)."""
         if "log_likelihood" in self.code.functions:
             found = self._call("log_likelihood", None, states=states)
             return self._logs("log_likelihood", found, len(states), "", states)
         return self.interface.likelihood.log_likelihood(self.state, states, self.frame, self.values)
 
-    def _normalise(self, log_weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    def _normalise(self, log_weights: Floats) -> tuple[Floats, float]:
         if "normalise" not in self.code.functions:
             return normalise(log_weights)
         found = self._call("normalise", None, log_weights=_locked(log_weights))
@@ -176,7 +175,7 @@ class _Call:
 
     # ------------------------------------------------------------ what came back
 
-    def _states(self, function: str, found: object, count: int | None) -> NDArray[np.float64]:
+    def _states(self, function: str, found: object, count: int | None) -> Floats:
         components = self.interface.likelihood.components(self.values)
         names = ", ".join(each.name for each in components)
         states = self._array(function, found)
@@ -197,9 +196,7 @@ class _Call:
             )
         return np.ascontiguousarray(states)
 
-    def _logs(
-        self, function: str, found: object, count: int, what: str, states: NDArray[np.float64] | None = None
-    ) -> NDArray[np.float64]:
+    def _logs(self, function: str, found: object, count: int, what: str, states: Floats | None = None) -> Floats:
         logs = self._array(function, found)
         named = f" {what}" if what else ""
         if logs.shape != (count,):
@@ -215,7 +212,7 @@ class _Call:
             )
         return logs
 
-    def _places(self, function: str, found: object, count: int) -> NDArray[np.int64]:
+    def _places(self, function: str, found: object, count: int) -> Ints:
         places = np.asarray(found)
         if places.ndim != 1 or places.dtype.kind not in "iu":
             raise self.code.refuse(
@@ -230,13 +227,13 @@ class _Call:
             raise self.code.refuse(function, f"returned the parent {worst}; there are 0 to {count - 1}")
         return places.astype(np.int64)
 
-    def _array(self, function: str, found: object) -> NDArray[np.float64]:
+    def _array(self, function: str, found: object) -> Floats:
         try:
             return np.array(found, dtype=np.float64)
         except (TypeError, ValueError):
             raise self.code.refuse(function, f"returned {type(found).__name__}, which is no array of numbers") from None
 
-    def _told(self, state: NDArray[np.float64]) -> str:
+    def _told(self, state: Floats) -> str:
         components = self.interface.likelihood.components(self.values)
         return ", ".join(
             f"{each.name} = {value:.4g}{' ' + each.unit if each.unit else ''}"
@@ -297,7 +294,7 @@ def _step(
 def _likelihood(files: tuple[FilterFile, ...], interface: FilterInterface) -> ObservationLikelihood:
     """Return what a file's filter weighs by: its own function, or that which stands in for it."""
 
-    def weigh(state: Any, states: NDArray[np.float64], frame: Frame, parameters: Parameters) -> NDArray[np.float64]:  # noqa: ANN401 - the state of any family
+    def weigh(state: Any, states: Floats, frame: Frame, parameters: Parameters) -> Floats:  # noqa: ANN401 - the state of any family
         code = _in_force(files, parameters)
         if "log_likelihood" not in code.functions:
             return interface.likelihood.log_likelihood(state, states, frame, parameters)

@@ -11,6 +11,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Links, Picture, Primitive
@@ -58,7 +59,7 @@ from pftrack.sources.prism import (
     visible_faces,
 )
 
-Placed: TypeAlias = tuple[NDArray[np.float64], NDArray[np.bool_]]
+Placed: TypeAlias = tuple[Floats, Bools]
 """Corners (8, 3) px, and which faces (6,) are seen."""
 
 EDGES = sorted({tuple(sorted(pair)) for face in FACES for pair in zip(face, (*face[1:], face[0]), strict=True)})
@@ -106,7 +107,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     return Drawing(width, height, primitives, " · ".join(filter(None, parts)))
 
 
-def _place_solid(state: PoseState, theta: NDArray[np.float64]) -> Placed:
+def _place_solid(state: PoseState, theta: Floats) -> Placed:
     """Return the solid where it is believed to be, at these angles."""
     return place_points(state, VERTICES_MM, theta), visible_faces(theta, state.translation_mm)
 
@@ -137,7 +138,7 @@ def _paper() -> NDArray[np.uint8]:
     return paper
 
 
-def _is_lost(errors: NDArray[np.float64], sizes: NDArray[np.float64], parameters: TrackedPrismParameters) -> object:
+def _is_lost(errors: Floats, sizes: Floats, parameters: TrackedPrismParameters) -> object:
     del sizes
     return errors > parameters.lost_deg
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.source import Frame, Measurements, Target
 from pftrack.core.model.tracker import Tracker
 from pftrack.core.numerics.random import Gaussian, Generator, Stream
@@ -53,9 +53,7 @@ def _weigh_points(state: PoseState, frame: Frame, parameters: object) -> Feature
     return lambda positions: points.log_likelihood(positions, measured.points_px, noise_sd)
 
 
-def _log_likelihood(
-    state: PoseState, states: NDArray[np.float64], frame: Frame, parameters: object
-) -> NDArray[np.float64]:
+def _log_likelihood(state: PoseState, states: Floats, frame: Frame, parameters: object) -> Floats:
     """Return the same of all vertices; one that was not measured says nothing."""
     del parameters
     measured = measured_of(frame)
@@ -171,15 +169,15 @@ def _particles(state: PoseState, parameters: TrackedPrismParameters, rng: Genera
 
 def _propagate(
     state: PoseState,
-    states: NDArray[np.float64],
+    states: Floats,
     frame: Frame,
     parameters: TrackedPrismParameters,
     rng: Generator,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return random walks of angles and place."""
     del state, frame
     spread = np.concatenate([np.full(3, _turn_sd(parameters)), np.full(3, _shift_sd_mm(parameters))])
-    moved: NDArray[np.float64] = states + spread * rng.standard_normal(states.shape)
+    moved: Floats = states + spread * rng.standard_normal(states.shape)
     return moved
 
 
@@ -190,7 +188,7 @@ def _believe(state: PoseState, update: Update, frame: Frame, parameters: Tracked
     return PoseState(state.solid, belief, belief.pose, seen, repeatable=update.repeatable)
 
 
-def _project(state: PoseState, states: NDArray[np.float64]) -> NDArray[np.float64]:
+def _project(state: PoseState, states: Floats) -> Floats:
     return project_all(states, state.solid)
 
 

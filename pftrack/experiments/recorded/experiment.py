@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.band import Calibration
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Links, Picture, Polyline, Primitive, Text
@@ -196,7 +197,7 @@ def draw(step: Step, past: Sequence[Diagnostics], other: Diagnostics | None = No
     return Drawing(width, height, primitives, _caption(step))
 
 
-def _paths(plane: Plane, paths: NDArray[np.float64]) -> Links:
+def _paths(plane: Plane, paths: Floats) -> Links:
     """Draw where the ancestors of some of the particles were, (ages, N, tracked)."""
     ages, count, tracked = paths.shape
     chosen = paths[:, np.linspace(0, count - 1, min(count, MOST_PATHS)).astype(np.int64)]
@@ -236,7 +237,7 @@ def _target(
     return {name: outline} | (_label(name, belief.target, corner, colour, layer) if named else {})
 
 
-def _label(name: str, target: int, corner: NDArray[np.float64], colour: Colour, layer: str) -> dict[str, Primitive]:
+def _label(name: str, target: int, corner: Floats, colour: Colour, layer: str) -> dict[str, Primitive]:
     return {f"{name} number": Text(at_height(corner[None], 2.0)[0], str(target), colour, layer)}
 
 
@@ -273,19 +274,19 @@ def _names(state: BeliefState) -> dict[str, Primitive]:
     return drawn
 
 
-def _box(box: NDArray[np.float64], colour: Colour, layer: str, height: float) -> Polyline:
+def _box(box: Floats, colour: Colour, layer: str, height: float) -> Polyline:
     x, y, w, h = (box - (0.5, 0.5, 0.0, 0.0)).tolist()
     corners = np.array(((x, y), (x + w, y), (x + w, y + h), (x, y + h), (x, y)))
     return Polyline(at_height(corners, height), colour, 2.0, layer)
 
 
-def _on(plane: Plane, states: NDArray[np.float64]) -> NDArray[np.float64]:
+def _on(plane: Plane, states: Floats) -> Floats:
     """Return places (n, 2) of chosen components (n, 1) or (n, 2), px."""
     both = states if states.shape[1] > 1 else np.hstack([states, np.zeros_like(states)])
     return both[:, :2] * plane.scale + plane.shift
 
 
-def _finite(places: NDArray[np.float64]) -> NDArray[np.float64]:
+def _finite(places: Floats) -> Floats:
     """Return places that can be drawn: what is not finite, or absurdly far, lies outside the picture's corner."""
     return np.clip(np.nan_to_num(places, nan=-1e5, posinf=1e5, neginf=-1e5), -1e5, 1e5)
 
@@ -365,7 +366,7 @@ def _units(unit_of: Callable[[int], str], begun: SelectionParameters) -> dict[st
     return {"across": across, "down": down, "estimate": across if across == down else ""}
 
 
-def _distance(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> Any:  # noqa: ANN401 - one or many
+def _distance(estimates: Floats, truths: Floats) -> Any:  # noqa: ANN401 - one or many
     return np.sqrt(np.square(estimates - truths).sum(axis=-1))
 
 

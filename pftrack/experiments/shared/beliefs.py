@@ -11,8 +11,8 @@ from functools import lru_cache
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.likelihood import Amount, Cloud, ObservationLikelihood, Part, Residual
 from pftrack.core.model.parameters import Parameters
 from pftrack.core.model.series import Reduction, Series, SeriesValue
@@ -49,12 +49,12 @@ class BeliefState:
 
     beliefs: Beliefs
     particles: ParticleSet | None
-    estimate: NDArray[np.float64]
-    covariance: NDArray[np.float64] | None
+    estimate: Floats
+    covariance: Floats | None
     paths: Lineage | None = None
 
     @property
-    def sigma(self) -> NDArray[np.float64]:
+    def sigma(self) -> Floats:
         """(tracked,) standard deviations; NaN where they are not known."""
         if self.covariance is None:
             return np.full(len(self.estimate), np.nan)
@@ -72,14 +72,14 @@ class BeliefState:
         paths = 0 if self.paths is None else self.paths.paths.nbytes
         return 4096 + paths + sum(3 * one.particles.nbytes for one in held if one.particles is not None)
 
-    def arrays(self) -> Mapping[str, NDArray[np.float64]]:
+    def arrays(self) -> Mapping[str, Floats]:
         """Return states and log weights of the particles; empty without."""
         if self.particles is None:
             return {}
         return {"states": self.particles.states, "log_weights": self.particles.log_weights}
 
 
-def place_of(belief: Belief, components: tuple[int, ...]) -> NDArray[np.float64]:
+def place_of(belief: Belief, components: tuple[int, ...]) -> Floats:
     """Return the chosen components of what is believed in the mean, (tracked,); NaN where nothing is."""
     mean = belief.mean
     if mean is None and belief.particles is not None:
@@ -257,14 +257,14 @@ class FilterInterface:
     reads: str
     start: Begin
     particles: Callable[[Any, Any, Any], ParticleSet]
-    propagate: Callable[[Any, NDArray[np.float64], Frame, Any, Generator], NDArray[np.float64]]
+    propagate: Callable[[Any, Floats, Frame, Any, Generator], Floats]
     believe: Callable[[Any, Update, Frame, Any], Any]
     series: tuple[Series, ...]
     measure: Callable[[Any], Mapping[str, SeriesValue]]
     count: Callable[[Any], int] = _sample_count
     resample_below: Callable[[Any], float] = _resample_below
     see: Callable[[Any, Frame], Frame] | None = None
-    project: Callable[[Any, NDArray[np.float64]], NDArray[np.float64]] | None = None
+    project: Callable[[Any, Floats], Floats] | None = None
 
 
 # What Kalman filters tell of their updates: innovation, gain, and how far off measurements were.
@@ -302,7 +302,7 @@ def measure_innovation(innovation: NormalisedInnovation | None) -> Mapping[str, 
 
 
 def innovation_parts(
-    names: tuple[str, ...], unit: str, measurement: NDArray[np.float64], innovation: Innovation
+    names: tuple[str, ...], unit: str, measurement: Floats, innovation: Innovation
 ) -> tuple[Part, ...]:
     """Return the innovation of each value, the gain, and the normalised innovation squared with its limit of 95 %.
 

@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.series import Series
@@ -58,7 +58,7 @@ class Logistic:
     weights: tuple[float, ...]
     intercept: float
 
-    def probabilities(self, features: NDArray[np.float64]) -> NDArray[np.float64]:
+    def probabilities(self, features: Floats) -> Floats:
         """Return (L,) probabilities by (L, F) features; the same bits on every machine, since sums are exact."""
         if not len(features):
             return np.zeros(0)
@@ -66,7 +66,7 @@ class Logistic:
         return 1.0 / (1.0 + exponential([-math.fsum((self.intercept, *row)) for row in terms.tolist()]))
 
 
-def fit(features: NDArray[np.float64], outcomes: NDArray[np.bool_], *, ridge: float) -> Logistic:
+def fit(features: Floats, outcomes: Bools, *, ridge: float) -> Logistic:
     """Return the regression that explains outcomes best.
 
     Args:
@@ -92,9 +92,7 @@ def fit(features: NDArray[np.float64], outcomes: NDArray[np.bool_], *, ridge: fl
     )
 
 
-def _scale(
-    features: NDArray[np.float64], means: NDArray[np.float64], deviations: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _scale(features: Floats, means: Floats, deviations: Floats) -> Floats:
     return np.clip((features - means) / deviations, -CLIP, CLIP)
 
 
@@ -128,12 +126,12 @@ class Memory:
         highest: (S,) greatest.
     """
 
-    counts: NDArray[np.float64]
-    fast: NDArray[np.float64]
-    slow: NDArray[np.float64]
-    usual: NDArray[np.float64]
-    lowest: NDArray[np.float64]
-    highest: NDArray[np.float64]
+    counts: Floats
+    fast: Floats
+    slow: Floats
+    usual: Floats
+    lowest: Floats
+    highest: Floats
 
     @classmethod
     def empty(cls, count: int) -> "Memory":
@@ -146,7 +144,7 @@ def feature_names(signals: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(f"{signal} {kind}" for signal in signals for kind in KINDS)
 
 
-def remember(memory: Memory, signals: NDArray[np.float64]) -> tuple[Memory, NDArray[np.float64]]:
+def remember(memory: Memory, signals: Floats) -> tuple[Memory, Floats]:
     """Return what is kept after some frames, and their features (L, S times the kinds).
 
     A signal that is not known in a frame changes no memory, and its "now" is the fast mean.
@@ -202,7 +200,7 @@ class LossModel:
     regression: Logistic
     series: Mapping[str, Series] = field(default_factory=dict)
 
-    def follow(self, past: Past, rows: Sequence[Diagnostics]) -> tuple[Past, NDArray[np.float64]]:
+    def follow(self, past: Past, rows: Sequence[Diagnostics]) -> tuple[Past, Floats]:
         """Return what is kept after some frames, and the probability in each, (L,).
 
         Args:
@@ -219,7 +217,7 @@ class LossModel:
 
 def follow_features(
     signals: Sequence[str], series: Mapping[str, Series], past: Past, rows: Sequence[Diagnostics]
-) -> tuple[Past, NDArray[np.float64]]:
+) -> tuple[Past, Floats]:
     """Return what is kept after some frames, and the features of each but one in which a tracker begins."""
     estimates = (*past.estimates, *(row.estimate for row in rows))[-2:]
     memory, before = past.memory, past.estimates
@@ -425,8 +423,8 @@ class Roc:
         area: Under the curve; NaN where all frames are lost, or none.
     """
 
-    false_alarms: NDArray[np.float64]
-    told: NDArray[np.float64]
+    false_alarms: Floats
+    told: Floats
     area: float
 
 
@@ -456,12 +454,12 @@ class Delays:
         return float(waits[(len(waits) - 1) // 2]) if len(waits) else float("nan")
 
 
-def brier(probabilities: NDArray[np.float64], lost: NDArray[np.bool_]) -> float:
+def brier(probabilities: Floats, lost: Bools) -> float:
     """Return the mean squared difference of probabilities (L,) and outcomes (L,)."""
     return float(np.mean(np.square(probabilities - lost)))
 
 
-def reliability(probabilities: NDArray[np.float64], lost: NDArray[np.bool_]) -> tuple[Bin, ...]:
+def reliability(probabilities: Floats, lost: Bools) -> tuple[Bin, ...]:
     """Return the frames by their probability, without the bins that have none."""
     places = np.minimum((BINS * probabilities).astype(int), BINS - 1)
     inside = (places == place for place in range(BINS))
@@ -478,7 +476,7 @@ def calibration_error(bins: Sequence[Bin]) -> float:
     return sum(one.frames * abs(one.probability - one.lost) for one in bins) / total
 
 
-def roc(probabilities: NDArray[np.float64], lost: NDArray[np.bool_]) -> Roc:
+def roc(probabilities: Floats, lost: Bools) -> Roc:
     """Return what a threshold tells of the frames that are lost, and of those that are not."""
     order = np.argsort(-probabilities, kind="stable")
     # Those with the same probability come at once.
@@ -491,7 +489,7 @@ def roc(probabilities: NDArray[np.float64], lost: NDArray[np.bool_]) -> Roc:
     return Roc(wrong, told, float(np.sum(np.diff(wrong) * (told[1:] + told[:-1]) / 2.0)))
 
 
-def delays(runs: Sequence[tuple[NDArray[np.float64], NDArray[np.bool_]]]) -> Delays:
+def delays(runs: Sequence[tuple[Floats, Bools]]) -> Delays:
     """Return how soon the losses of runs were told, by the probabilities and outcomes of each."""
     found: list[int | None] = []
     for probabilities, lost in runs:

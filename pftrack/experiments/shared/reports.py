@@ -4,9 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.likelihood import Cloud
 from pftrack.core.model.parameters import parameter
 from pftrack.core.model.series import Reduction, Series, SeriesValue
@@ -55,9 +53,7 @@ def cloud(particles: ParticleSet, *, resampled: bool) -> Mapping[str, SeriesValu
     }
 
 
-def hypotheses_cloud(
-    states: NDArray[np.float64], log_weights: NDArray[np.float64], parents: NDArray[np.int64]
-) -> Cloud:
+def hypotheses_cloud(states: Floats, log_weights: Floats, parents: Ints) -> Cloud:
     """Return the members of a beam, laid open like particles: states (K, d), log weights (K,), parents (K,).
 
     Where all begin, as when another tracker has come before, their ancestors are not known.
@@ -209,12 +205,12 @@ class PointState:
     repeatable: bool = True
 
     @property
-    def estimate(self) -> NDArray[np.float64]:
+    def estimate(self) -> Floats:
         """(tracked,) posterior mean."""
         return self.posterior.mean[: self.tracked]
 
     @property
-    def sigma(self) -> NDArray[np.float64]:
+    def sigma(self) -> Floats:
         """(tracked,) posterior standard deviations."""
         return self.posterior.standard_deviations[: self.tracked]
 
@@ -228,7 +224,7 @@ class PointState:
             size += self.lineage.paths.nbytes
         return size
 
-    def arrays(self) -> Mapping[str, NDArray[np.float64]]:
+    def arrays(self) -> Mapping[str, Floats]:
         """Return states and log weights of the particles; empty without."""
         if self.particles is None:
             return {}

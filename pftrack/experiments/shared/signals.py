@@ -22,8 +22,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.series import Hypotheses, Series, SeriesRole, SeriesValue
 from pftrack.core.numerics.elementary import logarithm
@@ -58,7 +58,7 @@ def read_signals(
     series: Mapping[str, Series],
     rows: Sequence[Diagnostics],
     before: Sequence[tuple[float, ...]] = (),
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the signals of some frames, (L, S), NaN where one is not known.
 
     Args:
@@ -70,7 +70,7 @@ def read_signals(
     by_role = {one.role: one.name for one in series.values()}
     deviations = np.maximum([_deviation(row) for row in rows], LEAST)
     steps, jumps = _moves([*before, *(row.estimate for row in rows)], len(rows))
-    columns: dict[str, NDArray[np.float64]] = {}
+    columns: dict[str, Floats] = {}
     for name in names:
         match name:
             case "evidence":
@@ -92,7 +92,7 @@ def read_signals(
     return np.column_stack([columns[name] for name in names])
 
 
-def _logarithm(values: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64]:
+def _logarithm(values: Sequence[float] | Floats) -> Floats:
     """Return ln of numbers that are not negative; NaN stays what it is."""
     return np.where(np.isnan(values), np.nan, logarithm(np.maximum(values, LEAST)))
 
@@ -102,7 +102,7 @@ def _deviation(row: Diagnostics) -> float:
     return math.sqrt(math.fsum(value * value for value in known) / len(known)) if known else math.nan
 
 
-def _moves(estimates: Sequence[tuple[float, ...]], count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _moves(estimates: Sequence[tuple[float, ...]], count: int) -> tuple[Floats, Floats]:
     """Return how far the last `count` estimates are from the one before, and from where the last two put each; or 0."""
     moves = []
     for place in range(len(estimates) - count, len(estimates)):

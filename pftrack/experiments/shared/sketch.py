@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.drawing import Ellipse, Key, Layer, Points
 from pftrack.core.model.palette import COLOURS, Colour
@@ -26,7 +27,7 @@ SECOND_RUN = Layer("second run", legend=(Key("second", "second run, where it dif
 LIGHT, DARK = np.array([198.0, 219.0, 239.0]), np.array([8.0, 48.0, 107.0])
 
 
-def at_height(positions: NDArray[np.float64], heights: NDArray[np.float64] | float = 0.0) -> NDArray[np.float32]:
+def at_height(positions: Floats, heights: Floats | float = 0.0) -> NDArray[np.float32]:
     """Return positions (n, 2) in px as (n, 3) at the given heights above the picture, px."""
     raised = np.empty((len(positions), 3), dtype=np.float32)
     raised[:, :2] = positions
@@ -48,7 +49,7 @@ def error_words(row: Diagnostics, unit: str, missed: str = "lost") -> str:
 
 
 def particle_clouds(
-    positions: NDArray[np.float64], particles: ParticleSet, observation_count: int, size: float
+    positions: Floats, particles: ParticleSet, observation_count: int, size: float
 ) -> dict[str, Points]:
     """Draw particles twice: coloured by the sampler they came from, and by weight; lifted by weight both times.
 
@@ -73,7 +74,7 @@ def particle_clouds(
 
 
 def circle(
-    centre: NDArray[np.float64], radius: float, colour: Colour, layer: str, *, height: float = 1.0, dashed: bool = False
+    centre: Floats, radius: float, colour: Colour, layer: str, *, height: float = 1.0, dashed: bool = False
 ) -> Ellipse:
     """Draw a circle around a position (2,), px."""
     return Ellipse(
@@ -86,9 +87,7 @@ def circle(
     )
 
 
-def uncertainty(
-    mean: NDArray[np.float64], covariance: NDArray[np.float64], colour: Colour, layer: str, width: float = 2.0
-) -> Ellipse:
+def uncertainty(mean: Floats, covariance: Floats, colour: Colour, layer: str, width: float = 2.0) -> Ellipse:
     """Draw the ellipse at two standard deviations of a Gaussian over a position (2,), px."""
     values, vectors = np.linalg.eigh(covariance)
     half_axes = 2.0 * np.sqrt(np.clip(values, 0.0, None))[:, None] * vectors.T

@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.band import Calibration, Miscalibration
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Points, Polyline, Primitive
@@ -159,7 +160,7 @@ def _caption(step: Step) -> str:
     return " · ".join(parts)
 
 
-def _curve(frames: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float32]:
+def _curve(frames: Floats, values: Floats) -> NDArray[np.float32]:
     across = MARGIN + frames * (WIDTH - 2 * MARGIN) / WINDOW_FRAMES
     down = HEIGHT / 2 - np.clip(values, -SPAN, SPAN) * (HEIGHT / 2) / SPAN
     return at_height(np.stack([across, down], axis=1), 1.0)
@@ -177,7 +178,7 @@ def _paper() -> NDArray[np.uint8]:
     return paper
 
 
-def _mean_distance(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> Any:  # noqa: ANN401 - one or many
+def _mean_distance(estimates: Floats, truths: Floats) -> Any:  # noqa: ANN401 - one or many
     return np.abs(estimates - truths).mean(axis=-1)
 
 

@@ -11,8 +11,8 @@ from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.likelihood import Component, ObservationLikelihood, Part, Residual
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.series import Series, SeriesValue
@@ -137,13 +137,13 @@ def measure_particles(state: PointState) -> Mapping[str, SeriesValue]:
     }
 
 
-def _log_likelihood(signal: NDArray[np.float64], noise_sd: float, states: NDArray[np.float64]) -> NDArray[np.float64]:
+def _log_likelihood(signal: Floats, noise_sd: float, states: Floats) -> Floats:
     """Return log N(signal | newest values, noise_sd^2), (N,), of states (N, 2 d); 0 where the sample is missing."""
     if not np.isfinite(signal).all():
         return np.zeros(len(states))
     dimension = len(signal)
     constant = -dimension * math.log(noise_sd * math.sqrt(2.0 * math.pi))
-    values: NDArray[np.float64] = constant - 0.5 / noise_sd**2 * ((signal - states[:, :dimension]) ** 2).sum(axis=1)
+    values: Floats = constant - 0.5 / noise_sd**2 * ((signal - states[:, :dimension]) ** 2).sum(axis=1)
     return values
 
 
@@ -174,7 +174,7 @@ def _dynamics(dimension: int, process_noise_sd: float) -> LinearDynamics:
     return autoregression(2 * one, -one, np.zeros(dimension), process_noise_sd * one)
 
 
-def _signal(frame: Frame) -> NDArray[np.float64]:
+def _signal(frame: Frame) -> Floats:
     if frame.signal is None:
         raise ValueError("a tracker of signals needs a signal, got a picture")
     return frame.signal
@@ -187,19 +187,17 @@ def _components(parameters: Any) -> tuple[Component, ...]:  # noqa: ANN401 - sce
 
 def _propagate(
     state: PointState,
-    states: NDArray[np.float64],
+    states: Floats,
     frame: Frame,
     parameters: SignalTrackerParameters,
     rng: Generator,
-) -> NDArray[np.float64]:
+) -> Floats:
     del frame
     dynamics = _dynamics(state.tracked, parameters.process_noise_sd)
     return dynamics.diffuse(rng, dynamics.predict(states), np.arange(len(states)))
 
 
-def _weigh(
-    state: PointState, states: NDArray[np.float64], frame: Frame, parameters: SignalTrackerParameters
-) -> NDArray[np.float64]:
+def _weigh(state: PointState, states: Floats, frame: Frame, parameters: SignalTrackerParameters) -> Floats:
     del state
     return _log_likelihood(_signal(frame), parameters.assumed_noise_sd, states)
 
@@ -217,9 +215,7 @@ def _believe(state: PointState, update: Update, frame: Frame, parameters: Signal
     )
 
 
-def _parts(
-    state: PointState, one: NDArray[np.float64], frame: Frame, parameters: SignalTrackerParameters
-) -> tuple[Part, ...]:
+def _parts(state: PointState, one: Floats, frame: Frame, parameters: SignalTrackerParameters) -> tuple[Part, ...]:
     """Return each measured value beside that of a state."""
     del state
     names = (component.name for component in _components(parameters))

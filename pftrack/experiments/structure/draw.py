@@ -6,6 +6,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.model.drawing import (
     Arrows,
     Ellipse,
@@ -54,7 +55,7 @@ SERIES = (
 )
 
 
-def shape_errors(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> NDArray[np.float64]:
+def shape_errors(estimates: Floats, truths: Floats) -> Floats:
     """Return the shape errors (...), % (Bando 2007, eq. 4.19), of shapes (..., 3 n): what an affine map leaves.
 
     The best affine map takes of the true coordinates what the estimated ones span, so the error is what they do not.
@@ -71,14 +72,14 @@ def shape_errors(estimates: NDArray[np.float64], truths: NDArray[np.float64]) ->
     return np.asarray(SHARE * np.sqrt(shares))
 
 
-def true_shape(target: object) -> NDArray[np.float64] | None:
+def true_shape(target: object) -> Floats | None:
     """Return the true shape (n, 3) of a target, where it is known."""
     if not isinstance(target, BodyTarget) or not target.position.any():
         return None
     return target.position.reshape(-1, 3)
 
 
-def align_similarity(points: NDArray[np.float64], other: NDArray[np.float64]) -> Similarity:
+def align_similarity(points: Floats, other: Floats) -> Similarity:
     """Return the similarity, never a mirror image, that lays a shape on another one."""
     return fit_similarity(points, other)
 
@@ -100,7 +101,7 @@ def measure(frame: Frame, state: StructureState) -> Mapping[str, SeriesValue]:
     }
 
 
-def _within(state: StructureState, true: NDArray[np.float64]) -> Mapping[str, SeriesValue]:
+def _within(state: StructureState, true: Floats) -> Mapping[str, SeriesValue]:
     """Return which points are within their ellipsoids, given the true shape (n, 3) as it lies best on the estimate."""
     off = true - state.placed.points
     covariances = state.placed.covariances + LEAST_VARIANCE * np.eye(3)
@@ -108,7 +109,7 @@ def _within(state: StructureState, true: NDArray[np.float64]) -> Mapping[str, Se
     return {name: tuple((squares <= limit).astype(np.float64).tolist()) for name, limit in WITHIN.items()}
 
 
-def _apart(points: NDArray[np.float64], true: NDArray[np.float64]) -> float:
+def _apart(points: Floats, true: Floats) -> float:
     """Return what a similarity leaves of the true shape, relative to its size."""
     return float(np.sqrt(np.square(align_similarity(points, true)(points) - true).sum() / np.square(true).sum()))
 
@@ -156,17 +157,17 @@ def draw_measurements(state: StructureState, height: float) -> dict[str, Primiti
     return drawn
 
 
-def _near(positions: NDArray[np.float64], height: float) -> NDArray[np.bool_]:
+def _near(positions: Floats, height: float) -> Bools:
     """Return which positions (..., 2) are near enough to the picture to be drawn."""
     return np.asarray((np.abs(positions) < FURTHEST * height).all(axis=-1))
 
 
-def _estimated_points(state: StructureState) -> NDArray[np.float64]:
+def _estimated_points(state: StructureState) -> Floats:
     """Return where the shape has the points (n, 2), px."""
     return _project(state, state.placed.points)
 
 
-def _project(state: StructureState, points: NDArray[np.float64]) -> NDArray[np.float64]:
+def _project(state: StructureState, points: Floats) -> Floats:
     """Return where points (n, 3) in the shape's frame are seen (n, 2), px."""
     camera = state.placed.camera
     inside = points @ camera[:, :3].T + camera[:, 3]
@@ -179,7 +180,7 @@ def shape_in_picture(state: StructureState, height: float) -> dict[str, Primitiv
     return _body("shape", _estimated_points(state), state.body.edges, COLOURS["estimate"], 2.0, "shape", height)
 
 
-def second_in_picture(state: StructureState, points: NDArray[np.float64], height: float) -> dict[str, Primitive]:
+def second_in_picture(state: StructureState, points: Floats, height: float) -> dict[str, Primitive]:
     """Draw the shape (n, 3) of a second run, laid on this one's and seen by its camera."""
     places = _project(state, align_similarity(points, state.placed.points)(points))
     return _body("second", places, state.body.edges, COLOURS["second"], 1.5, "second run", height)
@@ -199,8 +200,8 @@ def true_in_picture(target: BodyTarget, height: float) -> dict[str, Primitive]:
 
 def _body(
     name: str,
-    places: NDArray[np.float64],
-    edges: NDArray[np.int64],
+    places: Floats,
+    edges: Ints,
     colour: Colour,
     width: float,
     layer: str,
@@ -216,7 +217,7 @@ def _body(
     }
 
 
-def _links(ends: NDArray[np.float64], colour: Colour, width: float, layer: str) -> Links:
+def _links(ends: Floats, colour: Colour, width: float, layer: str) -> Links:
     """Draw segments (n, 2, 2), px."""
     return Links(at_height(ends.reshape(-1, 2), 1.5).reshape(-1, 2, 3), colour, width, layer)
 
@@ -252,9 +253,7 @@ SHAPE_WORLD = World(
 )
 
 
-def shape_world(
-    state: StructureState, target: Target | None, second: NDArray[np.float64] | None = None
-) -> WorldDrawing:
+def shape_world(state: StructureState, target: Target | None, second: Floats | None = None) -> WorldDrawing:
     """Draw the shape, how sure each point is, the true shape where it is known, and from where it is seen.
 
     Args:
@@ -303,7 +302,7 @@ def shape_world(
     return WorldDrawing(SHAPE_WORLD, drawn)
 
 
-def _scatter(points: NDArray[np.float64], near: NDArray[np.bool_], names: tuple[str, ...]) -> dict[str, Primitive]:
+def _scatter(points: Floats, near: Bools, names: tuple[str, ...]) -> dict[str, Primitive]:
     """Draw what gives depth to points with nothing between them: stems down to a floor, and their names."""
     feet = points * np.array([1.0, 0.0, 1.0]) + np.array([0.0, FLOOR, 0.0])
     inside = near & (np.linalg.norm(feet, axis=1) < RADIUS)
@@ -316,7 +315,7 @@ def _scatter(points: NDArray[np.float64], near: NDArray[np.bool_], names: tuple[
     return drawn
 
 
-def _segments(points: NDArray[np.float64], edges: NDArray[np.int64]) -> NDArray[np.float32]:
+def _segments(points: Floats, edges: Ints) -> NDArray[np.float32]:
     """Return the edges (m, 2, 3) whose ends are both within the world."""
     ends = points[edges].astype(np.float32).reshape(-1, 2, 3)
     within: NDArray[np.float32] = ends[(np.linalg.norm(ends, axis=2) < RADIUS).all(axis=1)]

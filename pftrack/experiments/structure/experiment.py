@@ -9,8 +9,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.band import HALF, MOST, Calibration, FlagBand, Miscalibration
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Primitive
@@ -161,12 +161,12 @@ def _remarks(state: StructureState, row: Diagnostics) -> list[str]:
     return said
 
 
-def _within(course: EvaluatedRun) -> NDArray[np.float64]:
+def _within(course: EvaluatedRun) -> Floats:
     known = ~np.isnan(course.errors)
     return np.where(known, course.errors <= FOUND_PERCENT, np.nan)
 
 
-def _errors(course: EvaluatedRun) -> NDArray[np.float64]:
+def _errors(course: EvaluatedRun) -> Floats:
     return course.errors
 
 

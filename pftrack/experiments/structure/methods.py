@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.numerics.matrices import cholesky, eigenvalues, product, singular_values, solve_system
 from pftrack.vision.structure import growing, recursive, variational
@@ -51,13 +51,13 @@ class Observed:
         counts: (n,) in how many frames each point was measured.
     """
 
-    positions: NDArray[np.float64]
-    told: NDArray[np.float64]
-    variances: NDArray[np.float64]
-    filled: NDArray[np.float64]
+    positions: Floats
+    told: Floats
+    variances: Floats
+    filled: Floats
     everything: Accumulated
     frames: int
-    counts: NDArray[np.int64]
+    counts: Ints
 
     @property
     def nbytes(self) -> int:
@@ -72,7 +72,7 @@ def begin(count: int) -> Observed:
     return Observed(nothing, nothing, nothing, nothing, empty(count), 0, np.zeros(count, np.int64))
 
 
-def take(seen: Observed, positions: NDArray[np.float64], variances: NDArray[np.float64]) -> Observed:
+def take(seen: Observed, positions: Floats, variances: Floats) -> Observed:
     """Return what is known after a further frame.
 
     Args:
@@ -97,7 +97,7 @@ def take(seen: Observed, positions: NDArray[np.float64], variances: NDArray[np.f
     )
 
 
-def _append(rows: NDArray[np.float64], row: NDArray[np.float64]) -> NDArray[np.float64]:
+def _append(rows: Floats, row: Floats) -> Floats:
     return np.concatenate([rows[max(0, len(rows) + 1 - LONGEST) :], row[None]])
 
 
@@ -178,7 +178,7 @@ class Prior:
         focal_px: Of the camera.
     """
 
-    mean: NDArray[np.float64] | None
+    mean: Floats | None
     sd: float
     focal_px: float
 
@@ -194,9 +194,9 @@ class Found:
         one_handed: Whether the method itself has decided between the two mirror images.
     """
 
-    points: NDArray[np.float64]
-    covariances: NDArray[np.float64]
-    camera: NDArray[np.float64]
+    points: Floats
+    covariances: Floats
+    camera: Floats
     one_handed: bool = False
 
 
@@ -327,10 +327,10 @@ def _batch(seen: Observed, prior: Prior, wrong: float) -> Windowed:
 
 
 def _strength(
-    rows: NDArray[np.float64],
-    precisions: NDArray[np.float64],
-    shape: NDArray[np.float64],
-    motion: NDArray[np.float64],
+    rows: Floats,
+    precisions: Floats,
+    shape: Floats,
+    motion: Floats,
 ) -> float:
     """Return how far the third direction stands out from the noise, by the shape and by the weighted tracks alone.
 
@@ -408,7 +408,7 @@ def _grown_shape(state: Growing | Recursive, seen: Observed, prior: Prior, misfi
     return Grown(found, float(thickness / noise), state, misfit)
 
 
-def _misfit(shape: NDArray[np.float64], camera: NDArray[np.float64], seen: Observed, focal_px: float) -> float:
+def _misfit(shape: Floats, camera: Floats, seen: Observed, focal_px: float) -> float:
     """Return the mean square of the last frame's residuals in units of their noise; 1 if all is as it should be."""
     rows = np.ascontiguousarray(seen.positions[-1].T)
     residuals, _, _ = residuals_and_slopes(focal_px, camera, shape, rows)
@@ -417,17 +417,17 @@ def _misfit(shape: NDArray[np.float64], camera: NDArray[np.float64], seen: Obser
     return float((precisions * residuals * residuals).sum() / free) if free > 0 else 1.0
 
 
-def _least(shape: NDArray[np.float64]) -> float:
+def _least(shape: Floats) -> float:
     """Return the variance of the points in the direction in which they differ least."""
     centred = shape - shape.mean(axis=0)
     return float(eigenvalues(product(centred.T, centred) / len(shape))[0][2])
 
 
 def _upgrade(
-    shape: NDArray[np.float64],
-    covariances: NDArray[np.float64],
-    motion: NDArray[np.float64],
-    newest: NDArray[np.float64],
+    shape: Floats,
+    covariances: Floats,
+    motion: Floats,
+    newest: Floats,
     focal_px: float,
 ) -> Found:
     """Return an affine shape after the map that makes its cameras orthographic, or as nearly so as can be had.

@@ -9,8 +9,8 @@ variance saying so, as where a tracker holds on to the wrong thing.
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.source import Frame, History, Landmarks, Measurements, Target
@@ -25,7 +25,7 @@ SIZE_PX = (640, 480)
 FRAME_RATE_HZ = 30.0
 SIZE_OF_BODY_PX = 110.0
 """As large a body of unit size is seen."""
-PRINCIPAL_PX: NDArray[np.float64] = np.array(SIZE_PX) / 2.0
+PRINCIPAL_PX: Floats = np.array(SIZE_PX) / 2.0
 PRINCIPAL_PX.flags.writeable = False
 
 ROUND_DEG = 180.0
@@ -126,14 +126,14 @@ class TracksSource:
         measured = Measurements(np.where(missing[:, None], np.nan, points), np.where(missing, np.inf, sd))
         return Frame(index, index / FRAME_RATE_HZ, measurements=measured, target=target)
 
-    def _facing(self, turn: NDArray[np.float64], translation: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _facing(self, turn: Floats, translation: Floats) -> Floats:
         """Return how far each point looks at the camera (n,), -1..1."""
         camera = product(-translation, turn)
         length = float(np.sqrt(np.square(camera).sum()))
         beyond = (self.body.normals * camera).sum(axis=2) - self.body.offsets
         return np.asarray(beyond.max(axis=1) / length)
 
-    def _deviations(self, target: BodyTarget, parameters: TracksSceneParameters) -> NDArray[np.float64]:
+    def _deviations(self, target: BodyTarget, parameters: TracksSceneParameters) -> Floats:
         """Return the standard deviations (n,) of the measurements, px."""
         sd = np.full(len(self.body.points), float(parameters.seen_noise_px))
         if self.body.graded:
@@ -143,13 +143,13 @@ class TracksSource:
         visible = target.landmarks.visible if target.landmarks else np.ones(len(sd), dtype=np.bool_)
         return np.where(visible, sd, max(parameters.unseen_noise_px, parameters.seen_noise_px))
 
-    def _is_covered(self, index: int, parameters: TracksSceneParameters) -> NDArray[np.bool_]:
+    def _is_covered(self, index: int, parameters: TracksSceneParameters) -> Bools:
         """Return which points (n,) a burst covers."""
         since = (index - BURST_FROM) % BURST_EVERY
         under_way = index >= BURST_FROM and since < parameters.burst_frames
         return np.asarray((self.body.points[:, 0] < 0.0) & under_way)
 
-    def _target(self, theta: NDArray[np.float64], parameters: TracksSceneParameters) -> BodyTarget:
+    def _target(self, theta: Floats, parameters: TracksSceneParameters) -> BodyTarget:
         points, turn = self.body.points, rotation(theta)
         translation = np.array([0.0, 0.0, parameters.camera_distance])
         # From further away it is seen with a longer lens, so that it stays as large.
@@ -170,7 +170,7 @@ class TracksSource:
         )
 
 
-def _theta(index: int, history: History[TracksSceneParameters]) -> NDArray[np.float64]:
+def _theta(index: int, history: History[TracksSceneParameters]) -> Floats:
     """Return how the body is turned (3,), rad; what it has turned adds up over the history."""
     upwards = sum(steps * past.upwards_deg for steps, past in history.spans(index, "upwards_deg"))
     sideways = sum(steps * past.sideways_deg for steps, past in history.spans(index, "sideways_deg"))

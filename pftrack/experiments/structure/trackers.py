@@ -13,6 +13,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.geometry.rotation import angles, nearest_rotation
 from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Frame, Target
@@ -66,7 +67,7 @@ FEWEST_TO_PLACE = 3
 UNKNOWN_DEPTH_SD = 1.0
 """Of a body that has not turned: about as deep as it is large."""
 
-MIRROR: NDArray[np.float64] = np.array([1.0, 1.0, -1.0])
+MIRROR: Floats = np.array([1.0, 1.0, -1.0])
 MIRROR.flags.writeable = False
 
 
@@ -82,16 +83,14 @@ class Placed:
         depth_odds: Log of how much more probable it is than its mirror image, as far as the frames tell.
     """
 
-    points: NDArray[np.float64]
-    covariances: NDArray[np.float64]
-    camera: NDArray[np.float64]
+    points: Floats
+    covariances: Floats
+    camera: Floats
     known: bool
     depth_odds: float = 0.0
 
 
-def flat(
-    filled: NDArray[np.float64], rows: NDArray[np.float64], precisions: NDArray[np.float64], focal_px: float
-) -> Placed:
+def flat(filled: Floats, rows: Floats, precisions: Floats, focal_px: float) -> Placed:
     """Return frame 0 as a shape without depth.
 
     Args:
@@ -110,9 +109,7 @@ def flat(
     return Placed(points, covariances, frontal(focal_px, points, rows, precisions), known=False)
 
 
-def place(
-    before: Placed, found: Found, rows: NDArray[np.float64], precisions: NDArray[np.float64], focal_px: float
-) -> Placed:
+def place(before: Placed, found: Found, rows: Floats, precisions: Floats, focal_px: float) -> Placed:
     """Return a shape that was found, turned onto the one before.
 
     Args:
@@ -147,13 +144,13 @@ def place(
     return replace(other, depth_odds=-odds)
 
 
-def place_again(before: Placed, rows: NDArray[np.float64], precisions: NDArray[np.float64], focal_px: float) -> Placed:
+def place_again(before: Placed, rows: Floats, precisions: Floats, focal_px: float) -> Placed:
     """Return the shape of before with the camera of a further frame."""
     few = np.count_nonzero(precisions.max(axis=0)) < FEWEST_TO_PLACE
     return before if few else _settle(before, before, rows, precisions, focal_px, few=False)
 
 
-def _normalise_size(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+def _normalise_size(points: Floats) -> tuple[Floats, float]:
     """Return points about their centre and of unit size, and what their size was."""
     centred = points - points.mean(axis=0)
     size = float(np.sqrt(np.square(centred).sum() / len(centred)))
@@ -161,10 +158,10 @@ def _normalise_size(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], f
 
 
 def _turn(
-    points: NDArray[np.float64],
-    covariances: NDArray[np.float64],
-    camera: NDArray[np.float64],
-    onto: NDArray[np.float64],
+    points: Floats,
+    covariances: Floats,
+    camera: Floats,
+    onto: Floats,
 ) -> Placed:
     """Return a shape and its camera in a frame of reference in which it lies on another one as well as it can."""
     turn = nearest_rotation(product(onto.T, points))
@@ -172,11 +169,11 @@ def _turn(
     return Placed(product(points, turn.T), transform_covariances(covariances, turn), seen, known=True)
 
 
-def _flip(covariances: NDArray[np.float64]) -> NDArray[np.float64]:
+def _flip(covariances: Floats) -> Floats:
     return np.asarray(covariances * np.outer(MIRROR, MIRROR))
 
 
-def _mirrored_camera(camera: NDArray[np.float64]) -> NDArray[np.float64]:
+def _mirrored_camera(camera: Floats) -> Floats:
     """Return the camera (3, 4) that sees the mirror image about where this one sees the shape."""
     across, down = camera[0, :3] * MIRROR, camera[1, :3] * MIRROR
     return np.column_stack([np.array([across, down, np.cross(across, down)]), camera[:, 3]])
@@ -189,8 +186,8 @@ def _apart(one: Placed, other: Placed) -> float:
 def _settle(
     before: Placed,
     shape: Placed,
-    rows: NDArray[np.float64],
-    precisions: NDArray[np.float64],
+    rows: Floats,
+    precisions: Floats,
     focal_px: float,
     *,
     few: bool,
@@ -203,7 +200,7 @@ def _settle(
     return Placed(shape.points, shape.covariances, camera, shape.known, before.depth_odds)
 
 
-def _evidence(shape: Placed, rows: NDArray[np.float64], precisions: NDArray[np.float64], focal_px: float) -> float:
+def _evidence(shape: Placed, rows: Floats, precisions: Floats, focal_px: float) -> float:
     return evidence(focal_px, shape.camera, shape.points, rows, precisions, shape.camera, TURN_PRECISION)
 
 
@@ -227,7 +224,7 @@ class StructureState:
 
     body: Shape
     prior: Prior
-    principal_px: NDArray[np.float64]
+    principal_px: Floats
     seen: Observed
     belief: Belief
     placed: Placed
@@ -235,12 +232,12 @@ class StructureState:
     log_evidence: float = 0.0
 
     @property
-    def estimate(self) -> NDArray[np.float64]:
+    def estimate(self) -> Floats:
         """(3 n,) the shape about its centre, of unit size."""
         return self.placed.points.ravel()
 
     @cached_property
-    def sigma(self) -> NDArray[np.float64]:
+    def sigma(self) -> Floats:
         """(3 n,) standard deviations of the same."""
         variances = np.diagonal(self.placed.covariances, axis1=1, axis2=2)
         return np.asarray(np.sqrt(np.maximum(variances, 0.0)).ravel())
@@ -258,7 +255,7 @@ class StructureState:
 # The trackers of a shape, by name: one step for all of them, which differ in the method.
 
 Method: TypeAlias = Callable[[Belief, frames.Observed, Prior, StructureTrackerParameters], Belief]
-View: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64]]
+View: TypeAlias = tuple[Floats, Floats]
 
 ANGLES = ("yaw", "pitch", "roll")
 COMMON = (
@@ -335,7 +332,7 @@ def doubt(seen: frames.Observed, belief: Belief, focal_px: float, wrong: float) 
     return replace(seen, variances=variances)
 
 
-def _measure(frame: Frame, principal_px: NDArray[np.float64], parameters: StructureTrackerParameters) -> View:
+def _measure(frame: Frame, principal_px: Floats, parameters: StructureTrackerParameters) -> View:
     """Return positions (n, 2) from the principal point and variances (n, 2), infinite where a point is missing."""
     if frame.measurements is None:
         raise ValueError("a tracker of shapes needs measured points, got a frame without them")

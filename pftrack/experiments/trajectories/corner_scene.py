@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.model.parameters import parameter, revise
 from pftrack.core.model.source import Frame, History, Target
 from pftrack.core.numerics.random import Purpose, Stream
@@ -86,7 +87,7 @@ def box(seed: int) -> NDArray[np.int32]:
     return _levels(np.repeat(np.repeat(checks, CHECK_PX, axis=0), CHECK_PX, axis=1))
 
 
-def _beside_line(points: NDArray[np.float64]) -> float:
+def _beside_line(points: Floats) -> float:
     """Return how far the nearest of some points (n, 2), all on one side, is from the line; negative if they are not."""
     (x0, y0), (x1, y1) = LINE
     length = float(np.sqrt((x1 - x0) ** 2 + (y1 - y0) ** 2))
@@ -94,7 +95,7 @@ def _beside_line(points: NDArray[np.float64]) -> float:
     return float(max(sides.min(), -sides.max()))
 
 
-def _smooth(stream: Stream, shape: tuple[int, int]) -> NDArray[np.float64]:
+def _smooth(stream: Stream, shape: tuple[int, int]) -> Floats:
     """Return smooth noise of unit variance.
 
     Sums of whole numbers are exact in whatever order they are added up.
@@ -107,7 +108,7 @@ def _smooth(stream: Stream, shape: tuple[int, int]) -> NDArray[np.float64]:
     return np.asarray(noise / (1024.0 * np.square(weights).sum()))
 
 
-def _levels(grey: NDArray[np.float64]) -> NDArray[np.int32]:
+def _levels(grey: Floats) -> NDArray[np.int32]:
     levels = np.rint(LEVEL * np.clip(grey, 0.0, 255.0)).astype(np.int32)
     levels.flags.writeable = False
     return levels
@@ -124,12 +125,12 @@ STEPS = 64
 CORNERS_MOTION_WALL, CORNERS_MOTION_BOOK, BOX = range(3)
 """The surfaces, the rear one first; the book is in front of the box."""
 
-CORNERS_PX: NDArray[np.float64] = np.array([[0.0, 0.0], [40.0, 150.0], [235.0, 40.0]])
-SIZES_PX: NDArray[np.float64] = np.array([[0.0, 0.0], BOOK_PX, BOX_PX])
+CORNERS_PX: Floats = np.array([[0.0, 0.0], [40.0, 150.0], [235.0, 40.0]])
+SIZES_PX: Floats = np.array([[0.0, 0.0], BOOK_PX, BOX_PX])
 FRONT_TO_REAR = (CORNERS_MOTION_BOOK, BOX)
 
 
-def shifts_px(phases: NDArray[np.float64]) -> NDArray[np.float64]:
+def shifts_px(phases: Floats) -> Floats:
     """Return how far wall, book and box have moved from where they would be without motion, (n, 3, 2) px.
 
     Args:
@@ -151,29 +152,27 @@ class SceneMotion:
         shifts: (n, 3, 2) of the surfaces in frames 0..n - 1, px.
     """
 
-    shifts: NDArray[np.float64]
+    shifts: Floats
 
-    def surfaces(self, points: NDArray[np.float64], born: NDArray[np.int64]) -> NDArray[np.int64]:
+    def surfaces(self, points: Floats, born: Ints) -> Ints:
         """Return on which surface each point (K, 2) of a frame's picture is, given its frame (K,)."""
         found = np.full(len(points), CORNERS_MOTION_WALL, np.int64)
         for surface in reversed(FRONT_TO_REAR):
             found[self.inside(surface, points, born, 0.0)] = surface
         return found
 
-    def inside(
-        self, surface: int, points: NDArray[np.float64], frames: NDArray[np.int64], margin_px: float
-    ) -> NDArray[np.bool_]:
+    def inside(self, surface: int, points: Floats, frames: Ints, margin_px: float) -> Bools:
         """Return which points (K, 2), each of a frame (K,), are on a surface or so near to it, whatever hides it."""
         corner = CORNERS_PX[surface] + self.shifts[frames, surface]
         beyond = np.maximum(corner - points, points - corner - SIZES_PX[surface] + 1.0)
         return np.asarray((beyond <= margin_px).all(axis=1))
 
-    def path(self, points: NDArray[np.float64], index: int, born: NDArray[np.int64]) -> NDArray[np.float64]:
+    def path(self, points: Floats, index: int, born: Ints) -> Floats:
         """Return where points (K, 2), each of the picture of a frame `born` (K,), are in a frame so far, (K, 2) px."""
         surfaces = self.surfaces(points, born)
         return np.asarray(points + self.shifts[index, surfaces] - self.shifts[born, surfaces])
 
-    def hidden(self, points: NDArray[np.float64], index: int, margin_px: float) -> NDArray[np.bool_]:
+    def hidden(self, points: Floats, index: int, margin_px: float) -> Bools:
         """Return which points (K, 2) of frame 0 are behind something, or as near to its edge or to their surface's."""
         first, frames = np.zeros(len(points), np.int64), np.full(len(points), index)
         now, surfaces = self.path(points, index, first), self.surfaces(points, first)
@@ -290,7 +289,7 @@ class CornerSource:
         noisy = np.rint(gain * grey + parameters.image_noise_sd * noise)
         return np.asarray(np.clip(noisy, 0, 255), np.uint8)
 
-    def _corners(self, grey: NDArray[np.uint8], parameters: CornerSceneParameters) -> NDArray[np.float64]:
+    def _corners(self, grey: NDArray[np.uint8], parameters: CornerSceneParameters) -> Floats:
         """Return the corners to be followed: those that stay in sight, and points of the slanted line."""
         (x0, y0), (x1, y1) = LINE
         shares = (np.arange(parameters.false_corners) + 0.5) / max(parameters.false_corners, 1)
@@ -308,7 +307,7 @@ class CornerSource:
         return points[chosen[np.argsort(chosen < len(line), kind="stable")]]
 
 
-def _of_all_surfaces(points: NDArray[np.float64], motion: SceneMotion, most: int) -> NDArray[np.int64]:
+def _of_all_surfaces(points: Floats, motion: SceneMotion, most: int) -> Ints:
     """Return the numbers of at most so many points, a third of them on each surface if there are, the first ones."""
     surfaces = motion.surfaces(points, np.zeros(len(points), np.int64))
     order = [np.flatnonzero(surfaces == surface) for surface in (CORNERS_MOTION_WALL, BOX, CORNERS_MOTION_BOOK)]
@@ -318,15 +317,13 @@ def _of_all_surfaces(points: NDArray[np.float64], motion: SceneMotion, most: int
     return np.concatenate([*(numbers[:share] for numbers in order), rest[:left]])[:most]
 
 
-def _phases(index: int, history: History[CornerSceneParameters]) -> NDArray[np.float64]:
+def _phases(index: int, history: History[CornerSceneParameters]) -> Floats:
     """Return the phases of frames 0..index."""
     steps = [np.full(count, parameters.scene_speed) for count, parameters in history.spans(index)]
     return np.cumsum(np.concatenate([[0.0], *steps]))
 
 
-def _move(
-    texture: NDArray[np.int32], corner_px: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _move(texture: NDArray[np.int32], corner_px: Floats) -> tuple[Floats, Floats]:
     """Return what a texture shows in each pixel of the picture, and its share, if its corner is between pixels."""
     width, height = SIZE_PX
     corner = np.rint(STEPS * corner_px).astype(np.int64)

@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.model.parameters import parameter, revise
 from pftrack.vision.detection.corners import DetectorParameters, find_corners
 from pftrack.vision.detection.matching import LARGEST_TEMPLATE_PX, Cost, cut, match
@@ -85,24 +86,24 @@ class Corners:
 
     templates: NDArray[np.uint8]
     sought: NDArray[np.uint8]
-    places: NDArray[np.int64]
-    around: NDArray[np.int64]
-    costs: NDArray[np.float64]
-    ratios: NDArray[np.float64]
-    missing: NDArray[np.int64]
-    born: NDArray[np.int64]
-    first_places: NDArray[np.int64]
+    places: Ints
+    around: Ints
+    costs: Floats
+    ratios: Floats
+    missing: Ints
+    born: Ints
+    first_places: Ints
     first_templates: NDArray[np.uint8]
-    still: NDArray[np.int64]
+    still: Ints
     index: int
 
     @property
-    def gone(self) -> NDArray[np.bool_]:
+    def gone(self) -> Bools:
         """(K,) which have been missing for so long that where they would be is not known any more."""
         return self.missing >= GONE_FRAMES
 
     @property
-    def resting(self) -> NDArray[np.bool_]:
+    def resting(self) -> Bools:
         """(K,) which have been where they were taken up in half of the frames since or more, ten or more by now.
 
         These stand still, so that what seems to be their motion is an error.
@@ -115,15 +116,15 @@ class Corners:
         """How much memory they take, bytes."""
         return 3 * self.templates.nbytes + 5 * self.places.nbytes
 
-    def select(self, numbers: NDArray[np.int64]) -> "Corners":
+    def select(self, numbers: Ints) -> "Corners":
         """Return some of the corners, given by their numbers (M,), in that order."""
         arrays: dict[str, Any] = {name: it[numbers] for name, it in vars(self).items() if isinstance(it, np.ndarray)}
         return replace(self, **arrays)
 
 
 def begin(
-    image_rgb: NDArray[np.uint8], parameters: CornerParameters, points: NDArray[np.float64] | None = None
-) -> tuple[Corners, NDArray[np.float64]]:
+    image_rgb: NDArray[np.uint8], parameters: CornerParameters, points: Floats | None = None
+) -> tuple[Corners, Floats]:
     """Return the corners of a first picture, and where they are, (K, 2) px.
 
     Args:
@@ -139,7 +140,7 @@ def begin(
 
 def follow(
     corners: Corners, image_rgb: NDArray[np.uint8], parameters: CornerParameters, index: int
-) -> tuple[Corners, NDArray[np.float64]]:
+) -> tuple[Corners, Floats]:
     """Return the corners after a further picture, and where each was found, (K, 2) px; NaN where it was not.
 
     Args:
@@ -188,15 +189,13 @@ def _size(parameters: CornerParameters) -> int:
     return parameters.template_px // 2 * 2 + 1
 
 
-def _find(
-    grey: NDArray[np.uint8], parameters: CornerParameters, among: NDArray[np.bool_] | None = None
-) -> NDArray[np.float64]:
+def _find(grey: NDArray[np.uint8], parameters: CornerParameters, among: Bools | None = None) -> Floats:
     """Return corners whose templates are within the picture and do not touch its edge."""
     margin = max(parameters.corner_margin_px, _size(parameters) // 2 + 1)
     return find_corners(grey, revise(parameters, {"corner_margin_px": margin}), among)
 
 
-def _take_up(grey: NDArray[np.uint8], points: NDArray[np.float64], size: int, index: int) -> Corners:
+def _take_up(grey: NDArray[np.uint8], points: Floats, size: int, index: int) -> Corners:
     places = np.rint(points).astype(np.int64)
     unknown, count = np.full(len(places), np.nan), np.zeros(len(places), np.int64)
     pieces = cut(grey, places, size)
@@ -205,11 +204,11 @@ def _take_up(grey: NDArray[np.uint8], points: NDArray[np.float64], size: int, in
 
 def _replace(
     corners: Corners,
-    positions: NDArray[np.float64],
+    positions: Floats,
     grey: NDArray[np.uint8],
     parameters: CornerParameters,
     index: int,
-) -> tuple[Corners, NDArray[np.float64]]:
+) -> tuple[Corners, Floats]:
     """Take up new corners, away from those that are there, in place of those that are gone."""
     gone = np.flatnonzero(corners.gone)
     free = np.full(grey.shape, 1, np.uint8)

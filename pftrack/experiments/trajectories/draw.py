@@ -6,6 +6,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.files import csv_text
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.drawing import Links, Points, Primitive
@@ -115,13 +116,13 @@ def second_estimate(estimate: tuple[float, ...], longest: float) -> dict[str, Pr
     return {"second": circle(place, 1.6 * RING_PX, COLOURS["second"], "second run", height=2.1)}
 
 
-def _near(positions: NDArray[np.float64], longest: float) -> NDArray[np.float64]:
+def _near(positions: Floats, longest: float) -> Floats:
     """Return positions (..., 2), NaN where they are too far from the picture to be drawn."""
     near = (np.abs(positions) < FURTHEST * longest).all(axis=-1, keepdims=True)
     return np.where(near, positions, np.nan)
 
 
-def _join(rows: NDArray[np.float64], height: float, lift: float = 0.0) -> NDArray[np.float32]:
+def _join(rows: Floats, height: float, lift: float = 0.0) -> NDArray[np.float32]:
     """Return the segments (n, 2, 3) between neighbouring frames of positions (W, K, 2), older frames further up."""
     ends = np.stack([rows[:-1], rows[1:]], axis=2)
     heights = np.broadcast_to(height + lift * np.arange(len(rows))[:, None], rows.shape[:2])
@@ -130,11 +131,11 @@ def _join(rows: NDArray[np.float64], height: float, lift: float = 0.0) -> NDArra
     return at_height(ends[known].reshape(-1, 2), levels.ravel()).reshape(-1, 2, 3)
 
 
-def _segments(ends: NDArray[np.float64], height: float) -> NDArray[np.float32]:
+def _segments(ends: Floats, height: float) -> NDArray[np.float32]:
     return at_height(ends.reshape(-1, 2), height).reshape(-1, 2, 3)
 
 
-def _dots(positions: NDArray[np.float64], colour: Colour, size: float, layer: str, *, height: float = 1.8) -> Points:
+def _dots(positions: Floats, colour: Colour, size: float, layer: str, *, height: float = 1.8) -> Points:
     known = positions[np.isfinite(positions).all(axis=1)]
     return Points(at_height(known, height), np.tile(np.array(colour, np.uint8), (len(known), 1)), size, layer)
 
@@ -142,7 +143,7 @@ def _dots(positions: NDArray[np.float64], colour: Colour, size: float, layer: st
 # What is plotted and written of the frames of trajectories, and what a run comes to.
 
 
-def _errors(course: EvaluatedRun) -> NDArray[np.float64]:
+def _errors(course: EvaluatedRun) -> Floats:
     return course.errors
 
 

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.band import Calibration, Miscalibration
 from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Primitive
@@ -353,7 +353,7 @@ def _caption(step: Step) -> str:
     return " · ".join(parts)
 
 
-def _distance(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> Any:  # noqa: ANN401 - one or many
+def _distance(estimates: Floats, truths: Floats) -> Any:  # noqa: ANN401 - one or many
     off = estimates - truths
     return np.hypot(off[..., 0], off[..., 1])
 

@@ -12,6 +12,7 @@ from typing import Any, Self, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.model.likelihood import (
     Cloud,
     Component,
@@ -49,9 +50,9 @@ class Observation:
     """
 
     corners: Corners | None
-    points: NDArray[np.float64]
-    again: NDArray[np.bool_]
-    gone: NDArray[np.bool_]
+    points: Floats
+    again: Bools
+    gone: Bools
 
     @classmethod
     def first(cls, target: TrajectoriesTarget, frame: Frame, parameters: object) -> Self:
@@ -81,7 +82,7 @@ def _picture(frame: Frame, parameters: object) -> tuple[NDArray[np.uint8], Corne
     return frame.image_rgb, parameters
 
 
-def _measure(frame: Frame) -> NDArray[np.float64]:
+def _measure(frame: Frame) -> Floats:
     """Return the measurements (K, 2) of a frame, both NaN where either is missing."""
     if frame.measurements is None:
         raise ValueError("a tracker of trajectories needs measured points, got a frame without them")
@@ -90,7 +91,7 @@ def _measure(frame: Frame) -> NDArray[np.float64]:
 
 
 P: TypeAlias = TrajectoriesTrackerParameters
-Law: TypeAlias = Callable[[NDArray[np.float64], NDArray[np.float64] | float], NDArray[np.float64]]
+Law: TypeAlias = Callable[[Floats, Floats | float], Floats]
 """(distances (N, 2) px, sigma^2 (N,) or one for all, px^2) -> log densities (N,)."""
 
 PLACE = (Component("x", "px"), Component("y", "px"))
@@ -110,18 +111,18 @@ class Measured:
         template: (b, b) grey levels that were looked for; None where measurements are given.
     """
 
-    point: NDArray[np.float64]
+    point: Floats
     template: NDArray[np.uint8] | None = None
 
 
-def cauchy(off: NDArray[np.float64], variance: NDArray[np.float64] | float) -> NDArray[np.float64]:
+def cauchy(off: Floats, variance: Floats | float) -> Floats:
     """Return the log density of a Cauchy law on each axis; see `Law`."""
     squares = np.square(off) / np.reshape(variance, (-1, 1))
     constant = 2.0 * logarithm(np.pi * np.sqrt(np.asarray(variance, np.float64)))
     return np.asarray(-logarithm(1.0 + squares).sum(axis=1) - constant)
 
 
-def normal(off: NDArray[np.float64], variance: NDArray[np.float64] | float) -> NDArray[np.float64]:
+def normal(off: Floats, variance: Floats | float) -> Floats:
     """Return the log density of a normal law on both axes; see `Law`."""
     squares = (np.square(off) / np.reshape(variance, (-1, 1))).sum(axis=1)
     return np.asarray(-0.5 * squares - logarithm(2.0 * np.pi * np.asarray(variance, np.float64)))
@@ -136,13 +137,13 @@ def track_likelihood(title: str, law: Law, *, learned: bool = False) -> Observat
         learned: Whether a state has a sigma^2 of its own, beside its place.
     """
 
-    def log_likelihood(known: Measured, states: NDArray[np.float64], _: Frame, parameters: P) -> NDArray[np.float64]:
+    def log_likelihood(known: Measured, states: Floats, _: Frame, parameters: P) -> Floats:
         if not np.isfinite(known.point).all():
             return np.zeros(len(states))
         variance = exponential(states[:, 2]) if learned else float(parameters.noise_variance_px2)
         return law(states[:, :2] - known.point, variance)
 
-    def parts(known: Measured, one: NDArray[np.float64], frame: Frame, parameters: P) -> tuple[Part, ...]:
+    def parts(known: Measured, one: Floats, frame: Frame, parameters: P) -> tuple[Part, ...]:
         scale = float(exponential(0.5 * one[2])) if learned else float(np.sqrt(parameters.noise_variance_px2))
         pairs = zip("xy", known.point.tolist(), one.tolist(), strict=False)
         compared = tuple(Residual(name, found, expected, scale, "px") for name, found, expected in pairs)
@@ -173,9 +174,7 @@ def particles_of(state: TrajectoriesState) -> Cloud | None:
     return Cloud(states, logarithm(shares), _parents(belief, track, state.earlier))
 
 
-def innovate(
-    before: Gaussians, track: int, measured: NDArray[np.float64], noise: float, drive: float
-) -> Innovation | None:
+def innovate(before: Gaussians, track: int, measured: Floats, noise: float, drive: float) -> Innovation | None:
     """Return the innovation of a track's measurement (2,), px; None where it has none, or only begins.
 
     Args:
@@ -230,14 +229,14 @@ def _prepare(state: TrajectoriesState, frame: Frame, parameters: P) -> Measured:
     return Measured(points[track if corner is None else 0], None if corner is None else corner.templates[0])
 
 
-def _centre(state: TrajectoriesState) -> NDArray[np.float64]:
+def _centre(state: TrajectoriesState) -> Floats:
     """Return the filtered place of the selected track, with the mean laws of its particles where these have some."""
     laws = state.belief.laws(state.selected) if isinstance(state.belief, Belief) else None
     place = state.filtered[0, state.selected]
     return place.copy() if laws is None else np.concatenate([place, product(laws[1], laws[0])])
 
 
-def _patches(known: Measured, one: NDArray[np.float64], frame: Frame) -> tuple[Part, ...]:
+def _patches(known: Measured, one: Floats, frame: Frame) -> tuple[Part, ...]:
     """Return the template that was looked for beside what is at a place."""
     if known.template is None or frame.image_rgb is None or not np.isfinite(one[:2]).all():
         return ()
@@ -249,7 +248,7 @@ def _in_colour(grey: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.repeat(grey[:, :, None], 3, axis=2)
 
 
-def _parents(belief: Belief, track: int, earlier: NDArray[np.float32] | None) -> NDArray[np.int64] | None:
+def _parents(belief: Belief, track: int, earlier: NDArray[np.float32] | None) -> Ints | None:
     """Return which particle of the frame before each comes from.
 
     A tree keeps those that have descendants, in the order in which they were; so each is found again by its place.

@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.drawing import Arrows, Links, Mesh, Points, Primitive, Text, Viewpoint, World, WorldDrawing
 from pftrack.core.model.palette import COLOURS, VIRIDIS, Colour
@@ -70,9 +71,9 @@ class TemplateSearch:
 
     template: NDArray[np.uint8]
     found: NDArray[np.uint8]
-    around: NDArray[np.int64]
-    place: NDArray[np.int64]
-    costs: NDArray[np.float64]
+    around: Ints
+    place: Ints
+    costs: Floats
     reach: int
 
     @classmethod
@@ -136,7 +137,7 @@ def empty_search_world() -> WorldDrawing:
     return WorldDrawing(SEARCH_WORLD, {"nothing": text})
 
 
-def _peaks(costs: NDArray[np.float64]) -> NDArray[np.int64]:
+def _peaks(costs: Floats) -> Ints:
     """Return the least cost's place (n, 2), (column, row), and after it those of others that are nearly as good."""
     side = 2 * APART_PX - 1
     lowest = cv2.erode(costs, np.ones((side, side), np.uint8))
@@ -145,7 +146,7 @@ def _peaks(costs: NDArray[np.float64]) -> NDArray[np.int64]:
     return np.column_stack([columns, rows])[order]
 
 
-def _heights(costs: NDArray[np.float64]) -> NDArray[np.float64]:
+def _heights(costs: Floats) -> Floats:
     """Return costs as heights, the less the higher; what cannot be is on the floor."""
     finite = costs[np.isfinite(costs)]
     low, high = float(finite.min()), float(finite.max())
@@ -153,7 +154,7 @@ def _heights(costs: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(FLOOR + HEIGHT * shares)
 
 
-def _surface(heights: NDArray[np.float64], reach: int) -> Mesh:
+def _surface(heights: Floats, reach: int) -> Mesh:
     """Draw heights (n, n) as a surface, yellow where it is high."""
     side = len(heights)
     steps = np.arange(-reach, reach + 1, dtype=np.float64)
@@ -178,13 +179,13 @@ def _piece(grey: NDArray[np.uint8], middle: float) -> Mesh:
     return Mesh(vertices.reshape(-1, 3).astype(np.float32), faces, colours, 1.0, "search")
 
 
-def _two_triangles(corners: tuple[NDArray[np.int64], ...]) -> NDArray[np.int32]:
+def _two_triangles(corners: tuple[Ints, ...]) -> NDArray[np.int32]:
     """Return the triangles of squares, given the numbers of their corners, clockwise."""
     one, two, three, four = corners
     return np.concatenate([np.stack([one, two, three], axis=1), np.stack([one, three, four], axis=1)]).astype(np.int32)
 
 
-def _square(middle: NDArray[np.int64], half: float, colour: Colour, width: float) -> Links:
+def _square(middle: Ints, half: float, colour: Colour, width: float) -> Links:
     x, y = middle.tolist()
     corners = np.array([[x - half, y - half], [x + half, y - half], [x + half, y + half], [x - half, y + half]])
     ends = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1).reshape(-1, 2)
@@ -256,7 +257,7 @@ def scales_world(state: TrajectoriesState, parameters: TrajectoriesTrackerParame
     return WorldDrawing(SCALES_WORLD, drawn)
 
 
-def _place(logs: NDArray[np.float64]) -> NDArray[np.float64]:
+def _place(logs: Floats) -> Floats:
     """Return where log10 of sigma and tau (..., 2) are in the world."""
     return np.asarray(logs) - MIDDLE
 
@@ -267,14 +268,14 @@ def _axes() -> NDArray[np.float32]:
     return np.array([[corner, (across, -up, 0.0)], [corner, (-across, up, 0.0)]], np.float32)
 
 
-def _cross(place: NDArray[np.float64]) -> NDArray[np.float32]:
+def _cross(place: Floats) -> NDArray[np.float32]:
     inside = np.clip(place, [-HALF[0], -HALF[1]], HALF)
     arms = CROSS * np.array([[[-1.0, 0.0], [1.0, 0.0]], [[0.0, -1.0], [0.0, 1.0]]])
     flat = inside + arms
     return np.concatenate([flat, np.full((2, 2, 1), SCALES_HEIGHT + 0.05)], axis=2).astype(np.float32)
 
 
-def _surface_scales(track: NDArray[np.float64], start_sd: float) -> Mesh:
+def _surface_scales(track: Floats, start_sd: float) -> Mesh:
     """Draw the likelihood of a track (T, 2) over the plane, the higher and lighter the likelier."""
     across, up = (np.linspace(-half, half, STEPS) for half in HALF)
     x, y = (values.ravel() for values in np.meshgrid(across, up, indexing="ij"))
@@ -325,7 +326,7 @@ SERIES = (
 )
 
 
-def true_positions(target: object, state: TrajectoriesState, index: int) -> NDArray[np.float64] | None:
+def true_positions(target: object, state: TrajectoriesState, index: int) -> Floats | None:
     """Return where the tracked points truly are in a frame (K, 2), px; None where nothing is known of it."""
     if not isinstance(target, TrajectoriesTarget) or target.motion is None:
         return None
@@ -365,14 +366,14 @@ def _false_motion(state: TrajectoriesState) -> dict[str, SeriesValue]:
     return values if corners is None else values | {"resting": float(resting.sum())}
 
 
-def _rms(off: NDArray[np.float64]) -> float:
+def _rms(off: Floats) -> float:
     """Return the root mean square length of vectors (K, 2), of those that are known."""
     squares = np.square(off).sum(axis=1)
     known = squares[np.isfinite(squares)]
     return float(np.sqrt(known.mean())) if len(known) else math.nan
 
 
-def _far(off: NDArray[np.float64], limit_px: float) -> float:
+def _far(off: Floats, limit_px: float) -> float:
     """Return the share of vectors (K, 2) that are longer than a limit, of those that are known."""
     lengths = np.hypot(off[:, 0], off[:, 1])
     known = lengths[np.isfinite(lengths)]

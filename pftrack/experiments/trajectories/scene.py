@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.source import Frame, FrameSequence, History, Measurements, Target
 from pftrack.core.numerics.random import Purpose, standard_normals
@@ -42,7 +42,7 @@ TABLE = """
 126.80,462.16  124.73,466.73  124.37,471.51  126.39,475.67  124.19,478.30
 """
 
-REFERENCE_PX: NDArray[np.float64] = np.array([pair.split(",") for pair in TABLE.split()], dtype=np.float64)
+REFERENCE_PX: Floats = np.array([pair.split(",") for pair in TABLE.split()], dtype=np.float64)
 """(100, 2) positions as they were measured."""
 
 REFERENCE_PX.flags.writeable = False
@@ -63,7 +63,7 @@ class SelectionParameters(Parameters):
 class Motion(Protocol):
     """How the points of a scene truly move."""
 
-    def path(self, points: NDArray[np.float64], index: int, born: NDArray[np.int64]) -> NDArray[np.float64]:
+    def path(self, points: Floats, index: int, born: Ints) -> Floats:
         """Return where points of the scene are in a frame, (K, 2) px; NaN where that is not known.
 
         Args:
@@ -86,7 +86,7 @@ class Origin:
 
     names: tuple[str, ...]
     scale: float
-    corner: NDArray[np.float64]
+    corner: Floats
     first_frame: int
 
 
@@ -102,7 +102,7 @@ class TrajectoriesTarget(Target):
     """
 
     motion: Motion | None = None
-    start_px: NDArray[np.float64] | None = None
+    start_px: Floats | None = None
     origin: Origin | None = None
     paper: tuple[int, int] = (0, 0)
 
@@ -156,7 +156,7 @@ class TracksSceneParameters(SelectionParameters):
     # fmt: on
 
 
-def true_path(frames: int) -> NDArray[np.float64]:
+def true_path(frames: int) -> Floats:
     """Return (frames, 2) true positions of the first track, px."""
     moves = np.tile(DOWN, (max(frames - 1, 0), 1))
     moves[ASIDE_FROM:ASIDE_TO] = ASIDE
@@ -169,12 +169,12 @@ TRUE_PATH = true_path(FRAMES)
 class Falling:
     """The motion of all simulated tracks."""
 
-    def path(self, points: NDArray[np.float64], index: int, born: NDArray[np.int64]) -> NDArray[np.float64]:
+    def path(self, points: Floats, index: int, born: Ints) -> Floats:
         """Return where points are in a frame, (K, 2) px."""
         return np.asarray(points + TRUE_PATH[index] - TRUE_PATH[born])
 
 
-def _beginnings(count: int) -> NDArray[np.float64]:
+def _beginnings(count: int) -> Floats:
     """Return where tracks truly begin, (count, 2) px."""
     number = np.arange(count)
     across = APART_PX * (number % ACROSS) + SHIFT_PX * (number // ACROSS) % APART_PX
@@ -215,7 +215,7 @@ class TracksSource:
         measured = Measurements(points, np.broadcast_to(sd, points.shape))
         return Frame(index, index / FRAME_RATE_HZ, measurements=measured, target=target)
 
-    def _noise(self, index: int, parameters: TracksSceneParameters) -> NDArray[np.float64]:
+    def _noise(self, index: int, parameters: TracksSceneParameters) -> Floats:
         every = parameters.outlier_every
         since = index % every if FRAMES > every <= index else FRAMES
         across, down, _, _ = self._numbers(index)
@@ -225,7 +225,7 @@ class TracksSource:
             aside = np.sqrt(parameters.outlier_scale_px2) * above / below + (aside if since else 0.0)
         return np.stack([aside, np.sqrt(parameters.vertical_variance_px2) * down], axis=1)
 
-    def _numbers(self, index: int) -> NDArray[np.float64]:
+    def _numbers(self, index: int) -> Floats:
         """Return (4, K) normal numbers; a track's do not depend on how many others there are."""
         numbers = [standard_normals(self._seed, index, Purpose.SCENE.value, k, 4) for k in range(len(self._starts))]
         return np.array(numbers).T
@@ -235,7 +235,7 @@ class TracksSource:
         return TrajectoriesTarget(position, hidden=None, motion=Falling(), start_px=self._starts, paper=SIZE_PX)
 
 
-def simulate(seed: int, parameters: TracksSceneParameters) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def simulate(seed: int, parameters: TracksSceneParameters) -> tuple[Floats, Floats]:
     """Return all measurements (100, K, 2) of a scene, px, and the true positions."""
     source, history = TracksSource(seed, parameters), History(((0, parameters),))
     frames = [source.frame(index, history) for index in range(FRAMES)]
@@ -246,7 +246,7 @@ def simulate(seed: int, parameters: TracksSceneParameters) -> tuple[NDArray[np.f
 
 # Tracks of a file as a source, from a chosen frame on: what another program has followed, to be smoothed.
 
-NOWHERE: NDArray[np.float64] = np.full(2, np.nan)
+NOWHERE: Floats = np.full(2, np.nan)
 NOWHERE.flags.writeable = False
 
 

@@ -6,8 +6,8 @@ from functools import partial
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.model.likelihood import Component, ObservationLikelihood
 from pftrack.core.model.series import Interval, Series, SeriesValue
 from pftrack.core.model.source import Frame, Measurements, Target
@@ -105,7 +105,7 @@ def step(method: Method, state: TrajectoriesState, frame: Frame, parameters: P, 
 
 
 def _take(
-    method: Method, state: TrajectoriesState, observed: NDArray[np.float64], index: int, parameters: P, rng: Stream
+    method: Method, state: TrajectoriesState, observed: Floats, index: int, parameters: P, rng: Stream
 ) -> TrajectoriesState:
     before, selected = state.belief, parameters.selected_track % max(len(observed), 1)
     belief, (past, filtered, sds, densities) = method(before, observed, parameters, Draw.of(rng, len(observed)))
@@ -141,7 +141,7 @@ def _take(
     )
 
 
-def _begin_again(state: TrajectoriesState, again: NDArray[np.bool_]) -> TrajectoriesState:
+def _begin_again(state: TrajectoriesState, again: Bools) -> TrajectoriesState:
     """Forget the past of the tracks (K,) whose corners have given their places to others."""
     if not again.any():
         return state
@@ -152,7 +152,7 @@ def _begin_again(state: TrajectoriesState, again: NDArray[np.bool_]) -> Trajecto
     return replace(state, belief=without(state.belief, again), first=first, **rows)
 
 
-def _append(rows: NDArray[np.float64], row: NDArray[np.float64]) -> NDArray[np.float64]:
+def _append(rows: Floats, row: Floats) -> Floats:
     return np.concatenate([row[None], rows])
 
 
@@ -203,7 +203,7 @@ def _of_cloud(belief: Cloud, selected: int, reach: int) -> Mapping[str, SeriesVa
     return values
 
 
-def _interval(logs: NDArray[np.float64], shares: NDArray[np.float64]) -> Interval:
+def _interval(logs: Floats, shares: Floats) -> Interval:
     """Return between which standard deviations nine tenths of the posterior of a log variance lie."""
     order = np.argsort(logs, kind="stable")
     reached = np.cumsum(shares[order])
@@ -300,9 +300,7 @@ def _particles(state: TrajectoriesState, parameters: TrajectoriesTrackerParamete
     return ParticleSet.uniform(_drawn(state, 1, parameters, rng))
 
 
-def _drawn(
-    state: TrajectoriesState, age: int, parameters: TrajectoriesTrackerParameters, rng: Generator
-) -> NDArray[np.float64]:
+def _drawn(state: TrajectoriesState, age: int, parameters: TrajectoriesTrackerParameters, rng: Generator) -> Floats:
     """Return states (N, 4) of the selected track some frames ago, of a track that had not begun about where it is."""
     belief, track = state.belief, state.selected
     shape = parameters.sample_count, 2
@@ -318,11 +316,11 @@ def _drawn(
 
 def _propagate(
     state: TrajectoriesState,
-    states: NDArray[np.float64],
+    states: Floats,
     frame: Frame,
     parameters: TrajectoriesTrackerParameters,
     rng: Generator,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the second-order motion that all methods of trajectories take for true."""
     del state, frame
     now, before = states[:, :2], states[:, 2:]
@@ -331,8 +329,8 @@ def _propagate(
 
 
 def _log_likelihood(
-    state: TrajectoriesState, states: NDArray[np.float64], frame: Frame, parameters: TrajectoriesTrackerParameters
-) -> NDArray[np.float64]:
+    state: TrajectoriesState, states: Floats, frame: Frame, parameters: TrajectoriesTrackerParameters
+) -> Floats:
     """Return the Cauchy density of the selected track's measurement, 0 where it has none."""
     del frame
     measured = state.raw[0, state.selected]
@@ -365,7 +363,7 @@ def _measure(state: TrajectoriesState) -> Mapping[str, SeriesValue]:
     return {**measure(state), **own}
 
 
-def _centre(state: TrajectoriesState) -> NDArray[np.float64]:
+def _centre(state: TrajectoriesState) -> Floats:
     """Return the filtered place of the selected track, in this frame and the one before, (4,)."""
     now = state.filtered[0, state.selected]
     return np.concatenate([now, state.filtered[min(1, len(state.filtered) - 1), state.selected]])

@@ -12,6 +12,7 @@ from typing import Any, Literal, Self, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.model.parameters import parameter
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.trajectories.corners import Corners
@@ -107,13 +108,13 @@ class TrajectoriesState:
     """
 
     belief: Belief
-    raw: NDArray[np.float64]
-    filtered: NDArray[np.float64]
-    smoothed: NDArray[np.float64]
-    sds: NDArray[np.float64]
-    densities: NDArray[np.float64]
-    first: NDArray[np.float64]
-    born: NDArray[np.int64]
+    raw: Floats
+    filtered: Floats
+    smoothed: Floats
+    sds: Floats
+    densities: Floats
+    first: Floats
+    born: Ints
     selected: int
     reach: int
     outlier_px: float
@@ -128,17 +129,17 @@ class TrajectoriesState:
     repeatable: bool = True
 
     @property
-    def estimate(self) -> NDArray[np.float64]:
+    def estimate(self) -> Floats:
         """(2,) filtered position of the selected track."""
         return np.asarray(self.filtered[0, self.selected])
 
     @property
-    def sigma(self) -> NDArray[np.float64]:
+    def sigma(self) -> Floats:
         """(2,) standard deviations of the same."""
         return np.asarray(self.sds[self.selected])
 
     @property
-    def particles(self) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    def particles(self) -> tuple[Floats, Floats] | None:
         """Positions (n, 2) of the selected track's particles, px, and their weights (n,); None without particles."""
         if self.own is not None:
             return self.own.states[:, :2], self.own.weights
@@ -150,12 +151,12 @@ class TrajectoriesState:
         return float(self.densities.sum())
 
     @property
-    def outliers(self) -> NDArray[np.bool_]:
+    def outliers(self) -> Bools:
         """(W, K) which measurements are far from where the track is now thought to have been."""
         return _apart(self.raw, self.smoothed) > self.outlier_px
 
     @property
-    def history(self) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    def history(self) -> tuple[Floats, Bools]:
         """Measured, filtered and smoothed positions of all frames (T, K, 3, 2), px, and which are outliers (T, K)."""
         window = np.stack([self.raw, self.filtered, self.smoothed], axis=2)[::-1]
         rows = np.concatenate([*self.settled, window])
@@ -178,7 +179,7 @@ class TrajectoriesState:
         return {**arrays, "states": states, "weights": weights}
 
 
-def _apart(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
+def _apart(one: Floats, other: Floats) -> Floats:
     """Return the distances (...) of positions (..., 2); NaN where one is not known."""
     off = one - other
     return np.asarray(np.hypot(off[..., 0], off[..., 1]))
@@ -192,7 +193,7 @@ def _apart(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.f
 
 P: TypeAlias = TrajectoriesTrackerParameters
 
-Taken: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+Taken: TypeAlias = tuple[Floats, Floats, Floats, Floats]
 """Positions (A, K, 2) of this frame and those before it given all, the newest as it is filtered (K, 2), its standard
 deviations (K, 2), and log densities (K,)."""
 
@@ -208,8 +209,8 @@ class Draw:
         purpose: What they are for.
     """
 
-    numbers: NDArray[np.int64]
-    seeds: int | NDArray[np.int64]
+    numbers: Ints
+    seeds: int | Ints
     frame: int
     purpose: Purpose
 
@@ -219,22 +220,22 @@ class Draw:
         return cls(np.arange(count), rng.seed, rng.frame, rng.purpose)
 
 
-Method: TypeAlias = Callable[[Belief, NDArray[np.float64], P, Draw], tuple[Belief, Taken]]
+Method: TypeAlias = Callable[[Belief, Floats, P, Draw], tuple[Belief, Taken]]
 
 
-def without(belief: Belief, ended: NDArray[np.bool_]) -> Belief:
+def without(belief: Belief, ended: Bools) -> Belief:
     """Believe nothing any more of some tracks (K,): each begins again with its next measurement."""
     if not ended.any():
         return belief
     return cloud.without(belief, ended) if isinstance(belief, Cloud) else gaussian.without(belief, ended)
 
 
-def select(belief: Belief, tracks: NDArray[np.int64]) -> Belief:
+def select(belief: Belief, tracks: Ints) -> Belief:
     """Return the belief of some of the tracks, given by their numbers (M,), in that order; any may be there again."""
     return cloud.select(belief, tracks) if isinstance(belief, Cloud) else gaussian.select(belief, tracks)
 
 
-def gaussian_method(belief: Belief, observed: NDArray[np.float64], parameters: P, _draw: Draw) -> tuple[Belief, Taken]:
+def gaussian_method(belief: Belief, observed: Floats, parameters: P, _draw: Draw) -> tuple[Belief, Taken]:
     """Take a frame by the Kalman filter and smooth by its exact smoother."""
     if isinstance(belief, Cloud):
         means, covariances = belief.moments()
@@ -253,9 +254,7 @@ def gaussian_method(belief: Belief, observed: NDArray[np.float64], parameters: P
     return belief, (past, belief.means[0, :, :, 0], sds, densities)
 
 
-def cloud_method(
-    learned: bool, belief: Belief, observed: NDArray[np.float64], parameters: P, draw: Draw
-) -> tuple[Belief, Taken]:
+def cloud_method(learned: bool, belief: Belief, observed: Floats, parameters: P, draw: Draw) -> tuple[Belief, Taken]:
     """Take a frame by particles with Cauchy noise, whose scale and that of the motion are learned or not."""
     count = len(observed)
     if isinstance(belief, Gaussians):

@@ -9,8 +9,8 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, History
 from pftrack.core.model.tracker import LinearChain, LinearModel, NoiseScale
@@ -34,7 +34,7 @@ def ensemble(
     frames: Iterable[Frame],
     history: History[TrajectoriesTrackerParameters],
     seeds: Sequence[int],
-) -> Iterator[NDArray[np.float64]]:
+) -> Iterator[Floats]:
     """Yield the estimates (N, 2) of each frame after a state, px, with each of N seeds.
 
     Args:
@@ -87,7 +87,7 @@ def _chains(
 
 def _observe(
     state: TrajectoriesState, frames: Sequence[Frame], parameters: TrajectoriesTrackerParameters
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+) -> tuple[Floats, Bools]:
     """Return what was measured (T, K, 2), px, and in which frames a track was forgotten before it (T, K)."""
     corners = state.corners
     observed, broken = [state.raw[0]], [np.zeros(len(state.raw[0]), dtype=bool)]
@@ -99,14 +99,14 @@ def _observe(
     return np.stack(observed), np.stack(broken)
 
 
-def _begin(piece: NDArray[np.float64]) -> Iterator[NDArray[np.float64]]:
+def _begin(piece: Floats) -> Iterator[Floats]:
     """Yield either axis of a track's measurements (T, 2) from the first one on; nothing of one without any."""
     measured = np.flatnonzero(np.isfinite(piece).all(axis=1))
     if len(measured):
         yield from piece[measured[0] :].T
 
 
-def _chain(measured: NDArray[np.float64], parameters: TrajectoriesTrackerParameters) -> LinearChain:
+def _chain(measured: Floats, parameters: TrajectoriesTrackerParameters) -> LinearChain:
     return LinearChain.steady(
         np.full(2, measured[0]),
         float(parameters.start_spread_px) ** 2 * np.eye(2),

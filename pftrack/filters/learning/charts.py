@@ -24,9 +24,10 @@ import math
 from typing import Annotated, Literal, Self, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.numerics.compiled import compiled
 
 __all__ = ["Chart", "Reading", "advance", "advance_states", "body_velocity", "changes", "steps"]
@@ -122,7 +123,7 @@ class Chart(BaseModel):
             )
 
 
-def changes(states: ArrayLike, chart: Chart, reading: Reading) -> NDArray[np.float64]:
+def changes(states: ArrayLike, chart: Chart, reading: Reading) -> Floats:
     """Return how motion and shape change from frame to frame, (n, k).
 
     Args:
@@ -156,27 +157,27 @@ def changes(states: ArrayLike, chart: Chart, reading: Reading) -> NDArray[np.flo
     return np.hstack([accelerations, turn[kept - 1]])
 
 
-def steps(states: ArrayLike, chart: Chart) -> NDArray[np.float64]:
+def steps(states: ArrayLike, chart: Chart) -> Floats:
     """Return the first differences of recorded states (T, d), in the picture's frame, (n, d); see `changes`."""
     rows, known = _rows(states, chart)
     return _differences(rows, chart)[known[1:] & known[:-1]]
 
 
-def body_velocity(velocity: ArrayLike, heading: float) -> NDArray[np.float64]:
+def body_velocity(velocity: ArrayLike, heading: float) -> Floats:
     """Return a velocity (2,) or (3,) of the picture's frame in that of a body turned by `heading`, rad."""
-    turned: NDArray[np.float64] = _turn_by(np.array([velocity], np.float64), np.array([-heading]))[0]
+    turned: Floats = _turn_by(np.array([velocity], np.float64), np.array([-heading]))[0]
     return turned
 
 
 def advance_states(
-    states: NDArray[np.float64],
-    ancestors: NDArray[np.int64],
-    normals: NDArray[np.float64],
-    root: NDArray[np.float64],
-    mean: NDArray[np.float64],
+    states: Floats,
+    ancestors: Ints,
+    normals: Floats,
+    root: Floats,
+    mean: Floats,
     chart: Chart,
     reading: Reading,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the ancestors' states moved on by drawn changes; see `advance`, which this calls.
 
     Raises:
@@ -194,14 +195,14 @@ def advance_states(
 
 @compiled
 def advance(
-    states: NDArray[np.float64],
-    ancestors: NDArray[np.int64],
-    normals: NDArray[np.float64],
-    root: NDArray[np.float64],
-    mean: NDArray[np.float64],
+    states: Floats,
+    ancestors: Ints,
+    normals: Floats,
+    root: Floats,
+    mean: Floats,
     places: int,
     way: int,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the ancestors' states, moved on by drawn changes (eqs 16-18), (n, D); each coordinate lies together.
 
     A particle is the place (p), its velocity (p) in the frame of the reading, then heading, angles and numbers. With a
@@ -257,7 +258,7 @@ def _velocity(x: float, y: float, faster: float, aside: float, turn: float, way:
     return x + faster, y + aside
 
 
-def _rows(states: ArrayLike, chart: Chart) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+def _rows(states: ArrayLike, chart: Chart) -> tuple[Floats, Bools]:
     """Return the states, NaN where they are not known, and which rows are known."""
     rows = np.array(states, np.float64)
     if rows.ndim != 2 or rows.shape[1] != len(chart.names):
@@ -269,7 +270,7 @@ def _rows(states: ArrayLike, chart: Chart) -> tuple[NDArray[np.float64], NDArray
     return rows, known
 
 
-def _differences(rows: NDArray[np.float64], chart: Chart) -> NDArray[np.float64]:
+def _differences(rows: Floats, chart: Chart) -> Floats:
     """Return first differences (T - 1, d), those of angles within half a turn."""
     differences = np.diff(rows, axis=0)
     angles = slice(len(chart.place), len(chart.place) + chart.turning)
@@ -277,7 +278,7 @@ def _differences(rows: NDArray[np.float64], chart: Chart) -> NDArray[np.float64]
     return differences
 
 
-def _direction(velocities: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _direction(velocities: Floats) -> tuple[Floats, Floats]:
     """Return cosine and sine (n,) of the direction of velocities (n, p); that of the first axis for what stands."""
     x, y = velocities[:, 0], velocities[:, 1]
     speed = np.sqrt(x * x + y * y)
@@ -286,13 +287,13 @@ def _direction(velocities: NDArray[np.float64]) -> tuple[NDArray[np.float64], ND
     return np.where(moving, x / divisor, 1.0), np.where(moving, y / divisor, 0.0)
 
 
-def _turn_by(vectors: NDArray[np.float64], angles: NDArray[np.float64]) -> NDArray[np.float64]:
+def _turn_by(vectors: Floats, angles: Floats) -> Floats:
     # The C library's, as in compiled loops: NumPy's differ by processor.
     cosine, sine = (np.array([function(angle) for angle in angles]) for function in (math.cos, math.sin))
     return _turn(vectors, cosine, sine)
 
 
-def _turn(vectors: NDArray[np.float64], cosine: NDArray[np.float64], sine: NDArray[np.float64]) -> NDArray[np.float64]:
+def _turn(vectors: Floats, cosine: Floats, sine: Floats) -> Floats:
     """Return vectors (n, p) turned in the plane of their first two coordinates by angles of these (n,)."""
     x, y = vectors[:, 0], vectors[:, 1]
     turned = vectors.copy()

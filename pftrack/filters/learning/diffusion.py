@@ -17,9 +17,10 @@ from functools import cached_property, lru_cache
 from typing import Annotated, Any, Literal, Self, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.matrices import cholesky, eigenvalues, product
 from pftrack.filters.learning.charts import Chart, Reading, changes, steps
 
@@ -52,37 +53,37 @@ class Diffusion:
         covariance: C, (k, k).
     """
 
-    mean: NDArray[np.float64]
-    covariance: NDArray[np.float64]
+    mean: Floats
+    covariance: Floats
 
     @cached_property
-    def root(self) -> NDArray[np.float64]:
+    def root(self) -> Floats:
         """(k, k) lower triangular L of L L^T = C."""
         return cholesky(self.covariance)
 
     @cached_property
-    def sd(self) -> NDArray[np.float64]:
+    def sd(self) -> Floats:
         """(k,) standard deviations of the changes, one by one."""
         return np.sqrt(np.diagonal(self.covariance))
 
     @cached_property
-    def correlation(self) -> NDArray[np.float64]:
+    def correlation(self) -> Floats:
         """(k, k) correlations of the changes."""
         return self.covariance / np.multiply.outer(self.sd, self.sd)
 
     @cached_property
-    def _eigen(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _eigen(self) -> tuple[Floats, Floats]:
         values, vectors = eigenvalues(self.covariance)
         greatest = vectors[np.abs(vectors).argmax(axis=0), np.arange(len(values))]
         return np.maximum(values, 0.0), vectors * np.where(greatest < 0.0, -1.0, 1.0)
 
     @property
-    def eigenvalues(self) -> NDArray[np.float64]:
+    def eigenvalues(self) -> Floats:
         """(k,) variances along the modes, the greatest first."""
         return self._eigen[0]
 
     @property
-    def modes(self) -> NDArray[np.float64]:
+    def modes(self) -> Floats:
         """(k, k) eigenvectors of C as columns; the greatest entry of each is positive."""
         return self._eigen[1]
 
@@ -258,7 +259,7 @@ def _diffusion(learned: Learned, reading: Reading, scale: float, correlated: boo
     return Diffusion(np.array(spread.mean) if drifting else np.zeros(len(covariance)), covariance)
 
 
-def _moments(rows: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _moments(rows: Floats) -> tuple[Floats, Floats]:
     """Return mean (k,) and covariance (k, k) of rows (n, k), n > 1."""
     count = len(rows)
     mean = product(np.ones(count), rows) / count

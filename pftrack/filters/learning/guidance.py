@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.setup import Export, ExportError
 from pftrack.core.numerics.random import Generator
@@ -55,7 +56,7 @@ class Guidance:
         except LearnedError as error:
             raise ParameterError(self.parameter, text, f"a learned motion ({error})") from None
 
-    def states(self, rows: Sequence["Diagnostics"]) -> NDArray[np.float64]:
+    def states(self, rows: Sequence["Diagnostics"]) -> Floats:
         """Return the recorded states of a run (L, d), NaN where the target was lost or looked for.
 
         A person who learns from tracks looks them through first; where the truth is known, it does that.
@@ -75,7 +76,7 @@ class Guidance:
                 states[frame] = np.array(recorded) / self.scale
         return states
 
-    def saved_states(self, columns: Mapping[str, NDArray[Any]], name: str) -> NDArray[np.float64]:
+    def saved_states(self, columns: Mapping[str, NDArray[Any]], name: str) -> Floats:
         """Return the same of the columns of a saved run, given the name of its file.
 
         Raises:
@@ -85,13 +86,13 @@ class Guidance:
         wanted = len(self.chart.names)
         if recorded is None or recorded.dtype.kind != "f" or recorded.shape[1:] != (wanted,):
             raise LearnedError(f"{name} holds no states of {', '.join(self.chart.names)} to learn from; save it again")
-        states: NDArray[np.float64] = np.array(recorded, np.float64) / self.scale
+        states: Floats = np.array(recorded, np.float64) / self.scale
         for gone in (columns.get("lost"), columns.get("searching")):
             if gone is not None and gone.shape == states.shape[:1]:
                 states[gone == 1] = np.nan
         return states
 
-    def learn(self, tracks: Iterable[NDArray[np.float64]]) -> Learned:
+    def learn(self, tracks: Iterable[Floats]) -> Learned:
         """Return what the recorded states of one or several runs teach.
 
         Raises:
@@ -135,11 +136,11 @@ class GuidedDynamics:
     chart: Chart
     reading: Reading
 
-    def predict(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    def predict(self, states: Floats) -> Floats:
         """Return the states (N, D) as they are: the drawn turn decides which way the velocity moves them."""
         return states
 
-    def diffuse(self, rng: Generator, means: NDArray[np.float64], ancestors: NDArray[np.int64]) -> NDArray[np.float64]:
+    def diffuse(self, rng: Generator, means: Floats, ancestors: Ints) -> Floats:
         """Draw next states (n, D) of the ancestors (n,) chosen among the states (N, D)."""
         normals = rng.standard_normal((len(self.diffusion.mean), len(ancestors)))
         return advance_states(

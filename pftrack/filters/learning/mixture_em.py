@@ -21,8 +21,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials, logarithms
 from pftrack.core.numerics.matrices import contiguous_copy, total
@@ -58,8 +58,8 @@ class Mixture:
         eta: Weight of the last frame; 0 before the first.
     """
 
-    ratios: NDArray[np.float64]
-    responsibilities: NDArray[np.float64]
+    ratios: Floats
+    responsibilities: Floats
     eta: float
 
 
@@ -70,9 +70,9 @@ def begin(count: int, ratio: float = 0.5) -> Mixture:
 
 def adapt(
     mixture: Mixture,
-    survivors: NDArray[np.float64],
-    upper: tuple[NDArray[np.float64], NDArray[np.float64]],
-    lower: NDArray[np.float64],
+    survivors: Floats,
+    upper: tuple[Floats, Floats],
+    lower: Floats,
     noise_sd_px: float,
     settings: Settings,
 ) -> Mixture:
@@ -102,14 +102,14 @@ def adapt(
 
 @compiled
 def responsibilities(
-    survivors: NDArray[np.float64],
-    ratios: NDArray[np.float64],
-    upper_means: NDArray[np.float64],
-    upper_variances: NDArray[np.float64],
-    lower: NDArray[np.float64],
+    survivors: Floats,
+    ratios: Floats,
+    upper_means: Floats,
+    upper_variances: Floats,
+    lower: Floats,
     noise_sd_px: float,
     kernel: bool,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the mean responsibility (F,) of the upper prediction for each feature's survivors; see `adapt`."""
     count, _, size = survivors.shape
     shares = np.empty(count)
@@ -140,9 +140,7 @@ def responsibilities(
 
 
 @compiled
-def gaussian_log_density(
-    points: NDArray[np.float64], mean: NDArray[np.float64], covariance: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def gaussian_log_density(points: Floats, mean: Floats, covariance: Floats) -> Floats:
     """Return log N(x | mean, covariance), (N,), of points (2, N) in the plane."""
     first, both, second = covariance[0, 0], covariance[0, 1], covariance[1, 1]
     determinant = first * second - both * both
@@ -155,7 +153,7 @@ def gaussian_log_density(
 
 
 @compiled
-def kernel_log_density(points: NDArray[np.float64], centres: NDArray[np.float64], sd: float) -> NDArray[np.float64]:
+def kernel_log_density(points: Floats, centres: Floats, sd: float) -> Floats:
     """Return log (1/M) sum_j N(x | c_j, sd^2 I), (N,), of points (2, N), given centres (2, M)."""
     count, size = points.shape[1], centres.shape[1]
     tops, sums = np.empty(count), np.empty(count)
@@ -177,7 +175,7 @@ def kernel_log_density(points: NDArray[np.float64], centres: NDArray[np.float64]
 
 
 @compiled
-def _match(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _match(points: Floats) -> tuple[Floats, Floats]:
     """Return the mean (2,) and covariance (2, 2) of points (2, M)."""
     size = points.shape[1]
     mean, covariance = np.zeros(2), np.zeros((2, 2))

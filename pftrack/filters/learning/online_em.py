@@ -23,8 +23,8 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.tracker import LinearChain, NoiseKind
 from pftrack.core.numerics.elementary import exponential, logarithm
 from pftrack.core.numerics.matrices import product, solve_system
@@ -74,17 +74,17 @@ class Learner:
         centre_px: (2,) origin of the coordinates.
     """
 
-    theta: NDArray[np.float64]
+    theta: Floats
     positions: Gaussian
-    regressors: NDArray[np.float64]
-    products: NDArray[np.float64]
+    regressors: Floats
+    products: Floats
     weight: float
     triples: int
     frames: int
-    centre_px: NDArray[np.float64]
+    centre_px: Floats
 
 
-def begin(model: LinearDynamics, position_px: NDArray[np.float64], sigma_px: float, size: tuple[int, int]) -> Learner:
+def begin(model: LinearDynamics, position_px: Floats, sigma_px: float, size: tuple[int, int]) -> Learner:
     """Begin with a model and one known position.
 
     Args:
@@ -110,8 +110,8 @@ def begin(model: LinearDynamics, position_px: NDArray[np.float64], sigma_px: flo
 def learn(
     learner: Learner,
     initial: LinearDynamics,
-    estimate_px: NDArray[np.float64],
-    sigma_px: NDArray[np.float64],
+    estimate_px: Floats,
+    sigma_px: Floats,
     settings: Settings,
 ) -> Learner:
     """Take one frame's estimate in.
@@ -143,7 +143,7 @@ def learn(
     return counted
 
 
-def dynamics(learner: Learner, noise: NDArray[np.float64]) -> LinearDynamics:
+def dynamics(learner: Learner, noise: Floats) -> LinearDynamics:
     """Return the learned model on (x_t, x_{t-1}) in px, with the given process noise B, (2, k)."""
     newer, older = learner.theta[:, :2], learner.theta[:, 2:4]
     offset = SCALE_PX * learner.theta[:, 4] + product(np.eye(2) - newer - older, learner.centre_px)
@@ -158,7 +158,7 @@ def period_frames(model: LinearDynamics, axis: int = 0) -> float:
     return 2.0 * math.pi / math.acos(newer / (2.0 * math.sqrt(-older)))
 
 
-def stays_within(theta: NDArray[np.float64], radius: float) -> bool:
+def stays_within(theta: Floats, radius: float) -> bool:
     """Tell whether all roots of a model [A1 A0 d] (2, 5) lie within a circle around 0.
 
     They are those of det(z^2 - A1 z - A0), a polynomial of the fourth degree, and lie within the unit circle exactly if
@@ -181,9 +181,9 @@ def stays_within(theta: NDArray[np.float64], radius: float) -> bool:
 
 def _smooth(
     learner: Learner,
-    noise_px: NDArray[np.float64],
-    measurement: NDArray[np.float64],
-    variances: NDArray[np.float64],
+    noise_px: Floats,
+    measurement: Floats,
+    variances: Floats,
 ) -> Gaussian:
     """Return the posterior of the last six positions, the oldest of them smoothed by five later measurements."""
     theta = learner.theta
@@ -194,7 +194,7 @@ def _smooth(
     return posterior
 
 
-def _second_moments(positions: Gaussian) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _second_moments(positions: Gaussian) -> tuple[Floats, Floats]:
     """Return E[phi phi^T] (5, 5) and E[x2 phi^T] (2, 5) of the oldest triple."""
     triple = block(positions, LAG - 2, 2, 3)
     extended = np.append(triple.mean, 1.0)
@@ -203,16 +203,14 @@ def _second_moments(positions: Gaussian) -> tuple[NDArray[np.float64], NDArray[n
     return second[2:, 2:], second[:2, 2:]
 
 
-def _normalise(model: LinearDynamics, centre_px: NDArray[np.float64]) -> NDArray[np.float64]:
+def _normalise(model: LinearDynamics, centre_px: Floats) -> Floats:
     """Return [A1 A0 d] (2, 5) of a model in px, in the learner's coordinates."""
     newer, older = model.transition[:2, :2], model.transition[:2, 2:]
     drift = (model.offset[:2] - product(np.eye(2) - newer - older, centre_px)) / SCALE_PX
     return np.hstack([newer, older, drift[:, None]])
 
 
-def _solve(
-    regressors: NDArray[np.float64], products: NDArray[np.float64], anchor: NDArray[np.float64], ridge: float
-) -> NDArray[np.float64]:
+def _solve(regressors: Floats, products: Floats, anchor: Floats, ridge: float) -> Floats:
     """Return the model that fits the statistics, pulled towards the anchor (eqs. A.17-A.19 with a ridge)."""
     try:
         return solve_system(regressors + ridge * np.eye(5), (products + ridge * anchor).T).T
@@ -291,7 +289,7 @@ class _Ascent:
         self,
         chains: Sequence[LinearChain],
         kinds: tuple[NoiseKind, ...],
-        limits: NDArray[np.float64],
+        limits: Floats,
         most_steps: int,
         on_step: Callable[[int], object],
     ) -> None:
@@ -300,7 +298,7 @@ class _Ascent:
         self._chains, self._kinds, self._limits = chains, kinds, limits
         self._most_steps, self._on_step = most_steps, on_step
 
-    def climb(self, place: NDArray[np.float64]) -> tuple[NDArray[np.float64], bool]:
+    def climb(self, place: Floats) -> tuple[Floats, bool]:
         """Return the last place that was kept, and whether it has arrived."""
         evidence, first = self._step(place)
         self.kept.append(evidence)
@@ -319,7 +317,7 @@ class _Ascent:
             self.kept.append(evidence)
         return place, True
 
-    def _step(self, place: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+    def _step(self, place: Floats) -> tuple[float, Floats]:
         """Return the log evidence at a place, and where one EM step leads from it."""
         factors = dict(zip(self._kinds, exponential(place).tolist(), strict=True))
         scales = factors.get("process", 1.0), factors.get("observation", 1.0)
@@ -330,7 +328,7 @@ class _Ascent:
         means = [_mean(found, kind) for kind in self._kinds]
         return evidence, self._clip(place + logarithm(means))
 
-    def _clip(self, place: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _clip(self, place: Floats) -> Floats:
         return np.clip(place, self._limits[:, 0], self._limits[:, 1])
 
 
@@ -344,9 +342,7 @@ def _mean(found: Sequence[Disturbances], kind: NoiseKind) -> float:
     return sum(mean * number for mean, number in pairs) / count if count else 1.0
 
 
-def _extrapolate(
-    start: NDArray[np.float64], first: NDArray[np.float64], second: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _extrapolate(start: Floats, first: Floats, second: Floats) -> Floats:
     """Return where the steps from start to first and on to second lead in the end, if they go on like that."""
     stride = first - start
     bend = second - first - stride

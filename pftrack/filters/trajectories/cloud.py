@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.numerics.checks import check, check_count
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials, logarithms
@@ -53,12 +54,12 @@ class Cloud:
         known: (K,) how many ages are positions in frames; a track that has begun has one more, of the frame before.
     """
 
-    offsets: NDArray[np.int64]
+    offsets: Ints
     nodes: NDArray[np.float32]
     parents: NDArray[np.uint16]
     counts: NDArray[np.uint16]
     logs: NDArray[np.float32]
-    known: NDArray[np.int64]
+    known: Ints
 
     @property
     def nbytes(self) -> int:
@@ -66,13 +67,13 @@ class Cloud:
         arrays = self.offsets, self.nodes, self.parents, self.counts, self.logs, self.known
         return sum(array.nbytes for array in arrays)
 
-    def age(self, track: int, age: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def age(self, track: int, age: int) -> tuple[Floats, Floats]:
         """Return the positions (n, 2) of a track some frames ago, px, and the share (n,) of today's of each."""
         first, last = self.offsets[track, age : age + 2]
         counts = self.counts[first:last].astype(np.float64)
         return self.nodes[first:last].astype(np.float64), counts / max(counts.sum(), 1.0)
 
-    def laws(self, track: int) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    def laws(self, track: int) -> tuple[Floats, Floats] | None:
         """Return log sigma^2 and log tau^2 (n, 2) of a track and what share (n,) each has; None where it has none."""
         sizes = self.offsets[:, 1] - self.offsets[:, 0]
         if not len(self.logs) or not sizes[track]:
@@ -80,7 +81,7 @@ class Cloud:
         first = int(sizes[:track].sum())
         return self.logs[first : first + sizes[track]].astype(np.float64), self.age(track, 0)[1]
 
-    def moments(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def moments(self) -> tuple[Floats, Floats]:
         """Return means (K, 2, 2) and covariances (K, 3) as `gaussian` has them; NaN where a track has not begun.
 
         The covariance is the mean of those of the axes.
@@ -112,8 +113,8 @@ class Law:
         drift: Standard deviation of what is added to a learned logarithm in each frame.
     """
 
-    noise: NDArray[np.float64]
-    drive: NDArray[np.float64]
+    noise: Floats
+    drive: Floats
     heavy: bool = True
     learned: bool = False
     drift: float = 0.0
@@ -131,11 +132,11 @@ class Moments:
         sizes: (K,) effective numbers of particles.
     """
 
-    estimates: NDArray[np.float64]
-    sds: NDArray[np.float64]
-    past: NDArray[np.float64]
-    densities: NDArray[np.float64]
-    sizes: NDArray[np.float64]
+    estimates: Floats
+    sds: Floats
+    past: Floats
+    densities: Floats
+    sizes: Floats
 
 
 def nothing(count: int) -> Cloud:
@@ -150,7 +151,7 @@ def nothing(count: int) -> Cloud:
     )
 
 
-def without(belief: Cloud, gone: NDArray[np.bool_]) -> Cloud:
+def without(belief: Cloud, gone: Bools) -> Cloud:
     """Return the belief with some of the tracks (K,) as if they had not begun."""
     sizes = belief.offsets[:, 1] - belief.offsets[:, 0]
     logs = belief.logs[np.repeat(~gone, sizes)] if len(belief.logs) else belief.logs
@@ -159,7 +160,7 @@ def without(belief: Cloud, gone: NDArray[np.bool_]) -> Cloud:
     return replace(belief, offsets=offsets, logs=logs, known=np.where(gone, 0, belief.known))
 
 
-def select(belief: Cloud, tracks: NDArray[np.int64]) -> Cloud:
+def select(belief: Cloud, tracks: Ints) -> Cloud:
     """Return the belief of some of the tracks, given by their numbers (M,), in that order; any may be there again."""
     rows = belief.offsets[tracks]
     lengths = rows[:, -1] - rows[:, 0]
@@ -172,7 +173,7 @@ def select(belief: Cloud, tracks: NDArray[np.int64]) -> Cloud:
     return Cloud(offsets, belief.nodes[nodes], belief.parents[nodes], belief.counts[nodes], logs, belief.known[tracks])
 
 
-def _pieces(begins: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np.int64]:
+def _pieces(begins: Ints, lengths: Ints) -> Ints:
     """Return the numbers of consecutive places (sum of lengths,), given where each piece of them begins."""
     numbers = [np.arange(begin, begin + length) for begin, length in zip(begins, lengths, strict=True)]
     return np.concatenate([np.zeros(0, np.int64), *numbers])
@@ -180,15 +181,15 @@ def _pieces(begins: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np
 
 def step(
     before: Cloud,
-    observed: NDArray[np.float64],
+    observed: Floats,
     law: Law,
-    start: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]],
+    start: tuple[Floats, Floats, Ints],
     *,
     count: int,
     lag: int,
     by_mode: bool,
-    numbers: NDArray[np.int64],
-    stream: tuple[int | NDArray[np.int64], int, int],
+    numbers: Ints,
+    stream: tuple[int | Ints, int, int],
 ) -> tuple[Cloud, Moments]:
     """Predict all tracks by one frame and weigh them by their measurements.
 
@@ -252,12 +253,12 @@ def step(
 
 @compiled
 def _weigh(
-    here: NDArray[np.float64],
-    measured: NDArray[np.float64],
-    squares: NDArray[np.float64],
-    logs: NDArray[np.float64],
+    here: Floats,
+    measured: Floats,
+    squares: Floats,
+    logs: Floats,
     heavy: bool,
-) -> tuple[NDArray[np.float64], float]:
+) -> tuple[Floats, float]:
     """Return weights (n,) that sum to 1, and the log of the mean density.
 
     Args:
@@ -296,11 +297,11 @@ def _weigh(
 @compiled
 def _laws(
     before: NDArray[np.float32],
-    own: NDArray[np.int64],
-    given: NDArray[np.float64],
+    own: Ints,
+    given: Floats,
     drift: float,
     stream: tuple[int, int, int, int],
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return log sigma^2 and log tau^2 (2, n) of particles.
 
     Args:
@@ -328,9 +329,7 @@ def _laws(
 
 
 @compiled
-def _move(
-    at: NDArray[np.float64], earlier: NDArray[np.float64], deviations: NDArray[np.float64], normals: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _move(at: Floats, earlier: Floats, deviations: Floats, normals: Floats) -> Floats:
     """Return positions (2, n), px, given the last two (n, 2), tau (n,) or (1,) and (2 n,) numbers."""
     count, several = at.shape[0], deviations.shape[0] > 1
     here = np.empty((2, count))
@@ -342,7 +341,7 @@ def _move(
 
 
 @compiled
-def _moments(values: NDArray[np.float64], weights: NDArray[np.float64]) -> tuple[float, float]:
+def _moments(values: Floats, weights: Floats) -> tuple[float, float]:
     """Return mean and standard deviation of values (n,) with weights (n,) that sum to 1."""
     mean = inner_product(weights, values)
     squares = np.empty(values.shape[0])
@@ -353,40 +352,40 @@ def _moments(values: NDArray[np.float64], weights: NDArray[np.float64]) -> tuple
 
 @compiled
 def _step_particles(
-    offsets: NDArray[np.int64],
+    offsets: Ints,
     nodes: NDArray[np.float32],
     parents: NDArray[np.uint16],
     counts: NDArray[np.uint16],
     logs: NDArray[np.float32],
-    known: NDArray[np.int64],
-    observed: NDArray[np.float64],
-    noise: NDArray[np.float64],
-    drive: NDArray[np.float64],
+    known: Ints,
+    observed: Floats,
+    noise: Floats,
+    drive: Floats,
     heavy: bool,
     learned: bool,
     drift: float,
-    means: NDArray[np.float64],
-    covariances: NDArray[np.float64],
-    given_known: NDArray[np.int64],
+    means: Floats,
+    covariances: Floats,
+    given_known: Ints,
     count: int,
     ages: int,
     by_mode: bool,
-    numbers: NDArray[np.int64],
-    seeds: NDArray[np.int64],
+    numbers: Ints,
+    seeds: Ints,
     frame: int,
     purpose: int,
 ) -> tuple[
-    NDArray[np.int64],
+    Ints,
     NDArray[np.float32],
     NDArray[np.uint16],
     NDArray[np.uint16],
     NDArray[np.float32],
-    NDArray[np.int64],
-    NDArray[np.float64],
-    NDArray[np.float64],
-    NDArray[np.float64],
-    NDArray[np.float64],
-    NDArray[np.float64],
+    Ints,
+    Floats,
+    Floats,
+    Floats,
+    Floats,
+    Floats,
 ]:
     tracks, kept = offsets.shape[0], min(offsets.shape[1], ages)
     room = nodes.shape[0] + 2 * count * tracks

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import logarithms
@@ -29,9 +30,9 @@ class Gaussians:
         drives: (A, K) px^2, the tau^2 by which that frame was reached.
     """
 
-    means: NDArray[np.float64]
-    covariances: NDArray[np.float64]
-    drives: NDArray[np.float64]
+    means: Floats
+    covariances: Floats
+    drives: Floats
 
     @property
     def nbytes(self) -> int:
@@ -44,9 +45,7 @@ def nothing(count: int) -> Gaussians:
     return Gaussians(np.full((1, count, 2, 2), np.nan), np.full((1, count, 3), np.nan), np.zeros((1, count)))
 
 
-def begin(
-    means: NDArray[np.float64], covariances: NDArray[np.float64], observed: NDArray[np.float64], start_sd: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def begin(means: Floats, covariances: Floats, observed: Floats, start_sd: float) -> tuple[Floats, Floats]:
     """Return means (K, 2, 2) and covariances (K, 3) in which tracks that are measured for the first time have begun.
 
     Args:
@@ -65,13 +64,13 @@ def begin(
 
 def step(
     before: Gaussians,
-    observed: NDArray[np.float64],
-    noise: NDArray[np.float64],
-    drive: NDArray[np.float64],
+    observed: Floats,
+    noise: Floats,
+    drive: Floats,
     *,
     lag: int,
     start_sd: float = 1.0,
-) -> tuple[Gaussians, NDArray[np.float64]]:
+) -> tuple[Gaussians, Floats]:
     """Predict all tracks by one frame and update those that are measured.
 
     Args:
@@ -109,30 +108,30 @@ def step(
     )
 
 
-def smooth(belief: Gaussians) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def smooth(belief: Gaussians) -> tuple[Floats, Floats]:
     """Return positions (A, K, 2), px, and their variances (A, K), px^2, given everything up to the newest frame."""
     return _smooth(belief.means, belief.covariances, belief.drives)
 
 
-def without(belief: Gaussians, gone: NDArray[np.bool_]) -> Gaussians:
+def without(belief: Gaussians, gone: Bools) -> Gaussians:
     """Return the belief with some of the tracks (K,) as if they had not begun."""
     means = np.where(gone[:, None, None], np.nan, belief.means)
     return replace(belief, means=means, covariances=np.where(gone[:, None], np.nan, belief.covariances))
 
 
-def select(belief: Gaussians, tracks: NDArray[np.int64]) -> Gaussians:
+def select(belief: Gaussians, tracks: Ints) -> Gaussians:
     """Return the belief of some of the tracks, given by their numbers (M,), in that order; any may be there again."""
     return Gaussians(belief.means[:, tracks], belief.covariances[:, tracks], belief.drives[:, tracks])
 
 
 @compiled
 def _update(
-    means: NDArray[np.float64],
-    covariances: NDArray[np.float64],
-    observed: NDArray[np.float64],
-    noise: NDArray[np.float64],
-    drive: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    means: Floats,
+    covariances: Floats,
+    observed: Floats,
+    noise: Floats,
+    drive: Floats,
+) -> tuple[Floats, Floats, Floats]:
     count = means.shape[0]
     new_means, new_covariances = np.empty((count, 2, 2)), np.empty((count, 3))
     squares, spreads = np.zeros(count), np.ones(count)
@@ -168,9 +167,7 @@ def _update(
 
 
 @compiled
-def log_likelihoods(
-    track: NDArray[np.float64], noise: NDArray[np.float64], drive: NDArray[np.float64], start_sd: float
-) -> NDArray[np.float64]:
+def log_likelihoods(track: Floats, noise: Floats, drive: Floats, start_sd: float) -> Floats:
     """Return log p(Y; sigma^2, tau^2) of one track under many pairs, (n,).
 
     Args:
@@ -202,9 +199,7 @@ def log_likelihoods(
 
 
 @compiled
-def _smooth(
-    means: NDArray[np.float64], covariances: NDArray[np.float64], drives: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _smooth(means: Floats, covariances: Floats, drives: Floats) -> tuple[Floats, Floats]:
     ages, count = means.shape[0], means.shape[1]
     positions, variances = np.full((ages, count, 2), np.nan), np.full((ages, count), np.nan)
     for track in range(count):
@@ -268,7 +263,7 @@ def locate(nodes: NDArray[np.float32], counts: NDArray[np.uint16], by_mode: bool
 
 
 @compiled
-def _fullest(bins: NDArray[np.int64], counts: NDArray[np.uint16]) -> int:
+def _fullest(bins: Ints, counts: NDArray[np.uint16]) -> int:
     """Return the number of the first node that lies in the fullest bin, given each node's bin (n, 2)."""
     count, size = bins.shape[0], 16
     while size < 2 * count:
@@ -285,7 +280,7 @@ def _fullest(bins: NDArray[np.int64], counts: NDArray[np.uint16]) -> int:
     return int(np.argmax(held))
 
 
-def logs_mode(logs: NDArray[np.float64], weights: NDArray[np.float64]) -> float:
+def logs_mode(logs: Floats, weights: Floats) -> float:
     """Return the mode of logarithms (n,) with weights (n,): the mean in three bins of 0.25 around the fullest."""
     bins = np.floor(logs / LOG_BIN).astype(np.int64)
     bins -= bins.min()

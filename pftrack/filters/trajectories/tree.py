@@ -9,6 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.compiled import compiled
 from pftrack.filters.resampling import systematic_parents
 
@@ -18,9 +19,7 @@ Tree: TypeAlias = tuple[NDArray[np.float32], NDArray[np.uint16], NDArray[np.uint
 
 
 @compiled
-def sample_positions(
-    mean: NDArray[np.float64], covariance: NDArray[np.float64], normals: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def sample_positions(mean: Floats, covariance: Floats, normals: Floats) -> tuple[Floats, Floats]:
     """Return positions in a frame (n, 2) and in the one before (n, 2), px, drawn from a Gaussian.
 
     Args:
@@ -42,7 +41,7 @@ def sample_positions(
 
 
 @compiled
-def came_from(counts: NDArray[np.uint16], count: int) -> NDArray[np.int64]:
+def came_from(counts: NDArray[np.uint16], count: int) -> Ints:
     """Return from which node each of `count` particles comes (count,), given how many there are of each node (n,)."""
     standing = np.empty(counts.shape[0])
     total = 0
@@ -62,8 +61,8 @@ def came_from(counts: NDArray[np.uint16], count: int) -> NDArray[np.int64]:
 
 @compiled
 def positions_of(
-    own: NDArray[np.int64], row: NDArray[np.int64], nodes: NDArray[np.float32], parents: NDArray[np.uint16]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    own: Ints, row: Ints, nodes: NDArray[np.float32], parents: NDArray[np.uint16]
+) -> tuple[Floats, Floats]:
     """Return where particles were in the last frame (n, 2) and in the one before (n, 2), px.
 
     Args:
@@ -83,9 +82,7 @@ def positions_of(
 
 
 @compiled
-def sprout(
-    chosen: NDArray[np.int64], here: NDArray[np.float64], own: NDArray[np.int64], tree: Tree, cursor: int
-) -> int:
+def sprout(chosen: Ints, here: Floats, own: Ints, tree: Tree, cursor: int) -> int:
     """Add the newest age: the particles that were drawn, each once; return where the tree ends now.
 
     Args:
@@ -109,7 +106,7 @@ def sprout(
 
 
 @compiled
-def copy(chosen: NDArray[np.int64], values: NDArray[np.float64], target: NDArray[np.float32], cursor: int) -> int:
+def copy(chosen: Ints, values: Floats, target: NDArray[np.float32], cursor: int) -> int:
     """Write values (2, n) of the particles that were drawn, each once; return where they end."""
     last = np.int64(-1)
     for particle in chosen:
@@ -153,9 +150,9 @@ def _prune(nodes: NDArray[np.float32], parents: NDArray[np.uint16], tree: Tree, 
 def grow(
     nodes: NDArray[np.float32],
     parents: NDArray[np.uint16],
-    row: NDArray[np.int64],
+    row: Ints,
     tree: Tree,
-    new_row: NDArray[np.int64],
+    new_row: Ints,
 ) -> int:
     """Add all older ages of a track, as many as there is room for; return where the tree ends now.
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.random import Purpose
 from pftrack.filters.trajectories import cloud, gaussian
@@ -20,7 +20,7 @@ Method: TypeAlias = Literal["lg", "lng", "nlng", "mcf-gaussian"]
 """Linear Gaussian, linear with Cauchy noise, self-organising with Cauchy noise; and, to check the particles by the
 Kalman filter, particles with Gaussian noise."""
 
-GRID: NDArray[np.float64] = np.arange(1.0, 21.0)
+GRID: Floats = np.arange(1.0, 21.0)
 """The values of sigma^2 and of tau^2, px^2, that Ichimura and Ikoma look through."""
 
 
@@ -60,20 +60,20 @@ class Smoothed:
         last: What is believed after the last frame.
     """
 
-    filtered: NDArray[np.float64]
-    smoothed: NDArray[np.float64]
-    log_likelihoods: NDArray[np.float64]
+    filtered: Floats
+    smoothed: Floats
+    log_likelihoods: Floats
     last: cloud.Cloud | gaussian.Gaussians
 
 
 def follow(
     method: Method,
-    tracks: NDArray[np.float64],
+    tracks: Floats,
     settings: Settings,
     *,
-    noise: NDArray[np.float64] | None = None,
-    drive: NDArray[np.float64] | None = None,
-    numbers: NDArray[np.int64] | None = None,
+    noise: Floats | None = None,
+    drive: Floats | None = None,
+    numbers: Ints | None = None,
 ) -> Smoothed:
     """Filter and smooth tracks.
 
@@ -125,9 +125,7 @@ def follow(
     return Smoothed(filtered, smoothed, totals, belief)
 
 
-def beginnings(
-    belief: cloud.Cloud, observed: NDArray[np.float64], start_sd: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+def beginnings(belief: cloud.Cloud, observed: Floats, start_sd: float) -> tuple[Floats, Floats, Ints]:
     """Return how tracks begin that are measured for the first time, as `cloud.step` takes it."""
     count = len(observed)
     nobody = np.full((count, 2, 2), np.nan), np.full((count, 3), np.nan)
@@ -136,9 +134,7 @@ def beginnings(
     return means, covariances, np.zeros(count, np.int64)
 
 
-def likelihood_surface(
-    method: Method, track: NDArray[np.float64], settings: Settings, grid: NDArray[np.float64] = GRID
-) -> NDArray[np.float64]:
+def likelihood_surface(method: Method, track: Floats, settings: Settings, grid: Floats = GRID) -> Floats:
     """Return log p(Y; sigma^2, tau^2) of a track (T, 2) over a grid (n, n), sigma^2 along the first axis.
 
     All pairs meet the same random numbers, so that the surface is smooth.
@@ -153,7 +149,7 @@ def likelihood_surface(
     return found.reshape(len(grid), len(grid))
 
 
-def track_error(positions: NDArray[np.float64], truth: NDArray[np.float64]) -> NDArray[np.float64]:
+def track_error(positions: Floats, truth: Floats) -> Floats:
     """Return E = sqrt(sum_t |e_t|^2) / T of positions (T, ..., 2), px.
 
     Ichimura and Ikoma call their figures mean squared errors; only by this reading do they agree with each other.

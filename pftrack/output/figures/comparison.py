@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.output.figures.style import explain_below, new_figure, write_title
 
 if TYPE_CHECKING:
@@ -18,8 +18,8 @@ LINES = ("-", "--", "-.", ":")
 
 
 def draw_errors(
-    errors: Sequence[NDArray[np.float64]],
-    lost: Sequence[NDArray[np.bool_]],
+    errors: Sequence[Floats],
+    lost: Sequence[Bools],
     *,
     names: Sequence[str],
     colours: Sequence[str],

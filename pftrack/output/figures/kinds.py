@@ -12,8 +12,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgba
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.plot import Plot, PlotKind
 from pftrack.core.model.series import Hypotheses
 from pftrack.output.figures import panels
@@ -168,7 +168,7 @@ def _tree(axes: Axes, run: Run, plot: Plot) -> None:
     axes.set_yticks(range(1, most + 1))
 
 
-def _way_back(known: list[Hypotheses]) -> NDArray[np.float64]:
+def _way_back(known: list[Hypotheses]) -> Floats:
     """Return (n, 2) frame and row of the most probable hypothesis of the newest frame, and before it its parents."""
     way: list[tuple[int, int]] = []
     place = int(np.argmax(known[-1].weights)) if known[-1].weights else -1
@@ -181,24 +181,24 @@ def _way_back(known: list[Hypotheses]) -> NDArray[np.float64]:
     return np.array(way, float).reshape(-1, 2)
 
 
-def _fade(weights: NDArray[np.float64]) -> NDArray[np.float64]:
+def _fade(weights: Floats) -> Floats:
     """Return (n, 4) colours, the more opaque the greater the weight."""
     colours = np.tile(to_rgba(INK["estimate"]), (len(weights), 1))
     colours[:, 3] = FAINTEST + (1 - FAINTEST) * weights
     return colours
 
 
-def _rows(values: NDArray[np.float64], like: NDArray[np.float64]) -> NDArray[np.float64]:
+def _rows(values: Floats, like: Floats) -> Floats:
     """Return (rows, L) values of features, NaN where there are none."""
     return values.T if values.ndim > 1 else np.full(like.shape, np.nan)
 
 
-def _truth(axes: Axes, run: Run, values: NDArray[np.float64]) -> None:
+def _truth(axes: Axes, run: Run, values: Floats) -> None:
     if not np.isnan(values).all():
         axes.plot(panels.frames(run), values, **TRUTH)
 
 
-def _line(axes: Axes, run: Run, values: NDArray[np.float64], label: str = "", **look: Any) -> None:  # noqa: ANN401 - what matplotlib takes
+def _line(axes: Axes, run: Run, values: Floats, label: str = "", **look: Any) -> None:  # noqa: ANN401 - what matplotlib takes
     own: dict[str, Any] = {
         "color": INK["estimate"],
         "linewidth": LINE,

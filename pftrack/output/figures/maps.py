@@ -13,8 +13,8 @@ from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.patches import Patch, Rectangle
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.output.figures.panels import APART_IN, LINE_IN, axes_at, draw_key, length, ticks, write
 from pftrack.output.figures.style import HEADING_PT, INK, LETTERS_PT, TEXT_PT
 
@@ -53,7 +53,7 @@ class Block:
     """
 
     heading: str
-    maps: dict[str, NDArray[np.float64]]
+    maps: dict[str, Floats]
     colours: Colormap
     scale: Normalize
     key: tuple[Patch, ...] = ()
@@ -74,14 +74,12 @@ class Block:
         return LINE_IN * (1.5 + max(title.count("\n") for title in self.maps))
 
 
-def value_block(
-    heading: str, maps: dict[str, NDArray[np.float64]], colours: Colormap, ends: tuple[float, float]
-) -> Block:
+def value_block(heading: str, maps: dict[str, Floats], colours: Colormap, ends: tuple[float, float]) -> Block:
     """Return maps of values, whose scale stands at the right."""
     return Block(heading, maps, colours, Normalize(*ends))
 
 
-def code_block(heading: str, maps: dict[str, NDArray[np.float64]], colours: Sequence[tuple[str, str]]) -> Block:
+def code_block(heading: str, maps: dict[str, Floats], colours: Sequence[tuple[str, str]]) -> Block:
     """Return maps of whole numbers, each with a colour and a name, which stand below."""
     key = tuple(Patch(facecolor=colour, edgecolor=INK["outline"], label=name) for colour, name in colours)
     scale = BoundaryNorm(np.arange(-0.5, len(colours)), len(colours))
@@ -180,9 +178,7 @@ def _draw(figure: Figure, canvas: Axes, grid: _Grid, block: Block, top: float) -
     bar.outline.set_visible(False)
 
 
-def _map(
-    canvas: Axes, extent: tuple[float, float, float, float], values: NDArray[np.float64], block: Block
-) -> AxesImage:
+def _map(canvas: Axes, extent: tuple[float, float, float, float], values: Floats, block: Block) -> AxesImage:
     """Draw the cells of a map; what is not known is hatched."""
     left, right, bottom, top = extent
     box = (left, bottom), right - left, top - bottom

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.model import series
 from pftrack.core.model.parameters import Declaration
 from pftrack.core.model.series import Hypotheses, Series
@@ -196,9 +197,9 @@ def finish(panel: "Axes", across: str, up: str) -> None:
 def draw_curve(
     panel: "Axes",
     x: NDArray[Any],
-    y: NDArray[np.float64],
+    y: Floats,
     colour: str,
-    interval: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
+    interval: tuple[Floats, Floats] | None = None,
 ) -> None:
     """Draw a curve through points, with the interval around each if that is known."""
     if interval is not None:
@@ -206,7 +207,7 @@ def draw_curve(
     panel.plot(x, y, color=colour, marker="o", markersize=3, linewidth=1.5)
 
 
-def draw_boxes(panel: "Axes", ends: NDArray[np.float64], x: NDArray[np.float64], width: float, colour: str) -> None:
+def draw_boxes(panel: "Axes", ends: Floats, x: Floats, width: float, colour: str) -> None:
     """Draw a row of boxes, of which a handful of artists is drawn many times faster than one for every line.
 
     Args:
@@ -226,8 +227,8 @@ def draw_boxes(panel: "Axes", ends: NDArray[np.float64], x: NDArray[np.float64],
 def draw_differences(
     panel: "Axes",
     x: NDArray[np.floating[Any]],
-    differences: Sequence[NDArray[np.float64]],
-    is_filled: NDArray[np.bool_],
+    differences: Sequence[Floats],
+    is_filled: Bools,
     colour: str,
 ) -> None:
     """Draw differences with their intervals; filled where they count.
@@ -262,10 +263,10 @@ def foot_height(key: "Sequence[Line2D]", width: float) -> float:
 
 # The numbers that plots are drawn of: arrays over the frames of a run, NaN where a frame has none.
 
-Numbers = NDArray[np.float64]
+Numbers = Floats
 
 
-def frames(run: Run) -> NDArray[np.int64]:
+def frames(run: Run) -> Ints:
     """Return the (L,) indices of the frames that were computed."""
     return np.arange(run.computed + 1)
 
@@ -280,12 +281,12 @@ def sigmas(run: Run) -> Numbers:
     return np.array([max(row.sigma, default=np.nan) for row in run.diagnostics])
 
 
-def hidden_frames(run: Run) -> NDArray[np.bool_]:
+def hidden_frames(run: Run) -> Bools:
     """Return (L,) whether the target is known to be out of sight."""
     return np.array([row.hidden is True for row in run.diagnostics])
 
 
-def lost_frames(run: Run) -> NDArray[np.bool_]:
+def lost_frames(run: Run) -> Bools:
     """Return (L,) whether the target is lost."""
     return find_lost_frames(run).lost
 

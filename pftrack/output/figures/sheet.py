@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools
 from pftrack.core.model.plot import Plot, PlotKind
 from pftrack.core.model.series import SeriesRole
 from pftrack.core.model.setup import ExportError
@@ -108,12 +108,12 @@ def _panel(axes: Axes, run: Run, plot: Plot) -> Axes:
     return axes
 
 
-def _bands(run: Run, plot: Plot) -> dict[str, NDArray[np.bool_]]:
+def _bands(run: Run, plot: Plot) -> dict[str, Bools]:
     known = {"hidden": numbers.hidden_frames(run), "lost": numbers.lost_frames(run)}
     return {name: known[name] for name in SHADED.get(plot.kind, ()) if known[name].any()}
 
 
-def _shade(axes: Axes, name: str, where: NDArray[np.bool_]) -> Patch:
+def _shade(axes: Axes, name: str, where: Bools) -> Patch:
     """Shade the frames in which something holds, each as wide as it is; return what the key shows of it."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(int)))
     for begin, end in edges.reshape(-1, 2):

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change
@@ -61,9 +61,9 @@ SPLIT = 8
 class Course:
     """One run of the free ball: sigma, period and observation-sampled frames by cycle, and the final model."""
 
-    sigma: NDArray[np.float64]
-    period: NDArray[np.float64]
-    observed: NDArray[np.float64]
+    sigma: Floats
+    period: Floats
+    observed: Floats
     newer: float
     older: float
 

@@ -8,8 +8,8 @@ from time import process_time
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.source import History
 from pftrack.experiments import find
@@ -48,15 +48,15 @@ class Condition(NamedTuple):
 class TrainingClip:
     """What comes of a clip that is learned from: tracks and truths (fish, FRAMES, 4), and which fish were tracked."""
 
-    tracks: NDArray[np.float64]
-    truths: NDArray[np.float64]
-    tracked: NDArray[np.bool_]
+    tracks: Floats
+    truths: Floats
+    tracked: Bools
 
 
 class Outcome(NamedTuple):
     """Successes (fish, runs) of a condition on a clip, and processor time of a frame of the filter alone, ms."""
 
-    successes: NDArray[np.bool_]
+    successes: Bools
     frame_ms: float
 
 

@@ -20,8 +20,8 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.experiments.shared.pose.methods import Method
 from pftrack.output.figures.picture import save
 from pftrack.output.figures.style import (
@@ -89,12 +89,10 @@ GAIN_AT = {"pitch": 1.5, "yaw": 2.0}
 """Thresholds in degrees at which the reference's own face succeeds and the mean model does not."""
 
 
-def success_rates(
-    courses: Sequence[TrialResult], axis: int, thresholds_deg: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def success_rates(courses: Sequence[TrialResult], axis: int, thresholds_deg: Floats) -> Floats:
     """Return the share of trials whose mean absolute error on an axis is below each threshold, (n,)."""
     errors = np.array([course.errors_deg[axis] for course in courses])
-    rates: NDArray[np.float64] = (errors < thresholds_deg[:, None]).mean(axis=1)
+    rates: Floats = (errors < thresholds_deg[:, None]).mean(axis=1)
     return rates
 
 
@@ -114,7 +112,7 @@ def curves(by_model: dict[Model, list[TrialResult]]) -> list[Finding]:
     return findings
 
 
-def _distance_deg(courses: Sequence[TrialResult], axis: int, references: NDArray[np.float64]) -> float:
+def _distance_deg(courses: Sequence[TrialResult], axis: int, references: Floats) -> float:
     """Return by how little a curve has to be moved, to one side or the other, to meet the reference."""
     thresholds = np.array(THRESHOLDS_DEG)
     for moved in np.arange(0.0, FARTHEST_DEG, STEP_DEG):

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, History
 from pftrack.core.numerics.elementary import wrap
@@ -78,10 +78,10 @@ class TrialResult:
     """
 
     trial: Trial
-    errors_deg: NDArray[np.float64]
+    errors_deg: Floats
     feature_px: float
-    ratios: NDArray[np.float64]
-    turned: NDArray[np.bool_]
+    ratios: Floats
+    turned: Bools
 
     @property
     def error_deg(self) -> float:
@@ -130,9 +130,9 @@ class _Run:
         )
         start = Stream(trial.seed, 0, Purpose.START)
         self._state = head.start(trial.method, source.start, first, self._parameters, start)
-        self._errors: list[NDArray[np.float64]] = []
+        self._errors: list[Floats] = []
         self._distances_px: list[float] = []
-        self._ratios: list[NDArray[np.float64]] = []
+        self._ratios: list[Floats] = []
 
     def step(self, frame: Frame) -> None:
         """Take a picture and note how far off the tracker is."""
@@ -144,19 +144,19 @@ class _Run:
         apart = self._state.feature_means - _features_px(frame)
         self._distances_px.append(float(np.hypot(*apart.T).mean()))
 
-    def course(self, turned: NDArray[np.bool_]) -> TrialResult:
+    def course(self, turned: Bools) -> TrialResult:
         """Return what was measured."""
         errors = np.rad2deg(np.mean(self._errors, axis=0))
         return TrialResult(self._trial, errors, float(np.mean(self._distances_px)), np.array(self._ratios), turned)
 
 
-def _angles(frame: Frame) -> NDArray[np.float64]:
+def _angles(frame: Frame) -> Floats:
     if frame.target is None:
         raise RuntimeError("the simulated head knows its pose")
     return frame.target.position
 
 
-def _features_px(frame: Frame) -> NDArray[np.float64]:
+def _features_px(frame: Frame) -> Floats:
     if frame.target is None or frame.target.landmarks is None:
         raise RuntimeError("the simulated head knows its features")
     return frame.target.landmarks.points_px
@@ -204,7 +204,7 @@ def people(pool: Pool) -> list[Finding]:
     return [*findings, claim(result, astray, holds=astray > 0.5, source=SOURCE, known=FRAGILE)]
 
 
-def errors_of(drives: Sequence[Sequence[TrialResult]], method: Method, model: Model) -> NDArray[np.float64]:
+def errors_of(drives: Sequence[Sequence[TrialResult]], method: Method, model: Model) -> Floats:
     """Return each person's error, the mean of the trials, degrees."""
     return np.array(
         [

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.recipe import Change
@@ -68,7 +69,7 @@ class Clip:
 
     name: str
     pictures: NDArray[np.uint8]
-    gaze_deg: NDArray[np.float64]
+    gaze_deg: Floats
     frame_rate_hz = FRAME_RATE_HZ
     square = True
 
@@ -88,7 +89,7 @@ class Clip:
         return hashlib.sha256(self.pictures.tobytes()).hexdigest()
 
     @property
-    def times_s(self) -> NDArray[np.float64]:
+    def times_s(self) -> Floats:
         """When each picture is shown, s."""
         return np.arange(self.frame_count) / FRAME_RATE_HZ
 
@@ -117,7 +118,7 @@ class Outcome:
         tracked_share: Of the frames, those in which the face is not given up, and the pose right to 15 degrees.
     """
 
-    errors_deg: NDArray[np.float64]
+    errors_deg: Floats
     tracked_share: float
 
 

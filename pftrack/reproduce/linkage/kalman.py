@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.geometry.rotation import matrix, right_jacobian
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.parameters import Value
@@ -284,7 +285,7 @@ def _courses(pool: Pool, tracker: str, values: Mapping[str, Value], runs: int) -
     return pool.map(run_condition, [Condition(tracker, tuple(values.items()), seed) for seed in range(runs)])
 
 
-def _last_errors(pool: Pool, tracker: str, values: Mapping[str, Value], runs: int) -> NDArray[np.float64]:
+def _last_errors(pool: Pool, tracker: str, values: Mapping[str, Value], runs: int) -> Floats:
     """Return the errors (runs,) at the end, rad."""
     return np.array([one.errors[-LAST:].mean() for one in _courses(pool, tracker, values, runs)])
 
@@ -299,7 +300,7 @@ def _third_length(courses: Sequence[RunResult]) -> tuple[float, float, float, fl
     return first, last, error, worst
 
 
-def _small_turn(omega: NDArray[np.float64]) -> NDArray[np.float64]:
+def _small_turn(omega: Floats) -> Floats:
     """Return by differences what small turn du (3, 3) beside R(omega) a change of omega is: R(omega + dw) = R R(du)."""
     step, columns = 1e-6, []
     for axis in np.eye(3):
@@ -310,7 +311,7 @@ def _small_turn(omega: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.array(columns).T
 
 
-def _vibration(pose: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.float64]:
+def _vibration(pose: Floats, end: Floats) -> Floats:
     """Return 150 poses (150, 3), rad: 90 that vibrate by 0.02 rad, then a way to another, eased."""
     frames = np.arange(90)[:, None]
     still = pose + 0.02 * np.sin(0.7 * frames + np.array([0.0, 1.0, 2.0]))

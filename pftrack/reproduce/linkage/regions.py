@@ -11,8 +11,8 @@ from itertools import product
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Value
 from pftrack.experiments import find
 from pftrack.experiments.linkage.sets.plane import TRACE, VOLUME, cut, trace_ratio
@@ -243,7 +243,7 @@ def _courses(pool: Pool, worded: Sequence[Worded], seeds: int) -> list[list[RunR
     return [found[place : place + seeds] for place in range(0, len(found), seeds)]
 
 
-def _last(one: RunResult) -> NDArray[np.float64]:
+def _last(one: RunResult) -> Floats:
     """Return the final interval of each length, (3, 2) px."""
     return np.stack([one.low[-1], one.high[-1]], axis=1)
 
@@ -253,7 +253,7 @@ def _last(one: RunResult) -> NDArray[np.float64]:
 # Figures of the reference implementation.
 
 SET_ALGEBRA_SOURCE = "reference implementation, algebra"
-Array = NDArray[np.float64]
+Array = Floats
 Strip = tuple[Array, float, float]
 
 TOLERANCE = 1e-7

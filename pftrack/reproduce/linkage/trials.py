@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.parameters import Value, revise
 from pftrack.core.model.recipe import Change
 from pftrack.core.model.source import Frame, Measurements
@@ -43,16 +43,16 @@ class RunResult(NamedTuple):
         contained: (T,) whether regions hold the truth, 1 or 0; NaN of another belief.
     """
 
-    errors: NDArray[np.float64]
-    lengths: NDArray[np.float64]
-    deviations: NDArray[np.float64]
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
-    true_lengths: NDArray[np.float64]
-    hypotheses: NDArray[np.int64]
-    refuted: NDArray[np.int64]
-    splits: NDArray[np.int64]
-    contained: NDArray[np.float64]
+    errors: Floats
+    lengths: Floats
+    deviations: Floats
+    low: Floats
+    high: Floats
+    true_lengths: Floats
+    hypotheses: Ints
+    refuted: Ints
+    splits: Ints
+    contained: Floats
 
 
 def run_condition(condition: Condition) -> RunResult:
@@ -65,9 +65,7 @@ def run_condition(condition: Condition) -> RunResult:
     return _result([step.state for step in steps], targets)
 
 
-def run_swing(
-    condition: Condition, theta: NDArray[np.float64], r: NDArray[np.float64], start: NDArray[np.float64]
-) -> RunResult:
+def run_swing(condition: Condition, theta: Floats, r: Floats, start: Floats) -> RunResult:
     """Run a tracker on a motion that the scene has not.
 
     Args:
@@ -116,14 +114,14 @@ def _contains_truth(state: LinkageState, target: LinkageTarget) -> float:
     return held if isinstance(held, float) else np.nan
 
 
-def _position(target: LinkageTarget) -> NDArray[np.float64]:
+def _position(target: LinkageTarget) -> Floats:
     """Return what trackers estimate, as the experiment tells it: angles in degrees."""
     if target.omega is None or target.t is None:
         return np.concatenate([np.rad2deg(target.theta), target.r])
     return np.concatenate([np.rad2deg(target.omega), target.t, np.rad2deg(target.theta), target.r])
 
 
-def _noise(seed: int, index: int) -> NDArray[np.float64]:
+def _noise(seed: int, index: int) -> Floats:
     stream = Stream(seed, index, Purpose.SCENE)
     numbers = np.asarray(stream.standard_normal(3))
     while (np.abs(numbers) > BOUND_SDS).any():

@@ -14,8 +14,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.output.figures.picture import save
 from pftrack.output.figures.style import (
@@ -82,7 +82,7 @@ def draw(
     return {**figures, f"figure-{NUMBERS[body]['errors']}-{body}-errors": _errors(errors)}
 
 
-def _shape(title: str, found: NDArray[np.float64], truth: NDArray[np.float64]) -> "Figure":
+def _shape(title: str, found: Floats, truth: Floats) -> "Figure":
     """Draw a reconstructed shape over the true one from two sides."""
     figure, panels = new_figure(3.4, columns=2)
     for panel, (side, across, down) in zip(panels, SIDES, strict=True):
@@ -413,5 +413,5 @@ def _last(outcomes: Sequence[OnlineResult]) -> float:
     return _mean([float(one.steps[-1]) for one in outcomes])
 
 
-def _mean(values: Sequence[float] | NDArray[np.float64]) -> float:
+def _mean(values: Sequence[float] | Floats) -> float:
     return float(np.mean(values))

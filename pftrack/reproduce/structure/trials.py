@@ -5,8 +5,8 @@ from functools import lru_cache
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.geometry.rotation import angles, rotation
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import History
@@ -45,13 +45,13 @@ class SimulatedTracks:
     """
 
     tracks: Tracks
-    shape_mm: NDArray[np.float64]
+    shape_mm: Floats
     names: tuple[str, ...]
     focal_px: float
-    theta_rad: NDArray[np.float64]
-    translation_mm: NDArray[np.float64]
-    true_px: NDArray[np.float64]
-    visible: NDArray[np.bool_]
+    theta_rad: Floats
+    translation_mm: Floats
+    true_px: Floats
+    visible: Bools
 
 
 # Tracks of a driver's face: eleven features over 360 frames, with noise by how they look.
@@ -93,7 +93,7 @@ def _video(driver: int, frames: int) -> SimulatedTracks:
     sizes = template_sizes(FEATURES, EYE_DISTANCE_PX)
     templates: template.Templates | None = None
     targets: list[HeadTarget] = []
-    correlations: list[NDArray[np.float64]] = []
+    correlations: list[Floats] = []
     for index in range(0, EVERY * frames, EVERY):
         frame = source.frame(index, history)
         target = frame.target
@@ -127,7 +127,7 @@ def _video(driver: int, frames: int) -> SimulatedTracks:
 # measured all the same, with noise of 50 px (Bando 2007, ch. 4 section 5.3, with the readings of
 # docs/methods/heads.md).
 
-POINTS_MM: NDArray[np.float64] = np.concatenate([VERTICES_MM, VERTICES_MM[np.array(FACES)].mean(axis=1)])
+POINTS_MM: Floats = np.concatenate([VERTICES_MM, VERTICES_MM[np.array(FACES)].mean(axis=1)])
 """(14, 3) corners, then the centres of front, rear, left, right, top and bottom."""
 POINTS_MM.flags.writeable = False
 
@@ -135,7 +135,7 @@ CENTRES = slice(len(VERTICES_MM), None)
 POINT_NAMES = (*NAMES, "front", "rear", "left", "right", "top", "bottom")
 
 FOCAL_PX = 400.0
-TURN_DEG: NDArray[np.float64] = np.array([2.0, 1.0, 0.0])
+TURN_DEG: Floats = np.array([2.0, 1.0, 0.0])
 """A frame, about the horizontal axis, the vertical axis and the line of sight."""
 
 TOUCHING = np.array([[vertex in corners for corners in FACES] for vertex in range(len(VERTICES_MM))])
@@ -161,7 +161,7 @@ def prism_tracks(
 
 
 @lru_cache(maxsize=4)
-def _motion(frames: int, distance_mm: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+def _motion(frames: int, distance_mm: float) -> tuple[Floats, Floats, Bools]:
     """Return theta (T, 3), true positions (T, 14, 2) and which points are seen (T, 14)."""
     theta = np.deg2rad(np.arange(frames)[:, None] * TURN_DEG)
     translation = np.array([0.0, 0.0, distance_mm])
@@ -210,9 +210,9 @@ class TrialResult:
 
     svd: float
     batch: float
-    shapes: dict[str, NDArray[np.float64]]
-    energies: NDArray[np.float64]
-    recursive: NDArray[np.float64]
+    shapes: dict[str, Floats]
+    energies: Floats
+    recursive: Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,10 +226,10 @@ class OnlineResult:
         shape_mm: (n, 3) that shape, aligned.
     """
 
-    steps: NDArray[np.float64]
+    steps: Floats
     published: float
-    residuals_mm: NDArray[np.float64]
-    shape_mm: NDArray[np.float64]
+    residuals_mm: Floats
+    shape_mm: Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -246,8 +246,8 @@ class GrowthResult:
 
     mean_mm: float
     own_mm: float
-    pose_deg: NDArray[np.float64]
-    weight: NDArray[np.float64]
+    pose_deg: Floats
+    weight: Floats
 
 
 def tracks_of(trial: Trial) -> SimulatedTracks:
@@ -298,7 +298,7 @@ def grow(trial: Trial) -> GrowthResult:
     body, mean = tracks_of(trial), mean_model().points_mm
     covariance = np.tile(PRIOR_SD_MM**2 * np.eye(3), (len(mean), 1, 1))
     state = growing.begin(mean, covariance, growing.Settings(body.focal_px))
-    cameras: list[NDArray[np.float64]] = []
+    cameras: list[Floats] = []
     errors, weights = [], []
     for index, theta in enumerate(body.theta_rad):
         positions, variances = body.tracks.positions[index], body.tracks.variances[index]
@@ -321,5 +321,5 @@ def grow(trial: Trial) -> GrowthResult:
     )
 
 
-def _distance(shape: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
+def _distance(shape: Floats, truth: Floats) -> float:
     return float(np.sqrt(np.square(residuals(shape, truth, "similarity")).mean()))

@@ -13,6 +13,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.source import Belief, FrameIndex, FrameSequence
 from pftrack.sources.beliefs.archive import ARRAYS, COLUMNS, VERSION, Entry, Stored, entries_of, read_array, shape_of
@@ -156,7 +157,7 @@ class Content:
             return self._file.read(entry.size)
 
     @property
-    def times_s(self) -> NDArray[np.float64] | None:
+    def times_s(self) -> Floats | None:
         """Times of all frames, as they were given."""
         if "times.npy" not in self.entries:
             return None
@@ -223,7 +224,7 @@ class Content:
         )
 
 
-def _doubles(array: NDArray[Any] | None) -> NDArray[np.float64] | None:
+def _doubles(array: NDArray[Any] | None) -> Floats | None:
     return None if array is None else array.astype(np.float64)
 
 
@@ -374,7 +375,7 @@ class Chunk:
 LEAST_OVERLAP = 0.5
 
 
-def overlap(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+def overlap(one: Floats, other: Floats) -> float:
     """Return the intersection over the union of two boxes (x, y, w, h)."""
     low, high = np.maximum(one[:2], other[:2]), np.minimum(one[:2] + one[2:], other[:2] + other[2:])
     shared = float(np.maximum(high - low, 0.0).prod())

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import ParameterError, Parameters, parameter
 from pftrack.core.model.source import Belief, Beliefs, Frame, History, Plane, Target
 from pftrack.core.numerics.random import Purpose, Stream
@@ -87,7 +88,7 @@ class RecordedBeliefs:
         truth has a box, which says better how near is near enough, and where none moves.
         """
         frames = np.unique(np.linspace(0, (self.frame_count or 1) - 1, SPREAD_FRAMES).astype(np.int64)).tolist()
-        paths: dict[int, list[NDArray[np.float64]]] = {}
+        paths: dict[int, list[Floats]] = {}
         for target, found in (each for frame in frames for each in self._true_targets(self._number(frame))):
             if found.extent is not None:
                 return 0.0
@@ -148,7 +149,7 @@ class RecordedBeliefs:
 
 def target_of(truth: Belief, components: tuple[int, ...]) -> Target | None:
     """Return the target that a truth means, with a position of these components; None if that is not known."""
-    place: NDArray[np.float64] | None = None
+    place: Floats | None = None
     if truth.mean is not None and max(components) < len(truth.mean):
         place = truth.mean[list(components)]
     if (place is None or not np.isfinite(place).all()) and truth.centre is not None and components == (0, 1):
@@ -271,7 +272,7 @@ class ExampleSource:
         return target_of(_truth(index, self._selected), self._components)
 
 
-def _state(index: int, target: int) -> NDArray[np.float64]:
+def _state(index: int, target: int) -> Floats:
     """Return the true place and velocity of a disc, px and px a frame."""
     pace = 3.2 if target == 1 else -3.2
     x = SIZE_PX[0] / 2 + pace * (index - MEETING)
@@ -285,7 +286,7 @@ def _truth(index: int, target: int) -> Belief:
     return Belief(target, mean=state, box=_box(state))
 
 
-def _box(state: NDArray[np.float64]) -> NDArray[np.float64]:
+def _box(state: Floats) -> Floats:
     return np.array([*(state[:2] - (BOX_PX - 1.0) / 2.0), BOX_PX, BOX_PX])
 
 

@@ -24,6 +24,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.elementary import logarithm
 from pftrack.core.version import __version__
 from pftrack.sources.beliefs.archive import VERSION, header_of
@@ -377,7 +378,7 @@ def _digest(clip: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def _times_of(source: Sources) -> NDArray[np.float64] | None:
+def _times_of(source: Sources) -> Floats | None:
     if source is None:
         return None
     times = np.array(source, "<f8")

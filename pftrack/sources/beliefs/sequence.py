@@ -17,6 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.source import Belief, FrameIndex, FrameSequence, Plane
 from pftrack.sources.beliefs.content import Content, find_clip, open_clip
 from pftrack.sources.limits import Limits, SourceError, check_pixels
@@ -196,7 +197,7 @@ class BeliefSequence:
         width, height = np.clip(np.ceil(1.02 * reach), LEAST_PAPER_PX, LARGEST_PAPER_PX).astype(int).tolist()
         return width, height
 
-    def _extent(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _extent(self) -> tuple[Floats, Floats]:
         """Return the least and the greatest value of each component, believed or true, of some of the frames."""
         low, high = np.full((2, self.content.dimension), np.nan)
         for known in self._some_of_it():

@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters
 from pftrack.core.model.source import Frame, History, Measurements, Target
 from pftrack.sources.recording import check_start
@@ -27,10 +27,10 @@ class BodyTarget(Target):
     """
 
     shape: Shape = field(default_factory=lambda: Shape(()))
-    principal_px: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
+    principal_px: Floats = field(default_factory=lambda: np.zeros(2))
     focal_px: float = 1000.0
-    turn: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
-    translation: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    turn: Floats = field(default_factory=lambda: np.eye(3))
+    translation: Floats = field(default_factory=lambda: np.zeros(3))
 
 
 FAR = 10.0

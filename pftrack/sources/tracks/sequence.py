@@ -11,6 +11,7 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.source import FrameIndex
 from pftrack.sources.limits import Limits, SourceError
 from pftrack.sources.recording import paint_disc
@@ -63,16 +64,16 @@ class TrackSequence:
         self.names: Sequence[str] = table.names
         self.size, scale, origin = _frame(table.positions, table.variances)
         self.scale, self.origin, self.first_frame = scale, origin, table.first
-        self.positions: NDArray[np.float64] = scale * (table.positions - origin)
+        self.positions: Floats = scale * (table.positions - origin)
         variances = scale * scale * table.variances
-        self.variances: NDArray[np.float64] = np.maximum(variances, LEAST_VARIANCE_PX2)
+        self.variances: Floats = np.maximum(variances, LEAST_VARIANCE_PX2)
         scaled = [] if scale == 1.0 else [_scaling(self.size, scale, origin)]
         if (variances < LEAST_VARIANCE_PX2).any():
             scaled.append(f"Variances below {LEAST_VARIANCE_PX2:g} px² of the picture were raised to that.")
         for array in (self.positions, self.variances):
             array.flags.writeable = False
         self.frame_rate_hz, self.frame_count = FRAME_RATE_HZ, len(self.positions)
-        self.times_s: NDArray[np.float64] = np.arange(self.frame_count) / FRAME_RATE_HZ
+        self.times_s: Floats = np.arange(self.frame_count) / FRAME_RATE_HZ
         self.index = FrameIndex(
             kind="tracks",
             sha256=sha256,
@@ -98,7 +99,7 @@ class TrackSequence:
         """Let go of nothing: the file was read whole."""
 
 
-def _scaling(size: tuple[int, int], scale: float, origin: NDArray[np.float64]) -> str:
+def _scaling(size: tuple[int, int], scale: float, origin: Floats) -> str:
     """Return what a person has to know to find a position of the file in the picture."""
     across, down = (0.0 - origin).tolist()
     return (
@@ -107,9 +108,7 @@ def _scaling(size: tuple[int, int], scale: float, origin: NDArray[np.float64]) -
     )
 
 
-def _frame(
-    positions: NDArray[np.float64], variances: NDArray[np.float64]
-) -> tuple[tuple[int, int], float, NDArray[np.float64]]:
+def _frame(positions: Floats, variances: Floats) -> tuple[tuple[int, int], float, Floats]:
     """Return width and height of a picture of the tracks, px, and their scale and origin in it."""
     sd = np.sqrt(variances.max(axis=2))
     known = np.isfinite(sd) & np.isfinite(positions).all(axis=2)

@@ -23,6 +23,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.files import csv_text
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.sources.formats import TRACKS_COLUMNS
@@ -67,8 +68,8 @@ class TrackTable:
     """
 
     names: tuple[str, ...]
-    positions: NDArray[np.float64]
-    variances: NDArray[np.float64]
+    positions: Floats
+    variances: Floats
     first: int
     warnings: tuple[str, ...]
 
@@ -277,7 +278,7 @@ def _number(line: int, text: str, delimiter: str) -> float:
         raise SourceError(f"line {line} of the table: expected a number, got {bare[:20]!r}") from None
 
 
-def write(names: Sequence[str], positions: NDArray[np.float64], variances: NDArray[np.float64]) -> str:
+def write(names: Sequence[str], positions: Floats, variances: Floats) -> str:
     """Return the table, in the long form, of positions (T, n, 2) px and variances (T, n, 2) px^2."""
     lines: list[tuple[str, ...]] = [TRACKS_COLUMNS]
     for frame in range(len(positions)):
@@ -314,9 +315,9 @@ class Shape:
     """
 
     names: tuple[str, ...]
-    edges: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), np.int64))
+    edges: Ints = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     triangles: NDArray[np.int32] = field(default_factory=lambda: np.zeros((0, 3), np.int32))
-    mean: NDArray[np.float64] | None = None
+    mean: Floats | None = None
     prior_sd: float = PRIOR_SD
 
 
@@ -333,9 +334,9 @@ class Body:
     """
 
     shape: Shape
-    points: NDArray[np.float64]
-    normals: NDArray[np.float64]
-    offsets: NDArray[np.float64]
+    points: Floats
+    normals: Floats
+    offsets: Floats
     graded: bool = False
 
 
@@ -352,12 +353,12 @@ def named_shape(points: Sequence[str]) -> Shape:
     return Shape(tuple(points), _links(points), mean=normalise(mean))
 
 
-def _links(points: Sequence[str]) -> NDArray[np.int64]:
+def _links(points: Sequence[str]) -> Ints:
     both = [(points.index(one), points.index(other)) for one, other in LINKS if {one, other} <= set(points)]
     return np.array(both, np.int64).reshape(-1, 2)
 
 
-def normalise(points: NDArray[np.float64]) -> NDArray[np.float64]:
+def normalise(points: Floats) -> Floats:
     """Return points (n, 3) about their centre, their root mean square distance from it 1; all zero if they are one."""
     centred = points - points.mean(axis=0)
     size = float(np.sqrt(np.square(centred).sum() / len(centred)))
@@ -401,7 +402,7 @@ def _prism() -> Body:
     return Body(Shape(names, np.array(edges), triangles), normalise(points), normals, offsets)
 
 
-def _outwards(triangles: NDArray[np.int32], points: NDArray[np.float64]) -> NDArray[np.int32]:
+def _outwards(triangles: NDArray[np.int32], points: Floats) -> NDArray[np.int32]:
     """Return triangles of a convex body, clockwise as they are seen from outside with y downwards and z away."""
     one, two, three = points[triangles].transpose(1, 0, 2)
     away = (np.cross(two - one, three - one) * (one - points.mean(axis=0))).sum(axis=1)

@@ -11,8 +11,8 @@ from typing import Literal
 
 import numpy as np
 from matplotlib.colors import Colormap
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.palette import VERDICTS, hexadecimal
 from pftrack.core.model.parameters import Value
 from pftrack.output.figures.panels import ticks
@@ -51,7 +51,7 @@ def amounts(quantity: Quantity) -> Colormap:
     return viridis(is_reversed=quantity.better != "higher")
 
 
-def scale_of(quantity: Quantity, means: Iterable[NDArray[np.float64]]) -> tuple[float, float]:
+def scale_of(quantity: Quantity, means: Iterable[Floats]) -> tuple[float, float]:
     """Return what the two ends of a colour scale stand for: a scale has 0 on it, and all of 0..1 for a share.
 
     Args:

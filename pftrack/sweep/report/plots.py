@@ -11,8 +11,8 @@ from typing import Literal
 
 import numpy as np
 from matplotlib.colors import Colormap, Normalize, to_hex
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.statistics import holm
 from pftrack.output.figures.style import diverging
 from pftrack.sweep.cells import COMMON, CellMap, Code, Correction, Quantity
@@ -82,7 +82,7 @@ def _map(frame: Frame, title: str, fills: list[str], figures: Figures) -> str:
     )
 
 
-def _fills(values: NDArray[np.float64], colours: Colormap, ends: tuple[float, float]) -> list[str]:
+def _fills(values: Floats, colours: Colormap, ends: tuple[float, float]) -> list[str]:
     found = colours(Normalize(*ends)(np.ma.masked_invalid(values.ravel())))
     return [to_hex(colour) if known else "" for colour, known in zip(found, np.isfinite(values.ravel()), strict=True)]
 
@@ -101,11 +101,11 @@ def _of_cells(study: Study, quantity: Quantity, cells: CellMap) -> Figures:
     }
 
 
-def _texts(values: NDArray[np.float64] | NDArray[np.int64], form: str) -> list[str]:
+def _texts(values: Floats | Ints, form: str) -> list[str]:
     return [format(value, form) if np.isfinite(value) else "" for value in values.ravel().tolist()]
 
 
-def _numbers(values: NDArray[np.float64], sign: Literal["", "+"] = "") -> list[str]:
+def _numbers(values: Floats, sign: Literal["", "+"] = "") -> list[str]:
     return [number(value, sign) for value in values.ravel().tolist()]
 
 
@@ -113,7 +113,7 @@ def _intervals(low: list[str], high: list[str]) -> list[str]:
     return [f"{one} to {other}" if one else "" for one, other in zip(low, high, strict=True)]
 
 
-def _p_values(p_values: NDArray[np.float64]) -> list[str]:
+def _p_values(p_values: Floats) -> list[str]:
     return [text or "not applicable" for text in _texts(p_values, ".2g")]
 
 

@@ -7,14 +7,15 @@ The seeds are fixed: whoever has passed once passes again.
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
+
+from pftrack.core.arrays import Floats
 
 RISK = 1e-6
 """Probability that a right solution fails a check by chance."""
 
 
-def bernstein_margin(variances: NDArray[np.float64], risk: float) -> NDArray[np.float64]:
+def bernstein_margin(variances: Floats, risk: float) -> Floats:
     """Return how far sums of independent 0-or-1 numbers may be off their expectations (Bernstein's inequality).
 
     It holds for every variance and every number of draws, not only for many. With v the sum of the variances, the
@@ -25,11 +26,11 @@ def bernstein_margin(variances: NDArray[np.float64], risk: float) -> NDArray[np.
         risk: Probability that one of the N sums is further off.
     """
     exponent = math.log(2.0 * len(variances) / risk)
-    margin: NDArray[np.float64] = exponent / 3.0 + np.sqrt((exponent / 3.0) ** 2 + 2.0 * exponent * variances)
+    margin: Floats = exponent / 3.0 + np.sqrt((exponent / 3.0) ** 2 + 2.0 * exponent * variances)
     return margin
 
 
-def student_margin(values: NDArray[np.float64], risk: float) -> float:
+def student_margin(values: Floats, risk: float) -> float:
     """Return how far the mean of independent, about normal numbers may be off its expectation, by Student's t."""
     count = len(values)
     quantile = float(stats.t.ppf(1.0 - risk / 2.0, count - 1))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.core.model.parameters import Value, flat, revise
 from pftrack.core.model.setup import Setup
@@ -260,9 +261,7 @@ def moments_on_grid(submission: Submission, seed: int, *, noise: str) -> tuple[f
     return mean, float(np.sqrt(density @ (newest - mean) ** 2))
 
 
-def _grid(
-    joint: NDArray[np.float64], newest: NDArray[np.float64], before: NDArray[np.float64], sd: float
-) -> NDArray[np.float64]:
+def _grid(joint: Floats, newest: Floats, before: Floats, sd: float) -> Floats:
     """Return the values (CELLS,) of a frame, around what is predicted from the joint density of the two before."""
     moved = 2.0 * newest[:, None] - before[None, :]
     mean = float(np.sum(joint * moved))

@@ -8,8 +8,10 @@ import math
 from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, WithJsonSchema
+
+from pftrack.core.arrays import Floats
 
 DIGITS = 6
 """Significant digits that travel to a browser: a screen has no use for more."""
@@ -19,11 +21,11 @@ MOST_PLACES = 20
 """Places behind the point, so that powers of ten are exact."""
 
 
-def _numbers(values: ArrayLike) -> NDArray[np.float64]:
+def _numbers(values: ArrayLike) -> Floats:
     return np.asarray(values, dtype=np.float64)
 
 
-def _to_json(values: NDArray[np.float64]) -> list[Any]:
+def _to_json(values: Floats) -> list[Any]:
     """Return numbers as JSON has them, rounded; what is not finite is a gap."""
     finite = np.isfinite(values)
     sizes = np.abs(np.where(finite & (values != 0.0), values, 1.0))
@@ -35,7 +37,7 @@ def _to_json(values: NDArray[np.float64]) -> list[Any]:
     return listed
 
 
-def _shade(values: NDArray[np.float64]) -> list[Any]:
+def _shade(values: Floats) -> list[Any]:
     """Return amounts as JSON has them, to some thousandths of the largest: no colour shows more."""
     most = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
     unit = 10.0 ** (math.floor(math.log10(most)) - SHADE_DIGITS) if most > 0.0 else 1.0
@@ -45,7 +47,7 @@ def _shade(values: NDArray[np.float64]) -> list[Any]:
 _ITEM: dict[str, Any] = {"type": ["number", "null"]}
 
 Numbers: TypeAlias = Annotated[
-    NDArray[np.float64],
+    Floats,
     BeforeValidator(_numbers),
     PlainSerializer(_to_json),
     WithJsonSchema({"type": "array", "items": _ITEM}),
@@ -53,7 +55,7 @@ Numbers: TypeAlias = Annotated[
 """An array (n,); NaN is a gap."""
 
 Table: TypeAlias = Annotated[
-    NDArray[np.float64],
+    Floats,
     BeforeValidator(_numbers),
     PlainSerializer(_to_json),
     WithJsonSchema({"type": "array", "items": {"type": "array", "items": _ITEM}}),
@@ -61,7 +63,7 @@ Table: TypeAlias = Annotated[
 """An array (rows, columns)."""
 
 Shades: TypeAlias = Annotated[
-    NDArray[np.float64],
+    Floats,
     BeforeValidator(_numbers),
     PlainSerializer(_shade),
     WithJsonSchema({"type": "array", "items": {"type": "array", "items": _ITEM}}),

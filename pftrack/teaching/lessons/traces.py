@@ -7,8 +7,8 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.palette import COLOURS, hexadecimal
 from pftrack.output.figures.picture import encode_as
 from pftrack.output.figures.style import HEADING_PT, INK, TEXT_PT, bare
@@ -205,13 +205,13 @@ def _colour(trace: Any) -> str:  # noqa: ANN401 - any trace has an ink
     return hexadecimal(COLOURS[trace.ink])
 
 
-def _fade(trace: Any, strengths: NDArray[np.float64]) -> NDArray[np.float64]:  # noqa: ANN401 - see above
+def _fade(trace: Any, strengths: Floats) -> Floats:  # noqa: ANN401 - see above
     """Return (n, 4) RGBA of 0..1: the trace's ink, each as opaque as it is strong."""
     colour = np.array(COLOURS[trace.ink]) / 255.0
     return np.column_stack([np.broadcast_to(colour, (len(strengths), 3)), strengths])
 
 
-def _ends(middles: NDArray[np.float64]) -> tuple[float, float]:
+def _ends(middles: Floats) -> tuple[float, float]:
     """Return where a row of cells begins and ends, given their middles."""
     half = 0.5 * (middles[1] - middles[0]) if len(middles) > 1 else 0.5
     return float(middles[0] - half), float(middles[-1] + half)

@@ -26,6 +26,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.model.parameters import Parameters, parameter
 
 Detector: TypeAlias = Literal["eigenvalue", "orientation"]
@@ -60,9 +61,7 @@ class DetectorParameters(Parameters):
     # fmt: on
 
 
-def find_corners(
-    grey: NDArray[np.uint8], parameters: DetectorParameters, among: NDArray[np.bool_] | None = None
-) -> NDArray[np.float64]:
+def find_corners(grey: NDArray[np.uint8], parameters: DetectorParameters, among: Bools | None = None) -> Floats:
     """Return corners (n, 2), (column, row) in px, the strongest first.
 
     Args:
@@ -86,7 +85,7 @@ def find_corners(
     return _apart(places, grey.shape, parameters.corner_distance_px, parameters.corner_count)
 
 
-def strength(grey: NDArray[np.uint8], detector: Detector, window_px: int) -> NDArray[np.float64]:
+def strength(grey: NDArray[np.uint8], detector: Detector, window_px: int) -> Floats:
     """Return how much of a corner each pixel is, (height, width), not negative.
 
     Args:
@@ -115,7 +114,7 @@ def strength(grey: NDArray[np.uint8], detector: Detector, window_px: int) -> NDA
     return values
 
 
-def _apart(places: NDArray[np.int64], shape: tuple[int, ...], distance_px: float, most: int) -> NDArray[np.float64]:
+def _apart(places: Ints, shape: tuple[int, ...], distance_px: float, most: int) -> Floats:
     """Return those places, at most so many, that are as far from all that were taken before them."""
     reach = math.ceil(distance_px)
     steps = np.square(np.arange(-reach, reach + 1))

@@ -17,6 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.vision.geometry.face import FEATURES, FaceModel, Similarity, fit_similarity, mean_model, place
 
 # Viola and Jones' boosted cascades: boxes around faces and eyes (Bando 2007, ch. 4 section 4; OpenCV's stock files).
@@ -153,11 +154,11 @@ DISTANCE_COST = 0.3
 """How much less an answer at the rim of the region counts than one at its middle."""
 
 Map = NDArray[np.float32]
-Grid = NDArray[np.float64]
-Point = NDArray[np.float64]
+Grid = Floats
+Point = Floats
 
 
-def refine_points(grey: NDArray[np.uint8], points: NDArray[np.float64], model: FaceModel) -> NDArray[np.float64]:
+def refine_points(grey: NDArray[np.uint8], points: Floats, model: FaceModel) -> Floats:
     """Return points (11, 2) that have moved to what they are the places of, px.
 
     Args:
@@ -185,7 +186,7 @@ def refine_points(grey: NDArray[np.uint8], points: NDArray[np.float64], model: F
     return to_picture(np.array([local[name] for name in FEATURES]))
 
 
-def _upright(grey: NDArray[np.uint8], points: NDArray[np.float64], model: FaceModel) -> tuple[Map, Similarity]:
+def _upright(grey: NDArray[np.uint8], points: Floats, model: FaceModel) -> tuple[Map, Similarity]:
     """Return the face at PX_PER_MM in the model's frame, and the map from mm to the picture's px."""
     to_picture = fit_similarity(model.points_mm[:, :2], points)
     step = to_picture.scale * to_picture.rotation / PX_PER_MM
@@ -286,7 +287,7 @@ def _grid(reach_mm: float) -> tuple[Grid, Grid]:
     return x, y
 
 
-def _kernel(dark: NDArray[np.bool_], bright: NDArray[np.bool_]) -> Map:
+def _kernel(dark: Bools, bright: Bools) -> Map:
     """Return the mean over a bright region less the mean over a dark one, as a kernel."""
     around = bright & ~dark
     return np.asarray(around / around.sum() - dark / dark.sum(), np.float32)
@@ -332,7 +333,7 @@ class DetectedFace:
         warnings: What a person should look at, one sentence each.
     """
 
-    points_px: NDArray[np.float64]
+    points_px: Floats
     box: Box
     eyes_seen: int
     warnings: tuple[str, ...] = ()
@@ -423,7 +424,7 @@ def in_box(grey: NDArray[np.uint8], box: Box) -> DetectedFace:
     return replace(face, points_px=face.points_px + np.array([left, top]), box=(fx + left, fy + top, fw, fh))
 
 
-def by_proportion(box: Box) -> NDArray[np.float64]:
+def by_proportion(box: Box) -> Floats:
     """Return where a mean face that fills a box has its features, (11, 2) px.
 
     Args:

@@ -17,6 +17,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.compiled import compiled, read_only
 
 Cost: TypeAlias = Literal["difference", "correlation"]
@@ -41,16 +42,16 @@ class Matches:
         seconds: (K,) the least cost at least 3 px away; infinite if there is none.
     """
 
-    places: NDArray[np.int64]
-    offsets: NDArray[np.float64]
-    costs: NDArray[np.float64]
-    seconds: NDArray[np.float64]
+    places: Ints
+    offsets: Floats
+    costs: Floats
+    seconds: Floats
 
 
 def match(
     grey: NDArray[np.uint8],
     templates: NDArray[np.uint8],
-    around: NDArray[np.int64],
+    around: Ints,
     reach_px: int,
     cost: Cost = "difference",
 ) -> Matches:
@@ -83,14 +84,14 @@ def match(
 
 def cost_map(
     grey: NDArray[np.uint8], template: NDArray[np.uint8], place: tuple[int, int], reach_px: int, cost: Cost
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the cost (2 reach + 1, 2 reach + 1) of each place about one; infinite where the template sticks out."""
     x, y = place
     picture, piece = read_only(np.ascontiguousarray(grey)), read_only(np.ascontiguousarray(template))
     return _costs(picture, piece, x, y, reach_px, cost == "correlation")
 
 
-def cut(grey: NDArray[np.uint8], places: NDArray[np.int64], size_px: int) -> NDArray[np.uint8]:
+def cut(grey: NDArray[np.uint8], places: Ints, size_px: int) -> NDArray[np.uint8]:
     """Return pieces (K, size, size) of a picture about pixels (K, 2); beyond its edge the edge goes on."""
     steps = np.arange(size_px) - size_px // 2
     rows = np.clip(places[:, 1, None] + steps, 0, grey.shape[0] - 1)
@@ -103,10 +104,10 @@ def cut(grey: NDArray[np.uint8], places: NDArray[np.int64], size_px: int) -> NDA
 def _match(
     grey: NDArray[np.uint8],
     templates: NDArray[np.uint8],
-    around: NDArray[np.int64],
+    around: Ints,
     reach: int,
     correlation: bool,
-) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Ints, Floats, Floats, Floats]:
     count = templates.shape[0]
     places, offsets = around.copy(), np.zeros((count, 2))
     least, seconds = np.full(count, np.inf), np.full(count, np.inf)
@@ -124,7 +125,7 @@ def _match(
 
 
 @compiled
-def _two_least(costs: NDArray[np.float64]) -> tuple[int, int, float, float]:
+def _two_least(costs: Floats) -> tuple[int, int, float, float]:
     """Return row and column of the least cost, nearest to the middle, that cost, and the least one elsewhere."""
     side = costs.shape[0]
     middle = side // 2
@@ -159,7 +160,7 @@ def _costs(
     y: int,
     reach: int,
     correlation: bool,
-) -> NDArray[np.float64]:
+) -> Floats:
     height, width = grey.shape
     size, side = template.shape[0], 2 * reach + 1
     top, left = y - reach - size // 2, x - reach - size // 2
@@ -184,7 +185,7 @@ def _differences(
     window: NDArray[np.uint8],
     template: NDArray[np.uint8],
     top: int,
-    costs: NDArray[np.float64],
+    costs: Floats,
     first: int,
     last: int,
 ) -> None:
@@ -208,7 +209,7 @@ def _dissimilarities(
     window: NDArray[np.uint8],
     template: NDArray[np.uint8],
     top: int,
-    costs: NDArray[np.float64],
+    costs: Floats,
     first: int,
     last: int,
 ) -> None:

@@ -20,6 +20,7 @@ from functools import cache, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.geometry.rotation import nearest_rotation
 from pftrack.core.numerics.elementary import exponential, power
 from pftrack.core.numerics.matrices import product, solve_system
@@ -79,7 +80,7 @@ class FaceModel:
         names: (F,) of the points; the eleven features if not given.
     """
 
-    points_mm: NDArray[np.float64]
+    points_mm: Floats
     names: tuple[str, ...] = FEATURES
 
     def __post_init__(self) -> None:
@@ -102,9 +103,9 @@ class FaceModel:
     def __hash__(self) -> int:
         return hash((self.names, self.points_mm.tobytes()))
 
-    def __getitem__(self, feature: str) -> NDArray[np.float64]:
+    def __getitem__(self, feature: str) -> Floats:
         """Return the point (3,) of a feature by name, mm."""
-        point: NDArray[np.float64] = self.points_mm[self.names.index(feature)]
+        point: Floats = self.points_mm[self.names.index(feature)]
         return point
 
 
@@ -119,17 +120,17 @@ class Similarity:
     """
 
     scale: float
-    rotation: NDArray[np.float64]
-    translation: NDArray[np.float64]
+    rotation: Floats
+    translation: Floats
 
-    def __call__(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    def __call__(self, points: Floats) -> Floats:
         """Map points (n, d)."""
-        mapped: NDArray[np.float64] = product(self.scale * points, self.rotation.T) + self.translation
+        mapped: Floats = product(self.scale * points, self.rotation.T) + self.translation
         return mapped
 
-    def inverse(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    def inverse(self, points: Floats) -> Floats:
         """Return what is mapped to points (n, d)."""
-        mapped: NDArray[np.float64] = product((points - self.translation) / self.scale, self.rotation)
+        mapped: Floats = product((points - self.translation) / self.scale, self.rotation)
         return mapped
 
 
@@ -151,7 +152,7 @@ def mean_model(people: int = PEOPLE, seed: int = PEOPLE_SEED) -> FaceModel:
 
 
 @cache
-def spread_mm2() -> NDArray[np.float64]:
+def spread_mm2() -> Floats:
     """Return how people vary about their mean, the covariance (3 F, 3 F) of all coordinates, read-only.
 
     By the same statistics as `person`: both sides share one draw, mirrored, each point has some asymmetry of its own,
@@ -185,7 +186,7 @@ def average(models: list[FaceModel]) -> FaceModel:
     return FaceModel(mean, models[0].names)
 
 
-def fit_similarity(source: NDArray[np.float64], target: NDArray[np.float64]) -> Similarity:
+def fit_similarity(source: Floats, target: Floats) -> Similarity:
     """Return the similarity that maps points onto others with the least sum of squared distances.
 
     Umeyama 1991, by `nearest_rotation` of the cross-covariance, which is never a mirror image. Two points in the plane
@@ -214,7 +215,7 @@ def fit_similarity(source: NDArray[np.float64], target: NDArray[np.float64]) -> 
     return Similarity(scale, rotation, aim - scale * product(rotation, middle))
 
 
-def place(model: FaceModel, found: Mapping[str, tuple[float, float]]) -> NDArray[np.float64]:
+def place(model: FaceModel, found: Mapping[str, tuple[float, float]]) -> Floats:
     """Return where all points (F, 2) of a frontal face lie in the picture, px, given some of them.
 
     The model's x and y are mapped by the similarity that fits the given points best; the two eye centres suffice.
@@ -244,7 +245,7 @@ def _draw(rng: np.random.Generator) -> FaceModel:
 
 
 @cache
-def _statistics() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _statistics() -> tuple[Floats, Floats]:
     """Return mean and standard deviation (11, 3) of all points, mm; those on the right mirror those on the left."""
     mean, spread = np.empty((2, len(FEATURES), 3))
     for index, name in enumerate(FEATURES):
@@ -292,9 +293,9 @@ class HeadMesh:
         normals: (n, 3) unit vectors that point outwards.
     """
 
-    vertices_mm: NDArray[np.float64]
+    vertices_mm: Floats
     triangles: NDArray[np.int32]
-    normals: NDArray[np.float64]
+    normals: Floats
 
 
 class HeadSurface:
@@ -314,37 +315,37 @@ class HeadSurface:
         kernel = self._kernel(self._centres[:, 0], self._centres[:, 1])
         self._weights = solve_system(kernel + RIDGE * np.eye(len(wanted)), wanted)
 
-    def depth(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+    def depth(self, x: Floats, y: Floats) -> Floats:
         """Return z in mm at (x, y) in mm, arrays of equal shape."""
         return egg_depth(x, y) + self.correction(x, y)
 
-    def correction(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+    def correction(self, x: Floats, y: Floats) -> Floats:
         """Return what nose and correction add to the egg's depth, mm."""
         kernel = self._kernel(x, y)
         corrected = product(kernel.reshape(-1, len(self._weights)), self._weights).reshape(np.shape(x))
-        added: NDArray[np.float64] = self._nose_depth(x, y) + corrected
+        added: Floats = self._nose_depth(x, y) + corrected
         return added
 
-    def _kernel(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _kernel(self, x: Floats, y: Floats) -> Floats:
         away = (x[..., None] - self._centres[:, 0]) ** 2 + (y[..., None] - self._centres[:, 1]) ** 2
         return exponential(-away / (2.0 * CORRECTION_SD_MM**2))
 
-    def _nose_depth(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _nose_depth(self, x: Floats, y: Floats) -> Floats:
         """Return the nose alone: a ridge that rises and widens down to the tip, and ends below it."""
         _, tip_y, tip_z = self._nose
         along = np.maximum(0.0, (y + 4.0) / (tip_y + 4.0))
         width = 6.0 + 5.0 * np.minimum(along, 1.2)
         below = exponential(-((np.maximum(y - tip_y, 0.0) / 6.0) ** 2) / 2.0)
         ridge = power(np.minimum(along, 1.0), 1.4) * below * exponential(-((x / width) ** 2) / 2.0)
-        depth: NDArray[np.float64] = 0.85 * tip_z * ridge
+        depth: Floats = 0.85 * tip_z * ridge
         return depth
 
 
-def egg_depth(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+def egg_depth(x: Floats, y: Floats) -> Floats:
     """Return the depth of the egg's front at (x, y), mm; beyond its outline, that of its widest section."""
     off = power(np.abs(y - MIDDLE_Y_MM) / HALF_HEIGHT_MM, FLATNESS)
     inside = np.maximum(0.0, 1.0 - (x / HALF_WIDTH_MM) ** 2 - off)
-    depth: NDArray[np.float64] = HALF_DEPTH_MM - HALF_DEPTH_MM * np.sqrt(inside)
+    depth: Floats = HALF_DEPTH_MM - HALF_DEPTH_MM * np.sqrt(inside)
     return depth
 
 
@@ -381,7 +382,7 @@ def grid_triangles(columns: int, rows: int) -> NDArray[np.int32]:
     return triangles
 
 
-def vertex_normals(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> NDArray[np.float64]:
+def vertex_normals(vertices: Floats, triangles: NDArray[np.int32]) -> Floats:
     """Return unit normals (n, 3): those of the adjoining triangles, averaged by area."""
     a, b, c = (vertices[triangles[:, corner]] for corner in range(3))
     # x right, y down, z away: the cross product of a triangle that runs clockwise to the eye points away from it.
@@ -391,7 +392,7 @@ def vertex_normals(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) 
         for corner in range(3):
             normals[:, axis] += np.bincount(triangles[:, corner], across[:, axis], len(vertices))
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    unit: NDArray[np.float64] = normals / np.maximum(lengths, 1e-12)
+    unit: Floats = normals / np.maximum(lengths, 1e-12)
     return unit
 
 
@@ -406,7 +407,7 @@ def vertex_normals(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) 
 # as it is seen, which is theta_z only while the head looks into the camera.
 
 
-def gaze(theta_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+def gaze(theta_rad: Floats) -> Floats:
     """Return yaw, pitch and roll (3,), rad, of the angles (theta_x, theta_y, theta_z), rad.
 
     Pitch is within a quarter of a turn, yaw and roll within half a turn.
@@ -418,7 +419,7 @@ def gaze(theta_rad: NDArray[np.float64]) -> NDArray[np.float64]:
     )
 
 
-def theta_of(gaze_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+def theta_of(gaze_rad: Floats) -> Floats:
     """Return (theta_x, theta_y, theta_z), rad, of yaw, pitch and roll, rad; the inverse of `gaze`.
 
     Yaw and pitch must be within a quarter of a turn: the eye line of a head that looks away runs the other way.

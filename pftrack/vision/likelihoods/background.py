@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.vision.likelihoods.counting import BINS, Space, bin_table, count_window
 
@@ -42,8 +43,8 @@ class Background(NamedTuple):
         contrast: How much of the likeness a lack of one costs; 0 if contrast does not count.
     """
 
-    weights: NDArray[np.float64]
-    chances: NDArray[np.int64]
+    weights: Floats
+    chances: Ints
     inside: float
     around: float
     contrast: float
@@ -55,10 +56,10 @@ NO_BACKGROUND = Background(np.ones(BINS), np.zeros(BINS, np.int64), 0.0, 0.0, 0.
 
 def background_of(
     image_rgb: NDArray[np.uint8],
-    position: NDArray[np.float64],
+    position: Floats,
     reach_px: tuple[int, int],
     space: Space,
-    target: NDArray[np.float64],
+    target: Floats,
     *,
     weigh: bool,
     contrast: float,
@@ -75,7 +76,7 @@ def background_of(
         contrast: How much of the likeness a lack of contrast is to cost.
     """
 
-    def count(sides: float) -> NDArray[np.int64]:
+    def count(sides: float) -> Ints:
         """Count the pixels of each bin in a window of so many sides of the target's."""
         across, down = (int(np.floor(sides * reach + 0.5)) for reach in reach_px)
         column, row = float(position[0]), float(position[1])
@@ -94,9 +95,7 @@ def background_of(
 
 
 @compiled
-def lacking_contrast(
-    bins: NDArray[np.uint8], windows: NDArray[np.int64], frames: NDArray[np.int64], background: Background
-) -> NDArray[np.float64]:
+def lacking_contrast(bins: NDArray[np.uint8], windows: Ints, frames: Ints, background: Background) -> Floats:
     """Return how much contrast windows lack, (N,): 0 for as much as in the first picture, or more.
 
     Args:
@@ -115,7 +114,7 @@ def lacking_contrast(
 
 
 @compiled
-def _mean_chances(sums: NDArray[np.int64], window: NDArray[np.int64], frame: NDArray[np.int64]) -> tuple[float, float]:
+def _mean_chances(sums: Ints, window: Ints, frame: Ints) -> tuple[float, float]:
     """Return the mean chance within a window and in the frame around it; -1 where there are no pixels."""
     within, pixels = _rectangle(sums, window)
     all_of_it, all_pixels = _rectangle(sums, frame)
@@ -125,7 +124,7 @@ def _mean_chances(sums: NDArray[np.int64], window: NDArray[np.int64], frame: NDA
 
 
 @compiled
-def _rectangle(sums: NDArray[np.int64], window: NDArray[np.int64]) -> tuple[int, int]:
+def _rectangle(sums: Ints, window: Ints) -> tuple[int, int]:
     """Return the sum over a window, and its pixels."""
     left, top, right, bottom = window[0], window[1], window[2], window[3]
     total = sums[bottom, right] - sums[top, right] - sums[bottom, left] + sums[top, left]
@@ -133,7 +132,7 @@ def _rectangle(sums: NDArray[np.int64], window: NDArray[np.int64]) -> tuple[int,
 
 
 @compiled
-def _sums(bins: NDArray[np.uint8], chances: NDArray[np.int64]) -> NDArray[np.int64]:
+def _sums(bins: NDArray[np.uint8], chances: Ints) -> Ints:
     """Return the sums of chances over all rectangles that begin in the first pixel, a row and a column of 0 before."""
     height, width = bins.shape
     sums = np.zeros((height + 1, width + 1), np.int64)

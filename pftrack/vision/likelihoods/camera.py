@@ -12,6 +12,7 @@ Most of the picture has to be background: a target that fills it takes the camer
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.compiled import compiled, read_only
 
 LONGER_SIDE_PX = 160
@@ -25,9 +26,7 @@ def small_grey(image_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return _small_grey(read_only(image_rgb), _scale_of(image_rgb))
 
 
-def camera_shift(
-    before: NDArray[np.uint8], image_rgb: NDArray[np.uint8], after: NDArray[np.uint8]
-) -> NDArray[np.float64]:
+def camera_shift(before: NDArray[np.uint8], image_rgb: NDArray[np.uint8], after: NDArray[np.uint8]) -> Floats:
     """Return how far what is seen has moved, (2,) to the right and down, px of the picture.
 
     Args:
@@ -63,7 +62,7 @@ def _small_grey(image_rgb: NDArray[np.uint8], scale: int) -> NDArray[np.uint8]:
 
 
 @compiled
-def _shift(before: NDArray[np.uint8], after: NDArray[np.uint8]) -> NDArray[np.float64]:
+def _shift(before: NDArray[np.uint8], after: NDArray[np.uint8]) -> Floats:
     half_before, half_after = _halve(before), _halve(after)
     quarter_before, quarter_after = _halve(half_before), _halve(half_after)
     x, y = _best(quarter_before, quarter_after, _still(quarter_before, quarter_after), 0, 0, COARSE_REACH)
@@ -90,7 +89,7 @@ def _halve(grey: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 @compiled
-def _still(before: NDArray[np.uint8], after: NDArray[np.uint8]) -> NDArray[np.int64]:
+def _still(before: NDArray[np.uint8], after: NDArray[np.uint8]) -> Ints:
     """Return the differences of two pictures that lie still, as sums over rectangles that begin in the first pixel."""
     height, width = before.shape
     sums = np.zeros((height + 1, width + 1), np.int64)
@@ -104,7 +103,7 @@ def _still(before: NDArray[np.uint8], after: NDArray[np.uint8]) -> NDArray[np.in
 
 @compiled
 def _best(
-    before: NDArray[np.uint8], after: NDArray[np.uint8], still: NDArray[np.int64], x: int, y: int, reach: int
+    before: NDArray[np.uint8], after: NDArray[np.uint8], still: Ints, x: int, y: int, reach: int
 ) -> tuple[int, int]:
     """Return the shift within reach of (x, y) that gains most; that one itself among equals."""
     best_x, best_y, most = x, y, _gain(before, after, still, x, y)
@@ -117,7 +116,7 @@ def _best(
 
 
 @compiled
-def _gain(before: NDArray[np.uint8], after: NDArray[np.uint8], still: NDArray[np.int64], x: int, y: int) -> float:
+def _gain(before: NDArray[np.uint8], after: NDArray[np.uint8], still: Ints, x: int, y: int) -> float:
     """Return by how much two pictures differ less where they overlap, the second moved by (x, y), than lying still."""
     height, width = before.shape
     left, right, top, bottom = max(x, 0), min(width + x, width), max(y, 0), min(height + y, height)

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.checks import check, check_picture
 from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.core.numerics.elementary import exponential, exponentials, logarithms
@@ -43,9 +44,7 @@ class ColourModel:
         return 0.5 / self.spread[0] ** 2, 0.5 / self.spread[1] ** 2
 
 
-def log_likelihood(
-    image_rgb: NDArray[np.uint8], states: NDArray[np.float64], model: ColourModel, background_level: float
-) -> NDArray[np.float64]:
+def log_likelihood(image_rgb: NDArray[np.uint8], states: Floats, model: ColourModel, background_level: float) -> Floats:
     """Return the log likelihood (N,) of states whose first two coordinates are (u, v) in px.
 
     Args:
@@ -66,7 +65,7 @@ def log_likelihood(
     )
 
 
-def likelihood_map(image_rgb: NDArray[np.uint8], model: ColourModel, background_level: float) -> NDArray[np.float64]:
+def likelihood_map(image_rgb: NDArray[np.uint8], model: ColourModel, background_level: float) -> Floats:
     """Return the likelihood of every pixel, (height, width), relative to that of the target's own colour.
 
     Args:
@@ -88,7 +87,7 @@ def likelihood_map(image_rgb: NDArray[np.uint8], model: ColourModel, background_
     return np.asarray((background_level + kernel) / (background_level + 1.0))
 
 
-def centroid(image_rgb: NDArray[np.uint8], model: ColourModel) -> NDArray[np.float64] | None:
+def centroid(image_rgb: NDArray[np.uint8], model: ColourModel) -> Floats | None:
     """Return the kernel-weighted mean position (2,) of all pixels, px, or None if no pixel has the target's colour.
 
     This is the crude measurement of the unscented filter (Bando 2007, ch. 3 section 4). Bando weighs by redness
@@ -137,7 +136,7 @@ def median_colour(image_rgb: NDArray[np.uint8], box: tuple[float, float, float, 
     return f"#{red:02x}{green:02x}{blue:02x}"
 
 
-def _pixels(image_rgb: NDArray[np.uint8], box: tuple[float, float, float, float]) -> NDArray[np.float64]:
+def _pixels(image_rgb: NDArray[np.uint8], box: tuple[float, float, float, float]) -> Floats:
     """Return the pixels (n, 3) within the ellipse inscribed in the box."""
     check_picture(image_rgb)
     height, width = image_rgb.shape[:2]
@@ -150,11 +149,11 @@ def _pixels(image_rgb: NDArray[np.uint8], box: tuple[float, float, float, float]
 @compiled
 def log_kernel(
     image_rgb: NDArray[np.uint8],
-    states: NDArray[np.float64],
+    states: Floats,
     mean: tuple[float, float],
     precision: tuple[float, float],
     background_level: float,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the log likelihood (N,) inside a compiled loop; arguments as for `log_likelihood`."""
     height, width, channels = image_rgb.shape
     if channels != 3 or states.shape[1] < 2:

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.core.numerics.matrices import inner_product
 
@@ -117,13 +118,13 @@ EVERYWHERE = 1e9
 
 @compiled
 def windows_around(
-    columns: NDArray[np.float64],
-    rows: NDArray[np.float64],
-    half_widths: NDArray[np.float64],
-    half_heights: NDArray[np.float64],
+    columns: Floats,
+    rows: Floats,
+    half_widths: Floats,
+    half_heights: Floats,
     width: int,
     height: int,
-) -> NDArray[np.int64]:
+) -> Ints:
     """Return the windows (N, 8) around places.
 
     One of which less than a quarter lies within the picture is empty: its right edge is its left one.
@@ -154,7 +155,7 @@ def windows_around(
 
 
 @compiled
-def shift(window: NDArray[np.int64], left: int, top: int) -> NDArray[np.int64]:
+def shift(window: Ints, left: int, top: int) -> Ints:
     """Return a window as it lies in a part of the picture that begins at (left, top)."""
     moved = window.copy()
     for place in (0, 2, 4):
@@ -164,7 +165,7 @@ def shift(window: NDArray[np.int64], left: int, top: int) -> NDArray[np.int64]:
 
 
 @compiled
-def path(windows: NDArray[np.int64]) -> NDArray[np.int64]:
+def path(windows: Ints) -> Ints:
     """Return the windows' numbers (N,) so that neighbours follow each other: in strips, to and fro."""
     count = windows.shape[0]
     left = top = 1 << 40
@@ -185,7 +186,7 @@ def path(windows: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 @compiled
-def same(one: NDArray[np.int64], other: NDArray[np.int64]) -> bool:
+def same(one: Ints, other: Ints) -> bool:
     """Tell whether two windows are the same."""
     for place in range(one.shape[0]):  # noqa: SIM110 - `all` of a generator cannot be compiled
         if one[place] != other[place]:
@@ -194,7 +195,7 @@ def same(one: NDArray[np.int64], other: NDArray[np.int64]) -> bool:
 
 
 @compiled
-def overlap(one: NDArray[np.int64], other: NDArray[np.int64]) -> int:
+def overlap(one: Ints, other: Ints) -> int:
     """Return the number of pixels that two windows share."""
     across = min(one[2], other[2]) - max(one[0], other[0])
     down = min(one[3], other[3]) - max(one[1], other[1])
@@ -228,12 +229,12 @@ def assign_bins(
 @compiled
 def coefficients(
     bins: NDArray[np.uint8],
-    windows: NDArray[np.int64],
-    root_model: NDArray[np.float64],
-    weights: NDArray[np.float64],
+    windows: Ints,
+    root_model: Floats,
+    weights: Floats,
     kernel: bool,
     parts: tuple[int, int],
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return rho (N,) of windows in a picture of bins, given sqrt(q) (110 in each part) and weights (110,) of bins."""
     count = windows.shape[0]
     found = np.zeros(count)
@@ -265,8 +266,8 @@ def coefficients(
 @compiled
 def _change(
     bins: NDArray[np.uint8],
-    one: NDArray[np.int64],
-    other: NDArray[np.int64],
+    one: Ints,
+    other: Ints,
     counts: NDArray[np.int32],
     sign: int,
 ) -> None:
@@ -302,7 +303,7 @@ def _add(
 @compiled
 def _count(
     bins: NDArray[np.uint8],
-    window: NDArray[np.int64],
+    window: Ints,
     counts: NDArray[np.int32],
     kernel: bool,
     parts: tuple[int, int],
@@ -317,7 +318,7 @@ def _count(
 @compiled
 def _weigh(
     bins: NDArray[np.uint8],
-    window: NDArray[np.int64],
+    window: Ints,
     counts: NDArray[np.int32],
     kernel: bool,
     parts: tuple[int, int],
@@ -357,7 +358,7 @@ def _weigh(
 
 
 @compiled
-def _rho(counts: NDArray[np.int32], root_model: NDArray[np.float64], weights: NDArray[np.float64]) -> float:
+def _rho(counts: NDArray[np.int32], root_model: Floats, weights: Floats) -> float:
     """Return the Bhattacharyya coefficient of counts (LANES, 110 in each part), weighed, and a model given by roots."""
     roots = np.empty(root_model.shape[0])
     total = 0.0
@@ -381,7 +382,7 @@ def count_window(
     kernel: bool,
     parts: tuple[int, int],
     table: NDArray[np.uint8],
-) -> NDArray[np.int64]:
+) -> Ints:
     """Return the weights (110 in each part) of a window's pixels in the bins."""
     height, width, _ = image_rgb.shape
     found = np.zeros(parts[0] * parts[1] * BINS, np.int64)

@@ -13,8 +13,8 @@ wherever its particles are, each as likely as the others. A mixture of the two h
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.checks import check
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponential, logarithm
@@ -36,12 +36,12 @@ NEAR = 0.5
 
 
 def mix_hidden(
-    log_likelihoods: NDArray[np.float64],
-    positions: NDArray[np.float64],
-    expected: NDArray[np.float64],
+    log_likelihoods: Floats,
+    positions: Floats,
+    expected: Floats,
     weight: float,
     surprise_px: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Floats, Floats]:
     """Return log likelihoods of particles (F, N) whose features may be hidden, and how likely each is hidden (F,).
 
     With l the likelihoods of a feature's particles, L the greatest and m the mean of them, and M the third greatest L
@@ -75,11 +75,11 @@ def mix_hidden(
 
 
 def log_fits(
-    log_likelihoods: NDArray[np.float64],
-    positions: NDArray[np.float64],
-    expected: NDArray[np.float64],
+    log_likelihoods: Floats,
+    positions: Floats,
+    expected: Floats,
     slack_px: float,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return how well features look like themselves where a pose has them, (F,): by the best of their particles.
 
     A particle counts the less the further it is from there, with the tails of a t distribution of two degrees of
@@ -98,11 +98,11 @@ def log_fits(
     _check(log_likelihoods, positions, expected)
     bounded = np.maximum(np.where(np.isnan(log_likelihoods), LEAST, log_likelihoods), LEAST)
     off_px2 = np.square(positions - expected[:, None]).sum(axis=2)
-    fits: NDArray[np.float64] = (bounded - 2.0 * logarithm(1.0 + off_px2 / (2.0 * (NEAR * slack_px) ** 2))).max(axis=1)
+    fits: Floats = (bounded - 2.0 * logarithm(1.0 + off_px2 / (2.0 * (NEAR * slack_px) ** 2))).max(axis=1)
     return fits
 
 
-def compare(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
+def compare(first: Floats, second: Floats) -> float:
     """Return the log odds of a pose against another, by how well the features fit either (F,).
 
     Each feature is visible or hidden, and hidden it is as likely under both.
@@ -115,7 +115,7 @@ def compare(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
     )
 
 
-def _check(log_likelihoods: NDArray[np.float64], positions: NDArray[np.float64], expected: NDArray[np.float64]) -> None:
+def _check(log_likelihoods: Floats, positions: Floats, expected: Floats) -> None:
     check(
         missing=True,
         log_likelihoods=(log_likelihoods, "F N"),
@@ -125,9 +125,7 @@ def _check(log_likelihoods: NDArray[np.float64], positions: NDArray[np.float64],
 
 
 @compiled
-def _moments(
-    positions: NDArray[np.float64], weights: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _moments(positions: Floats, weights: Floats) -> tuple[Floats, Floats]:
     """Return the weighted means of particles (F, 2) px, and the means of their weights (F,)."""
     features, count = weights.shape
     means, levels = np.zeros((features, 2)), np.zeros(features)

@@ -24,6 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.checks import check, check_picture
 from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.vision.likelihoods.background import NO_BACKGROUND, SURROUNDINGS, Background, lacking_contrast
@@ -64,9 +65,7 @@ class Window:
         return 2 * self.reach_across_px + 1, 2 * self.reach_down_px + 1
 
 
-def shares(
-    image_rgb: NDArray[np.uint8], position: NDArray[np.float64], window: Window, space: Space
-) -> NDArray[np.float64]:
+def shares(image_rgb: NDArray[np.uint8], position: Floats, window: Window, space: Space) -> Floats:
     """Return the shares p (110 in each part) of a window's pixels in the bins, which sum to 1.
 
     Args:
@@ -89,9 +88,7 @@ def shares(
     return np.asarray(counts / max(counts.sum(), 1))
 
 
-def fit(
-    image_rgb: NDArray[np.uint8], position: NDArray[np.float64], window: Window, space: Space
-) -> NDArray[np.float64]:
+def fit(image_rgb: NDArray[np.uint8], position: Floats, window: Window, space: Space) -> Floats:
     """Return a model q (110 in each part), the shares of the window around a target; arguments as for `shares`.
 
     Raises:
@@ -105,10 +102,10 @@ def fit(
 
 def similarity(
     image_rgb: NDArray[np.uint8],
-    position: NDArray[np.float64],
+    position: Floats,
     window: Window,
     space: Space,
-    model: NDArray[np.float64],
+    model: Floats,
     background: Background = NO_BACKGROUND,
 ) -> float:
     """Return rho of one window, 0..1; arguments as for `shares`, q (110 in each part), and what is around it."""
@@ -119,10 +116,10 @@ def rho_map(
     image_rgb: NDArray[np.uint8],
     window: Window,
     space: Space,
-    model: NDArray[np.float64],
+    model: Floats,
     step: int,
     background: Background = NO_BACKGROUND,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return rho of windows all over a picture, (ceil(height / step), ceil(width / step)).
 
     Args:
@@ -141,12 +138,12 @@ def rho_map(
 
 def _all(
     image_rgb: NDArray[np.uint8],
-    places: NDArray[np.float64],
+    places: Floats,
     window: Window,
     space: Space,
-    model: NDArray[np.float64],
+    model: Floats,
     background: Background,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return rho (N,) of windows of one shape around places (N, 2), px."""
     check_picture(image_rgb)
     check(missing=True, places=(places, "N 2"), model=(model, f"{BINS * max(window.parts[0] * window.parts[1], 1)}"))
@@ -164,7 +161,7 @@ def _all(
     )
 
 
-def roots_of(model: NDArray[np.float64], background: Background) -> NDArray[np.float64]:
+def roots_of(model: Floats, background: Background) -> Floats:
     """Return the square roots of a model's shares (110 in each part), weighed by the background."""
     if background.weights is NO_BACKGROUND.weights:
         return np.sqrt(model)
@@ -177,9 +174,7 @@ def _pack(window: Window) -> tuple[int, int, bool, tuple[int, int]]:
 
 
 @compiled
-def _bounds(
-    windows: NDArray[np.int64], frames: NDArray[np.int64], width: int, height: int
-) -> tuple[int, int, int, int]:
+def _bounds(windows: Ints, frames: Ints, width: int, height: int) -> tuple[int, int, int, int]:
     """Return left, top, right and bottom of the part of a picture in which windows and their frames lie."""
     left, top, right, bottom = width, height, 0, 0
     for n in range(windows.shape[0]):
@@ -194,16 +189,16 @@ def _bounds(
 @compiled
 def similarities(
     image_rgb: NDArray[np.uint8],
-    columns: NDArray[np.float64],
-    rows: NDArray[np.float64],
-    half_widths: NDArray[np.float64],
-    half_heights: NDArray[np.float64],
+    columns: Floats,
+    rows: Floats,
+    half_widths: Floats,
+    half_heights: Floats,
     table: NDArray[np.uint8],
-    root_model: NDArray[np.float64],
+    root_model: Floats,
     kernel: bool,
     parts: tuple[int, int],
     background: Background,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return rho (N,) of N windows, for use inside compiled loops and outside.
 
     Args:

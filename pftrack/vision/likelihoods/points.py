@@ -5,15 +5,13 @@ ch. 4, eq. 4.7, with the noise of each point in place of one for all).
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.compiled import compiled
 
 
 @compiled
-def log_likelihood(
-    positions: NDArray[np.float64], measured: NDArray[np.float64], noise_sd: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def log_likelihood(positions: Floats, measured: Floats, noise_sd: Floats) -> Floats:
     """Return log N(y_n | x, s_n^2 I) up to a constant, (F, N).
 
     Args:

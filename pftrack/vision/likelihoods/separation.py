@@ -20,6 +20,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.numerics.checks import check, check_picture
 from pftrack.core.numerics.compiled import compiled
 
@@ -58,7 +59,7 @@ def contrast(on: float, around: float) -> float:
     return max(0.0, 1.0 - around / on) if on > 0.0 else 0.0
 
 
-def separation(first: NDArray[np.float64], later: Iterable[NDArray[np.float64]], box: Box) -> Separation:
+def separation(first: Floats, later: Iterable[Floats], box: Box) -> Separation:
     """Compare a target with its surroundings.
 
     The surroundings are also looked at in later pictures, at the same place: what comes by there, or changes with the
@@ -91,7 +92,7 @@ def surroundings(shape: tuple[int, ...], box: Box) -> tuple[slice, slice]:
     return rows, columns
 
 
-def _within(shape: tuple[int, ...], box: Box, scale: float) -> NDArray[np.bool_]:
+def _within(shape: tuple[int, ...], box: Box, scale: float) -> Bools:
     """Return which pixels lie in the ellipse inscribed in the box, enlarged; the middle of a pixel counts."""
     x, y, w, h = box
     across = (np.arange(shape[1]) + 0.5 - x - w / 2) / (scale * w / 2)
@@ -99,7 +100,7 @@ def _within(shape: tuple[int, ...], box: Box, scale: float) -> NDArray[np.bool_]
     return np.asarray(across[None, :] ** 2 + down[:, None] ** 2 <= 1.0)
 
 
-def _ring(shape: tuple[int, ...], box: Box) -> NDArray[np.bool_]:
+def _ring(shape: tuple[int, ...], box: Box) -> Bools:
     """Return which pixels are around the target; of a box that nearly fills the picture, all that are not on it."""
     outer = _within(shape, box, OUTER)
     ring = outer & ~_within(shape, box, INNER)
@@ -142,10 +143,10 @@ class Reliefs:
         ends: (F + 1,) where each feature's points begin, and the last one's end.
     """
 
-    points_mm: NDArray[np.float64]
-    normals: NDArray[np.float64]
-    levels: NDArray[np.float64]
-    ends: NDArray[np.int64]
+    points_mm: Floats
+    normals: Floats
+    levels: Floats
+    ends: Ints
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -159,13 +160,13 @@ class Views:
         extent: (4,) the least column and row of all offsets, and the greatest, that of the feature's pixel included.
     """
 
-    offsets: NDArray[np.int64]
-    levels: NDArray[np.float64]
-    ends: NDArray[np.int64]
-    extent: NDArray[np.int64]
+    offsets: Ints
+    levels: Floats
+    ends: Ints
+    extent: Ints
 
 
-def project_views(reliefs: Reliefs, slopes: NDArray[np.float64]) -> Views:
+def project_views(reliefs: Reliefs, slopes: Floats) -> Views:
     """Return what templates look like to a camera that is affine about each feature.
 
     Args:
@@ -182,7 +183,7 @@ def project_views(reliefs: Reliefs, slopes: NDArray[np.float64]) -> Views:
     )
 
 
-def reach(positions: NDArray[np.float64], views: Views, shape: tuple[int, int]) -> Part:
+def reach(positions: Floats, views: Views, shape: tuple[int, int]) -> Part:
     """Return the part of a picture of some shape (height, width) that templates at positions (F, N, 2) px can cover.
 
     Where all of them lie beyond the picture it is empty; of a position that is not finite nothing is known.
@@ -204,7 +205,7 @@ def _within_relief(place: int, size: int) -> int:
     return min(max(place, 0), size)
 
 
-def correlations(grey: NDArray[np.uint8], positions: NDArray[np.float64], views: Views) -> NDArray[np.float64]:
+def correlations(grey: NDArray[np.uint8], positions: Floats, views: Views) -> Floats:
     """Return the correlation (F, N), -1..1, of every feature's template with the picture at its particles.
 
     Args:
@@ -223,12 +224,12 @@ def correlations(grey: NDArray[np.uint8], positions: NDArray[np.float64], views:
 
 @compiled
 def _project_views(
-    points_mm: NDArray[np.float64],
-    normals: NDArray[np.float64],
-    levels: NDArray[np.float64],
-    ends: NDArray[np.int64],
-    slopes: NDArray[np.float64],
-) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
+    points_mm: Floats,
+    normals: Floats,
+    levels: Floats,
+    ends: Ints,
+    slopes: Floats,
+) -> tuple[Ints, Floats, Ints, Ints]:
     features = len(ends) - 1
     offsets, kept = np.empty((len(levels), 2), np.int64), np.empty(len(levels))
     kept_ends, extent = np.zeros(features + 1, np.int64), np.zeros(4, np.int64)
@@ -271,11 +272,11 @@ def _project_views(
 @compiled
 def _correlations(
     grey: NDArray[np.uint8],
-    positions: NDArray[np.float64],
-    offsets: NDArray[np.int64],
-    levels: NDArray[np.float64],
-    ends: NDArray[np.int64],
-) -> NDArray[np.float64]:
+    positions: Floats,
+    offsets: Ints,
+    levels: Floats,
+    ends: Ints,
+) -> Floats:
     features, count, _ = positions.shape
     height, width = grey.shape
     flat = grey.ravel()

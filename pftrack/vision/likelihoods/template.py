@@ -26,6 +26,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.checks import check, check_picture
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import inner_product
@@ -49,7 +50,7 @@ class Templates:
     """
 
     pixels: NDArray[np.float32]
-    sizes: NDArray[np.int64]
+    sizes: Ints
 
 
 def luma(image_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -67,7 +68,7 @@ def luma(image_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
     raise ValueError(f"expected a picture (height, width, 3) or (height, width), got shape {image_rgb.shape}")
 
 
-def scaled_sizes(sizes_px: ArrayLike, scale: float) -> NDArray[np.int64]:
+def scaled_sizes(sizes_px: ArrayLike, scale: float) -> Ints:
     """Return widths and heights (F, 2) of templates, px, as even numbers within the bounds of a template.
 
     Args:
@@ -75,11 +76,11 @@ def scaled_sizes(sizes_px: ArrayLike, scale: float) -> NDArray[np.int64]:
         scale: How much larger the target is.
     """
     wanted = scale * np.asarray(sizes_px, dtype=np.float64)
-    sizes: NDArray[np.int64] = np.clip(2 * np.rint(wanted / 2.0), SMALLEST_PX, LARGEST_PX).astype(np.int64)
+    sizes: Ints = np.clip(2 * np.rint(wanted / 2.0), SMALLEST_PX, LARGEST_PX).astype(np.int64)
     return sizes
 
 
-def cut(grey: NDArray[np.uint8], points: NDArray[np.float64], sizes: NDArray[np.int64]) -> Templates:
+def cut(grey: NDArray[np.uint8], points: Floats, sizes: Ints) -> Templates:
     """Cut templates around points; what is beyond the picture is filled with the nearest pixels in it.
 
     Args:
@@ -103,7 +104,7 @@ def cut(grey: NDArray[np.uint8], points: NDArray[np.float64], sizes: NDArray[np.
     return Templates(np.concatenate(pixels), sizes.copy())
 
 
-def correlations(grey: NDArray[np.uint8], positions: NDArray[np.float64], templates: Templates) -> NDArray[np.float64]:
+def correlations(grey: NDArray[np.uint8], positions: Floats, templates: Templates) -> Floats:
     """Return the NCC (F, N), -1..1, of every feature's template at its particles.
 
     Args:
@@ -120,20 +121,18 @@ def correlations(grey: NDArray[np.uint8], positions: NDArray[np.float64], templa
     return ncc(grey, np.ascontiguousarray(positions), templates.pixels, templates.sizes)
 
 
-def log_likelihood(
-    grey: NDArray[np.uint8], positions: NDArray[np.float64], templates: Templates, spread: float = SPREAD
-) -> NDArray[np.float64]:
+def log_likelihood(grey: NDArray[np.uint8], positions: Floats, templates: Templates, spread: float = SPREAD) -> Floats:
     """Return the log likelihood (F, N) of positions, finite throughout; arguments as for `correlations`."""
     return score(correlations(grey, positions, templates), spread)
 
 
-def score(correlation: NDArray[np.float64], spread: float = SPREAD) -> NDArray[np.float64]:
+def score(correlation: Floats, spread: float = SPREAD) -> Floats:
     """Return the log likelihood of correlations (eq. 4.11), of the same shape."""
-    scores: NDArray[np.float64] = -0.5 * ((correlation - 1.0) / spread) ** 2
+    scores: Floats = -0.5 * ((correlation - 1.0) / spread) ** 2
     return scores
 
 
-def likeness(one: Templates, other: Templates) -> NDArray[np.float64]:
+def likeness(one: Templates, other: Templates) -> Floats:
     """Return how like each template of a set is to that of another set of the same sizes: the NCC of both, (F,).
 
     Raises:
@@ -146,7 +145,7 @@ def likeness(one: Templates, other: Templates) -> NDArray[np.float64]:
     return np.array([float(part.sum()) for part in np.split(products, ends)])
 
 
-def renew(templates: Templates, grey: NDArray[np.uint8], points: NDArray[np.float64], rate: float) -> Templates:
+def renew(templates: Templates, grey: NDArray[np.uint8], points: Floats, rate: float) -> Templates:
     """Return templates that have come a little closer to what is at the points now.
 
     Slow renewal follows the light and the turning of the head. It also follows every error of the estimate: what has
@@ -186,9 +185,7 @@ def _normalise(patch: NDArray[np.floating]) -> NDArray[np.float32]:
 
 
 @compiled
-def ncc(
-    grey: NDArray[np.uint8], positions: NDArray[np.float64], pixels: NDArray[np.float32], sizes: NDArray[np.int64]
-) -> NDArray[np.float64]:
+def ncc(grey: NDArray[np.uint8], positions: Floats, pixels: NDArray[np.float32], sizes: Ints) -> Floats:
     """Return the NCC (F, N) inside a compiled loop; arguments as for `correlations`, the templates as their arrays."""
     features, count, _ = positions.shape
     height, width = grey.shape
@@ -267,7 +264,7 @@ class TemplateBank:
         """The set of the frontal face."""
         return self.sets[FRONTAL]
 
-    def choose(self, theta_rad: NDArray[np.float64]) -> Templates:
+    def choose(self, theta_rad: Floats) -> Templates:
         """Return the set whose pose is nearest.
 
         Args:
@@ -277,9 +274,7 @@ class TemplateBank:
             return self.sets[FRONTAL]
         return self.sets[min(self.sets, key=lambda place: _distance(place, theta_rad))]
 
-    def learn(
-        self, grey: NDArray[np.uint8], points: NDArray[np.float64], theta_rad: NDArray[np.float64], correlation: float
-    ) -> Self:
+    def learn(self, grey: NDArray[np.uint8], points: Floats, theta_rad: Floats, correlation: float) -> Self:
         """Return the bank with a new set, or the same bank if there is nothing to learn.
 
         Args:
@@ -298,5 +293,5 @@ class TemplateBank:
         return replace(self, sets={**self.sets, place: cut(grey, points, self.sets[FRONTAL].sizes)})
 
 
-def _distance(place: tuple[int, int], theta_rad: NDArray[np.float64]) -> float:
+def _distance(place: tuple[int, int], theta_rad: Floats) -> float:
     return float(np.hypot(theta_rad[0] - NOD_RAD[place[0]], theta_rad[1] - TURN_RAD[place[1]]))

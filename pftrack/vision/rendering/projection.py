@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.drawing import (
     Arrows,
     Axes,
@@ -50,10 +51,10 @@ class Projection:
         place: (3,) where the middle is in the drawing, px.
     """
 
-    turn: NDArray[np.float64]
-    middle: NDArray[np.float64]
+    turn: Floats
+    middle: Floats
     scale: float
-    place: NDArray[np.float64]
+    place: Floats
 
     @classmethod
     def of(cls, world: World, azimuth_deg: float, elevation_deg: float, side_px: float) -> "Projection":
@@ -165,13 +166,13 @@ SHARE = 0.65
 LEVELS = 256
 
 
-def viridis(values: NDArray[np.float64]) -> NDArray[np.uint8]:
+def viridis(values: Floats) -> NDArray[np.uint8]:
     """Return colours (..., 3) RGB for numbers (...), from purple for 0 and below to yellow for 1 and above."""
     places = np.clip(np.rint((LEVELS - 1) * values), 0, LEVELS - 1).astype(np.intp)
     return np.rint(_levels()[places]).astype(np.uint8)
 
 
-def over(image_rgb: NDArray[np.uint8], values: NDArray[np.float64], *, width: int) -> NDArray[np.uint8]:
+def over(image_rgb: NDArray[np.uint8], values: Floats, *, width: int) -> NDArray[np.uint8]:
     """Return a picture in grey with numbers over it in viridis, from purple for 0 to yellow for 1.
 
     Args:
@@ -192,7 +193,7 @@ def over(image_rgb: NDArray[np.uint8], values: NDArray[np.float64], *, width: in
 
 
 @cache
-def _levels() -> NDArray[np.float64]:
+def _levels() -> Floats:
     """Return the colours (levels, 3) in equal steps."""
     stops, levels = np.linspace(0.0, 1.0, len(VIRIDIS)), np.linspace(0.0, 1.0, LEVELS)
     return np.column_stack([np.interp(levels, stops, channel) for channel in np.array(VIRIDIS, float).T])

@@ -16,6 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.drawing import (
     TITLES_FROM_PX,
     Arrows,
@@ -210,7 +211,7 @@ def _ellipsoids(ellipsoids: Ellipsoids, canvas: NDArray[np.uint8], scale: float)
         _line(canvas, np.concatenate([outline, outline[:1]]).astype(np.float32), colour, OUTLINE_PX, scale)
 
 
-def covariance_root(covariance: NDArray[np.float32]) -> NDArray[np.float64]:
+def covariance_root(covariance: NDArray[np.float32]) -> Floats:
     """Return the lower triangular root (2, 2) of a covariance, which may be flat."""
     (first, both), (_, second) = covariance.astype(np.float64)
     across = np.sqrt(max(first, 0.0))

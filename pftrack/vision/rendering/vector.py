@@ -13,6 +13,7 @@ from xml.sax.saxutils import escape, quoteattr
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.drawing import (
     TITLES_FROM_PX,
     Arrows,
@@ -80,7 +81,7 @@ def _colour(colour: ArrayLike) -> str:
     return f"#{red:02x}{green:02x}{blue:02x}"
 
 
-def _path(positions: NDArray[np.float32] | NDArray[np.float64], *, closed: bool = False) -> str:
+def _path(positions: NDArray[np.float32] | Floats, *, closed: bool = False) -> str:
     """Return positions (n, 2 or 3) as the data of a path, without those that are not finite."""
     flat = np.asarray(positions, np.float64)[:, :2]
     known = flat[np.isfinite(flat).all(axis=1)]
@@ -208,6 +209,6 @@ def _text(text: Text, drawing: Drawing) -> str:
     return f'<text x="{x:.2f}" y="{y:.2f}" text-anchor="{text.anchor}" {look}>{escape(words)}</text>'
 
 
-def _circle() -> NDArray[np.float64]:
+def _circle() -> Floats:
     angles = np.linspace(0, 2 * np.pi, CORNERS, endpoint=False)
     return np.stack([np.cos(angles), np.sin(angles)], axis=1)

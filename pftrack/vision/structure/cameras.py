@@ -5,8 +5,8 @@ is known. A long focal length at a great distance is the scaled orthographic cam
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.compiled import compiled
 from pftrack.vision.structure.factorization import cholesky_log_det, cholesky_solve, invert
 
@@ -32,9 +32,7 @@ NEAREST = 1e-3
 
 
 @compiled
-def residuals_and_slopes(
-    focal: float, camera: NDArray[np.float64], shape: NDArray[np.float64], rows: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def residuals_and_slopes(focal: float, camera: Floats, shape: Floats, rows: Floats) -> tuple[Floats, Floats, Floats]:
     """Return residuals (2, n), px, and the slopes of the predictions by the points (2, n, 3) and the camera (2, n, 6).
 
     Args:
@@ -70,9 +68,7 @@ def residuals_and_slopes(
 
 
 @compiled
-def frontal(
-    focal: float, shape: NDArray[np.float64], rows: NDArray[np.float64], precisions: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def frontal(focal: float, shape: Floats, rows: Floats, precisions: Floats) -> Floats:
     """Return the camera (3, 4) that sees a shape from the front, as large and where it is seen."""
     camera = np.zeros((3, 4))
     means, sizes = np.zeros((2, 2)), np.zeros(2)
@@ -101,14 +97,14 @@ def frontal(
 @compiled
 def fit_camera(
     focal: float,
-    camera: NDArray[np.float64],
-    shape: NDArray[np.float64],
-    rows: NDArray[np.float64],
-    precisions: NDArray[np.float64],
-    before: NDArray[np.float64],
+    camera: Floats,
+    shape: Floats,
+    rows: Floats,
+    precisions: Floats,
+    before: Floats,
     turn_precision: float,
     most_rounds: int,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the camera (3, 4) of the least weighted squared distances, by Gauss and Newton's method from one nearby.
 
     Args:
@@ -139,11 +135,11 @@ def fit_camera(
 @compiled
 def evidence(
     focal: float,
-    camera: NDArray[np.float64],
-    shape: NDArray[np.float64],
-    rows: NDArray[np.float64],
-    precisions: NDArray[np.float64],
-    before: NDArray[np.float64],
+    camera: Floats,
+    shape: Floats,
+    rows: Floats,
+    precisions: Floats,
+    before: Floats,
     turn_precision: float,
 ) -> float:
     """Return the log density of a view given a shape, its camera integrated out, up to a constant; see `fit_camera`.
@@ -157,7 +153,7 @@ def evidence(
 
 
 @compiled
-def turn_between(camera: NDArray[np.float64], reference: NDArray[np.float64]) -> NDArray[np.float64]:
+def turn_between(camera: Floats, reference: Floats) -> Floats:
     """Return the rotation (3,) that leads from one camera's to another's, rad about each axis of the camera."""
     turn = np.zeros((3, 3))
     for i in range(3):
@@ -175,12 +171,12 @@ def turn_between(camera: NDArray[np.float64], reference: NDArray[np.float64]) ->
 @compiled
 def steady_camera(
     focal: float,
-    camera: NDArray[np.float64],
-    reference: NDArray[np.float64],
-    shape: NDArray[np.float64],
-    rows: NDArray[np.float64],
-    precisions: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    camera: Floats,
+    reference: Floats,
+    shape: Floats,
+    rows: Floats,
+    precisions: Floats,
+) -> Floats:
     """Return a camera (3, 4) without that part of its rotation from a reference which may be noise.
 
     A body at rest seems to turn a little, by the noise of its points, and whoever takes that for a rotation learns a
@@ -220,7 +216,7 @@ def steady_camera(
 
 
 @compiled
-def _stiffen(normal: NDArray[np.float64]) -> None:
+def _stiffen(normal: Floats) -> None:
     """Add the ridge to the precision of a camera (6, 6), in place."""
     mean = 0.0
     for i in range(SIZE):
@@ -231,12 +227,12 @@ def _stiffen(normal: NDArray[np.float64]) -> None:
 
 @compiled
 def normal_of(
-    residuals: NDArray[np.float64],
-    slopes: NDArray[np.float64],
-    precisions: NDArray[np.float64],
-    turn: NDArray[np.float64],
+    residuals: Floats,
+    slopes: Floats,
+    precisions: Floats,
+    turn: Floats,
     turn_precision: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+) -> tuple[Floats, Floats, float]:
     """Return precision (6, 6), lower half, and gradient (6,) of the camera, and the squared distances, weighted.
 
     Args:
@@ -264,7 +260,7 @@ def normal_of(
 
 
 @compiled
-def _move(camera: NDArray[np.float64], change: NDArray[np.float64]) -> NDArray[np.float64]:
+def _move(camera: Floats, change: Floats) -> Floats:
     """Return a camera (3, 4) after a small rotation and a translation (6,)."""
     # The rotation of the quaternion (1, w / 2), made a unit.
     square = change[0] * change[0] + change[1] * change[1] + change[2] * change[2]

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import (
     contiguous_copy,
@@ -50,10 +50,10 @@ class Factorization:
             the depth: there was too little rotation, or the points lie in one plane.
     """
 
-    motion: NDArray[np.float64]
-    shape: NDArray[np.float64]
-    offsets: NDArray[np.float64]
-    strengths: NDArray[np.float64]
+    motion: Floats
+    shape: Floats
+    offsets: Floats
+    strengths: Floats
 
 
 def factorize(tracks: Tracks) -> Factorization:
@@ -102,11 +102,11 @@ def metric_upgrade(
 
 
 def metric_transform(
-    motion: NDArray[np.float64],
-    shape: NDArray[np.float64],
+    motion: Floats,
+    shape: Floats,
     camera: Camera = "orthographic",
     depth_sign: tuple[int, int, int] | None = None,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return A (3, 3) such that the motion M A and the shape A^-1 s are metric; see `metric_upgrade`.
 
     Args:
@@ -126,7 +126,7 @@ def metric_transform(
     return transform if sign * depth >= 0.0 else transform * np.array([1.0, 1.0, -1.0])
 
 
-def _metric(motion: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
+def _metric(motion: Floats, camera: Camera) -> Floats:
     """Return Q = A A^T (3, 3) by least squares from what must hold for each pair of rows."""
     across, down = motion[0::2], motion[1::2]
     if len(across) < FEWEST_METRIC_VIEWS:
@@ -147,14 +147,14 @@ def _metric(motion: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
-def _quadratic(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
+def _quadratic(first: Floats, second: Floats) -> Floats:
     """Return the coefficients (T, 6) of a^T Q b in the entries xx, yy, zz, xy, xz, yz of Q."""
     squares = first * second
     pairs = [first[:, i] * second[:, j] + first[:, j] * second[:, i] for i, j in ((0, 1), (0, 2), (1, 2))]
     return np.column_stack([squares, *pairs])
 
 
-def _root(metric: NDArray[np.float64]) -> NDArray[np.float64]:
+def _root(metric: Floats) -> Floats:
     """Return A (3, 3) of A A^T = Q; eigenvalues below the smallest that are plausible are raised to that."""
     values, vectors = eigenvalues(contiguous_copy(metric))
     if not values[0] > 0.0:
@@ -174,7 +174,7 @@ SMALLEST = 1e-300
 
 
 @compiled
-def cholesky_log_det(matrix: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+def cholesky_log_det(matrix: Floats) -> tuple[Floats, float]:
     """Return L (n, n) of L L^T = P, of which the lower half is read, and log det P."""
     size = matrix.shape[0]
     lower = np.zeros((size, size))
@@ -190,7 +190,7 @@ def cholesky_log_det(matrix: NDArray[np.float64]) -> tuple[NDArray[np.float64], 
 
 
 @compiled
-def cholesky_solve(lower: NDArray[np.float64], wanted: NDArray[np.float64]) -> NDArray[np.float64]:
+def cholesky_solve(lower: Floats, wanted: Floats) -> Floats:
     """Return x (n,) of L L^T x = b, given L (n, n)."""
     size = lower.shape[0]
     found = wanted.copy()
@@ -204,7 +204,7 @@ def cholesky_solve(lower: NDArray[np.float64], wanted: NDArray[np.float64]) -> N
 
 
 @compiled
-def invert(matrix: NDArray[np.float64], inverse: NDArray[np.float64]) -> float:
+def invert(matrix: Floats, inverse: Floats) -> float:
     """Write the inverse of a positive definite matrix (n, n), of which the lower half is read; return its log det."""
     size = matrix.shape[0]
     lower, log_determinant = cholesky_log_det(matrix)

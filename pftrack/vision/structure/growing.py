@@ -20,8 +20,8 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials, logarithms
 from pftrack.core.numerics.matrices import product, solve_system
@@ -84,22 +84,22 @@ class Growing:
     """
 
     settings: Settings
-    mean_shape: NDArray[np.float64]
+    mean_shape: Floats
     own: Recursive
     onto_mean: Similarity
-    mean_camera: NDArray[np.float64] | None
+    mean_camera: Floats | None
     probability: float
     weight: float
     advantage: float
-    shape: NDArray[np.float64]
+    shape: Floats
 
     @property
-    def shape_covariances(self) -> NDArray[np.float64]:
+    def shape_covariances(self) -> Floats:
         """(n, 3, 3) of the points of the own shape, the uncertainty of its place, size and rotation included."""
         return self.own.shape_covariances
 
     @property
-    def covariances(self) -> NDArray[np.float64]:
+    def covariances(self) -> Floats:
         """(n, 3, 3) of the points of what is published, about the true shape turned, moved and scaled onto the mean.
 
         The mean shape is off as the prior says, the own one as its belief says, and both share the latter part: so
@@ -128,10 +128,10 @@ class Growing:
 
 
 def begin(
-    mean_shape: NDArray[np.float64],
-    covariance: NDArray[np.float64],
+    mean_shape: Floats,
+    covariance: Floats,
     settings: Settings,
-    camera: NDArray[np.float64] | None = None,
+    camera: Floats | None = None,
 ) -> Growing:
     """Begin with the mean of other bodies; arguments as for `recursive.begin`."""
     own = recursive.begin(mean_shape, covariance, _of_own(settings), camera)
@@ -139,7 +139,7 @@ def begin(
     return Growing(settings, own.shape, own, onto_mean, own.camera, settings.first, 0.0, 0.0, own.shape)
 
 
-def step(state: Growing, positions: NDArray[np.float64], variances: NDArray[np.float64]) -> Growing:
+def step(state: Growing, positions: Floats, variances: Floats) -> Growing:
     """Take a frame: let both shapes predict it, then learn from it.
 
     Args:
@@ -177,7 +177,7 @@ def step(state: Growing, positions: NDArray[np.float64], variances: NDArray[np.f
     return Growing(settings, state.mean_shape, own, onto_mean, mean_camera, probability, weight, advantage, shape)
 
 
-def _shape_only(shape: NDArray[np.float64]) -> NDArray[np.float64]:
+def _shape_only(shape: Floats) -> Floats:
     """Return the projection (3 n, 3 n) that takes off what moves, turns or scales a shape as a whole."""
     count, centred = len(shape), shape - shape.mean(axis=0)
     ways = np.zeros((7, count, 3))
@@ -199,12 +199,12 @@ def _of_own(settings: Settings) -> recursive.Settings:
 @compiled
 def _predict(
     focal: float,
-    camera: NDArray[np.float64],
-    shape: NDArray[np.float64],
-    rows: NDArray[np.float64],
-    precisions: NDArray[np.float64],
+    camera: Floats,
+    shape: Floats,
+    rows: Floats,
+    precisions: Floats,
     turn_precision: float,
-) -> tuple[NDArray[np.float64], float]:
+) -> tuple[Floats, float]:
     """Return the camera that fits a shape to a frame, and the frame's log density given the shape."""
     fitted = fit_camera(focal, camera, shape, rows, precisions, camera, turn_precision, CAMERA_ROUNDS)
     return fitted, evidence(focal, fitted, shape, rows, precisions, camera, turn_precision)
@@ -272,13 +272,13 @@ def fit_despite_outliers(tracks: Tracks, wrong: float) -> tuple[Tracks, Variatio
 @compiled
 def find_right(
     focal: float,
-    before: NDArray[np.float64],
-    shape: NDArray[np.float64],
-    covariances: NDArray[np.float64],
-    rows: NDArray[np.float64],
-    precisions: NDArray[np.float64],
+    before: Floats,
+    shape: Floats,
+    covariances: Floats,
+    rows: Floats,
+    precisions: Floats,
     wrong: float,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return how likely each measurement of a view is right, (n,).
 
     Args:
@@ -292,7 +292,7 @@ def find_right(
     """
     count = len(shape)
     positions, camera = rows.T.copy().reshape(1, count, 2), before
-    right: NDArray[np.float64] = np.ones((1, count))
+    right: Floats = np.ones((1, count))
     variances, distances, kept = np.empty((1, count)), np.empty((1, count)), precisions.copy()
     for _ in range(ROUNDS):
         residuals, by_point, _ = residuals_and_slopes(focal, camera, shape, rows)
@@ -307,12 +307,12 @@ def find_right(
             for d in range(2):
                 kept[d, n] = precisions[d, n] * right[0, n]
         camera = fit_camera(focal, camera, shape, rows, kept, before, TURN_PRECISION, NEWTON_STEPS)
-    likely: NDArray[np.float64] = right[0]
+    likely: Floats = right[0]
     return likely
 
 
 @compiled
-def _quadratic(along: NDArray[np.float64], covariance: NDArray[np.float64]) -> float:
+def _quadratic(along: Floats, covariance: Floats) -> float:
     """Return the variance of a sum of coordinates, given how much of each there is of it."""
     found = 0.0
     for i in range(along.shape[0]):
@@ -322,9 +322,7 @@ def _quadratic(along: NDArray[np.float64], covariance: NDArray[np.float64]) -> f
 
 
 @compiled
-def _find_right(
-    positions: NDArray[np.float64], distances: NDArray[np.float64], variances: NDArray[np.float64], wrong: float
-) -> NDArray[np.float64]:
+def _find_right(positions: Floats, distances: Floats, variances: Floats, wrong: float) -> Floats:
     """Return how likely measurements of a few frames are right, (T, n); 1 where there is none.
 
     Args:
@@ -336,7 +334,7 @@ def _find_right(
     frames, count = distances.shape
     right, measured = np.ones((frames, count)), np.isfinite(variances)
     anywhere = _spread(positions, measured)
-    squares: NDArray[np.float64] = np.sort((distances / variances).ravel()[measured.ravel()])
+    squares: Floats = np.sort((distances / variances).ravel()[measured.ravel()])
     if squares.shape[0] < FEWEST * frames:
         return right
     wider = max(1.0, squares[squares.shape[0] // 2] / MEDIAN)
@@ -354,7 +352,7 @@ def _find_right(
 
 
 @compiled
-def _spread(positions: NDArray[np.float64], measured: NDArray[np.bool_]) -> NDArray[np.float64]:
+def _spread(positions: Floats, measured: Bools) -> Floats:
     """Return the variance of a coordinate of what is measured in each frame, (T,) px^2."""
     found = np.zeros(positions.shape[0])
     for t in range(positions.shape[0]):

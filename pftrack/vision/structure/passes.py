@@ -12,19 +12,19 @@ A precision of 0 says that a point was not seen: it adds nothing to any of the t
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.compiled import compiled
 from pftrack.vision.structure.factorization import invert
 
 
 @compiled
 def posterior_points(
-    rows: NDArray[np.float64],
-    precisions: NDArray[np.float64],
-    motion: NDArray[np.float64],
-    spreads: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    rows: Floats,
+    precisions: Floats,
+    motion: Floats,
+    spreads: Floats,
+) -> tuple[Floats, Floats]:
     """Return means (n, 3) and covariances (n, 3, 3) of the points: the E step.
 
     Args:
@@ -57,7 +57,7 @@ def posterior_points(
 
 
 @compiled
-def moments(means: NDArray[np.float64], covariances: NDArray[np.float64]) -> NDArray[np.float64]:
+def moments(means: Floats, covariances: Floats) -> Floats:
     """Return G (n, 4, 4), the second moments of (s; 1)."""
     count = means.shape[0]
     result = np.empty((count, 4, 4))
@@ -72,12 +72,12 @@ def moments(means: NDArray[np.float64], covariances: NDArray[np.float64]) -> NDA
 
 @compiled
 def posterior_rows(
-    rows: NDArray[np.float64],
-    precisions: NDArray[np.float64],
-    second: NDArray[np.float64],
+    rows: Floats,
+    precisions: Floats,
+    second: Floats,
     gamma: float,
     first: int,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Floats, Floats, Floats]:
     """Return means (D, 4) and covariances (D, 4, 4) of the rows of motion, and log det Vd (D,): the M step.
 
     Args:
@@ -111,13 +111,13 @@ def posterior_rows(
 
 @compiled
 def free_energy(
-    rows: NDArray[np.float64],
-    precisions: NDArray[np.float64],
-    shape: NDArray[np.float64],
-    shape_covariances: NDArray[np.float64],
-    motion: NDArray[np.float64],
-    motion_covariances: NDArray[np.float64],
-    log_determinants: NDArray[np.float64],
+    rows: Floats,
+    precisions: Floats,
+    shape: Floats,
+    shape_covariances: Floats,
+    motion: Floats,
+    motion_covariances: Floats,
+    log_determinants: Floats,
     gamma: float,
     first: int,
 ) -> float:
@@ -158,10 +158,10 @@ def free_energy(
 @compiled
 def _expected_square(
     position: float,
-    motion: NDArray[np.float64],
-    motion_covariance: NDArray[np.float64],
-    second: NDArray[np.float64],
-    shape_covariance: NDArray[np.float64],
+    motion: Floats,
+    motion_covariance: Floats,
+    second: Floats,
+    shape_covariance: Floats,
 ) -> float:
     """Return the expected square of a position less theta . (s; 1), given moments of theta and of s."""
     apart = position

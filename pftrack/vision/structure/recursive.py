@@ -26,8 +26,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.geometry.rotation import nearest_rotation
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import eigenvalues, inner_product, product
@@ -105,24 +105,24 @@ class Recursive:
     """
 
     settings: Settings
-    shape: NDArray[np.float64]
-    precision: NDArray[np.float64]
-    prior_shape: NDArray[np.float64]
-    prior_precision: NDArray[np.float64]
-    camera: NDArray[np.float64] | None = None
-    reference: NDArray[np.float64] | None = None
+    shape: Floats
+    precision: Floats
+    prior_shape: Floats
+    prior_precision: Floats
+    camera: Floats | None = None
+    reference: Floats | None = None
     frames: int = 0
     log_evidence: float = 0.0
 
     @cached_property
-    def covariance(self) -> NDArray[np.float64]:
+    def covariance(self) -> Floats:
         """(3 n, 3 n) of all coordinates together."""
         inverse = np.empty_like(self.precision)
         invert(self.precision, inverse)
         return inverse
 
     @property
-    def shape_covariances(self) -> NDArray[np.float64]:
+    def shape_covariances(self) -> Floats:
         """(n, 3, 3) of each point."""
         count = len(self.shape)
         blocks = self.covariance.reshape(count, 3, count, 3)
@@ -130,10 +130,10 @@ class Recursive:
 
 
 def begin(
-    shape: NDArray[np.float64],
-    covariance: NDArray[np.float64],
+    shape: Floats,
+    covariance: Floats,
     settings: Settings,
-    camera: NDArray[np.float64] | None = None,
+    camera: Floats | None = None,
 ) -> Recursive:
     """Begin with a belief in the shape.
 
@@ -166,7 +166,7 @@ def begin(
     return Recursive(settings, mean, precision, mean, precision, first)
 
 
-def step(state: Recursive, positions: NDArray[np.float64], variances: NDArray[np.float64]) -> Recursive:
+def step(state: Recursive, positions: Floats, variances: Floats) -> Recursive:
     """Take a frame.
 
     Args:
@@ -180,7 +180,7 @@ def step(state: Recursive, positions: NDArray[np.float64], variances: NDArray[np
     return take(state, *check_view(positions, variances, len(state.shape)))
 
 
-def take(state: Recursive, rows: NDArray[np.float64], precisions: NDArray[np.float64]) -> Recursive:
+def take(state: Recursive, rows: Floats, precisions: Floats) -> Recursive:
     """Take a frame as `tracks.check_view` has it: rows (2, n) of positions and of precisions."""
     focal = float(state.settings.focal_px)
     camera = frontal(focal, state.shape, rows, precisions) if state.camera is None else state.camera
@@ -211,16 +211,16 @@ def take(state: Recursive, rows: NDArray[np.float64], precisions: NDArray[np.flo
 
 def _improve(
     focal: float,
-    start: NDArray[np.float64],
-    held: NDArray[np.float64],
-    before: NDArray[np.float64],
-    reference: NDArray[np.float64],
-    rows: NDArray[np.float64],
-    precisions: NDArray[np.float64],
+    start: Floats,
+    held: Floats,
+    before: Floats,
+    reference: Floats,
+    rows: Floats,
+    precisions: Floats,
     turn_precision: float,
     rounds: int,
     camera_rounds: int,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float]:
+) -> tuple[Floats, Floats, Floats, float]:
     """Return shape, precision, camera and log evidence after a frame, given the belief before it.
 
     Not compiled: it calls a dozen compiled functions a frame, each of which would be compiled into it once more.
@@ -253,7 +253,7 @@ def _improve(
 
 
 @compiled
-def _newton_step(precision: NDArray[np.float64], gradient: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+def _newton_step(precision: Floats, gradient: Floats) -> tuple[Floats, float]:
     """Return the change that Newton's method proposes, and by how much it promises to lower the cost."""
     lower, _ = cholesky_log_det(precision)
     change = cholesky_solve(lower, gradient)
@@ -263,16 +263,16 @@ def _newton_step(precision: NDArray[np.float64], gradient: NDArray[np.float64]) 
 @compiled
 def _combine(
     focal: float,
-    camera: NDArray[np.float64],
-    before: NDArray[np.float64],
-    reference: NDArray[np.float64],
-    shape: NDArray[np.float64],
-    start: NDArray[np.float64],
-    held: NDArray[np.float64],
-    rows: NDArray[np.float64],
-    precisions: NDArray[np.float64],
+    camera: Floats,
+    before: Floats,
+    reference: Floats,
+    shape: Floats,
+    start: Floats,
+    held: Floats,
+    rows: Floats,
+    precisions: Floats,
     turn_precision: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float]:
+) -> tuple[Floats, Floats, float, float]:
     """Return precision and gradient of the shape with the camera integrated out, the cost, and log det B."""
     size = 3 * shape.shape[0]
     residuals, _, _ = residuals_and_slopes(focal, camera, shape, rows)
@@ -300,11 +300,11 @@ def _combine(
 
 @compiled
 def _pay(
-    precision: NDArray[np.float64],
-    gradient: NDArray[np.float64],
-    coupling: NDArray[np.float64],
-    wanted: NDArray[np.float64],
-    lower: NDArray[np.float64],
+    precision: Floats,
+    gradient: Floats,
+    coupling: Floats,
+    wanted: Floats,
+    lower: Floats,
 ) -> None:
     """Take C B^-1 C^T off the precision, and C B^-1 of its gradient off the gradient, in place; L L^T = B."""
     size = coupling.shape[0]
@@ -329,13 +329,13 @@ def _pay(
 
 @compiled
 def _forgotten(
-    shape: NDArray[np.float64],
-    known: NDArray[np.float64],
-    prior_shape: NDArray[np.float64],
-    prior_precision: NDArray[np.float64],
-    precisions: NDArray[np.float64],
+    shape: Floats,
+    known: Floats,
+    prior_shape: Floats,
+    prior_precision: Floats,
+    precisions: Floats,
     memory: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Floats, Floats]:
     """Return shape and precision after what is well seen has been forgotten a little, towards the prior."""
     count = shape.shape[0]
     kept = precisions[0] + precisions[1]
@@ -371,7 +371,7 @@ class Accumulated:
         frames: How many there were.
     """
 
-    gram: NDArray[np.float64]
+    gram: Floats
     frames: int
 
 
@@ -380,13 +380,13 @@ def empty(count: int) -> Accumulated:
     return Accumulated(np.zeros((count, count)), 0)
 
 
-def accumulate(known: Accumulated, positions: NDArray[np.float64]) -> Accumulated:
+def accumulate(known: Accumulated, positions: Floats) -> Accumulated:
     """Add a frame, positions (n, 2) px of all points."""
     rows = np.ascontiguousarray((positions - positions.mean(axis=0)).T)
     return Accumulated(known.gram + product(rows.T, rows), known.frames + 1)
 
 
-def principal_shape(known: Accumulated) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+def principal_shape(known: Accumulated) -> tuple[Floats, Floats] | None:
     """Return the shape (n, 3), up to an affine map, and the singular values (n,) of all frames, px.
 
     The shape is V sqrt(s), as that of `factorization.factorize` is; None where no frame has shown any depth.
@@ -444,7 +444,7 @@ def from_window(tracks: Tracks, settings: Settings, found: Variational | None = 
     return best[1]
 
 
-def _mirror(found: Variational, settings: Settings, seen: NDArray[np.bool_]) -> Iterator[Recursive]:
+def _mirror(found: Variational, settings: Settings, seen: Bools) -> Iterator[Recursive]:
     """Yield the beginnings with both mirror images of a metric shape; a point that was never seen may be anywhere."""
     spread = SPREAD * float(np.sqrt(found.shape.var(axis=0).mean()))
     covariance = np.where(seen[:, None, None], spread**2 * np.eye(3), found.shape_covariances)
@@ -458,7 +458,7 @@ def _mirror(found: Variational, settings: Settings, seen: NDArray[np.bool_]) -> 
         )
 
 
-def pinhole_of(rows: NDArray[np.float64], focal_px: float) -> NDArray[np.float64]:
+def pinhole_of(rows: Floats, focal_px: float) -> Floats:
     """Return the pinhole (3, 4) that is nearest to the rows (2, 4) of an orthographic camera."""
     across, down = rows[:, :3]
     scale = max(float(np.sqrt(0.5 * (np.square(across).sum() + np.square(down).sum()))), SMALLEST)

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.numerics.matrices import least_squares, product
 from pftrack.vision.geometry.face import fit_similarity
 
@@ -28,8 +28,8 @@ class Tracks:
             a finite variance is not finite.
     """
 
-    positions: NDArray[np.float64]
-    variances: NDArray[np.float64]
+    positions: Floats
+    variances: Floats
 
     def __post_init__(self) -> None:
         """Keep own read-only copies, and refuse what are no tracks."""
@@ -49,30 +49,28 @@ class Tracks:
         object.__setattr__(self, "variances", variances)
 
     @property
-    def seen(self) -> NDArray[np.bool_]:
+    def seen(self) -> Bools:
         """(n,) whether each point has been seen in any frame."""
         return np.asarray(np.isfinite(self.variances).any(axis=(0, 2)))
 
     @property
-    def matrix(self) -> NDArray[np.float64]:
+    def matrix(self) -> Floats:
         """(2 T, n) positions, by rows x_1, y_1, x_2, y_2, ...; 0 where the variance is infinite."""
         known = np.where(np.isfinite(self.variances), self.positions, 0.0)
         return rows_of(known)
 
     @property
-    def precisions(self) -> NDArray[np.float64]:
+    def precisions(self) -> Floats:
         """(2 T, n) inverse variances in the same order; 0 where a point was not seen."""
         return rows_of(1.0 / self.variances)
 
 
-def rows_of(frames: NDArray[np.float64]) -> NDArray[np.float64]:
+def rows_of(frames: Floats) -> Floats:
     """Return (T, n, 2) as rows (2 T, n)."""
     return np.ascontiguousarray(frames.transpose(0, 2, 1).reshape(-1, frames.shape[1]))
 
 
-def check_view(
-    positions: NDArray[np.float64], variances: NDArray[np.float64], count: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def check_view(positions: Floats, variances: Floats, count: int) -> tuple[Floats, Floats]:
     """Return one frame as rows (2, n) of positions, 0 where not seen, and of precisions.
 
     Args:
@@ -90,7 +88,7 @@ def check_view(
     return np.ascontiguousarray(known.T), np.ascontiguousarray(1.0 / variances.T)
 
 
-def _refuse(positions: NDArray[np.float64], variances: NDArray[np.float64]) -> None:
+def _refuse(positions: Floats, variances: Floats) -> None:
     # Comparisons with NaN are false.
     if not (variances > 0.0).all():
         raise ValueError("expected variances above 0, got one that is not, or NaN")
@@ -105,10 +103,10 @@ def _refuse(positions: NDArray[np.float64], variances: NDArray[np.float64]) -> N
 # left after alignment, relative to the size of the true shape about its centre.
 
 Alignment: TypeAlias = Literal["affine", "similarity"]
-MIRROR: NDArray[np.float64] = np.array([1.0, 1.0, -1.0])
+MIRROR: Floats = np.array([1.0, 1.0, -1.0])
 
 
-def align(estimate: NDArray[np.float64], truth: NDArray[np.float64], kind: Alignment = "affine") -> NDArray[np.float64]:
+def align(estimate: Floats, truth: Floats, kind: Alignment = "affine") -> Floats:
     """Return an estimated shape (n, 3) mapped onto the true one with the least sum of squared distances.
 
     Args:
@@ -134,14 +132,12 @@ def align(estimate: NDArray[np.float64], truth: NDArray[np.float64], kind: Align
     return product(known, mapping)
 
 
-def residuals(
-    estimate: NDArray[np.float64], truth: NDArray[np.float64], kind: Alignment = "affine"
-) -> NDArray[np.float64]:
+def residuals(estimate: Floats, truth: Floats, kind: Alignment = "affine") -> Floats:
     """Return each point's distance (n,) from the truth after alignment, in the unit of the truth."""
     return np.asarray(np.sqrt(np.square(align(estimate, truth, kind) - truth).sum(axis=1)))
 
 
-def shape_error(estimate: NDArray[np.float64], truth: NDArray[np.float64], kind: Alignment = "affine") -> float:
+def shape_error(estimate: Floats, truth: Floats, kind: Alignment = "affine") -> float:
     """Return the error of Bando 2007, eq. 4.19: what alignment leaves, relative to the truth about its centre."""
     apart = align(estimate, truth, kind) - truth
     return float(np.sqrt(np.square(apart).sum() / np.square(truth - truth.mean(axis=0)).sum()))

@@ -14,8 +14,8 @@ from dataclasses import dataclass, field, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import product, singular_values, solve_system
 from pftrack.core.numerics.random import Generator
@@ -48,12 +48,12 @@ class Variational:
             depth was not seen: there was too little rotation, or the points lie in one plane.
     """
 
-    shape: NDArray[np.float64]
-    shape_covariances: NDArray[np.float64]
-    motion: NDArray[np.float64]
-    motion_covariances: NDArray[np.float64]
-    free_energies: NDArray[np.float64]
-    strengths: NDArray[np.float64]
+    shape: Floats
+    shape_covariances: Floats
+    motion: Floats
+    motion_covariances: Floats
+    free_energies: Floats
+    strengths: Floats
 
 
 def fit(
@@ -84,10 +84,10 @@ def fit(
 
 
 def iterate(
-    rows: NDArray[np.float64],
-    precisions: NDArray[np.float64],
-    motion: NDArray[np.float64],
-    covariances: NDArray[np.float64],
+    rows: Floats,
+    precisions: Floats,
+    motion: Floats,
+    covariances: Floats,
     iterations: int,
     gamma: float,
     first: int = 0,
@@ -102,12 +102,12 @@ def iterate(
 
 
 def initial_motion(
-    rows: NDArray[np.float64],
-    precisions: NDArray[np.float64],
+    rows: Floats,
+    precisions: Floats,
     initial: Initial,
     gamma: float,
     rng: Generator | None = None,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Floats, Floats]:
     """Return means (D, 4) and covariances (D, 4, 4) of a motion to begin with."""
     height = len(rows)
     if initial == "zero":
@@ -155,14 +155,12 @@ def metric(
     )
 
 
-def transform_covariances(covariances: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+def transform_covariances(covariances: Floats, matrix: Floats) -> Floats:
     """Return A P A^T of covariances (n, d, d)."""
     return np.array([product(product(matrix, one), matrix.T) for one in covariances])
 
 
-def strengths_of(
-    precisions: NDArray[np.float64], shape: NDArray[np.float64], motion: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def strengths_of(precisions: Floats, shape: Floats, motion: Floats) -> Floats:
     """Return the singular values of the whitened fit relative to the greatest one of noise alone."""
     height, count = precisions.shape
     whitened = np.sqrt(precisions) * product(motion[:, :3], (shape - shape.mean(axis=0)).T)
@@ -241,19 +239,19 @@ class Online:
     """
 
     settings: Settings
-    rows: NDArray[np.float64]
-    precisions: NDArray[np.float64]
+    rows: Floats
+    precisions: Floats
     frames: int
-    second: NDArray[np.float64]
-    eta: NDArray[np.float64]
-    totals: NDArray[np.float64]
-    motion: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 4)))
-    motion_covariances: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 4, 4)))
+    second: Floats
+    eta: Floats
+    totals: Floats
+    motion: Floats = field(default_factory=lambda: np.zeros((0, 4)))
+    motion_covariances: Floats = field(default_factory=lambda: np.zeros((0, 4, 4)))
     common_eta: float = 1.0
     free_energy: float = float("nan")
     average_energy: float = float("nan")
     best_energy: float = -float("inf")
-    published: NDArray[np.float64] | None = None
+    published: Floats | None = None
 
     @property
     def full(self) -> bool:
@@ -261,12 +259,12 @@ class Online:
         return self.frames >= self.settings.window
 
     @property
-    def shape(self) -> NDArray[np.float64]:
+    def shape(self) -> Floats:
         """(n, 3) the averaged shape, up to an affine map."""
         return self.second[:, :3, 3].copy()
 
     @property
-    def shape_covariances(self) -> NDArray[np.float64]:
+    def shape_covariances(self) -> Floats:
         """(n, 3, 3) spread of the points within the average."""
         means = self.shape
         return np.asarray(self.second[:, :3, :3] - means[:, :, None] * means[:, None])
@@ -284,7 +282,7 @@ def begin(count: int, settings: Settings | None = None) -> Online:
     return Online(settings or Settings(), nothing, nothing, 0, np.zeros((count, 4, 4)), none, none)
 
 
-def step(state: Online, positions: NDArray[np.float64], variances: NDArray[np.float64]) -> Online:
+def step(state: Online, positions: Floats, variances: Floats) -> Online:
     """Take a frame.
 
     Args:
@@ -375,20 +373,18 @@ def _next(state: Online) -> Online:
 
 @compiled
 def _slide(
-    rows: NDArray[np.float64],
-    precisions: NDArray[np.float64],
-    second: NDArray[np.float64],
-    eta: NDArray[np.float64],
-    totals: NDArray[np.float64],
-    motion: NDArray[np.float64],
-    spreads: NDArray[np.float64],
+    rows: Floats,
+    precisions: Floats,
+    second: Floats,
+    eta: Floats,
+    totals: Floats,
+    motion: Floats,
+    spreads: Floats,
     memory: float,
     common: bool,
     gamma: float,
     first: int,
-) -> tuple[
-    NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float
-]:
+) -> tuple[Floats, Floats, Floats, Floats, Floats, float]:
     """Return averaged moments, eta, totals, motion, its covariances, and the free energy of the window.
 
     The window has slid on already; motion and spreads are those of before.
@@ -424,7 +420,7 @@ def _slide(
 
 
 @compiled
-def _information(covariances: NDArray[np.float64]) -> NDArray[np.float64]:
+def _information(covariances: Floats) -> Floats:
     """Return how much the positions tell of each point (n,): the trace of the precision beyond the prior's identity."""
     count = covariances.shape[0]
     told = np.empty(count)

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import factorise, orthogonalise, substitute
 from pftrack.experiments.linkage.sets.regions import CENTRE, HIGH, LOW, SHAPE, Ways, constrain, move
@@ -27,7 +27,7 @@ LIMIT = 1.0 + 1e-9
 
 
 @compiled
-def lies_in(one: NDArray[np.float64], other: NDArray[np.float64], ellipsoids: bool) -> bool:
+def lies_in(one: Floats, other: Floats, ellipsoids: bool) -> bool:
     """Return whether a region lies in another: its box in the other's, and it in the other's ellipsoid.
 
     Args:
@@ -47,9 +47,7 @@ def lies_in(one: NDArray[np.float64], other: NDArray[np.float64], ellipsoids: bo
 
 
 @compiled
-def box_in_ellipsoid(
-    low: NDArray[np.float64], high: NDArray[np.float64], centre: NDArray[np.float64], shape: NDArray[np.float64]
-) -> bool:
+def box_in_ellipsoid(low: Floats, high: Floats, centre: Floats, shape: Floats) -> bool:
     """Return whether all corners of a box (n,) to (n,) lie in an ellipsoid, and with them all of the box."""
     size = low.shape[0]
     root, positive = factorise(shape)
@@ -71,10 +69,10 @@ def box_in_ellipsoid(
 
 @compiled
 def ellipsoid_in_ellipsoid(
-    centre: NDArray[np.float64],
-    shape: NDArray[np.float64],
-    other_centre: NDArray[np.float64],
-    other_shape: NDArray[np.float64],
+    centre: Floats,
+    shape: Floats,
+    other_centre: Floats,
+    other_shape: Floats,
 ) -> bool:
     """Return whether an ellipsoid, centre (n,) and shape (n, n), lies in another."""
     size = centre.shape[0]
@@ -102,7 +100,7 @@ def ellipsoid_in_ellipsoid(
 
 
 @compiled
-def _at_most_one(squares: NDArray[np.float64], slopes: NDArray[np.float64], distance: float) -> bool:
+def _at_most_one(squares: Floats, slopes: Floats, distance: float) -> bool:
     """Return whether sum l_k v_k^2 + 2 g_k v_k + distance is at most 1 for all |v| <= 1."""
     most, steepest = 0.0, 0.0
     for k in range(squares.shape[0]):
@@ -135,7 +133,7 @@ def _at_most_one(squares: NDArray[np.float64], slopes: NDArray[np.float64], dist
 MOST_REGIONS = 16
 """A region that would become more than there is room for is not split, which loses nothing."""
 
-Observe: TypeAlias = Callable[[NDArray[np.float64], int, int], NDArray[np.float64]]
+Observe: TypeAlias = Callable[[Floats, int, int], Floats]
 """(region (n + 3, n), number of the observation, into how many it may split) -> what is left of it, (K, n + 3, n)."""
 
 
@@ -151,9 +149,9 @@ class Known:
         radius: All together by at most that much in a frame, in their unit.
     """
 
-    rows: NDArray[np.float64]
-    least: NDArray[np.float64]
-    most: NDArray[np.float64]
+    rows: Floats
+    least: Floats
+    most: Floats
     moved: int
     radius: float
 
@@ -171,8 +169,8 @@ class Outcome:
         outlier: Whether none was possible, so that the observation was left out.
     """
 
-    regions: tuple[NDArray[np.float64], ...]
-    parents: NDArray[np.int64]
+    regions: tuple[Floats, ...]
+    parents: Ints
     splits: int
     merges: int
     refuted: int
@@ -180,7 +178,7 @@ class Outcome:
 
 
 def frame_step(
-    before: Sequence[NDArray[np.float64]],
+    before: Sequence[Floats],
     observe: Observe,
     links: Sequence[int],
     known: Known,
@@ -204,7 +202,7 @@ def frame_step(
     merged: set[int] = set()
     for _ in range(passes):
         for link in links:
-            after: list[tuple[NDArray[np.float64], int]] = []
+            after: list[tuple[Floats, int]] = []
             for number, (region, parent) in enumerate(here, start=1):
                 # Those that are still to come need a place each.
                 room = MOST_REGIONS - len(after) - (len(here) - number)
@@ -226,9 +224,7 @@ def frame_step(
     )
 
 
-def _distinct(
-    pairs: list[tuple[NDArray[np.float64], int]], merged: set[int], ways: Ways
-) -> list[tuple[NDArray[np.float64], int]]:
+def _distinct(pairs: list[tuple[Floats, int]], merged: set[int], ways: Ways) -> list[tuple[Floats, int]]:
     """Return regions without those that lie in another, and note the parents of these."""
     left = list(pairs)
     for pair in pairs:

@@ -13,8 +13,8 @@ Source: Shimada 1997, sections 5.2 and 5.5; see docs/methods/linkages.md.
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.numerics.compiled import compiled
 
 # An ellipsoid cut by a strip: the smallest ellipsoid of a family that contains what they have in common.
@@ -45,9 +45,9 @@ MOST_STEPS = 200
 
 @compiled
 def cut(
-    centre: NDArray[np.float64],
-    shape: NDArray[np.float64],
-    normal: NDArray[np.float64],
+    centre: Floats,
+    shape: Floats,
+    normal: Floats,
     offset: float,
     half_width: float,
     least: int,
@@ -84,8 +84,8 @@ def cut(
 
 @compiled
 def cut_along(
-    centre: NDArray[np.float64],
-    shape: NDArray[np.float64],
+    centre: Floats,
+    shape: Floats,
     axis: int,
     low: float,
     high: float,
@@ -107,9 +107,9 @@ def cut_along(
 
 @compiled
 def _cut(
-    centre: NDArray[np.float64],
-    shape: NDArray[np.float64],
-    across: NDArray[np.float64],
+    centre: Floats,
+    shape: Floats,
+    across: Floats,
     gap: float,
     half_width: float,
     spread: float,
@@ -254,7 +254,7 @@ def link_cells(
     place: tuple[float, float],
     ellipse: tuple[float, float, float],
     count: int,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Floats, Floats, Floats]:
     """Return the edges (N + 1,) of cells of directions, rad, and the least and greatest length (N,) in each, px.
 
     Where the least length is above the greatest, nothing in that cell fits.
@@ -312,7 +312,7 @@ def below(shortest: float, longest: float, factor: float, limit: float) -> tuple
 
 
 @compiled
-def label_components(feasible: NDArray[np.bool_], sizes: NDArray[np.int64]) -> tuple[NDArray[np.int64], int]:
+def label_components(feasible: Bools, sizes: Ints) -> tuple[Ints, int]:
     """Return the number (N,) of the run that each feasible cell is in, -1 for others, and how many runs there are.
 
     Args:
@@ -359,7 +359,7 @@ def label_components(feasible: NDArray[np.bool_], sizes: NDArray[np.int64]) -> t
 
 
 @compiled
-def _increment(step: NDArray[np.int64]) -> bool:
+def _increment(step: Ints) -> bool:
     """Count up digits of -1, 0 and 1, in place; return whether there was a next number."""
     axis = step.shape[0] - 1
     while axis >= 0 and step[axis] == 1:
@@ -378,11 +378,11 @@ FAR_PX = 1e6
 SLACK_PX = 1e-6
 """By how much strips are widened, so that rounding loses nothing."""
 
-Strip: TypeAlias = tuple[NDArray[np.float64], float, float]
+Strip: TypeAlias = tuple[Floats, float, float]
 """(n, low, high) of low <= n . p <= high, with n (2,) a unit vector."""
 
 
-def intersect(strips: list[Strip]) -> NDArray[np.float64]:
+def intersect(strips: list[Strip]) -> Floats:
     """Return the corners (k, 2) of all that is in every strip and in the square; none if nothing is."""
     corners = FAR_PX * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     for normal, low, high in strips:
@@ -391,7 +391,7 @@ def intersect(strips: list[Strip]) -> NDArray[np.float64]:
     return corners
 
 
-def extent(corners: NDArray[np.float64], direction: NDArray[np.float64]) -> tuple[float, float]:
+def extent(corners: Floats, direction: Floats) -> tuple[float, float]:
     """Return the least and the greatest of direction . p over a polygon; infinite both where it has no end on a side.
 
     Args:
@@ -403,10 +403,10 @@ def extent(corners: NDArray[np.float64], direction: NDArray[np.float64]) -> tupl
     return (low, high) if max(-low, high) < 0.5 * FAR_PX else (-np.inf, np.inf)
 
 
-def _cut_polygons(corners: NDArray[np.float64], normal: NDArray[np.float64], limit: float) -> NDArray[np.float64]:
+def _cut_polygons(corners: Floats, normal: Floats, limit: float) -> Floats:
     """Return the corners of the part of a convex polygon in which n . p <= limit (Sutherland and Hodgman 1974)."""
     beyond = (corners * normal).sum(axis=1) - limit
-    kept: list[NDArray[np.float64]] = []
+    kept: list[Floats] = []
     for k in range(len(corners)):
         one, other = beyond[k - 1], beyond[k]
         if (one > 0.0) != (other > 0.0):

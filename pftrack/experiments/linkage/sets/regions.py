@@ -7,8 +7,8 @@ ellipsoid's shape matrix. So it is copied, passed on and kept in one piece.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import orthogonalise, solve_system
 from pftrack.experiments.linkage.sets.plane import SLACK, cut, cut_along, label_components, link_cells
@@ -41,9 +41,7 @@ class Ways(NamedTuple):
     way: int
 
 
-def region_of(
-    low: NDArray[np.float64], high: NDArray[np.float64], shape: NDArray[np.float64] | None = None
-) -> NDArray[np.float64]:
+def region_of(low: Floats, high: Floats, shape: Floats | None = None) -> Floats:
     """Return a region: a box (n,) to (n,) and an ellipsoid about its middle.
 
     Args:
@@ -55,7 +53,7 @@ def region_of(
     return np.vstack([0.5 * (low + high), low, high, np.diag(half * half.sum()) if shape is None else shape])
 
 
-def contains(region: NDArray[np.float64], point: NDArray[np.float64], *, ellipsoids: bool = True) -> bool:
+def contains(region: Floats, point: Floats, *, ellipsoids: bool = True) -> bool:
     """Return whether a point (n,) is in a region; of the ellipsoid as well as within the guides, unless told otherwise.
 
     A millionth of the unit, of the ellipsoid's size and of the quadratic is left to rounding; an ellipsoid that is
@@ -88,7 +86,7 @@ FLOOR, RELATIVE_FLOOR = 1e-12, 1e-12
 
 
 @compiled
-def predict(shape: NDArray[np.float64], moved: int, radius: float, way: int) -> None:
+def predict(shape: Floats, moved: int, radius: float, way: int) -> None:
     """Add a motion to an ellipsoid, in place.
 
     Args:
@@ -119,7 +117,7 @@ def predict(shape: NDArray[np.float64], moved: int, radius: float, way: int) -> 
 
 
 @compiled
-def _lengthen(shape: NDArray[np.float64], radius: float) -> None:
+def _lengthen(shape: Floats, radius: float) -> None:
     """Make every semi-axis longer by the radius, in place."""
     size = shape.shape[0]
     scaled, axes = orthogonalise(shape)
@@ -147,9 +145,7 @@ def _lengthen(shape: NDArray[np.float64], radius: float) -> None:
 
 
 @compiled
-def contract(
-    low: NDArray[np.float64], high: NDArray[np.float64], normal: NDArray[np.float64], least: float, most: float
-) -> bool:
+def contract(low: Floats, high: Floats, normal: Floats, least: float, most: float) -> bool:
     """Shrink a box, in place, to what a strip leaves of it: each coordinate by the extremes of the others.
 
     Args:
@@ -191,9 +187,7 @@ def contract(
 
 
 @compiled
-def shrink_to_extent(
-    low: NDArray[np.float64], high: NDArray[np.float64], centre: NDArray[np.float64], shape: NDArray[np.float64]
-) -> bool:
+def shrink_to_extent(low: Floats, high: Floats, centre: Floats, shape: Floats) -> bool:
     """Shrink a box, in place, to the ellipsoid's extent along each axis; return whether anything is left."""
     for j in range(low.shape[0]):
         half = np.sqrt(max(shape[j, j], 0.0)) + SLACK
@@ -206,10 +200,10 @@ def shrink_to_extent(
 
 @compiled
 def cut_by_guides(
-    low: NDArray[np.float64],
-    high: NDArray[np.float64],
-    centre: NDArray[np.float64],
-    shape: NDArray[np.float64],
+    low: Floats,
+    high: Floats,
+    centre: Floats,
+    shape: Floats,
     least: int,
     tighten: bool,
 ) -> bool:
@@ -221,9 +215,7 @@ def cut_by_guides(
 
 
 @compiled
-def circumscribe(
-    low: NDArray[np.float64], high: NDArray[np.float64], centre: NDArray[np.float64], shape: NDArray[np.float64]
-) -> None:
+def circumscribe(low: Floats, high: Floats, centre: Floats, shape: Floats) -> None:
     """Put in place the ellipsoid of the least trace around a box: its squared semi-axes are h_j sum(h)."""
     size = low.shape[0]
     total = 0.0
@@ -242,9 +234,7 @@ def circumscribe(
 
 
 @compiled
-def apply_strip(
-    region: NDArray[np.float64], normal: NDArray[np.float64], least: float, most: float, ways: Ways
-) -> bool:
+def apply_strip(region: Floats, normal: Floats, least: float, most: float, ways: Ways) -> bool:
     """Cut a region (n + 3, n) by the strip least <= m'x <= most."""
     if ways.contraction and not contract(region[LOW], region[HIGH], normal, least, most):
         return False
@@ -260,7 +250,7 @@ def apply_strip(
 
 
 @compiled
-def settle(region: NDArray[np.float64], ways: Ways) -> bool:
+def settle(region: Floats, ways: Ways) -> bool:
     """Let guides and ellipsoid bound each other."""
     if not ways.ellipsoids:
         return True
@@ -275,7 +265,7 @@ def settle(region: NDArray[np.float64], ways: Ways) -> bool:
 
 
 @compiled
-def move(region: NDArray[np.float64], moved: int, radius: float, ways: Ways) -> None:
+def move(region: Floats, moved: int, radius: float, ways: Ways) -> None:
     """Let the first so many coordinates move, all together by at most a radius; the guides each by as much."""
     low, high = region[LOW], region[HIGH]
     for j in range(moved):
@@ -290,10 +280,10 @@ def move(region: NDArray[np.float64], moved: int, radius: float, ways: Ways) -> 
 
 @compiled
 def constrain(
-    region: NDArray[np.float64],
-    rows: NDArray[np.float64],
-    least: NDArray[np.float64],
-    most: NDArray[np.float64],
+    region: Floats,
+    rows: Floats,
+    least: Floats,
+    most: Floats,
     ways: Ways,
 ) -> bool:
     """Cut a region by all of least <= A x <= most.
@@ -335,7 +325,7 @@ MOST_STEPS, CLOSE_PX = 20, 1e-4
 
 @compiled
 def observe_in_plane(
-    region: NDArray[np.float64],
+    region: Floats,
     axes: tuple[int, int],
     scale: float,
     seen: float,
@@ -343,7 +333,7 @@ def observe_in_plane(
     cells: int,
     most: int,
     ways: Ways,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return what an observation leaves of a region: none, one or several (K, n + 3, n).
 
     Args:
@@ -416,10 +406,10 @@ def _linearisation_point(
 
 @compiled
 def _middle(
-    edges: NDArray[np.float64],
-    shortest: NDArray[np.float64],
-    longest: NDArray[np.float64],
-    labels: NDArray[np.int64],
+    edges: Floats,
+    shortest: Floats,
+    longest: Floats,
+    labels: Ints,
     run: int,
 ) -> tuple[float, float]:
     """Return the mean (theta, r) of the middles of a run's cells."""
@@ -434,11 +424,11 @@ def _middle(
 
 @compiled
 def _restrict(
-    region: NDArray[np.float64],
+    region: Floats,
     axes: tuple[int, int],
     scale: float,
-    cells: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
-    labels: NDArray[np.int64],
+    cells: tuple[Floats, Floats, Floats],
+    labels: Ints,
     run: int,
     slopes: tuple[float, float],
     apart: bool,

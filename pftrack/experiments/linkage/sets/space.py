@@ -12,8 +12,8 @@ Source: Shimada 1997, sections 5.2 and 5.5, with cells in the place of points.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.geometry.rotation import matrix, right_jacobian
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.matrices import factorise, multiply, substitute
@@ -40,7 +40,7 @@ class Link(NamedTuple):
     angle: int
     length: int
     scale: float
-    reference: NDArray[np.float64]
+    reference: Floats
 
 
 class Grid(NamedTuple):
@@ -55,20 +55,20 @@ class Grid(NamedTuple):
         longest: (cells^d,) px; below the shortest where nothing fits.
     """
 
-    axes: NDArray[np.int64]
-    start: NDArray[np.float64]
-    half: NDArray[np.float64]
+    axes: Ints
+    start: Floats
+    half: Floats
     cells: int
-    shortest: NDArray[np.float64]
-    longest: NDArray[np.float64]
+    shortest: Floats
+    longest: Floats
 
 
 @compiled
 def space_cells(
-    region: NDArray[np.float64],
+    region: Floats,
     link: Link,
-    seen: NDArray[np.float64],
-    bound: NDArray[np.float64],
+    seen: Floats,
+    bound: Floats,
     cells: int,
     ways: Ways,
 ) -> Grid:
@@ -88,7 +88,7 @@ def space_cells(
 
 
 @compiled
-def _grid(region: NDArray[np.float64], link: Link, cells: int, ways: Ways) -> Grid:
+def _grid(region: Floats, link: Link, cells: int, ways: Ways) -> Grid:
     """Return a grid over the guides, as far as the ellipsoid reaches, with nothing in its cells."""
     dimension = TURNS + 1 if link.angle >= 0 else TURNS
     axes, start, half = np.empty(dimension, np.int64), np.empty(dimension), np.empty(dimension)
@@ -107,9 +107,7 @@ def _grid(region: NDArray[np.float64], link: Link, cells: int, ways: Ways) -> Gr
 
 
 @compiled
-def image(
-    turn: NDArray[np.float64], slopes: NDArray[np.float64], cosine: float, sine: float, k: int
-) -> tuple[float, float, float, float, float]:
+def image(turn: Floats, slopes: Floats, cosine: float, sine: float, k: int) -> tuple[float, float, float, float, float]:
     """Return a_k, and its derivatives by omega (three) and theta."""
     return (
         turn[k, 0] * cosine + turn[k, 1] * sine,
@@ -121,9 +119,7 @@ def image(
 
 
 @compiled
-def rotate(
-    reference: NDArray[np.float64], omega: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def rotate(reference: Floats, omega: Floats) -> tuple[Floats, Floats]:
     """Return the rotation (3, 3), and the derivatives (2, 6) of its first two columns' image by omega."""
     turn, jacobian = multiply(reference, matrix(omega)), right_jacobian(omega)
     slopes = np.empty((2, 6))
@@ -138,10 +134,10 @@ def rotate(
 @compiled
 def _fill(
     grid: Grid,
-    region: NDArray[np.float64],
+    region: Floats,
     link: Link,
-    seen: NDArray[np.float64],
-    bound: NDArray[np.float64],
+    seen: Floats,
+    bound: Floats,
     ways: Ways,
 ) -> None:
     """Bound the lengths in each cell by the guide, the ellipsoid and the observation, in place."""
@@ -180,7 +176,7 @@ def _fill(
 
 
 @compiled
-def _directions(grid: Grid) -> NDArray[np.float64]:
+def _directions(grid: Grid) -> Floats:
     """Return theta of each cell along its axis, with cosine and sine, (cells, 3); for the first link 0 alone."""
     thetas = grid.cells if grid.axes.shape[0] > TURNS else 1
     directions = np.zeros((thetas, 3))
@@ -193,12 +189,12 @@ def _directions(grid: Grid) -> NDArray[np.float64]:
 
 @compiled
 def _range(
-    turn: NDArray[np.float64],
-    slopes: NDArray[np.float64],
+    turn: Floats,
+    slopes: Floats,
     cosine: float,
     sine: float,
     k: int,
-    half: NDArray[np.float64],
+    half: Floats,
 ) -> tuple[float, float]:
     """Return bounds of a_k over a cell about an attitude and a direction, given its half widths (4,)."""
     value, first, second, third, fourth = image(turn, slopes, cosine, sine, k)
@@ -208,9 +204,7 @@ def _range(
 
 
 @compiled
-def _conditional(
-    grid: Grid, region: NDArray[np.float64], link: Link
-) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float]:
+def _conditional(grid: Grid, region: Floats, link: Link) -> tuple[Floats, Floats, float, float]:
     """Return what bounds the length given the angles: W of W A W' = I, the slope, the variance left, a cell's reach."""
     dimension = grid.axes.shape[0]
     angles, both = np.empty((dimension, dimension)), np.empty((dimension, 1))
@@ -236,9 +230,7 @@ def _conditional(
 
 
 @compiled
-def _section(
-    white: NDArray[np.float64], slope: NDArray[np.float64], rest: float, reach: float, off: NDArray[np.float64]
-) -> tuple[float, float]:
+def _section(white: Floats, slope: Floats, rest: float, reach: float, off: Floats) -> tuple[float, float]:
     """Return the middle, from the centre, and half the extent of the lengths in a cell; the half is -inf if outside."""
     middle, square = 0.0, 0.0
     for i in range(off.shape[0]):
@@ -262,14 +254,14 @@ def _section(
 
 @compiled
 def observe_in_space(
-    region: NDArray[np.float64],
+    region: Floats,
     link: Link,
-    seen: NDArray[np.float64],
-    bound: NDArray[np.float64],
+    seen: Floats,
+    bound: Floats,
     cells: int,
     most: int,
     ways: Ways,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return what an observation leaves of a region: none, one or several (K, n + 3, n).
 
     Args:
@@ -307,10 +299,10 @@ def observe_in_space(
 
 @compiled
 def _restrict(
-    region: NDArray[np.float64],
+    region: Floats,
     link: Link,
     grid: Grid,
-    labels: NDArray[np.int64],
+    labels: Ints,
     run: int,
     apart: bool,
     ways: Ways,
@@ -342,9 +334,7 @@ def _restrict(
 
 
 @compiled
-def _extents(
-    grid: Grid, labels: NDArray[np.int64], run: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def _extents(grid: Grid, labels: Ints, run: int) -> tuple[Floats, Floats, Floats]:
     """Return the least, the greatest and the mean angles and, last of each (d + 1,), lengths of the cells of a run."""
     dimension = grid.axes.shape[0]
     first, last, middle = np.empty(dimension + 1), np.empty(dimension + 1), np.zeros(dimension + 1)
@@ -369,9 +359,7 @@ def _extents(
 
 
 @compiled
-def _extremes(
-    grid: Grid, labels: NDArray[np.int64], run: int, tilt: NDArray[np.float64], slope: float
-) -> tuple[float, float]:
+def _extremes(grid: Grid, labels: Ints, run: int, tilt: Floats, slope: float) -> tuple[float, float]:
     """Return the least and the greatest of a linear function over the cells of a run."""
     dimension = grid.axes.shape[0]
     room = 0.0

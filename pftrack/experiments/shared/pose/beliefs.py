@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import ClassVar, Generic, Literal, NamedTuple, Protocol, TypeAlias, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.series import SeriesValue
 from pftrack.core.numerics.elementary import exponentials
@@ -61,12 +61,12 @@ class Solid:
         widths: How the errors of its pose are distributed, as far as the band is calibrated.
     """
 
-    points_mm: NDArray[np.float64]
-    reference: NDArray[np.float64]
+    points_mm: Floats
+    reference: Floats
     focal_px: float
-    principal_px: NDArray[np.float64]
-    translation_mm: NDArray[np.float64]
-    pinned_mm: NDArray[np.float64] | None = None
+    principal_px: Floats
+    translation_mm: Floats
+    pinned_mm: Floats | None = None
     depth_doubt: float = 0.0
     misfit_share: float = 1.0
     reach_rad: float = math.inf
@@ -96,27 +96,27 @@ class Belief(Protocol):
         """Log p(z_t | z_{1:t-1}) up to a constant, the points taken together."""
 
     @property
-    def positions(self) -> NDArray[np.float64]:
+    def positions(self) -> Floats:
         """(F, N, 2) px, of the particles, a view."""
 
     @property
-    def log_weights(self) -> NDArray[np.float64]:
+    def log_weights(self) -> Floats:
         """(F, N) of the points' own particles, or (N,) of joint ones."""
 
     @property
-    def upper_counts(self) -> NDArray[np.int64]:
+    def upper_counts(self) -> Ints:
         """(F,) how many of each point's particles, the first ones, came from the solid's prediction."""
 
     @property
-    def means(self) -> NDArray[np.float64]:
+    def means(self) -> Floats:
         """(F, 2) px."""
 
     @property
-    def covariances(self) -> NDArray[np.float64]:
+    def covariances(self) -> Floats:
         """(F, 2, 2) px^2."""
 
     @property
-    def hidden(self) -> NDArray[np.float64]:
+    def hidden(self) -> Floats:
         """(F,) how likely each point is hidden, so that its particles say nothing of it."""
 
     @property
@@ -124,14 +124,14 @@ class Belief(Protocol):
         """Whether it is clear that no point is hidden."""
 
     @property
-    def follows_solid(self) -> NDArray[np.bool_] | None:
+    def follows_solid(self) -> Bools | None:
         """(F,) whether a point trusts the solid's prediction more than its own past; None where there is no choice."""
 
     @property
-    def place_mm(self) -> NDArray[np.float64] | None:
+    def place_mm(self) -> Floats | None:
         """(3,) where the origin of the solid's frame is in the camera's frame; None for a camera without distance."""
 
-    def camera(self, solid: Solid) -> NDArray[np.float64]:
+    def camera(self, solid: Solid) -> Floats:
         """Return the affine camera (2, 4) that is believed to see the solid now."""
 
     def own_series(self) -> Mapping[str, SeriesValue]:
@@ -167,32 +167,32 @@ class Layers(ABC, Generic[S]):
         return float(self.layers.features.log_evidences.sum())
 
     @property
-    def positions(self) -> NDArray[np.float64]:
+    def positions(self) -> Floats:
         """(F, N, 2) px, a view."""
         return self.layers.features.positions
 
     @property
-    def log_weights(self) -> NDArray[np.float64]:
+    def log_weights(self) -> Floats:
         """(F, N), normalised for each point."""
         return self.layers.features.log_weights
 
     @property
-    def upper_counts(self) -> NDArray[np.int64]:
+    def upper_counts(self) -> Ints:
         """(F,) particles from the solid's prediction."""
         return self.layers.features.upper_counts
 
     @property
-    def means(self) -> NDArray[np.float64]:
+    def means(self) -> Floats:
         """(F, 2) px."""
         return self.layers.features.means
 
     @property
-    def covariances(self) -> NDArray[np.float64]:
+    def covariances(self) -> Floats:
         """(F, 2, 2) px^2."""
         return self.layers.features.covariances
 
     @property
-    def hidden(self) -> NDArray[np.float64]:
+    def hidden(self) -> Floats:
         """(F,) how likely each point is hidden."""
         return self.layers.hidden
 
@@ -202,23 +202,23 @@ class Layers(ABC, Generic[S]):
         return self.rival is None or self.rival.all_visible
 
     @property
-    def ratios(self) -> NDArray[np.float64]:
+    def ratios(self) -> Floats:
         """(F,) alpha, the share of the solid's prediction as learned up to this frame."""
         return self.layers.mixture.ratios
 
     @property
-    def follows_solid(self) -> NDArray[np.bool_]:
+    def follows_solid(self) -> Bools:
         """(F,) whether alpha is above a half."""
-        follows: NDArray[np.bool_] = self.ratios > 0.5
+        follows: Bools = self.ratios > 0.5
         return follows
 
     @property
     @abstractmethod
-    def place_mm(self) -> NDArray[np.float64] | None:
+    def place_mm(self) -> Floats | None:
         """(3,) where the origin of the solid's frame is in the camera's frame; None if the upper layer cannot tell."""
 
     @abstractmethod
-    def camera(self, solid: Solid) -> NDArray[np.float64]:
+    def camera(self, solid: Solid) -> Floats:
         """Return the affine camera (2, 4) that the upper layer believes in."""
 
     def own_series(self) -> Mapping[str, SeriesValue]:
@@ -254,7 +254,7 @@ class AffineLayers(Layers[AffineBelief]):
         """An affine camera knows of no distance."""
         return
 
-    def camera(self, solid: Solid) -> NDArray[np.float64]:
+    def camera(self, solid: Solid) -> Floats:
         """Return the camera that is estimated, whatever solid it sees."""
         del solid
         return self.layers.upper.camera
@@ -273,12 +273,12 @@ class PerspectiveLayers(Layers[Gaussian]):
     kind = "perspective"
 
     @property
-    def place_mm(self) -> NDArray[np.float64]:
+    def place_mm(self) -> Floats:
         """(3,) the translation that is estimated."""
-        place: NDArray[np.float64] = self.layers.upper.mean[3:6]
+        place: Floats = self.layers.upper.mean[3:6]
         return place
 
-    def camera(self, solid: Solid) -> NDArray[np.float64]:
+    def camera(self, solid: Solid) -> Floats:
         """Return the affine camera that sees the solid as the pinhole does near its origin."""
         turn, (x, y, z) = rotation(self.layers.upper.mean[:3]), self.place_mm
         scale = solid.focal_px / max(z, 1.0)
@@ -306,32 +306,32 @@ class JointParticles:
         return self.particles.log_evidence
 
     @property
-    def positions(self) -> NDArray[np.float64]:
+    def positions(self) -> Floats:
         """(F, N, 2) px, a view."""
         return self.particles.positions
 
     @property
-    def log_weights(self) -> NDArray[np.float64]:
+    def log_weights(self) -> Floats:
         """(N,), of all points at once."""
         return self.particles.log_weights
 
     @property
-    def upper_counts(self) -> NDArray[np.int64]:
+    def upper_counts(self) -> Ints:
         """(F,) all of them: each particle's own camera predicts its points."""
         return np.full(len(self.particles.feature_means), len(self.particles.log_weights))
 
     @property
-    def means(self) -> NDArray[np.float64]:
+    def means(self) -> Floats:
         """(F, 2) px."""
         return self.particles.feature_means
 
     @property
-    def covariances(self) -> NDArray[np.float64]:
+    def covariances(self) -> Floats:
         """(F, 2, 2) px^2."""
         return self.particles.feature_covariances
 
     @property
-    def hidden(self) -> NDArray[np.float64]:
+    def hidden(self) -> Floats:
         """(F,) none: joint particles take every point for seen."""
         return np.zeros(len(self.particles.feature_means))
 
@@ -350,7 +350,7 @@ class JointParticles:
         """An affine camera knows of no distance."""
         return
 
-    def camera(self, solid: Solid) -> NDArray[np.float64]:
+    def camera(self, solid: Solid) -> Floats:
         """Return the weighted mean of the particles' cameras."""
         del solid
         entries = self.particles.cameras[:, :4]

@@ -34,8 +34,8 @@ freedom (`Solid.widths`). Its 95 % lie within 1.96 standard deviations, like a G
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.geometry.rotation import derivatives, rotation, turn
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials
@@ -116,11 +116,11 @@ def pose_and_band(
 
 @compiled
 def pin(
-    points_mm: NDArray[np.float64],
-    seen_px: NDArray[np.float64],
-    expected_px: NDArray[np.float64],
-    slopes: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    points_mm: Floats,
+    seen_px: Floats,
+    expected_px: Floats,
+    slopes: Floats,
+) -> Floats:
     """Return points (F, 3) moved, by as little as possible, to where they were seen in the first picture.
 
     Args:
@@ -146,9 +146,7 @@ def pin(
 
 
 @compiled
-def nearness(
-    points_mm: NDArray[np.float64], theta: NDArray[np.float64], slopes: NDArray[np.float64], distance_mm: float
-) -> NDArray[np.float64]:
+def nearness(points_mm: Floats, theta: Floats, slopes: Floats, distance_mm: float) -> Floats:
     """Return how much further from its principal point than an affine camera a pinhole sees points, (F,) factors.
 
     Args:
@@ -168,9 +166,7 @@ def nearness(
 
 
 @compiled
-def depth_slopes(
-    points_mm: NDArray[np.float64], theta: NDArray[np.float64], slopes: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def depth_slopes(points_mm: Floats, theta: Floats, slopes: Floats) -> Floats:
     """Return how points (F, 3) move in the picture, (F, 2) px, if the solid is twice as deep; nothing at theta = 0.
 
     The depth is from the points' mean, along the line of sight of the first camera's A_0, `slopes`, (2, 3).
@@ -191,7 +187,7 @@ def depth_slopes(
 
 
 @compiled
-def _line_of_sight(slopes: NDArray[np.float64]) -> NDArray[np.float64]:
+def _line_of_sight(slopes: Floats) -> Floats:
     """Return the direction (3,), away from the camera, along which an affine camera (2, 3) sees nothing move."""
     line = np.empty(3)
     for i in range(3):
@@ -203,11 +199,11 @@ def _line_of_sight(slopes: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @compiled
 def _affine(
-    points_mm: NDArray[np.float64],
-    theta: NDArray[np.float64],
-    offset_px: NDArray[np.float64],
-    slopes: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    points_mm: Floats,
+    theta: Floats,
+    offset_px: Floats,
+    slopes: Floats,
+) -> tuple[Floats, Floats]:
     """Return where A_0 R(theta) X + c is, (F, 2), and the derivatives (2 F, 5) by theta and c."""
     count = points_mm.shape[0]
     expected = turn(points_mm, multiply(slopes, rotation(theta)))
@@ -225,7 +221,7 @@ def _affine(
     return expected, jacobian
 
 
-def seen_moments(belief: Belief) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def seen_moments(belief: Belief) -> tuple[Floats, Floats, Floats]:
     """Return what points are believed to be if they are seen: means (F, 2) px, variances (F, 2) px^2, scarcity (F,).
 
     The scarcity is 1 / (1 - kappa), at most N: see the module.
@@ -236,9 +232,7 @@ def seen_moments(belief: Belief) -> tuple[NDArray[np.float64], NDArray[np.float6
 
 
 @compiled
-def _seen_moments(
-    positions: NDArray[np.float64], log_weights: NDArray[np.float64], hidden: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def _seen_moments(positions: Floats, log_weights: Floats, hidden: Floats) -> tuple[Floats, Floats, Floats]:
     features, count = log_weights.shape
     means, variances, scarce = np.zeros((features, 2)), np.zeros((features, 2)), np.empty(features)
     for n in range(features):

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.band import HALF, MOST, FlagBand, Miscalibration
 from pftrack.core.model.drawing import Axes, Frustum, Key, Links, Points, Primitive, Text
@@ -32,7 +33,7 @@ MOST_RAISED = 0.9
 """Nothing is drawn nearer to the camera than a tenth of its focal length, nor behind it."""
 
 
-def heights(state: PoseState, depths_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+def heights(state: PoseState, depths_mm: Floats) -> Floats:
     """Return how high above the picture a drawing shows what is at depths (n,) in the camera's frame, (n,) px."""
     radius = float(np.linalg.norm(state.solid.points_mm, axis=1).max())
     plane_mm = max(float(state.translation_mm[2]), NEAREST_MM) + CLEAR_RADII * radius
@@ -40,9 +41,7 @@ def heights(state: PoseState, depths_mm: NDArray[np.float64]) -> NDArray[np.floa
     return np.minimum(focal * (1.0 - depths_mm / plane_mm), MOST_RAISED * focal)
 
 
-def place_points(
-    state: PoseState, points_mm: NDArray[np.float64], theta: NDArray[np.float64] | None = None
-) -> NDArray[np.float64]:
+def place_points(state: PoseState, points_mm: Floats, theta: Floats | None = None) -> Floats:
     """Return where points (n, 3) of the solid are seen, and how high above the picture they stand, (n, 3) px.
 
     Args:
@@ -93,7 +92,7 @@ def feature_marks(state: PoseState, names: tuple[str, ...]) -> dict[str, Primiti
 
 
 def feature_names(
-    state: PoseState, names: tuple[str, ...], places: NDArray[np.float64], titles: Mapping[str, str] | None = None
+    state: PoseState, names: tuple[str, ...], places: Floats, titles: Mapping[str, str] | None = None
 ) -> dict[str, Primitive]:
     """Draw the features' names at places (F, 2) px, and lines that lead to them.
 
@@ -119,7 +118,7 @@ def feature_names(
     return drawn
 
 
-def beside(points: NDArray[np.float64], plan: NDArray[np.float64], height: float) -> NDArray[np.float64]:
+def beside(points: Floats, plan: Floats, height: float) -> Floats:
     """Return places (n, 2) for the names of points (n, 2), so that none covers another: in two columns beside them.
 
     Args:
@@ -173,7 +172,7 @@ def true_marks(landmarks: Landmarks, size: float) -> dict[str, Primitive]:
     return drawn
 
 
-def pose_axes(state: PoseState, origin_mm: NDArray[np.float64], length_mm: float) -> dict[str, Primitive]:
+def pose_axes(state: PoseState, origin_mm: Floats, length_mm: float) -> dict[str, Primitive]:
     """Draw the solid's own axes at a point of it, z turned so that it comes out of the picture for a solid at rest.
 
     The axes that lie in the picture then are named; a third name would cover the others whenever the solid is turned.
@@ -332,18 +331,18 @@ def pose_measure(frame: Frame, state: PoseState) -> Mapping[str, SeriesValue]:
     return values
 
 
-def mean_error_deg(estimates: NDArray[np.float64], truths: NDArray[np.float64]) -> NDArray[np.float64]:
+def mean_error_deg(estimates: Floats, truths: Floats) -> Floats:
     """Return the mean over the axes of the absolute errors (...), degrees, of angles (..., 3), rad."""
-    error: NDArray[np.float64] = np.rad2deg(np.abs(wrap(estimates - truths)).mean(axis=-1))
+    error: Floats = np.rad2deg(np.abs(wrap(estimates - truths)).mean(axis=-1))
     return error
 
 
-def _gaze_sd(state: PoseState) -> NDArray[np.float64]:
+def _gaze_sd(state: PoseState) -> Floats:
     """Return the standard deviations of yaw, pitch and roll (3,), rad; the roll's as if it were theta_z."""
     return state.sigma[[1, 0, 2]]
 
 
-def _numbers(values: NDArray[np.float64] | NDArray[np.bool_]) -> tuple[float, ...]:
+def _numbers(values: Floats | Bools) -> tuple[float, ...]:
     return tuple(np.asarray(values, dtype=np.float64).tolist())
 
 

@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 from typing import Generic, TypeAlias, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.elementary import exponential
 from pftrack.core.numerics.random import Gaussian, Generator
 from pftrack.filters import adaptive, consensus
@@ -43,7 +43,7 @@ SURPRISE = 0.36
 LEAST_LOG_LIKELIHOOD = -40.0
 """What is less likely is doubted no more than this."""
 
-FeatureLikelihood: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+FeatureLikelihood: TypeAlias = Callable[[Floats], Floats]
 """From positions (F, N, 2) px to log likelihoods (F, N), up to a constant for each feature."""
 
 
@@ -91,8 +91,8 @@ class Layered(Generic[S]):
     upper: S
     mixture: Mixture
     pose: Gaussian
-    hidden: NDArray[np.float64]
-    log_likelihoods: NDArray[np.float64] | None = None
+    hidden: Floats
+    log_likelihoods: Floats | None = None
     projection: Projection | None = None
 
 
@@ -110,13 +110,13 @@ class Proposed(Generic[S]):
     drawn: Draw
     upper: S
     projection: Projection
-    expected: NDArray[np.float64] | None = None
+    expected: Floats | None = None
 
 
 def begin(
     layer: UpperLayer[S],
     belief: S,
-    positions: NDArray[np.float64],
+    positions: Floats,
     settings: Settings,
     rng: Generator,
     *,
@@ -195,7 +195,7 @@ def conclude(
     state: Layered[S],
     proposed: Proposed[S],
     layer: UpperLayer[S],
-    log_likelihoods: NDArray[np.float64],
+    log_likelihoods: Floats,
     settings: Settings,
     rng: Generator,
 ) -> Layered[S]:
@@ -238,7 +238,7 @@ def conclude(
     return Layered(features, upper, mixture, layer.pose(upper), hidden, visible, proposed.projection)
 
 
-def _expected(proposed: Proposed[S]) -> NDArray[np.float64]:
+def _expected(proposed: Proposed[S]) -> Floats:
     """Return where the solid has its points, (F, 2) px, before this look at the frame."""
     return proposed.projection.positions if proposed.expected is None else proposed.expected
 
@@ -247,7 +247,7 @@ def _update_by_agreement(
     proposed: Proposed[S],
     layer: UpperLayer[S],
     features: Features,
-    log_likelihoods: NDArray[np.float64],
+    log_likelihoods: Floats,
     settings: Settings,
     rng: Generator,
 ) -> S:
@@ -355,7 +355,7 @@ def step_hypotheses(
     return best, Rival(behind, doubting=not doubted, log_odds=log_odds)
 
 
-def _fits(after: Layered[S], layer: UpperLayer[S], settings: Settings) -> NDArray[np.float64]:
+def _fits(after: Layered[S], layer: UpperLayer[S], settings: Settings) -> Floats:
     """Return how well each feature looks like itself where a filter's pose has it, (F,) log likelihoods."""
     if after.log_likelihoods is None:
         raise ValueError("a filter is compared after a step, not at its beginning")

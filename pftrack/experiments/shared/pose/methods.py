@@ -11,8 +11,8 @@ from dataclasses import replace
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.series import Reduction, Series, SeriesValue
 from pftrack.core.numerics.matrices import least_squares, pinhole_jacobian, product
@@ -59,7 +59,7 @@ METHODS: dict[Method, tuple[str, str]] = {
 
 def begin(
     solid: Solid,
-    positions: NDArray[np.float64],
+    positions: Floats,
     parameters: PoseTrackerParameters,
     method: Method,
     rng: Generator,
@@ -141,7 +141,7 @@ def hold(belief: Belief) -> Belief:
     return replace(belief, layers=replace(layers, features=adaptive.hold(layers.features)))
 
 
-def slopes(state: PoseState, parameters: PoseTrackerParameters) -> NDArray[np.float64]:
+def slopes(state: PoseState, parameters: PoseTrackerParameters) -> Floats:
     """Return by how many px a mm of the solid's frame will move a point beside each of its points, (F, 2, 3)."""
     belief, solid = state.belief, state.solid
     if isinstance(belief, PerspectiveLayers):
@@ -150,7 +150,7 @@ def slopes(state: PoseState, parameters: PoseTrackerParameters) -> NDArray[np.fl
     return np.tile(belief.camera(solid)[:, :3], (len(solid.points_mm), 1, 1))
 
 
-def slopes_at(solid: Solid, q: NDArray[np.float64]) -> NDArray[np.float64]:
+def slopes_at(solid: Solid, q: Floats) -> Floats:
     """Return the same for a pinhole before which the solid has angles and place q (6,), rad and mm."""
     turn = rotation(q[:3])
     seen = product(solid.points_mm, turn.T) + q[3:]
@@ -165,9 +165,7 @@ def has_switched(before: Belief, after: Belief) -> bool:
     return bool((one != other).any())
 
 
-def translation(
-    turned_mm: NDArray[np.float64], pixels: NDArray[np.float64], focal_px: float, principal_px: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def translation(turned_mm: Floats, pixels: Floats, focal_px: float, principal_px: Floats) -> Floats:
     """Return where a solid is whose pose is known, (3,) mm in the camera's frame, by least squares.
 
     A point seen at (u, v) from the principal point obeys f (X + t_x) = u (Z + t_z), and alike for v: linear in t.
@@ -191,7 +189,7 @@ def translation(
 
 def _begin_layers(
     solid: Solid,
-    positions: NDArray[np.float64],
+    positions: Floats,
     parameters: PoseTrackerParameters,
     method: Method,
     rng: Generator,
@@ -260,7 +258,7 @@ def _affine(solid: Solid, parameters: PoseTrackerParameters) -> AffineLayer:
 
 
 def _upper(
-    solid: Solid, parameters: PoseTrackerParameters, positions: NDArray[np.float64], pose: Gaussian
+    solid: Solid, parameters: PoseTrackerParameters, positions: Floats, pose: Gaussian
 ) -> AffineBelief | Gaussian:
     """Return the belief of the upper layer in a solid of this pose whose features are here."""
     initial = _layer(solid, parameters).begin()
@@ -286,8 +284,8 @@ def _upper(
 def _joint(
     solid: Solid,
     parameters: PoseTrackerParameters,
-    positions: NDArray[np.float64],
-    covariances: NDArray[np.float64],
+    positions: Floats,
+    covariances: Floats,
     pose: Gaussian,
 ) -> JointParticles:
     """Return joint particles of a solid of this pose whose features are here, all of them at one place."""
@@ -304,7 +302,7 @@ def _joint(
     return JointParticles(particles)
 
 
-def _camera(solid: Solid, positions: NDArray[np.float64], theta: NDArray[np.float64]) -> NDArray[np.float64]:
+def _camera(solid: Solid, positions: Floats, theta: Floats) -> Floats:
     """Return the affine camera (2, 4) that sees a solid of this pose with the middle of its features in theirs."""
     slopes = product(solid.reference[:, :3], rotation(theta))
     return np.column_stack([slopes, positions.mean(axis=0) - product(slopes, solid.points_mm.mean(axis=0))])

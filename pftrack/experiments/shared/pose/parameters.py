@@ -3,9 +3,9 @@
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import field_validator
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, Value, parameter
 from pftrack.experiments.shared.reports import loss_share
 from pftrack.filters.learning.charts import Chart
@@ -210,7 +210,7 @@ class PoseTrackerParameters(Parameters):
         return text
 
     @property
-    def walk(self) -> NDArray[np.float64] | None:
+    def walk(self) -> Floats | None:
         """(3, 3) covariance of the turns in a frame, rad^2, if it was learned."""
         return self.guidance.parse(self.learned).diffusion("fixed").covariance if self.learned else None
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.model.likelihood import Anchor, Cloud, Component, Contributions, ObservationLikelihood, Part
 from pftrack.core.model.series import SeriesValue
@@ -21,7 +21,7 @@ from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.filters.particles import ParticleSet
 
 
-def project_all(poses: NDArray[np.float64], solid: Solid) -> NDArray[np.float64]:
+def project_all(poses: Floats, solid: Solid) -> Floats:
     """Return where a pinhole sees the points of a solid in each of N poses, (F, N, 2) px.
 
     Args:
@@ -33,7 +33,7 @@ def project_all(poses: NDArray[np.float64], solid: Solid) -> NDArray[np.float64]
 
 
 @compiled
-def _project_all(poses: NDArray[np.float64], points_mm: NDArray[np.float64], focal_px: float) -> NDArray[np.float64]:
+def _project_all(poses: Floats, points_mm: Floats, focal_px: float) -> Floats:
     features, count = points_mm.shape[0], poses.shape[0]
     seen = np.empty((features, count, 2))
     for n in range(count):
@@ -62,9 +62,9 @@ class PoseParticles:
     """
 
     particles: ParticleSet
-    positions: NDArray[np.float64]
+    positions: Floats
     log_evidence: float
-    moments: tuple[NDArray[np.float64], NDArray[np.float64]]
+    moments: tuple[Floats, Floats]
 
     @classmethod
     def of(cls, particles: ParticleSet, solid: Solid, log_evidence: float) -> Self:
@@ -78,30 +78,30 @@ class PoseParticles:
         return Gaussian(mean[:3], covariance[:3, :3])
 
     @property
-    def log_weights(self) -> NDArray[np.float64]:
+    def log_weights(self) -> Floats:
         """(N,), of all points at once."""
         return self.particles.log_weights
 
     @property
-    def upper_counts(self) -> NDArray[np.int64]:
+    def upper_counts(self) -> Ints:
         """(F,) all of them: each particle's own pose predicts its points."""
         return np.full(len(self.positions), len(self.particles))
 
     @property
-    def means(self) -> NDArray[np.float64]:
+    def means(self) -> Floats:
         """(F, 2) px."""
         weights = exponentials(self.log_weights)
         return np.asarray((self.positions * weights[:, None]).sum(axis=1))
 
     @property
-    def covariances(self) -> NDArray[np.float64]:
+    def covariances(self) -> Floats:
         """(F, 2, 2) px^2."""
         off = self.positions - self.means[:, None]
         weights = exponentials(self.log_weights)
         return np.asarray((off[:, :, :, None] * off[:, :, None, :] * weights[:, None, None]).sum(axis=1))
 
     @property
-    def hidden(self) -> NDArray[np.float64]:
+    def hidden(self) -> Floats:
         """(F,) none: each particle explains all points, as its file has it."""
         return np.zeros(len(self.positions))
 
@@ -116,11 +116,11 @@ class PoseParticles:
         return
 
     @property
-    def place_mm(self) -> NDArray[np.float64]:
+    def place_mm(self) -> Floats:
         """(3,) mean of the places."""
         return self.moments[0][3:]
 
-    def camera(self, solid: Solid) -> NDArray[np.float64]:
+    def camera(self, solid: Solid) -> Floats:
         """Return the affine camera that sees the solid as the pinhole does near its origin."""
         turn, (x, y, z) = rotation(self.moments[0][:3]), self.place_mm
         scale = solid.focal_px / max(z, 1.0)
@@ -233,15 +233,15 @@ def pose_likelihood(
 
     def log_likelihood(
         state: PoseState,
-        states: NDArray[np.float64],
+        states: Floats,
         frame: Frame,
         parameters: Any,  # noqa: ANN401 - of any family
-    ) -> NDArray[np.float64]:
+    ) -> Floats:
         return np.asarray(weigh(state, frame, parameters)(project_all(states, state.solid)).sum(axis=0))
 
     def parts(
         state: PoseState,
-        one: NDArray[np.float64],
+        one: Floats,
         frame: Frame,
         parameters: Any,  # noqa: ANN401 - of any family
     ) -> tuple[Part, ...]:
@@ -264,18 +264,18 @@ def pose_likelihood(
     )
 
 
-def _centre(state: PoseState) -> NDArray[np.float64]:
+def _centre(state: PoseState) -> Floats:
     """Return angles, rad, and place in the camera's frame, mm, (6,)."""
     return np.concatenate([state.pose.mean, state.translation_mm])
 
 
-def _place(state: PoseState, states: NDArray[np.float64]) -> NDArray[np.float64]:
+def _place(state: PoseState, states: Floats) -> Floats:
     """Return where a pinhole sees the origin of the solid's frame, (N, 2) px."""
     solid = state.solid
     return np.asarray(solid.focal_px * states[:, 3:5] / np.maximum(states[:, 5:], 1.0) + solid.principal_px)
 
 
-def _put(state: PoseState, one: NDArray[np.float64], places: NDArray[np.float64]) -> NDArray[np.float64]:
+def _put(state: PoseState, one: Floats, places: Floats) -> Floats:
     """Return poses as far away as the one, whose origins are seen at places, (M, 6)."""
     states = np.tile(one, (len(places), 1))
     states[:, 3:5] = (places - state.solid.principal_px) * one[5] / state.solid.focal_px

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.geometry.rotation import rotation
 from pftrack.core.numerics.matrices import pinhole, product
 from pftrack.core.numerics.random import Gaussian
@@ -33,19 +34,19 @@ class PoseState:
     solid: Solid
     belief: Belief
     pose: Gaussian
-    recognised: NDArray[np.bool_]
+    recognised: Bools
     switched: bool = False
     memory: Any = None
     calibration: Calibration | None = None
     repeatable: bool = True
 
     @property
-    def estimate(self) -> NDArray[np.float64]:
+    def estimate(self) -> Floats:
         """(3,) mean of the angles, rad."""
         return self.pose.mean
 
     @property
-    def sigma(self) -> NDArray[np.float64]:
+    def sigma(self) -> Floats:
         """(3,) standard deviations of the angles, rad."""
         return self.pose.standard_deviations
 
@@ -60,12 +61,12 @@ class PoseState:
         return self.belief.log_evidence
 
     @property
-    def feature_means(self) -> NDArray[np.float64]:
+    def feature_means(self) -> Floats:
         """(F, 2) px."""
         return self.belief.means
 
     @property
-    def feature_covariances(self) -> NDArray[np.float64]:
+    def feature_covariances(self) -> Floats:
         """(F, 2, 2) px^2."""
         return self.belief.covariances
 
@@ -80,7 +81,7 @@ class PoseState:
         return {"positions": belief.positions, "log_weights": belief.log_weights, "upper_counts": belief.upper_counts}
 
     @property
-    def translation_mm(self) -> NDArray[np.float64]:
+    def translation_mm(self) -> Floats:
         """(3,) where the origin of the solid's frame is now, in the camera's frame.
 
         An affine camera knows of no distance; it is then the one at which a mm is as large as at the start.
@@ -92,7 +93,7 @@ class PoseState:
         camera = self.belief.camera(self.solid)
         return np.append((camera[:, 3] - self.solid.principal_px) * depth / focal, depth)
 
-    def project(self, points_mm: NDArray[np.float64], theta: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+    def project(self, points_mm: Floats, theta: Floats | None = None) -> Floats:
         """Return where points (n, 3) of the solid are seen, (n, 2) px.
 
         An affine camera is bent back to what a solid of this pose looks like, x = A_0 R(theta) X + its own last column.

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponentials
 from pftrack.core.numerics.matrices import inner_product
@@ -25,7 +26,7 @@ from pftrack.filters.particles import moments, normalise
 from pftrack.filters.resampling import parents
 from pftrack.filters.switching import exceeds, hard, soft
 
-LogLikelihood: TypeAlias = Callable[[NDArray[np.uint8], NDArray[np.float64], Any], NDArray[np.float64]]
+LogLikelihood: TypeAlias = Callable[[NDArray[np.uint8], Floats, Any], Floats]
 
 TRACK = 1
 """Purpose.TRACK, as compiled code needs it."""
@@ -64,10 +65,10 @@ class Scheme(NamedTuple):
 class Motion(NamedTuple):
     """x' = A x + d + B u, with the process noise of calm and of alert frames."""
 
-    transition: NDArray[np.float64]
-    offset: NDArray[np.float64]
-    noise: NDArray[np.float64]
-    large_noise: NDArray[np.float64]
+    transition: Floats
+    offset: Floats
+    noise: Floats
+    large_noise: Floats
 
 
 class Loop(NamedTuple):
@@ -86,30 +87,28 @@ class Loop(NamedTuple):
         alert: (L,) whether the observation was trusted more, or the prediction doubted, than in calm times.
     """
 
-    coordinates: NDArray[np.float64]
-    log_weights: NDArray[np.float64]
-    ancestors: NDArray[np.int64]
-    mean: NDArray[np.float64]
-    covariance: NDArray[np.float64]
-    estimates: NDArray[np.float64]
-    log_evidences: NDArray[np.float64]
-    observation_counts: NDArray[np.int64]
-    resampled: NDArray[np.bool_]
-    alert: NDArray[np.bool_]
+    coordinates: Floats
+    log_weights: Floats
+    ancestors: Ints
+    mean: Floats
+    covariance: Floats
+    estimates: Floats
+    log_evidences: Floats
+    observation_counts: Ints
+    resampled: Bools
+    alert: Bools
 
 
-def _log_likelihood(
-    picture_rgb: NDArray[np.uint8], states: NDArray[np.float64], likelihood: tuple[Any, ...]
-) -> NDArray[np.float64]:
+def _log_likelihood(picture_rgb: NDArray[np.uint8], states: Floats, likelihood: tuple[Any, ...]) -> Floats:
     """Return log p(z | x) (N,); `loop_with` puts a compiled likelihood in this place."""
     raise NotImplementedError
 
 
 def _loop(
     pictures_rgb: NDArray[np.uint8],
-    coordinates: NDArray[np.float64],
-    log_weights: NDArray[np.float64],
-    sigma: NDArray[np.float64],
+    coordinates: Floats,
+    log_weights: Floats,
+    sigma: Floats,
     motion: Motion,
     likelihood: tuple[Any, ...],
     scheme: Scheme,
@@ -207,7 +206,7 @@ def loop_with(log_likelihood: LogLikelihood) -> Callable[..., Loop]:
 
 
 @compiled
-def _choose(scheme: Scheme, sigma: NDArray[np.float64]) -> tuple[int, bool]:
+def _choose(scheme: Scheme, sigma: Floats) -> tuple[int, bool]:
     """Return how many particles to draw by observation, and whether the tracker is alert."""
     if scheme.rule == Rule.OBSERVATION:
         return scheme.sample_count, True
@@ -221,7 +220,7 @@ def _choose(scheme: Scheme, sigma: NDArray[np.float64]) -> tuple[int, bool]:
 
 
 @compiled
-def _widen(normals: NDArray[np.float64], scheme: Scheme, alert: bool) -> None:
+def _widen(normals: Floats, scheme: Scheme, alert: bool) -> None:
     """Make the noise on the position (the first two rows) of some of the particles larger."""
     if scheme.wide_every > 0 and not (scheme.rule == Rule.NOISE and alert):
         for n in range(0, scheme.sample_count, scheme.wide_every):
@@ -230,7 +229,7 @@ def _widen(normals: NDArray[np.float64], scheme: Scheme, alert: bool) -> None:
 
 
 @compiled
-def _must_resample(scheme: Scheme, log_weights: NDArray[np.float64]) -> bool:
+def _must_resample(scheme: Scheme, log_weights: Floats) -> bool:
     if scheme.threshold >= 1.0 or scheme.sample_count != log_weights.shape[0]:
         return True
     weights = exponentials(log_weights)
@@ -240,11 +239,11 @@ def _must_resample(scheme: Scheme, log_weights: NDArray[np.float64]) -> bool:
 @compiled
 def _parents(
     scheme: Scheme,
-    log_weights: NDArray[np.float64],
-    first_stage: NDArray[np.float64],
+    log_weights: Floats,
+    first_stage: Floats,
     by_observation: int,
     place: tuple[int, int],
-) -> tuple[NDArray[np.int64], int]:
+) -> tuple[Ints, int]:
     """Return the parents, those by prediction first, and how many draws that took."""
     if by_observation == 0:
         return parents(scheme.resampling, log_weights, scheme.sample_count, *place, TRACK, 0), 1

@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.likelihood import Cloud, ObservationLikelihood
 from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.source import Frame
@@ -48,7 +49,7 @@ def size_of(image_rgb: NDArray[np.uint8]) -> tuple[int, int]:
     return width, height
 
 
-def centre_of(state: PointState) -> NDArray[np.float64]:
+def centre_of(state: PointState) -> Floats:
     """Return the posterior mean (d,) of all that a state is."""
     return state.posterior.mean
 
@@ -68,7 +69,7 @@ def cloud_of(samplers: tuple[str, ...], state: PointState) -> Cloud | None:
     return Cloud(particles.states, particles.log_weights, particles.ancestors, counts, samplers, state.resampled)
 
 
-def crop(image_rgb: NDArray[np.uint8], middle: NDArray[np.float64], reach: tuple[int, int]) -> NDArray[np.uint8]:
+def crop(image_rgb: NDArray[np.uint8], middle: Floats, reach: tuple[int, int]) -> NDArray[np.uint8]:
     """Return the part of a picture within a reach of a place, clipped to it; empty if that is outside.
 
     Args:

@@ -9,8 +9,8 @@ import time
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.experiments.own.code import FilterCode
 from pftrack.teaching.exercises.margins import RISK, student_margin
 from pftrack.teaching.exercises.properties.weights import Options
@@ -22,7 +22,7 @@ def _log_evidence(submission: Submission, seed: int, tracker: str | None = None)
     return math.fsum(row.log_evidence for row in submission.rows(seed, tracker))
 
 
-def _differences(submission: Submission, options: Options, seed: int, tracker: str | None) -> NDArray[np.float64]:
+def _differences(submission: Submission, options: Options, seed: int, tracker: str | None) -> Floats:
     """Return by how much the log evidence of each run is above the exact one."""
     seeds = range(seed, seed + int(options["runs"]))
     exact = str(options["exact"])

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.model.diagnostics import Diagnostics
 from pftrack.experiments.own.sliders import FilterFileError
 from pftrack.filters.particles import normalise
@@ -46,7 +46,7 @@ TOLERANCE = 1e-9
 """Relative; what rounding makes of a few hundred numbers is a thousandth of it."""
 
 
-def _cases(seed: int) -> dict[str, NDArray[np.float64]]:
+def _cases(seed: int) -> dict[str, Floats]:
     drawn = generator(seed, 3).standard_normal(200)
     with_none = drawn.copy()
     with_none[::3] = -np.inf
@@ -85,7 +85,7 @@ def _of_normalise(submission: Submission, seed: int) -> Verdict:
     return Verdict(True, f"They sum to one in all of {len(_cases(seed))} cases.", {}, seed)
 
 
-def _problem(found: object, given: NDArray[np.float64]) -> tuple[str, dict[str, float]]:
+def _problem(found: object, given: Floats) -> tuple[str, dict[str, float]]:
     """Return what is wrong, a clause, and its numbers; empty if nothing is."""
     if not isinstance(found, tuple) or len(found) != 2:
         return "returned no pair of log_weights and the logarithm of their sum", {}
@@ -99,7 +99,7 @@ def _problem(found: object, given: NDArray[np.float64]) -> tuple[str, dict[str, 
     return _compare(logs, log_sum, given)
 
 
-def _compare(logs: NDArray[np.float64], log_sum: float, given: NDArray[np.float64]) -> tuple[str, dict[str, float]]:
+def _compare(logs: Floats, log_sum: float, given: Floats) -> tuple[str, dict[str, float]]:
     total = float(np.exp(logs).sum())
     if abs(total - 1.0) > TOLERANCE:
         return f"returned weights that sum to {total:.12g}", {"sum": total}
@@ -144,7 +144,7 @@ ROUNDING = 1e-9
 """Of an expected number of children: so close to a whole number it may be rounded either way."""
 
 
-def _weights(seed: int) -> dict[str, NDArray[np.float64]]:
+def _weights(seed: int) -> dict[str, Floats]:
     """Return weights of several kinds by what is special of them; they sum to one."""
     rng = generator(seed, 1)
     drawn = rng.dirichlet(np.full(17, 0.6))
@@ -156,9 +156,7 @@ def _weights(seed: int) -> dict[str, NDArray[np.float64]]:
     return {name: weights / weights.sum() for name, weights in kinds.items()}
 
 
-def _draw(
-    submission: Submission, weights: NDArray[np.float64], count: int, seed: int, draw: int
-) -> NDArray[np.int64] | str:
+def _draw(submission: Submission, weights: Floats, count: int, seed: int, draw: int) -> Ints | str:
     """Return the places of parents, or what is wrong with what came back, a clause."""
     with np.errstate(divide="ignore"):
         log_weights = np.log(weights)

@@ -8,9 +8,10 @@ import math
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import ndtr
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, Value, parameter
 from pftrack.core.model.recipe import Recipe
 from pftrack.teaching.lessons.course.axes import ceiling
@@ -35,7 +36,7 @@ LOW, HIGH = -5.0, 15.0
 CAMERA = 5.0
 """Place of the camera in m, from which distances are measured."""
 STEP = 0.02
-GRID: NDArray[np.float64] = np.linspace(-60.0, 70.0, 6_501)
+GRID: Floats = np.linspace(-60.0, 70.0, 6_501)
 """In m; far beyond what is drawn, so that sums over it are integrals. The camera stands on one of its points."""
 DRAWN = slice(2750, 3751, 2)
 """What is drawn of the grid, LOW to HIGH."""
@@ -60,13 +61,13 @@ class BayesParameters(Parameters):
     # fmt: on
 
 
-def expected_measurement(x: ArrayLike, mode: str) -> NDArray[np.float64]:
+def expected_measurement(x: ArrayLike, mode: str) -> Floats:
     """Return what would be measured without noise at each state x: the easy direction."""
     at = np.asarray(x, dtype=np.float64)
     return at if mode == "position" else np.abs(at - CAMERA)
 
 
-def posterior(p: BayesParameters) -> NDArray[np.float64]:
+def posterior(p: BayesParameters) -> Floats:
     """Return p(x | z) over the grid: prior times likelihood, divided by the area of that.
 
     The product is made of logarithms, since both may be far too small for a number where the other is large.
@@ -77,7 +78,7 @@ def posterior(p: BayesParameters) -> NDArray[np.float64]:
     return np.asarray(product / (STEP * product.sum()))
 
 
-def moments(density: NDArray[np.float64]) -> tuple[float, float]:
+def moments(density: Floats) -> tuple[float, float]:
     """Return mean and variance of a density over the grid, in m and m^2."""
     weights = STEP * density
     mean = float(weights @ GRID)
@@ -96,7 +97,7 @@ def likelihood_area(p: BayesParameters) -> float:
     return 1.0 if p.mode == "position" else 2.0 * float(ndtr(p.measured / p.noise_sd))
 
 
-def peaks(density: NDArray[np.float64]) -> NDArray[np.float64]:
+def peaks(density: Floats) -> Floats:
     """Return the places in m at which a density over the grid has a peak."""
     inner = density[1:-1]
     return np.asarray(GRID[1:-1][(inner > density[:-2]) & (inner >= density[2:]) & (inner > 1e-12)])
@@ -138,14 +139,14 @@ def _panel(
     )
 
 
-def _prior(p: BayesParameters, prior: NDArray[np.float64], top: float) -> Panel:
+def _prior(p: BayesParameters, prior: Floats, top: float) -> Panel:
     curve = Curve(title="prior p(x)", ink="prediction", x=GRID[DRAWN], y=prior[DRAWN])
     words = f"A bump at {p.prior_mean:g} m with a standard deviation of {p.prior_sd:g} m."
     handle = Handle(parameter="prior_mean", at=p.prior_mean)
     return _panel("prior", "Prior: what was believed", 0, top, (curve,), words, handle)
 
 
-def _likelihood(p: BayesParameters, likelihood: NDArray[np.float64]) -> Panel:
+def _likelihood(p: BayesParameters, likelihood: Floats) -> Panel:
     curve = Curve(title="likelihood p(z | x)", ink="observation", x=GRID[DRAWN], y=likelihood[DRAWN])
     title = f"Likelihood: how well each x explains z = {p.measured:g} m"
     top = ceiling(1.02 * float(likelihood.max()))
@@ -159,7 +160,7 @@ def _likelihood(p: BayesParameters, likelihood: NDArray[np.float64]) -> Panel:
     return _panel("likelihood", title, 1, top, (camera, curve), words)
 
 
-def _posterior(prior: NDArray[np.float64], density: NDArray[np.float64], mean: float, top: float) -> Panel:
+def _posterior(prior: Floats, density: Floats, mean: float, top: float) -> Panel:
     x = GRID[DRAWN]
     traces = (
         Curve(title="prior, to compare", ink="prediction", x=x, y=prior[DRAWN], dashed=True),
@@ -177,7 +178,7 @@ def _answer(parameters: BayesParameters, seed: int) -> Answer:
     return Answer("two" if len(found) == 2 else "one", words=words)
 
 
-def _join(places: NDArray[np.float64]) -> str:
+def _join(places: Floats) -> str:
     return " and ".join(f"{place:.2f} m" for place in places)
 
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from functools import lru_cache, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.numerics.random import Generator, Purpose, Stream
 from pftrack.filters import bootstrap
 from pftrack.filters.particles import ParticleSet
@@ -30,10 +30,10 @@ TYPICAL = 20
 """Seed of a walk past three doors, after which the robot may still be at one of two places."""
 
 CELL_M = 0.1
-CELLS_M: NDArray[np.float64] = np.asarray(CELL_M * (np.arange(round(LENGTH_M / CELL_M)) + 0.5))
+CELLS_M: Floats = np.asarray(CELL_M * (np.arange(round(LENGTH_M / CELL_M)) + 0.5))
 """Middles of the grid's cells."""
 BIN_M = 2.0
-BINS_M: NDArray[np.float64] = np.asarray(BIN_M * np.arange(round(LENGTH_M / BIN_M) + 1))
+BINS_M: Floats = np.asarray(BIN_M * np.arange(round(LENGTH_M / BIN_M) + 1))
 """Edges of the bins in which a cloud and a density are compared."""
 
 
@@ -49,13 +49,13 @@ class Pace:
     mean: float
     sd: float
 
-    def predict(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    def predict(self, states: Floats) -> Floats:
         """Return the means (N, 1) of the next states, given states (N, 1)."""
         return states + self.mean
 
-    def diffuse(self, rng: Generator, means: NDArray[np.float64], ancestors: NDArray[np.int64]) -> NDArray[np.float64]:
+    def diffuse(self, rng: Generator, means: Floats, ancestors: Ints) -> Floats:
         """Draw next states (n, 1) around the means (N, 1) of the ancestors (n,) chosen."""
-        drawn: NDArray[np.float64] = means[ancestors] + self.sd * rng.standard_normal((len(ancestors), 1))
+        drawn: Floats = means[ancestors] + self.sd * rng.standard_normal((len(ancestors), 1))
         return drawn
 
 
@@ -68,8 +68,8 @@ class Walk:
         doors: (STEPS,) whether it sensed a door after each step.
     """
 
-    positions_m: NDArray[np.float64]
-    doors: NDArray[np.bool_]
+    positions_m: Floats
+    doors: Bools
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,8 +81,8 @@ class Exact:
         given: (STEPS + 1, cells) at the start, when it may be anywhere, and after each measurement.
     """
 
-    predicted: NDArray[np.float64]
-    given: NDArray[np.float64]
+    predicted: Floats
+    given: Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +97,7 @@ class Corridor:
     noise_m: float = 0.6
     quality: float = 0.9
 
-    def likelihood(self, positions_m: NDArray[np.float64], door: bool) -> NDArray[np.float64]:
+    def likelihood(self, positions_m: Floats, door: bool) -> Floats:
         """Return the probability, at each position (n,), of sensing a door or none; 0 outside the corridor."""
         apart = np.abs(positions_m - np.array(DOORS_M)[:, None]).min(axis=0) / DOOR_SPREAD_M
         seen = (1.0 - self.quality) / 2.0 + self.quality * np.exp(-0.5 * apart * apart)
@@ -111,7 +111,7 @@ class Corridor:
         doors = numbers.random(STEPS) < self.likelihood(positions, door=True)
         return Walk(np.concatenate([[START_M], positions]), doors)
 
-    def exact(self, doors: NDArray[np.bool_]) -> Exact:
+    def exact(self, doors: Bools) -> Exact:
         """Return the densities given what was sensed after each step, (STEPS,)."""
         reach = math.ceil((PACE_M + 5.0 * self.noise_m) / CELL_M)
         moves = CELL_M * np.arange(-reach, reach + 1)
@@ -128,7 +128,7 @@ class Corridor:
 
     def clouds(
         self,
-        doors: NDArray[np.bool_],
+        doors: Bools,
         count: int,
         seed: int,
         *,
@@ -158,7 +158,7 @@ class Corridor:
             clouds.append(posterior.particles)
         return clouds
 
-    def _log_likelihood(self, door: bool, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _log_likelihood(self, door: bool, states: Floats) -> Floats:
         with np.errstate(divide="ignore"):
             return np.log(self.likelihood(states[:, 0], door))
 
@@ -173,12 +173,12 @@ def cached_walk(corridor: Corridor, seed: int = TYPICAL) -> tuple[Walk, Exact]:
     return walk, exact
 
 
-def assign_bins(positions_m: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
+def assign_bins(positions_m: Floats, weights: Floats) -> Floats:
     """Return how much of the weights (n,), which sum to 1, is in each bin; it is a share of what is in the corridor."""
     return np.histogram(positions_m, BINS_M, weights=weights)[0]
 
 
-def total_variation(cloud: ParticleSet, density: NDArray[np.float64]) -> float:
+def total_variation(cloud: ParticleSet, density: Floats) -> float:
     """Return half the sum, over the bins, of how far a cloud's share is from that of a density (cells,), 1/m."""
     ours, exact = assign_bins(cloud.states[:, 0], cloud.weights), assign_bins(CELLS_M, density * CELL_M)
     return float(0.5 * np.abs(ours - exact).sum())
@@ -194,7 +194,7 @@ PER_COLUMN = 10
 """Cells to a column of the map."""
 
 
-def steps_so_far(redrawn: list[NDArray[np.float64]], walk: Walk, exact: Exact, step: int) -> Panel:
+def steps_so_far(redrawn: list[Floats], walk: Walk, exact: Exact, step: int) -> Panel:
     """Return the map of all steps: what can be known, and up to one of them where particles and robot are."""
     columns = exact.given.reshape(STEPS + 1, -1, PER_COLUMN).mean(axis=2)
     # The root, since at first it is spread over all of the corridor and at last over a few metres.
@@ -262,7 +262,7 @@ def weigh(cloud: ParticleSet, walk: Walk, exact: Exact, corridor: Corridor, step
     )
 
 
-def resampled_panel(places: NDArray[np.float64], walk: Walk, exact: Exact, step: int) -> Panel:
+def resampled_panel(places: Floats, walk: Walk, exact: Exact, step: int) -> Panel:
     """Return the particles of a step after they were redrawn, and the exact density."""
     density = exact.given[step]
     heights = assign_bins(places, np.full(len(places), 1.0 / len(places))) / BIN_M

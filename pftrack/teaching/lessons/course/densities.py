@@ -4,13 +4,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import ndtr
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.random import Generator
 
 
-def normal(x: ArrayLike, mean: float, sd: float) -> NDArray[np.float64]:
+def normal(x: ArrayLike, mean: float, sd: float) -> Floats:
     """Return the density of N(mean, sd^2) at each x."""
     off = (np.asarray(x, dtype=np.float64) - mean) / sd
     return np.asarray(np.exp(-0.5 * off * off) / (math.sqrt(2.0 * math.pi) * sd))
@@ -40,21 +41,19 @@ class Mixture:
         """The variance of the whole: the mean of the squares less the square of the mean."""
         return sum(share * (sd**2 + mean**2) for share, mean, sd in self._bumps) - self.mean**2
 
-    def density(self, x: ArrayLike) -> NDArray[np.float64]:
+    def density(self, x: ArrayLike) -> Floats:
         """Return the density at each x."""
         return np.asarray(sum(share * normal(x, mean, sd) for share, mean, sd in self._bumps))
 
-    def cumulative(self, x: ArrayLike) -> NDArray[np.float64]:
+    def cumulative(self, x: ArrayLike) -> Floats:
         """Return the probability of being at most x, for each x."""
         at = np.asarray(x, dtype=np.float64)
         return np.asarray(sum(share * ndtr((at - mean) / sd) for share, mean, sd in self._bumps))
 
-    def sample(self, rng: Generator, count: int) -> NDArray[np.float64]:
+    def sample(self, rng: Generator, count: int) -> Floats:
         """Return (count,) draws: a uniform number chooses the bump of each, a normal one its place there."""
         chosen = np.searchsorted(np.cumsum(self.shares)[:-1], rng.random(count), side="right")
-        drawn: NDArray[np.float64] = np.take(self.means, chosen) + np.take(self.sds, chosen) * rng.standard_normal(
-            count
-        )
+        drawn: Floats = np.take(self.means, chosen) + np.take(self.sds, chosen) * rng.standard_normal(count)
         return drawn
 
     @property

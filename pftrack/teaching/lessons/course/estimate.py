@@ -4,8 +4,8 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.teaching.lessons.course.densities import Mixture
@@ -27,7 +27,7 @@ from pftrack.teaching.lessons.lesson import (
 LOW, HIGH = -3.0, 9.0
 """Where guesses are made, m."""
 
-GRID: NDArray[np.float64] = np.linspace(-6.0, 14.0, 1001)
+GRID: Floats = np.linspace(-6.0, 14.0, 1001)
 """Positions that are summed over, m: all of the density, whatever the sliders say."""
 
 HIT = 0.15
@@ -55,7 +55,7 @@ def posterior(weight: float = 0.3, second: float = 4.0) -> Mixture:
     return Mixture((1.0 - weight, weight), (0.0, second), (0.6, 1.0))
 
 
-def expected_losses(density: Mixture, guesses: NDArray[np.float64]) -> NDArray[np.float64]:
+def expected_losses(density: Mixture, guesses: Floats) -> Floats:
     """Return what guesses (n,) cost on average, summed over the grid.
 
     Returns:
@@ -133,9 +133,7 @@ def _density_panel(density: Mixture, guess: float, best: tuple[float, ...]) -> P
     )
 
 
-def _loss_panel(
-    guess: float, guesses: NDArray[np.float64], losses: NDArray[np.float64], best: tuple[float, ...]
-) -> Panel:
+def _loss_panel(guess: float, guesses: Floats, losses: Floats, best: tuple[float, ...]) -> Panel:
     above = losses - losses.min(axis=1, keepdims=True)
     # Three metres off is the top of the panel, else the curves would be flat where their lowest points are.
     off = int(np.abs(guesses - best[0] - 3.0).argmin())

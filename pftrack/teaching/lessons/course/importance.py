@@ -9,8 +9,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.numerics.random import Purpose, Stream
@@ -35,8 +35,8 @@ from pftrack.teaching.lessons.lesson import (
 MEAN, SD = 1.0, 0.5
 """Of the density that is wanted."""
 LOW, HIGH = -4.0, 5.0
-AXIS: NDArray[np.float64] = np.linspace(LOW, HIGH, 361)
-EDGES: NDArray[np.float64] = np.linspace(LOW, HIGH, 46)
+AXIS: Floats = np.linspace(LOW, HIGH, 361)
+EDGES: Floats = np.linspace(LOW, HIGH, 46)
 MOST_DRAWS, MOST_STEMS = 5000, 400
 """How many draws there may be, and how many are shown: a screen has room for no more."""
 FEW = 10
@@ -75,7 +75,7 @@ class Proposal:
         drawn = self.centre + self.spread * rng.standard_normal((MOST_DRAWS, 1))[:count]
         return ParticleSet(drawn, normalise(self.log_ratio(drawn[:, 0]))[0], np.arange(count))
 
-    def log_ratio(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def log_ratio(self, x: Floats) -> Floats:
         """Return log p/q at each x, up to a constant."""
         return np.asarray(0.5 * np.square((x - self.centre) / self.spread) - 0.5 * np.square((x - MEAN) / SD))
 
@@ -220,7 +220,7 @@ def _answer(parameters: ImportanceParameters, seed: int) -> Answer:
     return Answer(max(shares, key=lambda spread: shares[spread]), words=words)
 
 
-def _repeat(spread: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _repeat(spread: float) -> tuple[Floats, Floats]:
     """Return effective shares and weighted means (REPEATS,) of draws from N(0, spread^2)."""
     proposal = Proposal(0.0, spread)
     clouds = [proposal.draw(Stream(1, repeat, Purpose.TRACK), MANY) for repeat in range(REPEATS)]

@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.teaching.lessons.course.axes import ceiling
@@ -25,11 +25,11 @@ from pftrack.teaching.lessons.lesson import (
 )
 
 EDGE = 3.5
-CELLS: NDArray[np.float64] = np.linspace(-EDGE, EDGE, 57)
+CELLS: Floats = np.linspace(-EDGE, EDGE, 57)
 """Middles of the cells of the map."""
-PLACES: NDArray[np.float64] = np.linspace(-EDGE, EDGE, 281)
+PLACES: Floats = np.linspace(-EDGE, EDGE, 281)
 STEP = 0.05
-GRID: NDArray[np.float64] = np.linspace(-10.0, 10.0, 401)
+GRID: Floats = np.linspace(-10.0, 10.0, 401)
 """On which sums stand for integrals: nearly all of the density lies within it."""
 READ_AT = 1.0
 """The x whose conditional density is read along z."""
@@ -47,14 +47,14 @@ class JointParameters(Parameters):
     # fmt: on
 
 
-def joint(x: NDArray[np.float64], z: NDArray[np.float64], correlation: float) -> NDArray[np.float64]:
+def joint(x: Floats, z: Floats, correlation: float) -> Floats:
     """Return the density of two normal quantities of mean 0 and variance 1 at x and z, which are broadcast."""
     rest = 1.0 - correlation**2
     powers = np.square(x) - 2.0 * correlation * x * z + np.square(z)
     return np.asarray(np.exp(-0.5 * powers / rest) / (2.0 * math.pi * math.sqrt(rest)))
 
 
-def conditional(x: NDArray[np.float64], measured: float, correlation: float) -> NDArray[np.float64]:
+def conditional(x: Floats, measured: float, correlation: float) -> Floats:
     """Return p(x | z) at each x: the cut of the joint density at z, divided by its area."""
     area = STEP * joint(GRID, np.array(measured), correlation).sum()
     return np.asarray(joint(x, np.array(measured), correlation) / area)

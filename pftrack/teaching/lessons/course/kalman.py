@@ -4,8 +4,8 @@ import math
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.numerics.matrices import cholesky, solve_system
@@ -45,7 +45,7 @@ WITHIN = 1.0 - math.exp(-2.0)
 FOUR_SDS = 4.0
 """How far a sampled number may be off: once in sixteen thousand draws it is further off."""
 
-CIRCLE: NDArray[np.float64] = np.stack([f(np.linspace(0.0, 2.0 * np.pi, 121)) for f in (np.cos, np.sin)])
+CIRCLE: Floats = np.stack([f(np.linspace(0.0, 2.0 * np.pi, 121)) for f in (np.cos, np.sin)])
 
 
 class KalmanParameters(Parameters):
@@ -124,7 +124,7 @@ def _track_panel(parameters: KalmanParameters, tracks: Tracks, known: Filtered) 
     )
 
 
-def _plane_panel(parameters: KalmanParameters, off: NDArray[np.float64], known: Filtered) -> Panel:
+def _plane_panel(parameters: KalmanParameters, off: Floats, known: Filtered) -> Panel:
     frame = parameters.frame
     before = min(frame, GAP - 1)
     steady, now = (cholesky(known.covariances[at]) @ CIRCLE * 2.0 for at in (before, frame))
@@ -162,11 +162,11 @@ def _answer(parameters: KalmanParameters, seed: int) -> Answer:
     return Answer("tilts", words=words)
 
 
-def _correlation(covariance: NDArray[np.float64]) -> float:
+def _correlation(covariance: Floats) -> float:
     return float(covariance[0, 1] / math.sqrt(covariance[0, 0] * covariance[1, 1]))
 
 
-def riccati(process: float, noise: float) -> NDArray[np.float64]:
+def riccati(process: float, noise: float) -> Floats:
     """Return the covariance (2, 2) to which predictions settle, by Riccati's equation.
 
     It is spanned by the eigenvectors of the equation's symplectic matrix that die out (Vaughan 1970).
@@ -177,7 +177,7 @@ def riccati(process: float, noise: float) -> NDArray[np.float64]:
     symplectic = np.block([[TRANSITION.T + information @ back @ added, -information @ back], [-back @ added, back]])
     values, vectors = np.linalg.eig(symplectic)
     dying = vectors[:, np.abs(values) < 1.0]
-    covariance: NDArray[np.float64] = np.real(dying[2:] @ np.linalg.inv(dying[:2]))
+    covariance: Floats = np.real(dying[2:] @ np.linalg.inv(dying[:2]))
     return covariance
 
 

@@ -4,8 +4,8 @@ import math
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.numerics.random import Purpose, Stream
@@ -49,7 +49,7 @@ class MonteCarloParameters(Parameters):
     # fmt: on
 
 
-def sample(seed: int, count: int, dimension: int, repeats: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def sample(seed: int, count: int, dimension: int, repeats: int) -> tuple[Floats, Floats]:
     """Draw clouds of which a smaller one is the beginning of a larger one.
 
     Args:
@@ -77,14 +77,14 @@ def sample(seed: int, count: int, dimension: int, repeats: int) -> tuple[NDArray
     return np.concatenate(shown), np.stack(totals)
 
 
-def sizes_up_to(count: int) -> NDArray[np.float64]:
+def sizes_up_to(count: int) -> Floats:
     """Return the sizes below a count, and the count."""
     return np.array([*(size for size in SIZES if size < count), count], dtype=np.float64)
 
 
-def rms(means: NDArray[np.float64]) -> NDArray[np.float64]:
+def rms(means: Floats) -> Floats:
     """Return the root mean square error of each coordinate, (sizes,), of means (sizes, repeats, dimension)."""
-    errors: NDArray[np.float64] = np.sqrt(np.mean((means - MEAN) ** 2, axis=(1, 2)))
+    errors: Floats = np.sqrt(np.mean((means - MEAN) ** 2, axis=(1, 2)))
     return errors
 
 
@@ -110,7 +110,7 @@ def show(parameters: MonteCarloParameters, seed: int) -> Shown:
     return Shown(Figure(panels=panels), numbers)
 
 
-def _cloud_panel(samples: NDArray[np.float64], heights: NDArray[np.float64]) -> Panel:
+def _cloud_panel(samples: Floats, heights: Floats) -> Panel:
     places, few = np.linspace(LOW, HIGH, 161), slice(2000)
     x = samples[few]
     return Panel(
@@ -129,7 +129,7 @@ def _cloud_panel(samples: NDArray[np.float64], heights: NDArray[np.float64]) -> 
     )  # fmt: skip
 
 
-def _mean_panel(samples: NDArray[np.float64]) -> Panel:
+def _mean_panel(samples: Floats) -> Panel:
     all_of_them = np.arange(1, len(samples) + 1)
     some = np.unique(np.geomspace(1, len(samples), 200).astype(np.int64))
     running = (np.cumsum(samples) / all_of_them)[some - 1]
@@ -149,7 +149,7 @@ def _mean_panel(samples: NDArray[np.float64]) -> Panel:
     )
 
 
-def _error_panel(sizes: NDArray[np.float64], errors: NDArray[np.float64], dimension: int) -> Panel:
+def _error_panel(sizes: Floats, errors: Floats, dimension: int) -> Panel:
     ends = np.array([SIZES[0], SIZES[-1]], dtype=np.float64)
     gaps = (HIGH - LOW) / ends ** (1.0 / dimension)
     return Panel(

@@ -3,20 +3,20 @@
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats, Ints
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.filters.resampling import RESAMPLERS, systematic_parents
 
 Scheme: TypeAlias = Literal["systematic", "stratified", "multinomial"]
 
-WEIGHTS: NDArray[np.float64] = np.array([0.37, 0.23, 0.17, 0.12, 0.07, 0.04])
-LOG_WEIGHTS: NDArray[np.float64] = np.log(WEIGHTS)
+WEIGHTS: Floats = np.array([0.37, 0.23, 0.17, 0.12, 0.07, 0.04])
+LOG_WEIGHTS: Floats = np.log(WEIGHTS)
 REPEATS_FRAME = 1
 """Frame of the random numbers of repeats, which are others than those of the figure."""
 
 
-def marks(scheme: Scheme, count: int, offset: float, seed: int) -> NDArray[np.float64]:
+def marks(scheme: Scheme, count: int, offset: float, seed: int) -> Floats:
     """Return where teeth or darts (count,) meet the weights, laid end to end and scaled to `count`, ascending.
 
     Args:
@@ -35,14 +35,14 @@ def marks(scheme: Scheme, count: int, offset: float, seed: int) -> NDArray[np.fl
             return np.asarray(np.sort(numbers) * count)
 
 
-def copies(scheme: Scheme, count: int, offset: float, seed: int) -> NDArray[np.int64]:
+def copies(scheme: Scheme, count: int, offset: float, seed: int) -> Ints:
     """Return how many copies of each particle those teeth or darts make; arguments as for `marks`."""
     if scheme == "systematic":
         return _count(systematic_parents(WEIGHTS, offset, count))
     return _count(RESAMPLERS[scheme](Stream(seed, 0, Purpose.TRACK), LOG_WEIGHTS, count))
 
 
-def sample_copies(scheme: Scheme, count: int, repeats: int, seed: int) -> NDArray[np.float64]:
+def sample_copies(scheme: Scheme, count: int, repeats: int, seed: int) -> Floats:
     """Return the copies of each particle in many redraws, (repeats, particles)."""
     rng, resample = Stream(seed, REPEATS_FRAME, Purpose.TRACK), RESAMPLERS[scheme]
     return np.array([_count(resample(rng, LOG_WEIGHTS, count)) for _ in range(repeats)], dtype=np.float64)
@@ -68,5 +68,5 @@ def exact_variance(scheme: Scheme, count: int) -> float:
     return float((shares * (1.0 - shares)).sum())
 
 
-def _count(parents: NDArray[np.int64]) -> NDArray[np.int64]:
+def _count(parents: Ints) -> Ints:
     return np.bincount(parents, minlength=len(WEIGHTS))

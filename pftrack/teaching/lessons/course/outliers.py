@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import wofz
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.experiments.trajectories.scene import FRAMES, REFERENCE_PX, true_path
@@ -34,18 +35,18 @@ from pftrack.teaching.lessons.lesson import (
 )
 
 LEAST_Z, MOST_Z = -5.0, 20.0
-GRID: NDArray[np.float64] = np.linspace(-10.0, 30.0, 4001)
+GRID: Floats = np.linspace(-10.0, 30.0, 4001)
 """Over which posteriors are integrated."""
 CELL = 0.01
 SEEN: NDArray[np.intp] = np.flatnonzero((GRID >= LEAST_Z) & (GRID <= MOST_Z + 1.0))[::5]
 """The part of it that is drawn."""
-SURPRISES: NDArray[np.float64] = np.linspace(LEAST_Z, MOST_Z, 251)
+SURPRISES: Floats = np.linspace(LEAST_Z, MOST_Z, 251)
 DRIVE = 1.0
 """Variance of the change of velocity on the track, px^2."""
 PARTICLES = 500
 RUNS, CHECKED_PARTICLES = 15, 2000
-MEASURED_PX: NDArray[np.float64] = REFERENCE_PX[:, None].copy()
-TRUTH_PX: NDArray[np.float64] = true_path(FRAMES)
+MEASURED_PX: Floats = REFERENCE_PX[:, None].copy()
+TRUTH_PX: Floats = true_path(FRAMES)
 OUTLIERS = 15, 45, 75, 90
 """Frames in which the track's measurement is far off."""
 EXACTLY, NEARLY = 1e-6, 1e-3
@@ -79,7 +80,7 @@ def show(parameters: OutliersParameters, seed: int) -> Shown:
     return Shown(Figure(panels=panels), numbers)
 
 
-def posterior(z: float, scale: float, *, heavy: bool) -> NDArray[np.float64]:
+def posterior(z: float, scale: float, *, heavy: bool) -> Floats:
     """Return the posterior on the grid, given z = x + v, x ~ N(0, 1), and v Cauchy or Gaussian of a scale."""
     off = (GRID - z) / scale
     logs = -0.5 * GRID * GRID - (np.log1p(off * off) if heavy else 0.5 * off * off)
@@ -92,19 +93,19 @@ def gaussian_mean(z: float, scale: float) -> float:
     return z / (1.0 + scale * scale)
 
 
-def cauchy_mean(z: ArrayLike, scale: float) -> NDArray[np.float64]:
+def cauchy_mean(z: ArrayLike, scale: float) -> Floats:
     """Return the posterior's mean under Cauchy noise, at each z."""
     here = np.asarray(z, dtype=np.float64)
     profile = wofz((here + 1j * scale) / np.sqrt(2.0))
     return np.asarray(here - scale * profile.imag / profile.real)
 
 
-def _mean(density: NDArray[np.float64]) -> float:
+def _mean(density: Floats) -> float:
     return float(density @ GRID * CELL)
 
 
 @lru_cache(maxsize=64)
-def _filtered_positions(method: Method, scale: float, seed: int) -> NDArray[np.float64]:
+def _filtered_positions(method: Method, scale: float, seed: int) -> Floats:
     """Return the filtered positions (FRAMES, 2) on the reference track, px."""
     settings = Settings(noise=scale * scale, drive=DRIVE, lag=1, count=PARTICLES, seed=seed)
     return follow(method, MEASURED_PX, settings).filtered[:, 0]
@@ -112,8 +113,8 @@ def _filtered_positions(method: Method, scale: float, seed: int) -> NDArray[np.f
 
 def _posteriors(
     parameters: OutliersParameters,
-    gaussian: NDArray[np.float64],
-    cauchy: NDArray[np.float64],
+    gaussian: Floats,
+    cauchy: Floats,
     means: tuple[float, float],
 ) -> Panel:
     here = GRID[SEEN]
@@ -139,7 +140,7 @@ def _posteriors(
     )
 
 
-def _peaks(density: NDArray[np.float64]) -> str:
+def _peaks(density: Floats) -> str:
     inside = density[1:-1]
     count = int(np.count_nonzero((inside > density[:-2]) & (inside > density[2:])))
     return "one peak" if count == 1 else f"{count} peaks"
@@ -170,7 +171,7 @@ def _influence(parameters: OutliersParameters, means: tuple[float, float]) -> Pa
     )
 
 
-def _track(paths: tuple[NDArray[np.float64], NDArray[np.float64]]) -> Panel:
+def _track(paths: tuple[Floats, Floats]) -> Panel:
     frames = np.arange(float(FRAMES))
     worst = max(OUTLIERS, key=lambda frame: abs(REFERENCE_PX[frame, 0] - TRUTH_PX[frame, 0]))
     # E has the root of the sum of squares over T, not over the root of T.
@@ -208,7 +209,7 @@ def _at_20(*, heavy: bool, exact: float, tolerance: float) -> Outcome:
     return Outcome(_mean(posterior(20.0, 1.0, heavy=heavy)), exact, tolerance)
 
 
-def _bend() -> NDArray[np.float64]:
+def _bend() -> Floats:
     """Return the mean under Cauchy noise against z, integrated on the grid."""
     return np.array([_mean(posterior(z, 1.0, heavy=True)) for z in SURPRISES])
 

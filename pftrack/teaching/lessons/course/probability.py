@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.numerics.random import Purpose, Stream
@@ -26,7 +26,7 @@ from pftrack.teaching.lessons.lesson import (
 )
 
 LOW, HIGH = -5.0, 5.0
-PLACES: NDArray[np.float64] = np.linspace(LOW, HIGH, 401)
+PLACES: Floats = np.linspace(LOW, HIGH, 401)
 MOST = 20_000
 """Draws: all are made whatever N is, so that the first ones stay when N grows."""
 
@@ -54,12 +54,12 @@ def two_bumps(left_sd: float = 0.5) -> Mixture:
     return Mixture((0.6, 0.4), (-1.5, 1.0), (left_sd, 1.0))
 
 
-def draws(density: Mixture, seed: int, count: int) -> NDArray[np.float64]:
+def draws(density: Mixture, seed: int, count: int) -> Floats:
     """Return the first (count,) positions of a seed, in metres."""
     return density.sample(Stream(seed, 0, Purpose.SCENE), MOST)[:count]
 
 
-def histogram(drawn: NDArray[np.float64], bin_width: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def histogram(drawn: Floats, bin_width: float) -> tuple[Floats, Floats]:
     """Return edges (n + 1,) at multiples of the bin width around all draws, and heights (n,): an estimated density."""
     first, last = math.floor(drawn.min() / bin_width), math.floor(drawn.max() / bin_width) + 1
     bins = np.floor(drawn / bin_width).astype(np.int64) - first
@@ -126,7 +126,7 @@ def _answer(parameters: ProbabilityParameters, seed: int) -> Answer:
     return Answer(probability(density, low, high), inside / parameters.count, words)
 
 
-def _reference() -> NDArray[np.float64]:
+def _reference() -> Floats:
     return draws(two_bumps(), 1, MOST)
 
 

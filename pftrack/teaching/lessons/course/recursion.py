@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.numerics.matrices import solve_system
 from pftrack.teaching.lessons.course.axes import ceiling
@@ -33,7 +33,7 @@ from pftrack.teaching.lessons.lesson import (
     Use,
 )
 
-_CHECKED: NDArray[np.float64] = np.arange(-40.0, 40.0, 0.05)
+_CHECKED: Floats = np.arange(-40.0, 40.0, 0.05)
 """Positions on which the checks are made, m."""
 
 

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.filters.resampling import RESAMPLERS
@@ -149,7 +150,7 @@ def _sizes(scheme: Scheme, seed: int) -> Panel:
     )
 
 
-def _tree(parents: NDArray[np.float64], lines: NDArray[np.bool_]) -> Panel:
+def _tree(parents: Floats, lines: Bools) -> Panel:
     count = parents.shape[1]
     alive = int(lines[0].sum())
     return Panel(
@@ -164,14 +165,14 @@ def _tree(parents: NDArray[np.float64], lines: NDArray[np.bool_]) -> Panel:
     )
 
 
-def _parents(scheme: Scheme, count: int, seed: int) -> NDArray[np.float64]:
+def _parents(scheme: Scheme, count: int, seed: int) -> Floats:
     """Return each particle's parent in the step before, (STEPS + 1, count), in the corridor; NaN at the start."""
     walk, _ = cached_walk(Corridor())
     clouds = Corridor().clouds(walk.doors, count, seed, resample=RESAMPLERS[scheme])
     return np.array([np.full(count, np.nan), *(cloud.ancestors for cloud in clouds[1:])])
 
 
-def _lines(parents: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _lines(parents: Floats) -> Bools:
     """Return whether each particle of each step has descendants in the last one."""
     lines = np.zeros(parents.shape, dtype=np.bool_)
     lines[-1] = True
@@ -181,11 +182,11 @@ def _lines(parents: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 @lru_cache(maxsize=32)
-def effective_sizes(scheme: Scheme, seed: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def effective_sizes(scheme: Scheme, seed: int) -> tuple[Floats, Floats]:
     """Return effective sample sizes (STEPS + 1,) in the corridor if particles are never redrawn, and if always."""
     walk, _ = cached_walk(Corridor())
 
-    def sizes(threshold: float) -> NDArray[np.float64]:
+    def sizes(threshold: float) -> Floats:
         clouds = Corridor().clouds(walk.doors, CROWD, seed, resample=RESAMPLERS[scheme], threshold=threshold)
         return np.array([cloud.effective_sample_size for cloud in clouds])
 
@@ -196,7 +197,7 @@ def _join(values: NDArray[Any]) -> str:
     return ", ".join(f"{value:.3g}" for value in values)
 
 
-def _scatter(scheme: Scheme, count: int, repeats: int, seed: int) -> NDArray[np.float64]:
+def _scatter(scheme: Scheme, count: int, repeats: int, seed: int) -> Floats:
     """Return, of each of many redraws, the squared deviations from what is expected, summed over the particles."""
     off = sample_copies(scheme, count, repeats, seed) - count * WEIGHTS
     return np.asarray(np.square(off).sum(axis=1))

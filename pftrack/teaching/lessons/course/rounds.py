@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.numerics.random import Gaussian
 from pftrack.filters import kalman
@@ -21,7 +21,7 @@ PRIOR_VARIANCE = 9.0
 MEASURED = (0.3, 1.9, 1.1, 2.8, 3.9, 3.0, 5.2, 4.6)
 """Positions in m; whoever measures more often meets them again backwards, as if the target turned round."""
 
-GRID: NDArray[np.float64] = np.arange(-80.0, 80.0, 0.1)
+GRID: Floats = np.arange(-80.0, 80.0, 0.1)
 """Positions, m: wide enough for sixty predictions, and fine enough for sixty measurements."""
 
 
@@ -62,7 +62,7 @@ class Moment:
 
     step: str
     measurement: float | None
-    density: NDArray[np.float64]
+    density: Floats
     exact: Gaussian
 
     @property
@@ -71,7 +71,7 @@ class Moment:
         return float(self.exact.covariance[0, 0])
 
 
-def moments(grid: NDArray[np.float64], parameters: RecursionParameters) -> Iterator[Moment]:
+def moments(grid: Floats, parameters: RecursionParameters) -> Iterator[Moment]:
     """Yield what is known at first and after each step.
 
     Args:
@@ -100,7 +100,7 @@ def _measurement(number: int) -> float:
     return MEASURED[min(number % turn, turn - number % turn)]
 
 
-def _blur(grid: NDArray[np.float64], density: NDArray[np.float64], variance: float) -> NDArray[np.float64]:
+def _blur(grid: Floats, density: Floats, variance: float) -> Floats:
     """Return the density of the sum of a position and a normal step: their convolution, by Fourier transform."""
     frequencies = 2.0 * np.pi * np.fft.rfftfreq(len(grid), grid[1] - grid[0])
     transform = np.fft.rfft(density) * np.exp(-0.5 * variance * frequencies**2)
@@ -108,16 +108,14 @@ def _blur(grid: NDArray[np.float64], density: NDArray[np.float64], variance: flo
     return np.maximum(np.fft.irfft(transform, len(grid)), 0.0)
 
 
-def _weight(
-    grid: NDArray[np.float64], density: NDArray[np.float64], likelihood: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _weight(grid: Floats, density: Floats, likelihood: Floats) -> Floats:
     """Return prior times likelihood, rescaled to unit area."""
     product = density * likelihood
-    rescaled: NDArray[np.float64] = product / (product.sum() * (grid[1] - grid[0]))
+    rescaled: Floats = product / (product.sum() * (grid[1] - grid[0]))
     return rescaled
 
 
-def spread(grid: NDArray[np.float64], density: NDArray[np.float64]) -> tuple[float, float]:
+def spread(grid: Floats, density: Floats) -> tuple[float, float]:
     """Return mean, m, and variance, m^2, of a density on a grid."""
     shares = density / density.sum()
     mean = float(shares @ grid)

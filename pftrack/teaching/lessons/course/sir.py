@@ -4,8 +4,8 @@ import math
 from functools import lru_cache, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.recipe import Change, Recipe
 from pftrack.core.numerics.random import Purpose, Stream
@@ -92,7 +92,7 @@ def show(parameters: SirParameters, seed: int) -> Shown:
     )
 
 
-def tolerate(density: NDArray[np.float64], count: int) -> float:
+def tolerate(density: Floats, count: int) -> float:
     """Return how far the cloud of a filter that works may be from a density, as a total variation.
 
     The share of N independent draws in a bin of probability p is nearly normal around p, and on average off by about
@@ -150,7 +150,7 @@ def _off() -> Outcome:
     return Outcome(_errors(Corridor(), 6400)[1], 0.0, 1.0)
 
 
-def _fit(measured: float, noise: float, states: NDArray[np.float64]) -> NDArray[np.float64]:
+def _fit(measured: float, noise: float, states: Floats) -> Floats:
     return np.asarray(-0.5 * np.square(states[:, 0] - measured) / noise)
 
 

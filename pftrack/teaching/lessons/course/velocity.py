@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pftrack.core.arrays import Floats
 from pftrack.core.numerics.matrices import cholesky
 from pftrack.core.numerics.random import Gaussian, Purpose, Stream
 from pftrack.filters import kalman
@@ -30,8 +30,8 @@ class Tracks:
         measured: (frames, n) positions, m.
     """
 
-    states: NDArray[np.float64]
-    measured: NDArray[np.float64]
+    states: Floats
+    measured: Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,11 +46,11 @@ class Filtered:
         gains: (frames, 2): what share of the innovation is added; nothing where there is no measurement.
     """
 
-    means: NDArray[np.float64]
-    covariances: NDArray[np.float64]
-    predicted: NDArray[np.float64]
-    innovations: NDArray[np.float64]
-    gains: NDArray[np.float64]
+    means: Floats
+    covariances: Floats
+    predicted: Floats
+    innovations: Floats
+    gains: Floats
 
 
 def motion(process: float) -> LinearDynamics:
@@ -78,7 +78,7 @@ def simulate(process: float, noise: float, seed: int, frames: int, count: int) -
     return Tracks(states, states[:, 0] + np.sqrt(noise) * draws[:, 2])
 
 
-def apply_filter(process: float, noise: float, measured: Sequence[float] | NDArray[np.float64]) -> Filtered:
+def apply_filter(process: float, noise: float, measured: Sequence[float] | Floats) -> Filtered:
     """Filter a track by the library's Kalman filter.
 
     Args:
@@ -101,12 +101,12 @@ def apply_filter(process: float, noise: float, measured: Sequence[float] | NDArr
     return Filtered(means, covariances, predicted, innovations, gains)
 
 
-def errors(tracks: Tracks, gains: NDArray[np.float64]) -> NDArray[np.float64]:
+def errors(tracks: Tracks, gains: Floats) -> Floats:
     """Return state less estimate, (2, n), of all tracks after as many frames as there are gains (frames, 2)."""
     estimates = np.zeros(tracks.states.shape[1:])
     for frame, gain in enumerate(gains):
         if frame:
             estimates = TRANSITION @ estimates
         estimates += gain[:, None] * (tracks.measured[frame] - estimates[0])
-    off: NDArray[np.float64] = tracks.states[len(gains) - 1] - estimates
+    off: Floats = tracks.states[len(gains) - 1] - estimates
     return off

@@ -18,6 +18,8 @@ from typing import Any, Final, NoReturn, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pftrack.core.arrays import Bools, Floats
+
 LONGEST: Final = 400
 """Characters."""
 DEEPEST: Final = 30
@@ -25,7 +27,7 @@ DEEPEST: Final = 30
 LARGEST: Final = 1_000_000
 """Numbers of an array in between."""
 
-Value: TypeAlias = "NDArray[np.float64] | str"
+Value: TypeAlias = "Floats | str"
 Columns: TypeAlias = Mapping[str, NDArray[Any]]
 
 
@@ -213,16 +215,14 @@ def _out_of_place(node: ast.AST, columns: Columns) -> Value:
     raise ExpressionError(f"{_quote(node)} stands in brackets behind a column, or nowhere")
 
 
-def _number(node: ast.AST, columns: Columns) -> NDArray[np.float64]:
+def _number(node: ast.AST, columns: Columns) -> Floats:
     value = _value(node, columns)
     if isinstance(value, str):
         raise ExpressionError(f"{_quote(node)} is a text, where a number is expected")
     return value
 
 
-def _pair(
-    function: Callable[[Any, Any], Any], left: NDArray[np.float64], right: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _pair(function: Callable[[Any, Any], Any], left: Floats, right: Floats) -> Floats:
     try:
         shape = np.broadcast_shapes(left.shape, right.shape)
     except ValueError:
@@ -240,21 +240,21 @@ def unknown(name: str, names: Collection[str]) -> str:
     return f"there are no numbers called {name}; {hint}"
 
 
-def _constant(number: Any) -> NDArray[np.float64]:  # noqa: ANN401 - of any kind that `_check` lets pass
+def _constant(number: Any) -> Floats:  # noqa: ANN401 - of any kind that `_check` lets pass
     try:
         return np.asarray(float(number))
     except OverflowError:
         raise ExpressionError("a number in it is too large") from None
 
 
-def _truth(value: Any) -> NDArray[np.float64]:  # noqa: ANN401 - of NumPy's bools
+def _truth(value: Any) -> Floats:  # noqa: ANN401 - of NumPy's bools
     return np.asarray(value, np.float64)
 
 
 # ---------------------------------------------------------------- functions and operators
 
 
-def _known_values(value: NDArray[np.float64]) -> NDArray[np.float64]:
+def _known_values(value: Floats) -> Floats:
     """Return the numbers that are known, those of the frames in which something was measured."""
     known = value[~np.isnan(value)] if value.ndim else value.reshape(1)
     if not known.size:
@@ -262,17 +262,17 @@ def _known_values(value: NDArray[np.float64]) -> NDArray[np.float64]:
     return known
 
 
-def _first(value: NDArray[np.float64]) -> float:
+def _first(value: Floats) -> float:
     found = np.flatnonzero(_row(value))
     return float(found[0]) if len(found) else float(len(value))
 
 
-def _last(value: NDArray[np.float64]) -> float:
+def _last(value: Floats) -> float:
     found = np.flatnonzero(_row(value))
     return float(found[-1]) if len(found) else -1.0
 
 
-def _row(value: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _row(value: Floats) -> Bools:
     """Return where a column holds; what is not known does not."""
     if value.ndim != 1:
         _refuse("first(...), last(...) and count(...) take one number a frame, such as error > 20")
@@ -283,7 +283,7 @@ def _refuse(words: str) -> NoReturn:
     raise ExpressionError(words)
 
 
-FUNCTIONS: Final[Mapping[str, Callable[[NDArray[np.float64]], Any]]] = {
+FUNCTIONS: Final[Mapping[str, Callable[[Floats], Any]]] = {
     "abs": np.abs,
     "all": lambda value: bool((_known_values(value) != 0).all()),
     "any": lambda value: bool((_known_values(value) != 0).any()),
