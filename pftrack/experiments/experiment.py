@@ -151,8 +151,8 @@ class Experiment:
         """Refuse plots, readings and tours of what nobody declares, and columns, worlds or failures of one name.
 
         Raises:
-            ValueError: A plot or reading names an unknown series or a tour an unknown plot, or two different series
-                have one name, or two measures, reductions, worlds or failures have.
+            ValueError: A plot or reading names an unknown series or a preset an unknown tracker, parameter or plot, or
+                two different series have one name, or two measures, reductions, worlds or failures have.
         """
         worlds = [world.name for world in self.worlds]
         if len(set(worlds)) < len(worlds):
@@ -170,9 +170,7 @@ class Experiment:
         for name in shown:
             if name not in known:
                 raise ValueError(f"{self.id} shows a series {name!r} that nobody declares")
-        for preset in self.presets:
-            if preset.tour is not None and preset.tour.plot not in {plot.id for plot in self.plots}:
-                raise ValueError(f"{self.id} has no plot {preset.tour.plot!r}, to which the tour of a preset points")
+        self._check_presets()
         kept = [one.name for one in self.run_measures]
         kept += [reduction.name for series in self.all_series() for reduction in series.reductions]
         for name in kept:
@@ -183,6 +181,21 @@ class Experiment:
     def glossary(self) -> Section:
         """Its own words: those that it declares, and its trackers."""
         return Section(self.title, (*self.terms, *(tracker.term for tracker in self.trackers.values())))
+
+    def _check_presets(self) -> None:
+        parameters = {item.name for item in declarations(type(self.simulate().parameters))} if self.presets else set()
+        plots = {plot.id for plot in self.plots}
+        for preset in self.presets:
+            wanted = (
+                ("tracker", self.trackers, [preset.tracker]),
+                ("parameter", parameters, [*preset.parameters, *preset.about, *preset.scene]),
+                ("plot", plots, [preset.tour.plot] if preset.tour else []),
+            )
+            for kind, known, names in wanted:
+                for name in names:
+                    if name not in known:
+                        place = f"{preset.origin}: " if preset.origin else ""
+                        raise ValueError(f"{place}preset {preset.name} names an unknown {kind} {name!r}")
 
     def _check_calibration(self, series: Container[str]) -> None:
         said = self.calibration

@@ -1,8 +1,15 @@
-"""Presets and example sweeps: where to begin with an experiment, so that there is something to be seen at once."""
+"""Presets and example sweeps: where to begin with an experiment, so that there is something to be seen at once.
+
+The presets of an experiment stand in `presets.yaml` in its folder, each under its name, so that a sentence can be
+mended without Python. `read_presets` reads them, and `Experiment` checks that what they name is there.
+"""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Literal, TypeAlias, get_args
+from dataclasses import MISSING, dataclass, field, fields
+from pathlib import Path
+from typing import Any, Literal, TypeAlias, get_args
+
+import yaml
 
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change, Recipe
@@ -41,6 +48,7 @@ class Preset:
         scene: Names of those that it sets and is not about: what a scene is made of, and what is known beforehand.
         watch: What to look at when it is opened, a sentence or two; frames in it are those of its own seed.
         tour: What a guided tour says of it, where it is known to lose its target.
+        origin: The file and line where it is declared.
     """
 
     name: str
@@ -52,12 +60,53 @@ class Preset:
     watch: str = ""
     scene: tuple[str, ...] = ()
     tour: Tour | None = None
+    origin: str = field(default="", compare=False, repr=False)
 
     @property
     def subjects(self) -> tuple[str, ...]:
         """Names of all parameters that it is about: those that it sets beyond the scene's, then the further ones."""
         set_here = (name for name in self.parameters if name not in self.scene)
         return tuple(dict.fromkeys((*set_here, *self.about)))
+
+
+def read_presets(path: Path) -> tuple[Preset, ...]:
+    """Return the presets of a YAML file, which maps their names to their fields.
+
+    Raises:
+        ValueError: The file is not YAML, or a preset lacks a field or has an unknown one; it names the file and line.
+    """
+    text = path.read_text(encoding="utf-8")
+    try:
+        declared = yaml.load(text, Loader=_LOADER)  # noqa: S506 - safe, as its base class is
+        lines = {key.value: key.start_mark.line + 1 for key, _ in yaml.compose(text, Loader=_LOADER).value}
+    except yaml.YAMLError as error:
+        raise ValueError(f"{path.parent.name}/{path.name} is not YAML: {error}") from error
+    return tuple(
+        _read_preset(name, values, f"{path.parent.name}/{path.name}, line {lines[name]}")
+        for name, values in declared.items()
+    )
+
+
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+def _read_preset(name: str, values: Mapping[str, Any], origin: str) -> Preset:
+    tour = values.get("tour")
+    given = {**values, "tour": tour and Tour(**_fields(Tour, tour, f"{origin}: the tour of {name}"))}
+    for listed in ("about", "scene"):
+        given[listed] = tuple(given.get(listed, ()))
+    return Preset(**_fields(Preset, {"name": name, **given, "origin": origin}, f"{origin}: {name}"))
+
+
+def _fields(kind: type, given: Mapping[str, Any], what: str) -> Mapping[str, Any]:
+    known = {each.name: each for each in fields(kind)}
+    unknown = sorted(given.keys() - known)
+    needed = {name for name, each in known.items() if each.default is MISSING and each.default_factory is MISSING}
+    missing = sorted(needed - given.keys())
+    if unknown or missing:
+        problem = f"has an unknown field {unknown[0]!r}" if unknown else f"lacks {missing[0]!r}"
+        raise ValueError(f"{what} {problem}; the fields are {', '.join(known)}")
+    return given
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ switch between them? The scene is simulated, or any recording on which a person 
 import math
 from collections.abc import Sequence
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from pftrack.core.model.marks import Box, Mark
 from pftrack.core.model.measures import PICTURE_MEASURES
 from pftrack.core.model.palette import COLOURS, Colour
 from pftrack.core.model.parameters import ParameterError, revise
-from pftrack.core.model.preset import ExampleSweep, Preset, Tour
+from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.recipe import Footage
 from pftrack.core.model.setup import BESIDE, Setup
 from pftrack.core.model.source import FrameSequence, Truth
@@ -221,98 +222,7 @@ EXPERIMENT = Experiment(
     trackers=TRACKERS,
     default_tracker="h-spf",
     frames=240,
-    presets=(
-        Preset(
-            "works",
-            "works",
-            "h-spf",
-            about=("occlusion_width_px", "distracter_radius_px", "sample_count", "gamma_px"),
-            watch=(
-                "Watch the particles at frame 7, when the pillar hides the ball: they spread, and by frame 10 "
-                "they have closed in on it again."
-            ),
-        ),
-        Preset(
-            "too-wide",
-            "breaks: pillar too wide",
-            "h-spf",
-            {"occlusion_width_px": 100},
-            about=("sample_count", "gamma_px"),
-            watch=(
-                "Watch the particles from frame 6 on: in four frames behind the pillar they spread so far that "
-                "they find the ball for a moment only, and end on a look-alike."
-            ),
-        ),
-        Preset(
-            "look-alike",
-            "breaks: look-alikes",
-            "h-spf",
-            {"distracter_radius_px": 18},
-            about=("occlusion_width_px", "sample_count"),
-            watch=(
-                "Watch the particles at frame 7, when the pillar hides the ball: they leave for the large "
-                "look-alikes and stay there."
-            ),
-        ),
-        Preset(
-            "few",
-            "breaks: too few particles",
-            "h-spf",
-            {"sample_count": 40},
-            about=("occlusion_width_px",),
-            watch=(
-                "Watch frame 16, just after the ball has turned: none of the 40 particles meets it, and the cloud "
-                "flies on."
-            ),
-            tour=Tour(
-                begin=(
-                    "A red ball swings behind a pillar. The tracker knows where it may be only by 40 guesses, the "
-                    "particles: the orange and light blue points. Each moves on by itself, and those on red are kept."
-                ),
-                reason=(
-                    "In frame 16 the ball has turned back, and not one of the 40 particles is on it. To all of them "
-                    "the picture looks the same, so all count the same: the effective sample size, mostly between 10 "
-                    "and 30 while they see the ball, goes to 40 of 40, as behind the pillar. Nothing tells the cloud "
-                    "any more which way to go, and it flies on. With 800 particles some are on the ball again."
-                ),
-                plot="ess",
-                frame=16,
-            ),
-        ),
-        Preset(
-            "prediction",
-            "breaks: prediction only",
-            "condensation",
-            about=("process_noise_px", "sample_count", "occlusion_width_px"),
-            watch=(
-                "Watch frames 16 to 20, after the ball has turned: particles that only follow the prediction "
-                "overshoot, at nearly every turn."
-            ),
-        ),
-        Preset(
-            "guided",
-            "works: few particles, guided",
-            "guided",
-            {"sample_count": 300, "occlusion_width_px": 0},
-            about=("guided_frame", "correlated_changes", "diffusion_scale"),
-            watch=(
-                "Watch the 300 particles: they spread along the swing and hardly across it, as the accelerations of "
-                "recorded runs did. Condensation with 1000, which spreads alike both ways, loses this ball for a third "
-                "of the time."
-            ),
-        ),
-        Preset(
-            "bounces",
-            "breaks: guided by other motion",
-            "guided",
-            {"ball_path": "bounces", "period_s": 3, "sample_count": 200, "occlusion_width_px": 0},
-            about=("diffusion_scale",),
-            watch=(
-                "Watch the particles leave the ball in the first frames: what comes with the experiment was learned "
-                "from swings, which never go up or down, and nothing moves the particles that way."
-            ),
-        ),
-    ),
+    presets=read_presets(Path(__file__).with_name("presets.yaml")),
     layers=(
         Layer("picture"),
         Layer("particles by sampler", legend=BY_SAMPLER),

@@ -5,6 +5,7 @@ method learns offline how motion and shape change together, and guides the parti
 """
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from pftrack.core.model.glossary import MITSUGAMI, Citation, Term
 from pftrack.core.model.measures import PICTURE_MEASURES
 from pftrack.core.model.palette import COLOURS
 from pftrack.core.model.plot import ERROR, PARTICLES, SAMPLE_SIZE, SIGMA, STEP_TIME, Plot, Reading
-from pftrack.core.model.preset import ExampleSweep, Preset
+from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.series import Series, SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, Target
@@ -189,72 +190,7 @@ EXPERIMENT = Experiment(
     trackers=TRACKERS,
     default_tracker="guided",
     frames=FRAMES,
-    presets=(
-        Preset(
-            "works",
-            "works",
-            "guided",
-            about=("sample_count", "correlated_changes", "shown_mode", "along_mode"),
-            watch=(
-                "Watch frames 12 to 18, a sharp turn: the fish that are drawn bend one way as they turn the other, and "
-                "beside the picture the estimate runs along the learned ellipse."
-            ),
-        ),
-        Preset(
-            "ordinary",
-            "breaks: ordinary filter",
-            "ordinary",
-            {"sample_count": 200, "tank_number": 204},
-            seed=1,
-            about=("walk_steps", "diffusion_scale"),
-            watch=(
-                "Watch the sharp turn from frame 9 on: the ten fish bend and point anywhere, and in frame 15 the "
-                "estimate is outside of the fish. From frame 133 on it is lost for good."
-            ),
-        ),
-        Preset(
-            "same-turn",
-            "works: guided through the same turn",
-            "guided",
-            {"sample_count": 200, "tank_number": 204},
-            seed=1,
-            about=("correlated_changes", "motion_reading"),
-            watch="Watch frames 9 to 15, where the ordinary filter with as many particles leaves the fish.",
-        ),
-        Preset(
-            "rudder",
-            "breaks: strong rudder",
-            "guided",
-            {"tank": "strong rudder"},
-            about=("correlated_changes", "sample_count", "diffusion_scale"),
-            watch=(
-                "Watch frames 40 to 45: here the return stroke turns the fish the same way as the bend, against all "
-                "that was learned, and the estimate falls behind. Without correlated changes it does not."
-            ),
-        ),
-        Preset(
-            "head-to-tail",
-            "worse: no limit on the bend",
-            "ordinary",
-            {"bend_limited": False, "sample_count": 3000, "walk_steps": "wide", "tank_number": 201},
-            about=("sigma_d_px2",),
-            watch=(
-                "Watch the error of the heading at frame 29: the fish has turned head to tail, its tail folded along "
-                "the body, and the outline fits as well as before."
-            ),
-        ),
-        Preset(
-            "offline",
-            "works: 3,000 wide particles, to learn from",
-            "ordinary",
-            {"sample_count": 3000, "walk_steps": "wide", "tank_number": 100},
-            about=("wide_px", "wide_deg"),
-            watch=(
-                "Watch the effective sample size: about 6 of 3,000 particles carry the weight, which is slow but sure, "
-                "and what guided particles were learned from."
-            ),
-        ),
-    ),
+    presets=read_presets(Path(__file__).with_name("presets.yaml")),
     layers=(
         Layer("picture"),
         Layer("distance image", shown=False),

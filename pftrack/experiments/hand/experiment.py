@@ -17,7 +17,7 @@ from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Primitive
 from pftrack.core.model.glossary import SHIMADA, Citation, Term
 from pftrack.core.model.plot import ERROR, SAMPLE_SIZE, STEP_TIME, Plot, Reading
-from pftrack.core.model.preset import ExampleSweep, Preset
+from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.series import SeriesValue
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import Frame, Target
@@ -64,70 +64,7 @@ LOSS_DECLARATION = read_declaration(Path(__file__).with_name("loss_probability.j
 
 SCENE = ("motion",)
 
-PRESETS = (
-    Preset(
-        "occlusion",
-        "works: two fingers fold",
-        "beam",
-        {"motion": "occlusion"},
-        about=("beam_width", "shown_hypothesis", "edge_noise_px", "ranking"),
-        watch=(
-            "Watch frames 4 to 6: the middle and the ring finger fold within two frames, so that two of five "
-            "protrusions vanish, and in space the fingers bend where the picture shows none."
-        ),
-        scene=SCENE,
-    ),
-    Preset(
-        "wrist",
-        "works: a turn at the wrist, four hands kept",
-        "beam",
-        {"motion": "wrist"},
-        seed=151,
-        about=("beam_width", "shown_hypothesis", "edge_noise_px"),
-        watch=(
-            "Watch frames 12 to 16 in the plots of the tilt and of the kept hands: at first a turn either way fits as "
-            "well, the best hand is wrong for three frames, and one of the others takes over."
-        ),
-        scene=SCENE,
-    ),
-    Preset(
-        "one",
-        "breaks: the same turn, one hand kept",
-        "beam",
-        {"motion": "wrist", "beam_width": 1},
-        seed=151,
-        about=("edge_noise_px",),
-        watch=(
-            "Watch the hand in space from frame 10 on: it turns the wrong way, and there is no other one to come back "
-            "to. In the picture it hardly shows; from frame 21 on the hand is lost."
-        ),
-        scene=SCENE,
-    ),
-    Preset(
-        "bend",
-        "works: the fingers close",
-        "beam",
-        {"motion": "bend"},
-        about=("beam_width", "shown_hypothesis", "edge_noise_px"),
-        watch=(
-            "Watch the number of protrusions fall from five to one or two from frame 19 on, as the fingers close over "
-            "the palm; the hand is right in all frames but one."
-        ),
-        scene=SCENE,
-    ),
-    Preset(
-        "particles",
-        "worse: particles with the same likelihood",
-        "particles",
-        {"motion": "occlusion"},
-        about=("sample_count", "edge_noise_px"),
-        watch=(
-            "Watch the error in space: a hundred particles are more than one and a half times as far off as the beam, "
-            "since few of them are near the best hand."
-        ),
-        scene=SCENE,
-    ),
-)
+PRESETS = read_presets(Path(__file__).with_name("presets.yaml"))
 
 LOST_PALMS = 0.65
 """Mean distance of the tips in space from which on a hand counts as lost, palm axes."""

@@ -1,9 +1,10 @@
 """Starting points that show something of chains."""
 
 from collections.abc import Mapping
+from pathlib import Path
 
 from pftrack.core.model.parameters import Value
-from pftrack.core.model.preset import Cure, Failure, Preset
+from pftrack.core.model.preset import Cure, Failure, Preset, read_presets
 from pftrack.experiments.linkage.parameters import TABLE_4_1
 
 CROSS: Mapping[str, Value] = {
@@ -83,120 +84,7 @@ def _preset(
     return Preset(name, title, tracker, {**scene, **values}, about=about, watch=watch, scene=tuple(scene))
 
 
-PRESETS = (
-    _preset(
-        "mirror3",
-        "works: ellipsoids split, and one is refuted",
-        "ellipsoids",
-        MIRROR_3,
-        ("motion_bound_rad", "error_bound_px", "measurement_noise_px", "split_regions"),
-        (
-            "Watch the chain from above: at frame 63 the third link may lean either way, and the region splits. Both "
-            "are followed until frame 75, when one contradicts the joints and is refuted; what is left holds the truth."
-        ),
-    ),
-    _preset(
-        "cross",
-        "works: both sides are followed",
-        "ekf-mirrors",
-        CROSS,
-        ("beam_width", "mirror_tau", "rejection_sd", "measurement_noise_px"),
-        (
-            "Watch the chain from above from frame 20 on: the third link passes the pose parallel to the image, and "
-            "hypotheses bend it to either side. The wrong side is ahead until the joints' limits leave it behind at "
-            "frame 36, and refuted in 38 and 39; from then on the estimate is within 5° of the truth."
-        ),
-    ),
-    _preset(
-        "cross-one",
-        "breaks: one filter loses the third link",
-        "ekf-truncated",
-        CROSS,
-        ("observation_variance_px2", "acceleration_rad"),
-        (
-            "Watch the chain from above from frame 20 on: the third link goes on to one side of the image, and the "
-            "filter follows it on the other. Nothing in the picture differs, and at frame 50 the link is off by 120°."
-        ),
-    ),
-    _preset(
-        "static",
-        "breaks: sure of a wrong length",
-        "ekf-truncated",
-        STATIC,
-        ("observation_variance_px2", "acceleration_rad"),
-        (
-            "Watch the length of link 3: nothing moves, yet the interval shrinks until it is half a pixel wide, at 48 "
-            "px. It is 50 px long. Each frame is taken for news, and it is the same one 300 times."
-        ),
-    ),
-    _preset(
-        "static-regions",
-        "works: sure of no more than is seen",
-        "ellipsoids",
-        STATIC,
-        ("motion_bound_rad", "error_bound_px"),
-        (
-            "Watch the length of link 3: on the same frames as the filter's, the interval stays some 14 px wide, and "
-            "50 px are within it."
-        ),
-    ),
-    _preset(
-        "two-1",
-        "works: lengths are bounded",
-        "ellipsoids",
-        FIRST,
-        ("motion_bound_rad", "error_bound_px", "measurement_noise_px"),
-        (
-            "Watch the lengths in the cube: link 1, nearly parallel to the image at first, is bounded within seven "
-            "frames, and link 2 by the bent poses from frame 55 to 97. Of 20 px that were possible 9 and 8 remain; "
-            "of link 3 there are 16."
-        ),
-    ),
-    _preset(
-        "two-2",
-        "works: another object, distinguished",
-        "ellipsoids",
-        SECOND,
-        ("motion_bound_rad", "error_bound_px", "measurement_noise_px"),
-        (
-            "Watch the lengths: the same motion and the same beginning as of object 1, and at the end the intervals of "
-            "links 1 and 2 do not overlap with those of object 1."
-        ),
-    ),
-    _preset(
-        "two-1-literal",
-        "breaks: Shimada's ellipsoids alone",
-        "ellipsoids-literal",
-        FIRST,
-        ("motion_bound_rad", "predicted_ellipsoid", "first_ellipsoid"),
-        (
-            "Watch the lengths: nothing is excluded wrongly, but nothing is learned either. After 200 frames all three "
-            "intervals are as wide as at the beginning."
-        ),
-    ),
-    _preset(
-        "mirror2",
-        "works: the second link passes, too",
-        "ellipsoids",
-        MIRROR_2,
-        ("motion_bound_rad", "error_bound_px", "measurement_noise_px", "split_regions"),
-        (
-            "Watch frames 50 to 54: the second link passes the pose parallel to the image, and there are two regions "
-            "until one is refuted."
-        ),
-    ),
-    _preset(
-        "3d",
-        "works: in space",
-        "ekf-mirrors",
-        SPACE,
-        ("measurement_noise_px", "acceleration_rad"),
-        (
-            "Watch the lengths: as the chain turns they are known ever better, and at the end all three are within "
-            "a pixel of the truth."
-        ),
-    ),
-)
+PRESETS = read_presets(Path(__file__).with_name("presets.yaml"))
 
 # Two ways in which a single Gaussian goes wrong about a chain of links, and what helps.
 

@@ -6,6 +6,7 @@ does each vertex's own past; the adaptive sampling distribution learns which of 
 
 from collections.abc import Sequence
 from functools import cache
+from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -18,7 +19,7 @@ from pftrack.core.model.drawing import Drawing, Key, Layer, Links, Picture, Prim
 from pftrack.core.model.glossary import BANDO, Citation
 from pftrack.core.model.measures import POSE_MEASURES
 from pftrack.core.model.palette import COLOURS, Colour
-from pftrack.core.model.preset import ExampleSweep, Preset
+from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.setup import Setup
 from pftrack.core.numerics.matrices import pinhole
 from pftrack.experiments.experiment import Experiment
@@ -44,7 +45,6 @@ from pftrack.experiments.shared.pose.drawing import (
     pose_series,
     true_marks,
 )
-from pftrack.experiments.shared.pose.parameters import AS_PUBLISHED
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.experiments.shared.sketch import SECOND_RUN, at_height, error_words
 from pftrack.sources.prism import (
@@ -159,77 +159,7 @@ EXPERIMENT = Experiment(
     trackers=TRACKERS,
     default_tracker="pf-asd",
     frames=FRAMES,
-    presets=(
-        Preset(
-            "works",
-            "works",
-            "pf-asd",
-            about=("upper_layer", "noise_px", "sample_count"),
-            watch=(
-                "Watch the error: it stays below 1.2 degrees whatever the prism does, since the tracker has the "
-                "scene's own camera."
-            ),
-        ),
-        Preset(
-            "features",
-            "worse: corners only",
-            "alpha-0",
-            about=("upper_layer", "sample_count"),
-            watch="Watch frame 543: corners that follow only their own past let the pose slip by 10 degrees.",
-        ),
-        Preset(
-            "bando",
-            "worse: as in Bando 2007",
-            "pf-asd",
-            AS_PUBLISHED,
-            about=("upper_layer", "pose_band", "noise_px"),
-            watch=(
-                "Watch the error: it is near 2 degrees whatever the prism does, because the upper layer has an affine "
-                "camera and the scene has not."
-            ),
-        ),
-        Preset(
-            "solid",
-            "worse: as in Bando 2007, solid only",
-            "alpha-1",
-            AS_PUBLISHED,
-            about=("upper_layer", "sample_count"),
-            watch=(
-                "Watch frames 10 to 20: corners that only go where the last pose puts them fall behind; the error "
-                "is 3.6 degrees, against 2.5 with both predictions."
-            ),
-        ),
-        Preset(
-            "particles",
-            "worse: as in Bando 2007, the pose by particles",
-            "pf-asd",
-            {**AS_PUBLISHED, "pose_estimator": "particle"},
-            about=("pose_sample_count", "pose_noise_deg"),
-            watch="Watch the error: particles of the angles in place of an extended filter come to the same 2 degrees.",
-        ),
-        Preset(
-            "noise",
-            "breaks: every corner noisy",
-            "pf-asd",
-            {"noise_px": 50},
-            about=("sample_count", "feature_noise_px"),
-            watch=(
-                "Watch frames 134 to 206: measurements 50 px beside the corners pull the pose away, by up to 24 "
-                "degrees."
-            ),
-        ),
-        Preset(
-            "few",
-            "breaks: corners only, few particles",
-            "alpha-0",
-            {"sample_count": 6},
-            about=("upper_layer", "noise_px"),
-            watch=(
-                "Watch frames 10 to 30: with six particles for each corner the pose slips away, and from then on it is "
-                "lost."
-            ),
-        ),
-    ),
+    presets=read_presets(Path(__file__).with_name("presets.yaml")),
     layers=(
         Layer("picture"),
         Layer("particles by prediction", legend=BY_PREDICTION),

@@ -7,6 +7,7 @@ by frame, plotted, measured where a truth is given, compared with others in step
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from pftrack.core.model.measures import MEAN_IOU, PICTURE_MEASURES
 from pftrack.core.model.palette import COLOURS, OKABE_ITO, Colour
 from pftrack.core.model.parameters import ParameterError, Parameters, parameter, revise
 from pftrack.core.model.plot import ERROR, SAMPLE_SIZE, SIGMA, Plot, Reading
-from pftrack.core.model.preset import Preset
+from pftrack.core.model.preset import read_presets
 from pftrack.core.model.recipe import Footage
 from pftrack.core.model.series import Reduction, Series, SeriesValue
 from pftrack.core.model.setup import Setup
@@ -391,23 +392,7 @@ EXPERIMENT = Experiment(
     trackers=TRACKERS,
     default_tracker="recorded",
     frames=FRAMES,
-    presets=(
-        Preset(
-            "works",
-            "works",
-            "recorded",
-            about=("selected_target", "example_error_px"),
-            watch="Watch each target keep its number while the two pass each other at frame 60.",
-        ),
-        Preset(
-            "confused",
-            "breaks: numbers change",
-            "recorded",
-            {"confuse_numbers": True},
-            about=("selected_target",),
-            watch="Watch the error from frame 60 on: the two have each other's number, and the scrubber marks where.",
-        ),
-    ),
+    presets=read_presets(Path(__file__).with_name("presets.yaml")),
     layers=LAYERS,
     simulate=simulate,
     on_video=on_video,

@@ -7,6 +7,7 @@ can be seen: with few particles, and with more dimensions than they can fill.
 import math
 from collections.abc import Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import cv2
@@ -19,7 +20,7 @@ from pftrack.core.model.diagnostics import Diagnostics, Step
 from pftrack.core.model.drawing import Drawing, Key, Layer, Picture, Points, Polyline, Primitive
 from pftrack.core.model.glossary import BANDO, Citation
 from pftrack.core.model.palette import COLOURS
-from pftrack.core.model.preset import ExampleSweep, Preset
+from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.setup import Setup
 from pftrack.experiments.experiment import Experiment
 from pftrack.experiments.shared.sketch import BY_SAMPLER, SECOND_RUN, at_height, circle, particle_clouds
@@ -196,46 +197,7 @@ EXPERIMENT = Experiment(
     trackers=TRACKERS,
     default_tracker="condensation",
     frames=361,
-    presets=(
-        Preset(
-            "works",
-            "works",
-            "condensation",
-            {"sample_count": 1000},
-            about=("dimension", "observation_noise_sd"),
-            watch=(
-                "Watch the estimate keep to the signal: a thousand particles come as near to it as the exact "
-                "filter beside them."
-            ),
-        ),
-        Preset(
-            "few",
-            "breaks: ten particles",
-            "condensation",
-            {"sample_count": 10},
-            about=("dimension", "observation_noise_sd"),
-            watch=(
-                "Watch the estimate from frame 40 on: ten particles cling together and leave the signal, which "
-                "the exact filter beside them does not."
-            ),
-        ),
-        Preset(
-            "dimensions",
-            "breaks: five dimensions",
-            "condensation",
-            {"sample_count": 100, "dimension": 5},
-            about=("observation_noise_sd",),
-            watch="Watch the error grow from frame 20 on: a hundred particles cannot cover five dimensions.",
-        ),
-        Preset(
-            "kalman",
-            "exact: Kalman filter",
-            "kalman",
-            {"waveform": "sine", "initial_sd": 1.0},
-            about=("observation_noise_sd",),
-            watch="Watch sigma fall from 1 to 0.05 in fifteen frames: the exact posterior needs no particles.",
-        ),
-    ),
+    presets=read_presets(Path(__file__).with_name("presets.yaml")),
     layers=(
         Layer("picture"),
         Layer("observations", legend=(Key("hidden", "observations"),)),

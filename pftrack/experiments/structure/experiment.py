@@ -7,6 +7,7 @@ variational Bayes, which knows the noise of each; and by the project's own recur
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from pftrack.core.model.marks import Mark
 from pftrack.core.model.measures import EvaluatedRun, Measure
 from pftrack.core.model.parameters import ParameterError
 from pftrack.core.model.plot import ERROR, STEP_TIME, Plot, Reading
-from pftrack.core.model.preset import ExampleSweep, Preset
+from pftrack.core.model.preset import ExampleSweep, read_presets
 from pftrack.core.model.recipe import Footage
 from pftrack.core.model.setup import Setup
 from pftrack.core.model.source import FrameSequence, Truth
@@ -259,104 +260,7 @@ EXPERIMENT = Experiment(
     trackers=TRACKERS,
     default_tracker="growing",
     frames=FRAMES,
-    presets=(
-        Preset(
-            "works",
-            "works",
-            "growing",
-            about=("seen_noise_px", "unseen_noise_px", "sideways_deg", "upwards_deg"),
-            watch=(
-                "Watch the shape error fall as the prism turns: at frame 20 there is a first shape, and once all "
-                "sides have been seen, after half a turn, it is below 2 %."
-            ),
-        ),
-        Preset(
-            "person",
-            "works: a face",
-            "growing",
-            {"tracked_body": "face", "swing_deg": 30},
-            about=("body_seed", "seen_noise_px", "frozen"),
-            watch=(
-                "Watch the weight of the own shape rise from 0 to 1: the mean face gives way to this person's as soon "
-                "as that predicts the next frame better."
-            ),
-        ),
-        Preset(
-            "svd",
-            "worse: singular values",
-            "svd",
-            about=("unseen_noise_px", "unseen_missing"),
-            watch=(
-                "Watch the blue shape cramp and writhe: singular values take a hidden point, 100 px off, as seriously "
-                "as one that is seen."
-            ),
-        ),
-        Preset(
-            "online",
-            "worse: a window",
-            "online",
-            about=("window_frames", "kept_share"),
-            watch=(
-                "Watch the error after frame 90: the window forgets the side that turns away, and the shape is found "
-                "and lost again."
-            ),
-        ),
-        Preset(
-            "still",
-            "breaks: no rotation",
-            "growing",
-            {"sideways_deg": 0, "upwards_deg": 0},
-            about=("seen_noise_px",),
-            watch=(
-                "Watch the ellipsoids stretch along the line of sight: without rotation the depth is not seen, and "
-                "nothing is claimed. Singular values make a shape of the noise all the same."
-            ),
-        ),
-        Preset(
-            "flat",
-            "works: a plane",
-            "growing",
-            {"tracked_body": "plate"},
-            about=("body_points", "seen_noise_px"),
-            watch=(
-                "Watch the depth over its noise: it stays below 8, from which on a depth counts as seen. Points of one "
-                "plane fill no third dimension; what there is comes from perspective."
-            ),
-        ),
-        Preset(
-            "mirror",
-            "breaks: mirrored",
-            "informed",
-            {"camera_distance": 300, "tracked_body": "face", "swing_deg": 30},
-            about=("seen_noise_px",),
-            watch=(
-                "Watch the error as a solid: from far away a face and its mirror image look alike while they turn, so "
-                "near and far may be the wrong way round."
-            ),
-        ),
-        Preset(
-            "burst",
-            "breaks: covered",
-            "svd",
-            {"burst_frames": 60, "unseen_noise_px": 2},
-            about=("missing_share",),
-            watch=(
-                "Watch frames 60 to 120: what is covered stays where it was last for singular values, and the shape "
-                "bends. The other methods let the covered points be unsure instead."
-            ),
-        ),
-        Preset(
-            "slips",
-            "breaks: wrong tracks",
-            "growing",
-            {"slip_share": 0.15, "wrong_odds": 0},
-            about=("wrong_odds",),
-            watch=(
-                "Watch the shape error: measurements 40 px off that claim to be exact are believed. A share of 0.02 "
-                "that may be silently wrong, as by default, mends it."
-            ),
-        ),
-    ),
+    presets=read_presets(Path(__file__).with_name("presets.yaml")),
     layers=(
         Layer("picture"),
         Layer("trails", shown=True),
