@@ -51,6 +51,7 @@ lint: $(VENV)/.test-stamp  ## Check style, types and import walls, of the pages'
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python -m tools.code_lines
 	@.ci/pages
 
 format: $(VENV)/.test-stamp  ## Mend what can be mended by itself
