@@ -44,7 +44,6 @@ PLACES = {
     ("pftrack/analysis/counterfactuals/alternatives.py", "sharpness"): "a role of parameters",
     ("pftrack/analysis/fitting/found.py", "sharpness"): "a role of parameters",
     ("pftrack/analysis/fitting/trials.py", "sharpness"): "a role of parameters",
-    ("pftrack/core/model/glossary.py", "resampling"): "a word of the field",
     ("pftrack/core/model/parameters.py", "resampling"): "a role of parameters",
     ("pftrack/core/model/parameters.py", "sharpness"): "a role of parameters",
     ("pftrack/core/model/marks.py", "head"): "the front end of a body",

@@ -2,11 +2,12 @@
 
 import re
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from pftrack.core.model.glossary import GLOSSARY, Section, Term
+from pftrack.core.model.glossary import GLOSSARY, Section, Term, read_glossary
 from pftrack.experiments import EXPERIMENTS
 
 SHARED = [term for section in GLOSSARY for term in section.terms]
@@ -67,3 +68,20 @@ def test_trackers_are_found_by_their_short_names() -> None:
     """What stands in brackets in a title is a form of it."""
     words = [term for each in EXPERIMENTS.values() for term in each.glossary.terms]
     assert any(term.also == ("h-SPF",) and term.meaning for term in words)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("A:\n  word: it\nB:\n  other: {also: [others]}\n", "line 3: B must map words to a meaning"),
+        ("A: word\n", "line 1: A must map words to a meaning"),
+        ("- word\n", "must map names to what they declare, got list"),
+        ("A: [\n", "is not YAML"),
+    ],
+)
+def test_a_glossary_that_cannot_be_read_is_refused(tmp_path: Path, text: str, message: str) -> None:
+    """The sentence names the file, and the line of the section."""
+    path = tmp_path / "glossary.yaml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError, match=message):
+        read_glossary(path)

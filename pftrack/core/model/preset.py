@@ -9,10 +9,9 @@ from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, get_args
 
-import yaml
-
 from pftrack.core.model.parameters import Value
 from pftrack.core.model.recipe import Change, Recipe
+from pftrack.core.texts import read_texts
 
 # What a guided tour says: how somebody who has never seen a tracker comes to see one lose its target, and why.
 
@@ -75,19 +74,8 @@ def read_presets(path: Path) -> tuple[Preset, ...]:
     Raises:
         ValueError: The file is not YAML, or a preset lacks a field or has an unknown one; it names the file and line.
     """
-    text = path.read_text(encoding="utf-8")
-    try:
-        declared = yaml.load(text, Loader=_LOADER)  # noqa: S506 - safe, as its base class is
-        lines = {key.value: key.start_mark.line + 1 for key, _ in yaml.compose(text, Loader=_LOADER).value}
-    except yaml.YAMLError as error:
-        raise ValueError(f"{path.parent.name}/{path.name} is not YAML: {error}") from error
-    return tuple(
-        _read_preset(name, values, f"{path.parent.name}/{path.name}, line {lines[name]}")
-        for name, values in declared.items()
-    )
-
-
-_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    declared, places = read_texts(path)
+    return tuple(_read_preset(name, values, places[name]) for name, values in declared.items())
 
 
 def _read_preset(name: str, values: Mapping[str, Any], origin: str) -> Preset:
