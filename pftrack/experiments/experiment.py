@@ -3,7 +3,7 @@
 Whoever declares one finds here what it is declared with: presets, setups of sources, and the steps that it draws.
 """
 
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -33,6 +33,13 @@ PICTURES: tuple[Kind, ...] = ("video", "gif", "images")
 
 INTERFACE = 2
 """Version of what an experiment and the library expect of each other: raised with every change that may break one."""
+
+
+def _check_names(origin: str, of: str, kind: str, names: Iterable[object], known: Container[object]) -> None:
+    for name in names:
+        if name not in known:
+            place = f"{origin}: " if origin else ""
+            raise ValueError(f"{place}{of} names an unknown {kind} {name!r}")
 
 
 @dataclass(frozen=True)
@@ -151,8 +158,8 @@ class Experiment:
         """Refuse plots, readings and tours of what nobody declares, and columns, worlds or failures of one name.
 
         Raises:
-            ValueError: A plot or reading names an unknown series or a preset an unknown tracker, parameter or plot, or
-                two different series have one name, or two measures, reductions, worlds or failures have.
+            ValueError: A plot or reading names an unknown series, or a preset or failure an unknown tracker, parameter
+                or plot; or two different series have one name, or two measures, reductions, worlds or failures.
         """
         worlds = [world.name for world in self.worlds]
         if len(set(worlds)) < len(worlds):
@@ -170,7 +177,7 @@ class Experiment:
         for name in shown:
             if name not in known:
                 raise ValueError(f"{self.id} shows a series {name!r} that nobody declares")
-        self._check_presets()
+        self._check_starts()
         kept = [one.name for one in self.run_measures]
         kept += [reduction.name for series in self.all_series() for reduction in series.reductions]
         for name in kept:
@@ -182,20 +189,25 @@ class Experiment:
         """Its own words: those that it declares, and its trackers."""
         return Section(self.title, (*self.terms, *(tracker.term for tracker in self.trackers.values())))
 
-    def _check_presets(self) -> None:
-        parameters = {item.name for item in declarations(type(self.simulate().parameters))} if self.presets else set()
+    def _check_starts(self) -> None:
+        if not (self.presets or self.failures):
+            return
+        parameters = {item.name for item in declarations(type(self.simulate().parameters))}
         plots = {plot.id for plot in self.plots}
         for preset in self.presets:
-            wanted = (
-                ("tracker", self.trackers, [preset.tracker]),
-                ("parameter", parameters, [*preset.parameters, *preset.about, *preset.scene]),
-                ("plot", plots, [preset.tour.plot] if preset.tour else []),
-            )
-            for kind, known, names in wanted:
-                for name in names:
-                    if name not in known:
-                        place = f"{preset.origin}: " if preset.origin else ""
-                        raise ValueError(f"{place}preset {preset.name} names an unknown {kind} {name!r}")
+            named = (*preset.parameters, *preset.about, *preset.scene)
+            _check_names(preset.origin, preset.name, "parameter", named, parameters)
+            _check_names(preset.origin, preset.name, "tracker", [preset.tracker], self.trackers)
+            _check_names(preset.origin, preset.name, "plot", [preset.tour.plot] if preset.tour else [], plots)
+        for failure in self.failures:
+            values = [*failure.parameters, *failure.cure.values]
+            values += [name for change in failure.timeline for name in change.values]
+            _check_names(failure.origin, failure.id, "parameter", values, {*parameters, "tracker"})
+            trackers = [
+                failure.tracker,
+                *([failure.cure.values["tracker"]] if "tracker" in failure.cure.values else []),
+            ]
+            _check_names(failure.origin, failure.id, "tracker", trackers, self.trackers)
 
     def _check_calibration(self, series: Container[str]) -> None:
         said = self.calibration

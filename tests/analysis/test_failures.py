@@ -36,7 +36,7 @@ def test_a_failure_is_found_by_id_and_by_number() -> None:
 
 def test_failures_of_other_packages_come_after() -> None:
     """An experiment that comes later adds its own behind the ten, in its order; an id that is taken adds nothing."""
-    other = replace(find("sine"), id="other", failures=(ill("b"), ill("mirror-pose"), ill("a")))
+    other = replace(find("ball"), id="other", failures=(ill("b"), ill("mirror-pose"), ill("a")))
     entries = gallery({"other": other, **EXPERIMENTS})
     assert [each.failure.id for each in entries] == [*ORDER, "b", "a"]
     assert next(each for each in entries if each.failure.id == "mirror-pose").experiment is other

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from pftrack.core.model.preset import Preset, Tour, read_presets
+from pftrack.core.model.preset import Preset, Tour, read_failures, read_presets
 from pftrack.experiments import find
 
 TEXT = """
@@ -57,6 +57,20 @@ def test_what_is_wrong_is_named_with_its_line(tmp_path: Path, old: str, new: str
 
 
 @pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("a: {cure: {text: It.}}", "line 1: the cure of a lacks 'values'"),
+        ("a: {cure: {text: It., values: {}}, tracker: apf}", "line 1: a lacks 'cause'"),
+        ("\na: {cure: {text: It., values: {}}, timeline: [{frames: 3}]}", "line 2: a change of a has an unknown field"),
+    ],
+)
+def test_what_is_wrong_with_a_failure_is_named_with_its_line(tmp_path: Path, text: str, message: str) -> None:
+    """Failures are read in the same way, with their cures and changes."""
+    with pytest.raises(ValueError, match=message):
+        read_failures(written(tmp_path, text))
+
+
+@pytest.mark.parametrize(
     ("changed", "message"),
     [
         ({"tracker": "apx"}, "unknown tracker 'apx'"),
@@ -69,5 +83,5 @@ def test_a_preset_names_what_the_experiment_has(changed: dict[str, object], mess
     """An experiment refuses a preset of a tracker, parameter or plot that it lacks, and names the file and line."""
     ball = find("ball")
     wrong = replace(ball.presets[0], **changed)
-    with pytest.raises(ValueError, match=rf"ball/presets.yaml, line 1: preset works names an {message}"):
+    with pytest.raises(ValueError, match=rf"ball/presets.yaml, line 1: works names an {message}"):
         replace(ball, presets=(wrong, *ball.presets[1:]))

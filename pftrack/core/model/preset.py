@@ -199,6 +199,7 @@ class Failure:
         seed: Of the run.
         frames: Length of the run; None for the experiment's own.
         timeline: Changes after frame 0; they happen to the cured run as well.
+        origin: The file and line where it is declared.
     """
 
     id: str
@@ -213,6 +214,7 @@ class Failure:
     seed: int = 0
     frames: int | None = None
     timeline: tuple[Change, ...] = ()
+    origin: str = field(default="", compare=False, repr=False)
 
     def recipe(self, experiment: str, *, cured: bool = False, seed: int | None = None) -> Recipe:
         """Return what makes the run that fails, or the one that does not.
@@ -231,3 +233,22 @@ class Failure:
             frames=self.frames,
             timeline=(*((Change(0, values),) if values else ()), *self.timeline),
         )
+
+
+def read_failures(path: Path) -> tuple[Failure, ...]:
+    """Return the failures of a YAML file, which maps their ids to their fields.
+
+    Raises:
+        ValueError: The file is not YAML, or a failure lacks a field or has an unknown one; it names the file and line.
+    """
+    declared, places = read_texts(path)
+    return tuple(_read_failure(name, values, places[name]) for name, values in declared.items())
+
+
+def _read_failure(name: str, values: Mapping[str, Any], origin: str) -> Failure:
+    cure = Cure(**_fields(Cure, values.get("cure", {}), f"{origin}: the cure of {name}"))
+    changes = tuple(
+        Change(**_fields(Change, change, f"{origin}: a change of {name}")) for change in values.get("timeline", ())
+    )
+    given = {**values, "id": name, "cure": cure, "timeline": changes, "origin": origin}
+    return Failure(**_fields(Failure, given, f"{origin}: {name}"))

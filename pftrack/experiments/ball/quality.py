@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from pftrack.core.model.band import Calibration, Miscalibration
-from pftrack.core.model.preset import Cure, Failure
+from pftrack.core.model.preset import read_failures
 from pftrack.experiments.ball.trackers import TRACKERS
 from pftrack.experiments.shared.loss_probability import Scenes, read_declaration
 
@@ -98,21 +98,4 @@ LOSS_DECLARATION = read_declaration(Path(__file__).with_name("loss_probability.j
 
 # How the ball is lost by a wrong law of motion, and what helps.
 
-FAILURES = (
-    Failure(
-        "wrong-dynamics",
-        "Wrong dynamics",
-        "dynamics",
-        "The motion was learned from a ball that swings from side to side, and this one bounces. What was learned "
-        "hardly ever goes up or down, so no particle goes where the ball does.",
-        "guided",
-        6,
-        "wrong-dynamics",
-        Cure(
-            "A law that expects the same of both directions: constant velocity with a noise of 3 px.",
-            {"tracker": "condensation"},
-        ),
-        {"ball_path": "bounces", "period_s": 3, "sample_count": 100, "occlusion_width_px": 0},
-        frames=60,
-    ),
-)
+FAILURES = read_failures(Path(__file__).with_name("failures.yaml"))
