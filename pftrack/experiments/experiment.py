@@ -192,7 +192,10 @@ class Experiment:
     def _check_starts(self) -> None:
         if not (self.presets or self.failures):
             return
-        parameters = {item.name for item in declarations(type(self.simulate().parameters))}
+        try:
+            parameters = {item.name for item in declarations(type(self.simulate().parameters))}
+        except Exception:  # noqa: BLE001 - a scene that cannot be wired says why where a run begins with it
+            return
         plots = {plot.id for plot in self.plots}
         for preset in self.presets:
             named = (*preset.parameters, *preset.about, *preset.scene)
@@ -203,10 +206,7 @@ class Experiment:
             values = [*failure.parameters, *failure.cure.values]
             values += [name for change in failure.timeline for name in change.values]
             _check_names(failure.origin, failure.id, "parameter", values, {*parameters, "tracker"})
-            trackers = [
-                failure.tracker,
-                *([failure.cure.values["tracker"]] if "tracker" in failure.cure.values else []),
-            ]
+            trackers = {failure.tracker, failure.cure.values.get("tracker", failure.tracker)}
             _check_names(failure.origin, failure.id, "tracker", trackers, self.trackers)
 
     def _check_calibration(self, series: Container[str]) -> None:
