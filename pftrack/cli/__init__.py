@@ -1,8 +1,9 @@
 """The command line: one module a command, or a group of commands, over the library.
 
-- `app`: the application and its commands; `output`: how results and errors are written;
-- `run`: `run` and `replay`; `sweep`; `lessons`; `listing`: `list` and `show`;
-- `checks`: `reproduce`, `bench` and `doctor`.
+`app` has the application and its commands, and `output` says how results and errors are written. Names that differ from
+their commands: `run` has `run`, `replay` and `show-recipe`; `listing` has `list` and `show`; `checks` has `reproduce`,
+`bench` and `doctor`; `exports` has `export`, `exercises` has `exercise`, `filters` has `new filter`, and `results` has
+`open`.
 """
 
 from pftrack.cli.app import main

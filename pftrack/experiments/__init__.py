@@ -1,7 +1,8 @@
 """Experiments: source, tracker, parameters, drawing and measure wired together under a name.
 
-Each experiment is a package here and a line of the list below; other packages add theirs by entry point. Everything
-else (command line, server, sweeps) finds an experiment through `find` or `EXPERIMENTS`, and none is imported before.
+Each experiment is a folder beside this file and a line of the list below; other packages add theirs by entry point.
+Everything else (command line, server, sweeps) finds an experiment through `find` or `EXPERIMENTS`, and none is imported
+before. `shared` holds what several experiments use, `own` the filters in a person's own file.
 
 - `ball`: switching particle filters on a ball behind an occluder (Bando 2007, ch. 3);
 - `fish`: a fish that bends, by a filter that is guided by learned changes (Mitsugami et al. 2009);

@@ -1,28 +1,25 @@
 """Reproducing: published results, computed again and compared within stated tolerances.
 
-Each module here reproduces one published study and knows the reference figures. Where the publication has none, and for
-what it leaves open, these were measured on the same protocol by an independent implementation, the *reference
+Each study here reproduces a publication and knows the reference figures. Where the publication has none, and for what
+it leaves open, these were measured on the same protocol by an independent implementation, the *reference
 implementation*, of the readings in docs/methods. A *finding* holds ours and theirs side by side. A published claim that
 could not be confirmed is computed all the same and reported as different, never hidden.
 
 - `signals`: the Kalman and particle filters of Bando 2007, ch. 2;
-- `oracle`: one step whose exact answer is known by quadrature;
-- `occlusion`: success over occluder width and distracter size, ch. 3 sections 3.1 and 3.2;
-- `sensitivity`: what these hang on, the scene and the trackers varied one by one;
-- `other_scene`: the same in the other reading of the scene;
-- `counts`: how many particles, ch. 3 section 3.3;
-- `maps`: the whole protocol of these sections, and its figures;
-- `motion`: learning the dynamics while tracking, ch. 3 section 4;
+- `ball`: occlusion, the number of particles, what the result hangs on, and learned dynamics, ch. 3;
 - `prism`: features in two layers with an adaptive sampling distribution, ch. 4 section 3;
 - `head`: the same on the face of a driver who turns the head, ch. 4 section 4;
-- `loss`: how true the probabilities are by which trackers say that they have lost their target;
-- `histogram`: a window by its colours, past a look-alike and behind a column;
 - `structure`: the shape of prism and face from their tracks, ch. 4 section 5;
+- `histogram`: a window by its colours, past a look-alike and behind a column;
 - `trajectories`: tracks with outliers under three laws of the noise, simulated and in pictures (Ichimura and Ikoma);
 - `fish`: guided diffusion on a fish that bends, Mitsugami et al. 2009;
 - `hand`: the pose of a hand from its silhouette, with one hypothesis and with four, Shimada 1997;
 - `linkage`: a chain of links by filters, mirrored hypotheses and regions, Shimada 1997;
+- `loss_probability`: how true the probabilities are by which trackers say that they have lost their target;
+- `calibration`: how often bands hold the truth;
 - `diagnosis`: why runs were lost, told from their numbers, against what was put there.
+
+Beside them `finding` compares and records, `pool` computes, and `sources` says on which files a result depends.
 """
 
 from collections.abc import Callable, Sequence

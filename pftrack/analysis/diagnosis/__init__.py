@@ -1,4 +1,8 @@
-"""Why a target was lost: a diagnosis from a run's own numbers, by the declared roles of what it reports."""
+"""Why a target was lost: a diagnosis from a run's own numbers, by the declared roles of what it reports.
+
+- `course`: what a run's rows say over time, and the moment in question; `diagnosis`: the rules together;
+- `motion`: rules of where the target goes and what it looks like; `weights`: rules of particles and of other beliefs.
+"""
 
 from pftrack.analysis.diagnosis.course import COLUMNS, Course, Rule, Sign, course_of
 from pftrack.analysis.diagnosis.diagnosis import (

@@ -2,15 +2,14 @@
 
 A filter that has seen the frames up to t - 1 says how probable frame t is. The product of these numbers over a
 recording is the evidence of its settings, p(z_{1:T} | settings), and settings that make it large are those under which
-the recording is least surprising (Särkkä 2013, chapter 12). This package looks for them:
+the recording is least surprising (Särkkä 2013, chapter 12).
 
-- `scores` says what a run comes to: its evidence a frame, and how often its bands hold the truth where that is known;
-- `search` climbs: golden section for one number, a simplex for several, on logarithms;
-- `linear` goes up without trying, by expectation maximisation, where the model is linear and its noise Gaussian;
-- `trials` are the runs that this takes;
-- `halves` puts them together: fitted is on the first half of a run, every trial with the same random numbers, so that
-  two settings differ by what they are and not by luck; what is found is kept only if it is better on the second half,
-  which was not used, with other random numbers.
+- `trials`: runs on what one run has seen, with other values, and the score of each: its evidence a frame;
+- `search`: golden section for one number, a simplex for several, on logarithms; expectation maximisation where the
+  model is linear and its noise Gaussian;
+- `found`: the fit. It uses the first half of a run, every trial with the same random numbers, so that two settings
+  differ by what they are and not by luck. What it finds is kept only if it is better on the second half, with other
+  random numbers.
 """
 
 from pftrack.analysis.fitting.found import MOST_NUMBERS, Fit, FitError, Fitted, Half, Method, fit, fittable

@@ -1,1 +1,1 @@
-"""Arithmetic whose bits are the same on every processor: random numbers, sums, matrices, elementary functions."""
+"""Arithmetic with the same bits on every processor: random numbers, sums, matrices, cameras, elementary functions."""

@@ -1,8 +1,9 @@
-"""The experiment on a hand whose pose comes from its silhouette.
+"""The pose of a hand from its silhouette, simulated or on a recording (Shimada 1997, chapter 2).
 
-- `experiment`: the wiring; `presets`: where to begin; `findings`: what there is to say of a silhouette;
-- `sketch`: what is drawn in the picture; `world`, `solids`: the hand in space beside it;
-- `calibration`: where what is said of its error is not so;
-- `truth`: how near to the truth each kept hand is, of one frame and of a whole run;
-- `recording`, `marks`: recordings, and the open hand that is found on them or marked.
+- `experiment`: the wiring; `scene`: the simulated hand; `recording`: recordings, and how near to the truth a hand is;
+- `silhouette`, `fingers`: what is seen; `shape`: the model of a hand; `first_pose`, `raised_fingers`: where a run
+  begins;
+- `trackers`: the trackers by name; `beams` and `particles`: one frame of each; `candidates`: what the search tries;
+  `likelihood`: how well it fits;
+- `state`: what is believed; `parameters`: all that can be set; `draw`: the picture, and the hand in space.
 """

@@ -1,7 +1,11 @@
 """The pose of a head, simulated or on a recording (Bando 2007, ch. 4 section 4).
 
-- `experiment`: the wiring and the drawing; `recording`: a recording with a face; `start`: where a face is looked for;
-- `sketch`: the head as lines and surface; `calibration`: where what is said of the error is not so.
+- `experiment`: the wiring, the drawing and the world of the head; `draw`: pieces of drawings; `exports`: files of the
+  head;
+- `scene`, `scene_parameters` and `painting`: the simulated driver; `recording`: how a face is found, marked and judged;
+- `trackers`: the trackers by name; `first_sight`: what they make of the first picture; `appearance`: templates and
+  memory;
+- `parameters`: all that can be set, and what a frame teaches of the face.
 """
 
 __all__: list[str] = []

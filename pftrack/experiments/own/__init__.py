@@ -1,11 +1,9 @@
 """Filters in files: a person's own filter, a Python file of some functions, as a tracker of an experiment.
 
-- `code`: what a file offers, and calling it, with mistakes told by its lines;
+- `code`: what a file offers, which texts may be executed, and calling one, with mistakes told by its lines;
 - `sliders`: the parameters of a file, from a dataclass with defaults;
-- `trust`: which texts may be executed;
 - `tracker`: the tracker that a file makes, with what stands in for what it leaves out;
-- `extension`: an experiment with such trackers, and the experiment of a recipe;
-- `outline`: the same for whoever plans and executes nothing.
+- `extension`: an experiment with such trackers, the experiment of a recipe, and its outline, which executes nothing.
 
 A recipe holds the texts of the files (`Recipe.filters`), so a run with such a filter is the same everywhere. Each text
 that was in force is a version, and which one computes a frame is a parameter like any other: it can change in the

@@ -1,7 +1,6 @@
 """What loops and trackers of others have computed, looked at like any run of one's own.
 
-- `experiment`: the wiring and the parameters; `measures`: what is compared with the truth;
-- `sketch`: what is drawn in the picture, or in the plane of two components.
+`experiment` holds all of it: the wiring, the parameters, what is compared with the truth, and what is drawn.
 """
 
 __all__: list[str] = []

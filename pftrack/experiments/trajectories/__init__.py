@@ -1,10 +1,11 @@
 """Trajectories of many points, whose measurements now and then are far off: what the law of the noise does about it.
 
-- `experiment`: the wiring and the parameters; `presets`: starting points that show something; `plots`: what is plotted;
-- `calibration`: where what is said of the error of a track is not so;
-- `truth`: how far all tracks are from the truth, and how far they move where nothing does;
-- `sketch`: trajectories in the picture and through time; `exports`: tables of them;
-- `search`: how the selected corner was looked for; `scales`: what is believed of the scales of its noise and motion.
+- `experiment`: the wiring, the presets, and where bands are not to be believed; `draw`: pictures, plots and tables;
+- `scene`: simulated tracks and tracks of a file; `corner_scene` and `corners`: a simulated sequence, and its corners
+  followed by block matching;
+- `trackers`: parameters, beliefs and methods; `step`: the trackers by name; `whole`: estimates with other seeds;
+- `inspection`: the measurement and the particles of the selected track; `recording`: how it was looked for, the scales,
+  and how far tracks are from the truth.
 """
 
 __all__: list[str] = []

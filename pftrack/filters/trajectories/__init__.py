@@ -7,10 +7,10 @@ motion is smooth and the measurement is the position,
 
 and the law of w_t decides what such a jump does: a Gaussian follows it, a Cauchy law of scale sigma lets go.
 
-- `gaussian`: Gaussian w_t, the Kalman filter and the exact smoother with a fixed lag;
-- `cloud`: Cauchy w_t by particles, whose past is kept as a pruned tree; with log sigma^2 and log tau^2 in the state it
-  finds both by itself;
-- `modes`: what a cloud of particles comes to, by a histogram or by the mean;
+- `gaussian`: Gaussian w_t, the Kalman filter and the exact smoother with a fixed lag; and the estimate of a cloud, by a
+  histogram or by the mean;
+- `cloud`: Cauchy w_t by particles, whose past is kept as a pruned `tree`; with log sigma^2 and log tau^2 in the state
+  it finds both by itself;
 - `whole`: whole tracks at once, the likelihood of sigma^2 and tau^2, and errors.
 
 All are batches of K tracks that do not know of each other: a track's numbers are the same whichever others there are.

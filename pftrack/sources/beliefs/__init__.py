@@ -1,10 +1,10 @@
 """Recordings of beliefs: what other loops and other trackers have computed, frame by frame, as a source.
 
-- `archive`: the file, entry by entry; `recorder`: what writes one while a loop runs;
-- `adapters`: what filters of other libraries hold, said to a recorder;
-- `content`: all that a file says, at hand by frame and target; `sequence`: a file as a recording;
-- `selection`: which target and which components are looked at; `identities`: which truth each target belongs to;
-- `recorded`: the frames of a recording as a tracker gets them; `scene`: an example that is made up.
+- `archive`: the file, entry by entry; `recorder`: what writes one while a loop runs, and adapters for filters of other
+  libraries;
+- `content`: all that a file says, at hand by frame and target, with its clip and its true targets; `sequence`: a file
+  as a recording;
+- `recorded`: the frames of a recording as a tracker gets them, and an example that is made up.
 """
 
 __all__: list[str] = []

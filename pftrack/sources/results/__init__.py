@@ -11,9 +11,9 @@
 
 Numbers are told apart by commas, semicolons, tabs or spaces. Inside, frames and pixels count from 0.
 
-- `table`: what a file says; `form`: which form it has; `reading`: its boxes; `writing`: the same forms back;
-- `numbers`: MOTChallenge, OTB and VOT; `spreadsheet`: CSV; `cvat`; `coco`;
-- `recording`: results with their clip and their truth as a recording of beliefs.
+- `table`: what a file says, and CSV; `numbers`: which form a file has, and MOTChallenge, OTB and VOT;
+- `reading`: the boxes of a file; `writing`: the same forms back, and CVAT and COCO;
+- `recording`, `parts`: results with their clip and their truth as a recording of beliefs.
 """
 
 __all__: list[str] = []

@@ -1,8 +1,7 @@
 """Tracks as a source: in each frame the positions of a body's points and the variances of their noise, and no picture.
 
-- `bodies`: what a body has, and bodies that can be simulated;
-- `target`: what is true of a body, and what is known of it beforehand;
-- `scene`: a simulated body that turns before a camera.
+- `table`: tables of tracks, and the bodies that their points may belong to;
+- `sequence`: a table as a sequence of pictures of dots; `recorded`: a table as a source, and what is true of its body.
 """
 
 __all__: list[str] = []

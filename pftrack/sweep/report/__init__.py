@@ -1,8 +1,7 @@
 """Reports: the result of a sweep for people. Tables, figures as PNG or SVG, and one page that needs nothing else.
 
-Modules: `study` (what is looked at); `tables`; `figures` as pictures, by `curves` and by `maps` in `panels`, with their
-places by `layout`; `page`, by `plots` in a `frame`; `exports`, a file each; and the `colours` and `labels` that all
-share.
+`study` says what is looked at. `curves` and `maps` draw figures as pictures; `plots` draws maps for the `page`, in a
+`frame` that also has the colours and labels of all; `page` has the tables; `exports` makes the files.
 """
 
 from dataclasses import dataclass
