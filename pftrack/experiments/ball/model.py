@@ -1,4 +1,9 @@
-"""What the loop weighs particles of a ball by, the colour of the pixel under them, and what that is made of."""
+"""What is believed of a ball: how its particles are weighed, how it moves, and how a run begins (Bando 2007, ch. 3).
+
+Particles are weighed by the colour of the pixel under them. All trackers share a second-order model of the position:
+constant velocity in Bando 2007, with less of the velocity kept or with a known swing on request, or what online EM has
+made of the path so far. Two trackers measure the colour centroid of the whole picture instead (section 4).
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -111,11 +116,6 @@ LIKELIHOOD = ObservationLikelihood(
 )
 """The same, to be asked at any place."""
 
-# How a ball is expected to move, and how that is learned while it is tracked.
-#
-# All trackers of a ball share a second-order model of its position: constant velocity in Bando 2007, with less of the
-# velocity kept or with a known swing on request, or what online EM has made of the path so far.
-
 TRACKED = 2
 """The position: the first coordinates of the state."""
 
@@ -180,9 +180,6 @@ def learn_motion(state: PointState, parameters: LoopParameters, size: tuple[int,
     return replace(state, learner=online_em.learn(state.learner, initial, state.estimate, state.sigma, settings))
 
 
-# What all trackers of a ball have in common: how they begin, and what they carry from frame to frame.
-
-
 def start(target: Target, frame: Frame, parameters: LoopParameters, rng: Generator) -> PointState:
     """Begin at a known position: all particles around it, at rest; the estimate is the position itself."""
     deviations = parameters.initial_sd_px * rng.standard_normal((TRACKED, parameters.sample_count)).T
@@ -208,9 +205,6 @@ def lineage_of(
         return None
     lineage = state.lineage or fixed_lag.begin_lineage(parents, TRACKED)
     return fixed_lag.extend_lineage(lineage, particles, parameters.smoothing_lag_frames)
-
-
-# Trackers that measure the colour centroid of the whole picture (Bando 2007, ch. 3 section 4).
 
 
 def step_unscented(state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> PointState:
@@ -343,8 +337,6 @@ KALMAN = Tracker(
         {"process_noise_px": NoiseScale("process"), "measurement_noise_px": NoiseScale("observation")}, _chains
     ),
 )
-
-# What a filter in a file is told of the states of a ball, and the bootstrap filter that stands in for it.
 
 
 def _propagate(

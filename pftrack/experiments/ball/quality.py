@@ -1,4 +1,8 @@
-"""What is said of the error of a ball's place, and where that is not so (docs/explanation/calibration.md)."""
+"""What is said of the error of a ball's place, how probable its loss is, and how it is lost by a wrong law of motion.
+
+`docs/explanation/calibration.md` has the bands. `python -m tools.loss_probability fit ball` fits the probability of a
+loss and writes `loss_probability.json`.
+"""
 
 import math
 from collections.abc import Mapping
@@ -72,10 +76,6 @@ FAULTS = (
 
 CALIBRATION = Calibration(faults=FAULTS, presets=("too-wide", "bounces"))
 
-# How probable it is that the ball is lost.
-#
-# `python -m tools.loss_probability fit ball` fits it and writes `loss_probability.json`.
-
 SCENES = Scenes(
     {
         "occlusion_width_px": (0.0, 110.0),
@@ -95,7 +95,5 @@ SCENES = Scenes(
 """Pillars of all widths, look-alikes of all sizes, slow and fast balls, few particles and many."""
 
 LOSS_DECLARATION = read_declaration(Path(__file__).with_name("loss_probability.json"), TRACKERS, SCENES)
-
-# How the ball is lost by a wrong law of motion, and what helps.
 
 FAILURES = read_failures(Path(__file__).with_name("failures.yaml"))

@@ -1,6 +1,9 @@
-"""Trackers of a ball by its colour (Bando 2007, ch. 3).
+"""Trackers of a ball by its colour: the filters of Bando 2007, ch. 3, with the likelihood of its section 2.2.
 
-- `motion`: the dynamics, learned or given; `parameters`: all that can be set, in parts for other families.
+All of them carry the two newest positions, (u_t, v_t, u_{t-1}, v_{t-1}) in px, and differ in how the posterior of the
+next frame is sampled. Those that draw by prediction or by observation share one compiled loop
+(`pftrack.experiments.shared.sampling`), and differ in the rule by which it chooses. Whether the dynamics are learned
+and the path smoothed is the same for all.
 """
 
 from dataclasses import replace
@@ -49,11 +52,10 @@ from pftrack.filters.learning.guidance import GuidedDynamics
 from pftrack.filters.resampling import RESAMPLERS
 from pftrack.vision.likelihoods import chromaticity
 
-# A tracker of a ball whose particles move as the ball did in recorded runs (`pftrack.filters.learning`).
-#
-# It is Condensation but for the diffusion: in place of one process noise for both axes, accelerations are drawn from
-# the learned covariance, in the frame of the picture or in that of the ball's last motion. A ball has no heading, so
-# what Mitsugami et al. learn of a fish's shape is missing here, and what is left is the spread of its accelerations.
+# The guided tracker is Condensation but for the diffusion: in place of one process noise for both axes, accelerations
+# are drawn from the learned covariance, in the frame of the picture or in that of the ball's last motion. A ball has no
+# heading, so what Mitsugami et al. learn of a fish's shape is missing here, and what is left is the spread of its
+# accelerations.
 
 
 def step_guided(state: PointState, frame: Frame, parameters: BallTrackerParameters, rng: Stream) -> PointState:
@@ -98,12 +100,6 @@ GUIDED = Tracker(
     likelihood=LIKELIHOOD,
     cloud=partial(cloud_of, ()),
 )
-
-# Trackers of a ball by its colour: the filters of Bando 2007, ch. 3, with the likelihood of its section 2.2.
-#
-# All of them carry the two newest positions, (u_t, v_t, u_{t-1}, v_{t-1}) in px, and differ in how the posterior of the
-# next frame is sampled. Those that draw by prediction or by observation share one compiled loop, `loop`, and differ
-# in the rule by which it chooses. Whether the dynamics are learned and the path smoothed is the same for all.
 
 
 def step_loop(

@@ -1,4 +1,11 @@
-"""What is drawn of a frame: the picture, its edges, some particles as whole fish, the estimate, the truth, the path."""
+"""What is drawn of a frame, and two worlds of what was learned.
+
+The picture shows its edges, some particles as whole fish, the estimate, the truth and the path. The first world shows a
+fish at rest, head upwards, and as a ghost how it moves and bends within a frame along one of the modes, the
+eigenvectors of the learned covariance (Mitsugami et al. 2009, eq. 15). The second is the scatter of turn against bend
+of all particles since the frame before, in units of the learned standard deviations, with the learned covariance as an
+ellipsoid at two of them, and the changes of the estimate. Its third axis is the acceleration across the body.
+"""
 
 from collections.abc import Sequence
 
@@ -117,13 +124,6 @@ def _some(poses: Floats, count: int) -> Floats:
 
 _TABLE = np.array(VIRIDIS, np.uint8)[np.minimum(np.arange(256) * len(VIRIDIS) // (QUARTERS * CAP_PX), len(VIRIDIS) - 1)]
 """Colour of each distance."""
-
-# Two worlds of what was learned: the modes as a fish that moves along them, and the changes that particles draw.
-#
-# The first shows a fish at rest, head upwards, and as a ghost how it moves and bends within a frame along one of the
-# modes, the eigenvectors of the learned covariance (eq. 15). The second is the scatter of turn against bend of all
-# particles since the frame before, in units of the learned standard deviations, with the learned covariance as an
-# ellipsoid at two of them, and the changes of the estimate. Its third axis is the acceleration across the body.
 
 MODES_WORLD = World(
     "modes",

@@ -1,4 +1,8 @@
-"""How near the outline of a bending body comes to the edges of what has its colour.
+"""The outline of a fish that bends, and how near it comes to the edges of what has its colour.
+
+The body is an ellipse, the tail a straight line that begins at the rear end of its long axis. A *pose* is (a, b, theta,
+phi): the centre of the ellipse in px, the direction to the head and the bend of the tail against the body's axis in
+rad, positive clockwise on the screen. What is painted, and counts as the silhouette, has a tail of some width.
 
 The picture is told apart into the body and the rest, by the body's colour or by being darker or lighter than what is
 around it. The edges of that mask go into a distance transform: an image of how far each pixel is from the nearest edge.
@@ -23,13 +27,6 @@ from pftrack.core.files import PictureKey
 from pftrack.core.numerics.checks import check_picture
 from pftrack.core.numerics.compiled import compiled, read_only
 from pftrack.core.numerics.elementary import sines_cosines
-
-# The outline of a fish from above that bends at the root of its tail (Mitsugami et al. 2009, section 3.1).
-#
-# The body is an ellipse, the tail a straight line that begins at the rear end of its long axis. A *pose* is (a, b,
-# theta, phi): the centre of the ellipse in px, the direction to the head and the bend of the tail against the body's
-# axis in rad, positive clockwise on the screen. What is painted, and counts as the silhouette, has a tail of some
-# width.
 
 BODY_POINTS, TAIL_POINTS = 24, 8
 """Of the model that is compared with edges."""

@@ -1,4 +1,8 @@
-"""What is said of the error of a fish's pose, and where that is not so (docs/explanation/calibration.md)."""
+"""What is said of the error of a fish's pose, and how probable it is that the fish is lost.
+
+`docs/explanation/calibration.md` has the bands. `python -m tools.loss_probability fit fish` fits the probability of a
+loss and writes `loss_probability.json`.
+"""
 
 import math
 from pathlib import Path
@@ -81,10 +85,6 @@ CALIBRATION = Calibration(
     presets=("ordinary", "rudder"),
     scene="tank_number",
 )
-
-# How probable it is that the fish is lost.
-#
-# `python -m tools.loss_probability fit fish` fits it and writes `loss_probability.json`.
 
 SCENES = Scenes(
     {

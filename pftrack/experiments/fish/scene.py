@@ -1,6 +1,7 @@
-"""A tank of goldfish from above: they swim, bend and turn as fish do (docs/methods/diffusion.md).
+"""A tank of goldfish seen from above, the simulated source of the fish (docs/methods/diffusion.md).
 
-- `swimming`: how they move, and which clips are fit;
+How the fish swim, bend and turn is in `swimming`. Everything is painted with OpenCV's anti-aliased shapes in whole
+numbers of sixteenths of a pixel, so a pose has one picture. Colours are BGR while painting, as OpenCV has them.
 """
 
 from dataclasses import dataclass, field
@@ -19,8 +20,6 @@ from pftrack.core.numerics.random import Purpose, Stream, uniforms
 from pftrack.experiments.fish.model import GOLDFISH, FishShape, body_points, inside, model_points, tail_corners
 from pftrack.experiments.fish.swimming import FRAME_RATE_HZ, FRAMES, HEIGHT, WIDTH, TankName, clip
 from pftrack.sources.recording import OverlayParameters, paint, strip
-
-# What can be turned in the simulated tank.
 
 TANK = "Tank"
 
@@ -77,11 +76,6 @@ class FishSceneParameters(OverlayParameters):
         role="world",
     )
 
-
-# What the camera above the tank sees: blue-grey gravel, and orange fish that bend (docs/methods/diffusion.md).
-#
-# Everything is painted with OpenCV's anti-aliased shapes in whole numbers of sixteenths of a pixel, so a pose has one
-# picture. Colours are BGR here, as OpenCV has them.
 
 Slices: TypeAlias = tuple[slice, slice]
 
@@ -229,9 +223,6 @@ def develop(picture_bgr: NDArray[np.float32], noise: int, number: int, frame: in
     return read_only(_develop(picture_bgr, numbers, noise))
 
 
-# The truth of a frame in which a fish is seen.
-
-
 @dataclass(frozen=True, slots=True)
 class FishTarget(Target):
     """Where a fish truly is: `position` is the centre of its body's ellipse, px.
@@ -274,8 +265,6 @@ class FishTarget(Target):
         """Return whether a point (2,) lies within the silhouette."""
         return inside(point, self.pose, self.shape)
 
-
-# The simulated tank as a source: frames of one or two goldfish from above, with the truth.
 
 LOOK_ALIKE = "#eb6928"
 """Colour of the look-alikes: the fish's."""

@@ -38,8 +38,6 @@ from pftrack.experiments.shared import reports
 from pftrack.filters.learning.charts import WAYS, body_velocity
 from pftrack.filters.particles import ParticleSet
 
-# With which numbers particles are moved, by tracker and parameters.
-
 
 @lru_cache(maxsize=64)
 def draw(motion: int | None, parameters: FishTrackerParameters) -> Drawn:

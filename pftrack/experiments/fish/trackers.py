@@ -1,7 +1,9 @@
-"""Trackers of a fish that bends, by the edges of what has its colour (Mitsugami et al. 2009).
+"""The state of trackers of a fish that bends, one compiled frame of them, and what they know of its motion.
 
-- `step`: the trackers by name: ordinary, with constant velocity, and guided by learned changes;
-- `motion`: with which numbers particles are moved; `learned`: what was learned of the tank's fish;
+A frame draws parents, moves them, weighs them and estimates. The motions of the trackers (`step`) differ in a few
+lines, and share everything else, so a comparison of two of them compares just that.
+
+Source: Mitsugami et al. 2009.
 """
 
 from collections.abc import Mapping
@@ -22,8 +24,6 @@ from pftrack.filters.learning.charts import HEADING, WORLD, Chart, advance
 from pftrack.filters.learning.guidance import Guidance
 from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.filters.resampling import parents
-
-# What is believed of a fish after a frame.
 
 COORDINATES = ("a", "b", "along", "across", "theta", "phi")
 """Of a particle: place in px, velocity along and across the body in px/frame, heading and bend in rad."""
@@ -78,10 +78,6 @@ class FishState:
         """Return states and log weights of the particles."""
         return {"states": self.particles.states, "log_weights": self.particles.log_weights}
 
-
-# One frame of a tracker of a fish, compiled: draw parents, move them, weigh them, estimate.
-#
-# The motions differ in a few lines, and share everything else, so a comparison of two of them compares just that.
 
 ORDINARY, VELOCITY = 100, 101
 """Motions beside those of `pftrack.filters.learning.charts`: a random walk (eq. 8), and constant velocity (eq. 9)."""
@@ -224,8 +220,6 @@ def _mean(states: Floats, weights: Floats) -> tuple[Floats, Floats]:
     return mean, sigma
 
 
-# What the trackers know of how a fish moves: learned offline from ten clips of the simulated tank.
-#
 # `learned.json` is written by `pftrack reproduce fish-offline --full --figures FOLDER` from the twenty tracks of clips
 # 100 to 109 that the ordinary filter followed with 3,000 particles and wide noise. It holds the estimates' noise along
 # with the fish's motion, and that is meant: else there is no room for rare, violent turns.

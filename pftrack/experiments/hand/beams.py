@@ -2,6 +2,10 @@
 
 Each kept hand predicts two: that its motion goes on, and that it stands still, since angles which go by coarse steps
 make velocities that are mostly noise. A hand's prior is that of its own prediction.
+
+Palms come first, since all fingers hang on them and a palm that sticks out of the silhouette needs no fingers. For each
+palm that is left each finger is tried with every protrusion and as a hidden one; then the best assignment makes a hand.
+Whole hands are moved uphill and ranked.
 """
 
 from typing import NamedTuple
@@ -39,8 +43,6 @@ from pftrack.experiments.hand.shape import HIGH, LOW, capsule, joints, palm_poin
 from pftrack.filters.beam import Beam, select_best
 from pftrack.filters.particles import normalise
 
-# Whole hands beside the silhouette: how much of it they leave uncovered or cover too much, and moves that mend it.
-#
 # The search's candidates stand on a grid of angles, so the best of them is beside the best there is, and which of two
 # is beside it less is a matter of luck. Before whole hands are ranked, each is therefore moved uphill: one number of
 # the pose after the other, by steps that get smaller, on the same posterior that ranks them. While a finger moves, all
@@ -215,12 +217,6 @@ def _added_pixels(
                     added += -1 if seen.silhouette[top + i, column] else 1
     return added
 
-
-# A frame of the search, compiled: palms around every prediction, fingers for the best of them, whole hands.
-#
-# Palms come first, since all fingers hang on them and a palm that sticks out of the silhouette needs no fingers. For
-# each palm that is left each finger is tried with every protrusion and as a hidden one; then the best assignment makes
-# a hand.
 
 MOST_X_P = 6.0
 """Of a palm that is given up at once."""

@@ -1,4 +1,4 @@
-"""Which palms and fingers are tried (Shimada 1997, section 2.5).
+"""Which palms and fingers are tried, and which finger is which protrusion (Shimada 1997, sections 2.5 and 2.6.2).
 
 How far one step of an angle goes depends on how much of the silhouette it changes: D = closed integral of |v n| ds over
 the contour of what turns, v being the velocity of a point for a turn of 1 rad per unit of time and n the contour's
@@ -275,8 +275,6 @@ def palm_candidates(predicted: Floats, task: Task) -> tuple[Floats, Floats]:
     return poses[:found], log_priors[:found]
 
 
-# Which finger is which protrusion: the best of all ways, with fingers that are hidden and protrusions of no finger.
-#
 # Shimada 1997, section 2.6.2, assigns greedily and repairs. With five fingers and some protrusions all ways together
 # are few enough: a table over sets of protrusions that are taken already, finger by finger, holds the best of each.
 

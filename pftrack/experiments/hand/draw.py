@@ -1,4 +1,9 @@
-"""What is drawn in the picture: silhouette and protrusions, the hand that is shown, the others, and the truth."""
+"""What is drawn of hands: silhouette, protrusions and hands in the picture, and the hand in space.
+
+In space the hand stands in palm axes with its sixteen parts and its joints, the other hands as ghosts, and the true
+one. The silhouette says nothing of depth, so hands that look alike from the front may differ much from aside. The
+forearm points downwards however the hand is turned in the picture, and the camera is in front.
+"""
 
 from functools import lru_cache
 
@@ -16,8 +21,6 @@ from pftrack.experiments.hand.shape import HandShape, joints, palm_axes, parts
 from pftrack.experiments.hand.state import HandState
 from pftrack.experiments.shared.pose.drawing import draw_with_rim
 from pftrack.experiments.shared.sketch import at_height
-
-# Meshes of a hand's parts in space: phalanges as tapered capsules, the palm as a plate, lines as thin ribbons.
 
 SIDES = 10
 """Of a capsule, around its axis."""
@@ -204,11 +207,6 @@ def _raise(segments: Floats, height: float) -> NDArray[np.float32]:
 def _dots(places: Floats, colour: Colour, size: float, layer: str, height: float = 1.2) -> Points:
     return Points(at_height(places, height), np.tile(np.array(colour, np.uint8), (len(places), 1)), size, layer)
 
-
-# The hand in space: its sixteen parts and its joints in palm axes, the other hands as ghosts, and the true one.
-#
-# The silhouette says nothing of depth, so hands that look alike from the front may differ much from aside. The forearm
-# points downwards however the hand is turned in the picture, and the camera is in front.
 
 HAND_WORLD = World(
     "hand",

@@ -3,6 +3,9 @@
 Fingers disappear behind the palm within a frame or two, so nothing can be followed from picture to picture. Hands are
 made by a model instead and compared with the silhouette, and since which of them is right may show only later, several
 are kept.
+
+`docs/explanation/calibration.md` has the bands of finger tips. `python -m tools.loss_probability fit hand` fits the
+probability of a loss and writes `loss_probability.json`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -33,8 +36,6 @@ from pftrack.experiments.hand.trackers import TRACKERS, features
 from pftrack.experiments.shared.loss_probability import Scenes, read_declaration
 from pftrack.experiments.shared.sketch import SECOND_RUN
 
-# What is said of the error of finger tips, and where that is not so (docs/explanation/calibration.md).
-
 FAULTS = (
     Miscalibration(
         ("beam", "particles"),
@@ -44,10 +45,6 @@ FAULTS = (
 )
 
 CALIBRATION = Calibration(faults=FAULTS, presets=("wrist", "bend"))
-
-# How probable it is that a hand's pose is lost.
-#
-# `python -m tools.loss_probability fit hand` fits it and writes `loss_probability.json`.
 
 SCENES = Scenes(
     {"speed": (0.5, 3.0), "turn_deg": (-30.0, 30.0), "proportions": (0.0, 0.1), "edge_noise_px": (0.0, 2.0)},
@@ -59,8 +56,6 @@ SCENES = Scenes(
 """All motions, slow and fast, of hands of several proportions, some behind a pillar."""
 
 LOSS_DECLARATION = read_declaration(Path(__file__).with_name("loss_probability.json"), TRACKERS, SCENES)
-
-# Where to begin: the three motions, the same seed with one hand kept and with four, and what makes it hard.
 
 SCENE = ("motion",)
 

@@ -1,10 +1,9 @@
 """Protrusions: the parts of a silhouette that look like fingers, and the arm (Shimada 1997, section 2.3).
 
-The silhouette is thinned to a skeleton (`pftrack.experiments.hand.silhouette`). From each free end one follows
-it to where it meets the rest, and cuts it where the silhouette becomes clearly wider than it was so far. What lies
-before the cut is a
-protrusion: the axis of a finger, or of what of a finger is seen beside the palm. A line that ends at the picture's
-border is the arm; where that becomes wider is the wrist.
+The silhouette is thinned to a skeleton (`pftrack.experiments.hand.silhouette`). From each free end one follows it to
+where it meets the rest, and cuts it where the silhouette becomes clearly wider than it was so far. What lies before the
+cut is a protrusion: the axis of a finger, or of what of a finger is seen beside the palm. A line that ends at the
+picture's border is the arm; where that becomes wider is the wrist.
 
 Two things are not as one would first have them. The tip of a finger is taken to be the middle of its round end, and not
 the end of the skeleton, which depends on single pixels of the edge. And the wrist is looked for by going back from

@@ -1,4 +1,16 @@
-"""Silhouettes, fingers and first poses of a hand in a picture."""
+"""The first pose: an open hand that faces the camera, found by itself (Shimada 1997, section 2.4).
+
+Five protrusions are ordered around the hand, and the model is laid over them with the thumb at either end: the nearer
+one says on which side it is. A left palm looks like the back of a right hand, and either is taken as it looks. Where
+the four fingers begin, and the wrist, give place, turn and size; the thumb begins at the place that the similar
+triangle of the model gives. Along each finger joints lie in the model's ratios, and the palm's thickness goes with the
+fingers' mean width. Then the whole is fitted to the silhouette, since a wrist is seen to within some five per cent of
+the palm only.
+
+What cannot be begun is said in words: a fist, two hands, a hand that is cut by the border or seen from its side. A
+person may mark the five tips instead. Then fingers go to the nearest marks, and one that is not seen is bent so far
+that its tip comes nearest to its own.
+"""
 
 import math
 from collections.abc import Callable
@@ -16,15 +28,11 @@ from pftrack.experiments.hand.fingers import HandFeatures, Protrusion
 from pftrack.experiments.hand.shape import FINGERS as SHAPE_FINGERS
 from pftrack.experiments.hand.shape import HIGH, LOW, MODEL, HandShape, finger_slice, joints, open_pose, parts
 
-# Fitting a flat hand to a silhouette: by how many pixels the model's silhouette is another one.
-#
-# What is fitted is where the hand is and how large, and how this person's hand differs from the model: the palm's
+# The flat hand is fitted by where it is and how large, and by how this person's hand differs from the model: the palm's
 # breadth, and direction, length and width of each finger. The number of pixels that are of one silhouette and not of
 # the other is made less by steps in one quantity after the other, which become smaller where none helps (pattern
 # search; R. Hooke and T. Jeeves 1961). A rough edge has as many pixels too many as too few, so that it shifts nothing.
-# A weak prior keeps what the pixels do not decide near the model.
-#
-# The arm is left out: sleeves have any width.
+# A weak prior keeps what the pixels do not decide near the model. The arm is left out: sleeves have any width.
 
 TURN, SIZE, BREADTH, FINGERS = 2, 3, 4, 5
 """Where the quantities are among the twenty, after the place in palm axes of the start: turn in rad, logarithms of size
@@ -190,10 +198,9 @@ def _above_wrist(size: tuple[int, ...], hand: FlatHand) -> Bools:
     return np.asarray(along > ARM_BELOW * hand.scale)
 
 
-# A hand guessed from what is seen of its fingers: where it is, how large, and how its fingers differ from the model's.
-#
-# Place, turn and size come from places that the model has as well, such as tips and roots of straight fingers. Then
-# each finger that is seen gets its direction, length and width; the palm's thickness goes with the mean width.
+# To guess a hand, place, turn and size come from places that the model has as well, such as tips and roots of straight
+# fingers. Then each finger that is seen gets its direction, length and width; the palm's thickness goes with the mean
+# width.
 
 ROOT_BEHIND = 0.10
 """How far behind the end of its protrusion a finger begins, in palm axes: the web of the fingers is wider."""
@@ -325,20 +332,6 @@ def unit(way: Floats) -> Floats:
     """Return a vector of unit length."""
     return np.asarray(way / max(math.hypot(*way), 1e-9))
 
-
-# The first pose: an open hand that faces the camera, found by itself (Shimada 1997, section 2.4).
-#
-# Five protrusions are ordered around the hand, and the model is laid over them with the thumb at either end: the nearer
-# one says on which side it is. A left palm looks like the back of a right hand, and either is taken as it looks.
-# Where the four fingers begin, and the wrist, give place, turn and size; the thumb begins at the place that the similar
-# triangle of the model gives. Along each finger joints lie in the model's ratios, and the palm's thickness goes with
-# the fingers' mean width. Then the whole is fitted to the silhouette (`pftrack.experiments.hand.first_pose`), since a
-# wrist is seen to within some five per cent of the palm only.
-#
-# What cannot be begun is said in words: a fist, two hands, a hand that is cut by the border or seen from its side.
-#
-# A person may mark the five tips instead. Then fingers go to the nearest marks, and one that is not seen is bent so far
-# that its tip comes nearest to its own.
 
 CLEARLY = 1.4
 """By which factor the model must be farther off with thumb and little finger exchanged."""

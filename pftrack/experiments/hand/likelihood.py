@@ -3,7 +3,8 @@
 A palm, and a finger that is hidden before it, must lie within the silhouette. How far they stick out of it is measured
 by x_p, the area outside by the length along which it touches the silhouette: a sliver along an edge is a matter of the
 step between candidates, a lump is not, though both may have the same area. A finger that is seen must have its tip, or
-its last joint, where a protrusion ends, and then run along the protrusion's axis.
+its last joint, where a protrusion ends, and then run along the protrusion's axis. All is in px of the silhouette's
+mask, which is smaller than the picture if that is large.
 """
 
 from collections.abc import Sequence
@@ -24,13 +25,12 @@ from pftrack.experiments.hand.shape import ANGLES, joints, palm_axes, palm_point
 from pftrack.experiments.hand.state import HandState
 from pftrack.filters.particles import normalise
 
-# What a measure may be of a right hand whose candidate stands on a grid (Shimada 1997, section 2.6.4).
+# What a measure may be of a right hand whose candidate stands on a grid (Shimada 1997, section 2.6.4): a candidate
+# stands for a cell of poses, half a step of every angle to either side. If the true pose lies anywhere in the cell and
+# the model is right, a measure x_n of the candidate is not 0 but some x_n*, which depends on where in the cell the pose
+# is. The likelihood is the mean over the cell of a Gaussian around that (eqs. 2.8 and 2.9), relative to its peak:
 #
-# A candidate stands for a cell of poses: half a step of every angle to either side. If the true pose lies anywhere in
-# the cell and the model is right, a measure x_n of the candidate is not 0 but some x_n*, which depends on where in the
-# cell the pose is. The likelihood is the mean over the cell of a Gaussian around that (eqs. 2.8 and 2.9), relative to
-# its peak:
-#
+#     p(x_n) = mean over the cell of exp(-(x_n - x_n*)^2 / (2 sigma_n^2)).
 #
 # The width of an observation (eq. 2.10) is the same for all hands, and drops out. The mean is a sum over a lattice of
 # points in the five angles that move a finger: a, b and c of the palm, its spread and its flexion. Where tip and joints
@@ -366,9 +366,6 @@ def hidden_x_p(places: Floats, radii: Floats, seen: PictureTables, scale: float)
     return 50.0 * outside / (scale * max(touching, 1))
 
 
-# What the search looks up in a picture, made once of its silhouette and protrusions.
-
-
 def contour_of(silhouette: Bools) -> Bools:
     """Return the pixels (height, width) of a silhouette that have a neighbour outside it; the border has none there."""
     cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
@@ -392,8 +389,6 @@ def tables_of(silhouette: Bools, axes: Sequence[Floats]) -> PictureTables:
     mask = np.ascontiguousarray(silhouette)
     return PictureTables(mask, max(int(mask.sum()), 1), row_sums(~mask), row_sums(contour_of(mask)), points, lengths)
 
-
-# A frame as the search sees it: in px of the silhouette's mask, which is smaller than the picture if that is large.
 
 THICKEST = 0.25
 """Largest radius of a finger, palm axes: twice that of a thumb."""
@@ -469,14 +464,10 @@ def _forearm(turns: Floats) -> tuple[Floats, Floats]:
     return np.column_stack([cosines, -sines]), np.column_stack([-sines, -cosines])
 
 
-# Which palms can be: those from which fingers reach all that looks like a finger (Shimada 1997, section 2.6.1).
-#
 # The fingers of a palm can be within certain regions of the picture: all that they sweep within the limits of their
-# joints. A protrusion that lies in none of them is no finger of this palm, so the palm is refused before any finger is
-# tried.
-#
-# Here the region of a finger is the convex hull of its joints and tips in some postures. Its joints bend alike in
-# these, as they do in the candidates.
+# joints. A protrusion that lies in none of them is not a finger of this palm, so the palm is refused before any finger
+# is tried (Shimada 1997, section 2.6.1). Here the region of a finger is the convex hull of its joints and tips in some
+# postures. Its joints bend alike in these, as they do in the candidates.
 
 SPREADS, FLEXIONS = 3, 5
 """Postures from one limit to the other."""
@@ -515,11 +506,9 @@ def reaches(pose: Floats, seen: PictureTables, task: Task) -> bool:
     return bool(reached.all())
 
 
-# How far the palm and hidden fingers of a right hand stick out of its silhouette, since they stand on a grid.
-#
-# That is x_p* of `cells`. The hand of a prediction is drawn, and palm and fingers that are half a step away are laid
-# over it. As in the source, the values between are interpolated, here evenly from 0 at the prediction (Shimada 1997,
-# 2.6.4).
+# How far the palm and hidden fingers of a right hand stick out of its silhouette, since they stand on a grid, is the
+# x_p* of a cell. The hand of a prediction is drawn, and palm and fingers that are half a step away are laid over it. As
+# in the source, the values between are interpolated, here evenly from 0 at the prediction (Shimada 1997, 2.6.4).
 
 
 @compiled

@@ -1,4 +1,7 @@
-"""All that can be set on the trackers of a hand; areas and distances are those of a palm axis of 52 px."""
+"""All that can be set on the trackers of a hand, the same for compiled code, and how probable a hand is beforehand.
+
+Areas and distances are those of a palm axis of 52 px; compiled code has them in px of the hand that is followed.
+"""
 
 import math
 from functools import lru_cache
@@ -298,8 +301,6 @@ class HandTrackerParameters(_Search, _Motion, _Fit, _Loss, SilhouetteParameters)
     )
 
 
-# What compiled code needs of parameters, in px of the hand that is followed.
-
 SWEEPS = 3
 """How often each number of a pose is moved uphill."""
 MIDDLE_JOINT, LAST_JOINT = 1, 2
@@ -404,11 +405,10 @@ def settings(parameters: HandTrackerParameters, scale: float) -> Settings:
     )
 
 
-# How probable a hand is before it is compared with the picture: Gaussians around the predictions of the kept hands.
-#
 # Every kept hand predicts where a hand may be, with the probability that it has itself. A hand may have come from any
 # of them, so its prior is the sum over all predictions (Shimada 1997, eq. 2.13), each a Gaussian (eqs. 2.4 and 2.12):
 #
+#     P_b(q) = sum_i P_f(q_i) N(q; q_i, Lambda).
 #
 # Two predictions that agree so count for more than one that stands alone. The other way is to give each hand the share
 # of the prediction near which it was looked for, and no more.

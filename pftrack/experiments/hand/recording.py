@@ -1,7 +1,12 @@
-"""A recording of a hand: which hand it begins with, and how the hand is told from the rest.
+"""A recording of a hand: which hand it begins with, how the hand is told from the rest, and how near the truth it is.
 
-Nothing has to be marked: an open hand is looked for, and followed from where it is first seen. Whoever marks the five
-tips corrects that, or begins with a hand that is not open.
+Nothing has to be marked: an open hand is looked for, and followed from where it is first seen. A person who marks the
+five tips corrects that, or begins with a hand that is not open.
+
+A hand is *right* if its tips are off by less than 0.20 palm axes on average, every angle of the palm by less than 0.30
+rad, and the flexions of the fingers by less than 0.30 rad on average. The most probable hand of a frame may be right,
+or any of those that are kept; and once the last frame is known, the hand of each frame from which the last best comes
+(docs/methods/hands.md).
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -27,8 +32,6 @@ from pftrack.experiments.hand.silhouette import Finding, suggest_parameters
 from pftrack.experiments.hand.state import HandState
 from pftrack.filters.beam import backtrack
 from pftrack.sources.recording import RecordedBackdrop, RecordingParameters, RecordingSource, check_start
-
-# How an open hand is marked: by the tips of its five fingers.
 
 TIPS = {
     "thumb": "Thumb",
@@ -231,13 +234,6 @@ def _features(sequence: FrameSequence, frame: int, parameters: RecordedHandParam
     return features_of(sequence.picture(frame), parameters.silhouette, RecordedBackdrop(sequence))
 
 
-# How near to the truth the kept hands are: of one frame, and of a whole run (docs/methods/hands.md).
-#
-# A hand is *right* if its tips are off by less than 0.20 palm axes on average, every angle of the palm by less than
-# 0.30 rad, and the flexions of the fingers by less than 0.30 rad on average. The most probable hand of a frame may be
-# right, or any of those that are kept; and once the last frame is known, the hand of each frame from which the last
-# best comes.
-
 RIGHT_TIPS_PALMS, RIGHT_PALM_RAD, RIGHT_FLEXION_RAD = 0.20, 0.30, 0.30
 OFF_PALMS, MUCH_NEARER = 0.3, 0.5
 FLEXIONS = np.concatenate([np.arange(25)[finger_slice(finger)][1:] for finger in range(5)])
@@ -359,8 +355,6 @@ def report(rows: Sequence[Diagnostics]) -> Mapping[str, Any]:
         )
     return said
 
-
-# What there is to say of a silhouette, as events of a run and as words under the picture.
 
 NO_FINGER = "no finger is seen beside the palm: a fist, or fingers before it"
 

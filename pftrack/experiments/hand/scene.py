@@ -1,4 +1,13 @@
-"""A simulated hand before a dark background, seen as a silhouette (docs/methods/hands.md)."""
+"""A simulated hand before a dark background, seen as a silhouette, with the truth (docs/methods/hands.md).
+
+It moves in one of three ways that begin with an open hand (after Shimada 1997, section 2.8); time is in frames of the
+motion, and need not be whole:
+
+- *wrist*: the hand turns about its long axis until it is seen from the side, with fingers a little curled: with
+  straight ones a turn either way has the same silhouette;
+- *bend*: the fingers close until none is seen beside the palm;
+- *occlusion*: the middle and the ring finger fold within two frames, stay folded, and come back.
+"""
 
 import math
 from dataclasses import dataclass, field
@@ -18,15 +27,6 @@ from pftrack.core.numerics.elementary import exponential, sines_cosines
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.hand.shape import ANGLES, MODEL, HandShape, joints, open_pose, silhouette
 from pftrack.sources.recording import OverlayParameters, paint, strip
-
-# How the simulated hand moves: three motions that begin with an open hand (after Shimada 1997, section 2.8).
-#
-# - *wrist*: the hand turns about its long axis until it is seen from the side, with fingers a little curled: with
-#   straight ones a turn either way has the same silhouette;
-# - *bend*: the fingers close until none is seen beside the palm;
-# - *occlusion*: the middle and the ring finger fold within two frames, stay folded, and come back.
-#
-# Time is in frames of the motion, and need not be whole.
 
 MotionName: TypeAlias = Literal["wrist", "bend", "occlusion"]
 
@@ -80,8 +80,6 @@ def _flex(pose: Floats, fingers: Ints, angle: float) -> None:
         pose[first + 1 : first + 4] = angle
 
 
-# What can be turned in the scene of the simulated hand.
-
 HAND, CAMERA = "Hand", "Camera and light"
 
 
@@ -127,8 +125,6 @@ class HandSceneParameters(OverlayParameters):
     # fmt: on
 
 
-# What the camera sees of the simulated hand: a silhouette whose edge is a little off, before a dark background.
-#
 # The distance of each pixel from the silhouette's edge, positive inside, is taken together with smooth noise, and where
 # the sum is above 0 the hand is seen. So the edge moves by the noise, and what is thin stays whole.
 
@@ -206,9 +202,6 @@ def _weights() -> tuple[float, ...]:
     return tuple((weights / np.sqrt(sum(np.square(weights).tolist()))).tolist())
 
 
-# The truth of a frame in which a hand is seen.
-
-
 @dataclass(frozen=True, slots=True)
 class HandTarget(Target):
     """Where a hand truly is: `position` (15,) is where the five tips are, thumb first, px.
@@ -257,8 +250,6 @@ class HandTarget(Target):
         """(5, 2) column and row of the tips, thumb first, px."""
         return self.position.reshape(5, 3)[:, :2]
 
-
-# The simulated hand as a source: frames of a silhouette, with the truth.
 
 WRIST = (0.0, 37.0)
 """Of a hand that is not turned, from the middle of a picture with sides of `SIDE_PX`, px, as in the reference scene."""

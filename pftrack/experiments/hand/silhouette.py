@@ -1,9 +1,9 @@
-"""Silhouettes: which pixels of a picture belong to a hand, and whether that can be one hand at all.
+"""Silhouettes: which pixels of a picture belong to a hand, whether that can be one hand at all, and the skeleton.
 
 A hand is told from the rest by being lighter or darker than a level, by differing from the background, or by the colour
 of skin. The background is the colour that the picture has along its border in the median; or, of a recording by a fixed
-camera, what each pixel shows without the hand (`backdrop`). Skin is a range of Cr and Cb, the two colours of YCrCb; it
-is much the same for all people, who differ by Y (D. Chai and K. Ngan, 1999).
+camera, what each pixel shows without the hand (`backdrop_model`). Skin is a range of Cr and Cb, the two colours of
+YCrCb; it is much the same for all people, who differ by Y (D. Chai and K. Ngan, 1999).
 
 Of what is told apart the largest connected thing is the silhouette; pin-holes in it are filled. What cannot be a hand
 is said, by a `Finding`: nothing, nearly everything as after a flash of light, two things of like size, or a hand that
@@ -25,13 +25,10 @@ from pftrack.core.model.parameters import Parameters, parameter
 from pftrack.core.model.source import Backdrop
 from pftrack.core.numerics.compiled import compiled, read_only
 
-# What a recording shows where its target is not, pixel by pixel: a model of the background over time.
-#
 # Of a fixed camera a pixel's median over pictures is what it shows most of the time, whatever passes by. How much it
 # varies about that, by noise or by leaves in the wind, is told by the median of the absolute deviations, which what
-# passes by does not enlarge either as long as it is there less than half of the time.
-#
-# The pictures are few and always the same ones, so a frame comes to the same whether one plays, seeks or branches.
+# passes by does not enlarge either as long as it is there less than half of the time. The pictures are few and always
+# the same ones, so a frame has the same background whether one plays, seeks or branches.
 #
 # Where the target stays for half of them, the median is the target. Near that the model is in doubt, and so it is where
 # the camera moves: then a pixel is off the median in many of the pictures (`doubtful`).
@@ -389,8 +386,6 @@ def _level(grey: NDArray[np.uint8], hand: Bools, otsu: int) -> int:
     return min(otsu, middle + beyond) if away > middle else min(max(otsu, middle - beyond), 254)
 
 
-# Skeletons: a silhouette thinned to lines one pixel wide, and the lines that end freely.
-#
 # Thinning is that of Guo and Hall (1989): from two sides in turn, pixels are taken off the edge as long as what is left
 # stays connected and keeps its ends. Whether a pixel may go depends on its eight neighbours alone, so that it is looked
 # up in a table. Only whole numbers are involved.

@@ -1,4 +1,4 @@
-"""What is believed of a hand after a frame."""
+"""What is believed of a hand after a frame, and what the trackers report of it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -95,8 +95,6 @@ class HandState:
             found |= {"particles": self.particles.states, "particle_log_weights": self.particles.log_weights}
         return found
 
-
-# What the trackers of a hand report of their belief.
 
 _BENT = ("spread", "f1", "f2", "f3")
 POSE = ("wrist u", "wrist v", "a", "b", "c", *(f"{finger} {angle}" for finger in FINGERS for angle in _BENT))

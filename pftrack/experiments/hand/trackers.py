@@ -1,14 +1,11 @@
-"""Trackers of a hand's pose by its silhouette (Shimada 1997, chapter 2).
+"""Trackers of a hand's pose by its silhouette: a beam of hands, and a particle filter with the same likelihood.
 
-- `beams`: a frame of the beam: predictions of every kept hand, the hands near them, and which are kept;
-- `search`: hands near predictions, compiled: palms around each, fingers for each palm, whole hands;
-- `candidates`: how far steps go, and which palms and fingers are tried;
-- `likelihood`: how well palms, fingers along a protrusion and hidden fingers fit; `assignment`: which finger is which;
-- `ranking`: whole hands compared with the silhouette, and brought nearer to it;
-- `particles`: a frame of the particle filter;
-- `view`, `picture_tables`: a frame as the search sees it, and what it looks up there;
-- `state`: what is carried from frame to frame; `parameters`: all that can be set, `settings`: the same for compiled
-  code; `reports`: what is told of a state.
+A frame of the beam is in `beams`, one of the particle filter in `particles`. While no hand can be followed both say
+why, keep what they knew, and wait for an open hand: one frame without a hand, as after a flash, is passed over, and the
+hands that were kept go on from there. After some such frames, or when no hand that is found fits the silhouette any
+more, only an open hand tells where the hand is, and that is found as at the beginning of a recording.
+
+Source: Shimada 1997, chapter 2.
 """
 
 from collections.abc import Callable, Mapping
@@ -36,12 +33,6 @@ from pftrack.experiments.hand.state import PARTICLES, SERIES, HandState, measure
 from pftrack.experiments.shared.reports import hypotheses_cloud
 from pftrack.filters.beam import Beam, select_best
 from pftrack.filters.particles import ParticleSet
-
-# What happens while no hand can be followed: the trackers say why, keep what they knew, and wait for an open hand.
-#
-# One frame without a hand, as after a flash, is passed over: the hands that were kept go on from there. After some such
-# frames, or when no hand that is found fits the silhouette any more, only an open hand tells where the hand is, and
-# that is found as at the beginning of a recording.
 
 NO_FINGER = "no finger is seen beside the palm, as of a fist"
 
@@ -92,8 +83,6 @@ def restart(state: HandState, found: HandFeatures) -> HandState:
         protrusions=len(found.protrusions),
     )
 
-
-# The trackers of a hand by name: a beam of hands, and a particle filter with the same likelihood.
 
 Follow: TypeAlias = Callable[[HandState, HandFeatures, HandTrackerParameters, Stream], HandState]
 

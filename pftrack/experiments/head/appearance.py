@@ -1,4 +1,8 @@
-"""How large the templates of a face's features are (Bando 2007, table 4.1)."""
+"""What the features of a face look like, and whether there is a face: templates flat and in relief, and their memory.
+
+Flat templates are as large as Bando's (2007, table 4.1). Templates in relief are what is around each feature at first
+sight, laid onto the surface of a head.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -52,8 +56,6 @@ def template_sizes(features: Sequence[str], eye_distance_px: float, factor: floa
     return scaled_sizes([SIZES_PX[name] for name in features], factor * eye_distance_px / EYE_DISTANCE_PX)
 
 
-# What trackers of a head carry along beside both layers: what the features look like, and whether there is a face.
-#
 # A face is *doubtful* in a frame in which too few of its features are recognised, or in which they lie elsewhere than a
 # head of the estimated pose would have them; it is *lost* when it has been so for too long. A lost face is not tracked
 # but looked for, every few frames, near where it was and then everywhere. What is found is the same face again: its
@@ -204,8 +206,6 @@ def widen(pose: Gaussian, sd_rad: float) -> Gaussian:
     most = float(covariance.diagonal().max())
     return Gaussian(pose.mean, covariance if most <= WIDEST_RAD**2 else WIDEST_RAD**2 * np.eye(3))
 
-
-# Templates of a face in relief: what is around each feature at first sight, laid onto the surface of a head.
 
 MOST_ACROSS = 16
 """Points along the longer side of a template."""

@@ -1,4 +1,8 @@
-"""Pieces of drawings of a head: its surface with some of its lines, and where it looks."""
+"""Pieces of drawings of a head, and what is measured and shown of a face model that grows.
+
+The distance of a growing model from the true face is measured where that is known. Turned, moved and scaled onto the
+true face first, since no camera tells size or origin of a face.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -123,11 +127,6 @@ def _grid_lines(height: int, width: int, every_row: int, every_column: int) -> I
     down = np.stack([places[:-1, ::every_column], places[1:, ::every_column]], axis=-1)
     return np.concatenate([along.reshape(-1, 2), down.reshape(-1, 2)])
 
-
-# What is measured and shown of a face model that grows: how far it has come, how sure it is, how far from the truth.
-#
-# Its own series come from the tracker (`trackers.head.reports`); the distance from the true face is measured where that
-# is known. Turned, moved and scaled onto the true face first, since no camera tells size or origin of a face.
 
 SHAPE_ERROR = Series("shape_error_mm", "distance of the face model from the driver's face", "mm")
 

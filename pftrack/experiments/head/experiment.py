@@ -3,6 +3,9 @@
 A feature that turns away or is covered no longer looks like its template; where it should be is then known only from
 the pose of the head, which is known from the other features. The adaptive sampling distribution learns for each feature
 how far to trust which.
+
+`docs/explanation/calibration.md` has the bands of the pose. `python -m tools.loss_probability fit head` fits the
+probability of a loss and writes `loss_probability.json`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -96,8 +99,6 @@ from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.experiments.shared.sketch import SECOND_RUN, error_words
 from pftrack.vision.geometry.face import FEATURES, LINKS, TITLES, FaceModel, gaze
 
-# What is said of the error of its pose, and where that is not so (docs/explanation/calibration.md).
-
 FAULTS = (
     PUBLISHED,
     Miscalibration(
@@ -108,10 +109,6 @@ FAULTS = (
 )
 
 CALIBRATION = Calibration(bands=BANDS, faults=FAULTS, presets=("personal", "mean"), scene="person", frames=60)
-
-# How probable it is that the pose of a head is lost.
-#
-# `python -m tools.loss_probability fit head` fits it and writes `loss_probability.json`.
 
 SCENES = Scenes(
     {
@@ -142,16 +139,13 @@ SIGNALS = ("correlation", "track_sd_px", "feature_sd_px")
 
 LOSS_DECLARATION = read_declaration(Path(__file__).with_name("loss_probability.json"), TRACKERS, SCENES, SIGNALS)
 
-# Starting points of the experiment on the pose of a head.
-
 PRESETS = read_presets(Path(__file__).with_name("presets.yaml"))
 """The first is the default; those of Bando 2007 come last."""
 
-# The model of the head in a world of its own: in mm in the head's own frame, at rest while the picture's head turns.
-#
-# It shows what the tracker assumes of the head, where in it each feature is seen in this frame, and from where the
-# camera looks at it. A feature is known across the camera's line of sight only, so its uncertainty is a disc that faces
-# the camera, at the depth of the model's point.
+# The world of the head, in mm in the head's own frame and at rest while the picture's head turns, shows what the
+# tracker assumes of the head, where in it each feature is seen in this frame, and from where the camera looks at it. A
+# feature is known across the camera's line of sight only, so its uncertainty is a disc that faces the camera, at the
+# depth of the model's point.
 
 RADIUS_MM = 130.0
 POINT_MM = 4.5

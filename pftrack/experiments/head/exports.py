@@ -1,4 +1,9 @@
-"""Files for other programs: the surface of the head as it is assumed, its eleven points, and where these were seen."""
+"""Files for other programs: the surface of the head as it is assumed, its eleven points, and where these were seen.
+
+A face model that grows is coloured by how sure it is, over the mean face that it began with. Each point has its
+ellipsoid of two standard deviations. Between the points the surface is as sure as those near it, and far from all of
+them as unsure as people vary: there nothing was seen.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -20,11 +25,6 @@ from pftrack.vision.geometry.face import CORRECTION_SD_MM, FEATURES, FaceModel
 from pftrack.vision.model_files import Surface, as_glb, as_json, as_obj, as_ply, upright
 from pftrack.vision.rendering.projection import viridis
 from pftrack.vision.structure.growing import Growing
-
-# How a face model that grows is drawn: coloured by how sure it is, over the mean face that it began with.
-#
-# Each point has its ellipsoid of two standard deviations. Between the points the surface is as sure as those near it,
-# and far from all of them as unsure as people vary: there nothing was seen.
 
 SURE_MM, UNSURE_MM = 0.5, 3.0
 """Standard deviations of a place in space at both ends of the colours."""

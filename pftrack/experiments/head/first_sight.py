@@ -1,4 +1,4 @@
-"""What is made from the first sight of a face: its camera, the face that is assumed, the solid, templates in relief.
+"""What is made from the first sight of a face, and whether a face that is found again is the one that was lost.
 
 At first sight theta = 0, and the affine camera is the one that fits the face model to the features best. So a face
 model that is not the person's own gives no constant error. The pinhole cannot be bent like that; for it the model is
@@ -205,8 +205,6 @@ def fit_pose(
     return belief.mean[:3], belief.mean[3:6]
 
 
-# What a finder of faces has found again: whether it is the face that was lost, and how it is turned.
-#
 # A finder takes a mouth and a chin for a small face now and then, mostly while the true one is turned away. Enough
 # features of the lost face must look there as they did at first sight.
 #

@@ -1,11 +1,10 @@
-"""Drawing a textured, lit mesh into a picture, hiding what is behind.
+"""The picture of a simulated driver: a textured, lit mesh, what is behind it and before it, and the sensor.
 
 A depth buffer keeps, for every pixel, the inverse depth of what is nearest. Inverse depth is linear over the picture of
 a flat triangle, and so are the model's coordinates divided by depth; dividing the one by the other gives the
 coordinates themselves (perspective-correct interpolation), with which the albedo is looked up for every pixel. The mesh
-may therefore be coarser than the texture. Light is computed at the vertices and interpolated alike.
-
-Triangles that turn their back are left out, and nothing but the triangles' own pixels is touched.
+may therefore be coarser than the texture. Light is computed at the vertices and interpolated alike. Triangles that turn
+their back are left out, and nothing but the triangles' own pixels is touched.
 """
 
 from functools import lru_cache
@@ -129,11 +128,9 @@ def rasterise(
                 image[row, column] = 255.0 * albedo * (wa * light[a] + wb * light[b] + wc * light[c])
 
 
-# The albedo of a face in near-infrared light, as a frontal map over the model's x and y.
-#
-# Everything is painted from the eleven points of the person: eyes with iris, pupil and glint, lashes and lids, brows,
-# nostrils, lips and hair, on a skin of smooth noise. Skin is bright in near-infrared light and the iris grey, whatever
-# their colour. The map is 0.5 mm fine, and edges are soft, so that the picture shows no steps.
+# The albedo is that of a face in near-infrared light, as a frontal map over the model's x and y. Everything is painted
+# from the eleven points of the person, on a skin of smooth noise. Skin is bright in near-infrared light and the iris
+# grey, whatever their colour. The map is 0.5 mm fine, and edges are soft, so that the picture shows no steps.
 
 STEP_MM = 0.5
 LEFT_MM, TOP_MM = -80.0, -110.0
@@ -271,10 +268,9 @@ def _mix(under: Map, over: Map | float, share: Map) -> Map:
     return mixed
 
 
-# What is behind the head: a dim car, out of focus, and the driver's neck and shoulders.
-#
-# The reference scene has smooth noise around grey 45 with blurred rectangles. Neck and shoulders are an addition:
-# without them the head hangs in the air. They stand still, since the head turns about a point in the neck.
+# The reference scene has smooth noise around grey 45 with blurred rectangles, a dim car out of focus. Neck and
+# shoulders are an addition: without them the head hangs in the air. They stand still, since the head turns about a
+# point in the neck.
 
 GREY, NECK, CLOTHES = 45.0, 62.0, 26.0
 WIDTH, HEIGHT = 640, 480
@@ -323,8 +319,6 @@ def _tanh(values: Floats) -> Floats:
     return (1.0 - shrunk) / (1.0 + shrunk)
 
 
-# What passes in front of the face: a hand, sunglasses, a pillar.
-#
 # Hand and pillar are laid over the finished picture, each with a mask that says what it hides. Sunglasses are part of
 # the head: the surface bulges over the eyes into two lenses, and the texture is dark there, so that they turn with it
 # and hide the eyes from the side as well.
@@ -426,8 +420,6 @@ def _hand(width: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     resized = [cv2.resize(part, size, interpolation=cv2.INTER_AREA) for part in (smooth, share)]
     return np.asarray(resized[0], np.float32), np.asarray(resized[1], np.float32)
 
-
-# From light to an 8-bit picture: the lens's blur, noise on every pixel, rounding and clipping.
 
 REACH = 3.0
 """Of the blur, in its standard deviations."""

@@ -1,4 +1,7 @@
-"""What can be turned on the trackers of a head by its eleven features."""
+"""What can be turned on the trackers of a head by its eleven features, and what a frame teaches of the person's face.
+
+A face model that somebody brings along, for a growing one to begin with, is read, checked, and laid onto the mean face.
+"""
 
 import math
 from dataclasses import replace
@@ -29,8 +32,6 @@ from pftrack.vision.model_files import as_json, read_points
 from pftrack.vision.structure import growing
 from pftrack.vision.structure.growing import Growing
 
-# A face model that somebody brings along, for a growing one to begin with: read, checked, and laid onto the mean face.
-#
 # What "frontal" is, and where the head's origin, is the mean face's affair, so a model that is turned or moved is
 # turned and moved back. It must be a face: one of another size by half, or with a point three standard deviations of
 # anybody's face from where the mean has it, is a mistake or a joke.
@@ -300,19 +301,18 @@ class HeadTrackerParameters(PoseTrackerParameters):
             raise ParameterError("starting_face", text, f"a face model ({error})") from None
 
 
-# What a tracked frame teaches of the person's own face (`structure.growing`).
+# The features' positions and variances are what the growing model (`pftrack.vision.structure.growing`) learns from. But
+# templates of the first frame slip: the nose's follows the cheeks beside it as the head turns, and what they slip to
+# lasts as long as the pose does. Taken as it stands, a track says of the face what is not so: fed with the particles'
+# own variances the model ended 13 mm from the truth where the mean face is off by 3 (six simulated drivers, 210 to 212
+# and Bando's). How far a feature is off shows in its correlation with its template: 1 px at 0.95, 2 at 0.85, 4 at 0.75,
+# 8 at 0.6. So
 #
-# The features' positions and variances are what the growing model learns from. But templates of the first frame slip:
-# the nose's follows the cheeks beside it as the head turns, and what they slip to lasts as long as the pose does. Taken
-# as it stands, a track says of the face what is not so: fed with the particles' own variances the model ended 13 mm
-# from the truth where the mean face is off by 3 (six simulated drivers, 210 to 212 and Bando's). How far a feature is
-# off shows in its correlation with its template: 1 px at 0.95, 2 at 0.85, 4 at 0.75, 8 at 0.6. So
-#
-# - the variance of a position is v / (1 - kappa), as in `trackers.pose.calibrated`, plus that of the slip, whose
-# standard   deviation grows tenfold with each quarter by which the correlation falls; - errors that last for frames are
-# counted as often as they are new: all variances are those of `PERSISTENCE` frames; - a feature that is not recognised
-# teaches nothing, and nor does a doubtful frame, or one in which features may   be hidden (`trackers.pose.hypotheses`):
-# what a cover teaches is not the face.
+# - the variance of a position is v / (1 - kappa), as in `pftrack.experiments.shared.pose.calibrated`, plus that of the
+#   slip, whose standard deviation grows tenfold with each quarter by which the correlation falls;
+# - errors that last for frames are counted as often as they are new: all variances are those of `PERSISTENCE` frames;
+# - a feature that is not recognised teaches nothing, and nor does a doubtful frame, or one in which features may be
+#   hidden (`pftrack.experiments.shared.pose.layered`): what a cover teaches is not the face.
 #
 # What is learned is used in the next frame.
 

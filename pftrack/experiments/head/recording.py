@@ -1,4 +1,4 @@
-"""A recording of a face, wired for tracking its pose.
+"""A recording of a face, wired for tracking its pose: how the face is marked, found and judged, and its truth.
 
 The face is found by detection, unless a person has drawn a box around it or marked its features. Nothing is known of
 the camera or the person: the focal length is taken to be the picture's width, and the face to be the mean one, or on
@@ -32,8 +32,6 @@ from pftrack.vision.detection.face import DetectedFace, FaceError, by_proportion
 from pftrack.vision.geometry.face import FEATURES, LINKS, TITLES, FaceModel, fit_similarity, mean_model, place, theta_of
 from pftrack.vision.likelihoods.template import luma
 
-# How a face is marked: by its features, or by a box in which they are then looked for.
-
 
 class FacePoints(FeaturePoints):
     """The eleven features of a face, or some of them; the others are placed by the model."""
@@ -58,8 +56,6 @@ class FaceBox(Box):
         return cls.of(x, y, width, height)
 
 
-# Where a face is when a recording of it begins: found by looking through the pictures, or in a box around it.
-#
 # Only so many pictures are looked into, however long the recording is: the first ones one by one, since most recordings
 # begin with the face, and the others spread evenly, since who enters late stays for a while.
 
@@ -171,9 +167,8 @@ def _handles(names: Sequence[str]) -> tuple[str, ...]:
 
 FINDER = Finder(frames_to_search, search, better, FacePoints, within, hints=(FaceBox,))
 
-# Truth for recordings of heads: a table of poses, one a frame.
-#
-# Its columns are `frame, yaw_deg, pitch_deg, roll_deg`, with the signs of `geometry.gaze`.
+# The truth is a table of poses, one a frame, with the columns `frame, yaw_deg, pitch_deg, roll_deg` and the signs of
+# `pftrack.vision.geometry.face.gaze`.
 
 POSE_FORM = Form(("frame", "yaw_deg", "pitch_deg", "roll_deg"), "pose", "poses", 360.0, "degrees")
 
@@ -340,11 +335,9 @@ def _clip(points: Floats, size: tuple[int, int]) -> tuple[float, float, float, f
     return left, top, max(min(x + w, size[0]) - left, 1.0), max(min(y + h, size[1]) - top, 1.0)
 
 
-# Whether a face can be followed: its size in the picture, its light, and whether it looks into the camera.
-#
 # The limits are those at which the tracker was measured to get worse on a real clip of a turning head, made smaller,
 # darker and flatter step by step (`docs/reference/measures.md` has the figures). A face is as suitable as the worst of
-# the three.
+# its size, its light and its angle.
 
 LEAST_EYES_PX, GOOD_EYES_PX = 7.5, 15.0
 """Distance of the eyes: at 7 px the finder knows no face any more, below 12 px the error doubles."""

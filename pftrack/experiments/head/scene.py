@@ -1,12 +1,9 @@
-"""The simulated driver's head: procedural, textured, self-occluding, with changes of light (docs/methods/heads.md).
+"""The simulated driver's head, a source of near-infrared pictures with the truth (docs/methods/heads.md).
 
-Bando's videos of drivers are not to be had, so their place is taken by a head that is drawn from a face model:
-
-- `parameters`: what can be turned, most of it live;
-- `texture`: the face's albedo, painted from the eleven points;
-- `rasteriser`: a depth-buffered drawing of the mesh;
-- `background`, `occluders`: what is behind the head and what passes in front of it;
-- `sensor`: noise and rounding;
+Bando's videos of drivers are not to be had, so their place is taken by a head that is drawn from a face model
+(`painting`): procedural, textured, self-occluding, with changes of light. The camera is behind the steering wheel (f =
+1200 px at a width of 640); the head turns about a point in the neck, so that its face moves in the picture and in depth
+as it turns, and the pure rotation that the affine camera assumes is wrong by as much as it is in a car.
 """
 
 import math
@@ -41,10 +38,9 @@ from pftrack.experiments.head.painting import (
 from pftrack.experiments.head.scene_parameters import HeadSceneParameters
 from pftrack.vision.geometry.face import FEATURES, FaceModel, HeadMesh, head_mesh, mean_model, person
 
-# How the head moves: its script, and how changes of speed and amplitude enter it.
-#
-# Rest, two turns to either side, rest, two nods, rest, two rolls, rest, with a small wobble on all axes throughout. At
-# speed 1 the script takes 900 frames, 330 of them with an axis beyond 20 degrees; then it repeats without a jump.
+# The script is rest, two turns to either side, rest, two nods, rest, two rolls, rest, with a small wobble on all axes
+# throughout. At speed 1 it takes 900 frames, 330 of them with an axis beyond 20 degrees; then it repeats without a
+# jump.
 #
 # What is asked for in mid-run must not make the head jump either, and a frame must remain a function of the history of
 # parameters alone. So the place in the script is the sum of all past speeds, and the amplitude in force follows the one
@@ -112,9 +108,6 @@ def _wobble_deg(time: float) -> Floats:
     return fade * np.array([2.0 * nod, 2.0 * yaw, 1.5 * roll])
 
 
-# The truth of a frame in which a head is seen.
-
-
 @dataclass(frozen=True, slots=True)
 class HeadTarget(Target):
     """Where a head truly is: `position` is theta (3,) in rad, `landmarks` are the features and the driver's own face.
@@ -151,12 +144,6 @@ class HeadTarget(Target):
             translation_mm=translation_mm,
         )
 
-
-# The simulated head as a source: frames of a driver's face in near-infrared light, with the truth.
-#
-# The camera is behind the steering wheel (f = 1200 px at a width of 640); the head turns about a point
-# in the neck, so that its face moves in the picture and in depth as it turns, and the pure rotation that the affine
-# camera assumes is wrong by as much as it is in a car.
 
 FRAME_RATE_HZ = 30.0
 REFERENCE_WIDTH, REFERENCE_FOCAL_PX = 640, 1200.0

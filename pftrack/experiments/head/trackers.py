@@ -1,8 +1,8 @@
-"""Trackers of a head by templates of its features (Bando 2007, ch. 4 section 4).
+"""Trackers of a head: eleven features by their templates, by the methods of `pose` (Bando 2007, ch. 4 section 4).
 
-- `first_sight`: the solid and the templates that are made from frame 0; `starting_face`: a face model brought along
-- `memory`: templates and size of the face; `templates`: how large they are cut; `reliefs`: how they are laid onto it
-- `growth`: the person's own face, found while it is tracked; `reports`: what is told of a frame
+Templates are cut from frame 0 around the features, and the pose is relative to that frame: there theta = 0
+(`first_sight`). Another face model, another camera or other templates may be chosen in mid-run: they are then made from
+frame 0, as they would have been there, and the pose goes on from where it was.
 """
 
 import math
@@ -46,8 +46,6 @@ from pftrack.vision.geometry.face import FEATURES, FaceModel, fit_similarity
 from pftrack.vision.likelihoods import separation, template
 from pftrack.vision.likelihoods.template import TemplateBank, Templates
 from pftrack.vision.structure.growing import Growing
-
-# What trackers of a head report beyond those of any solid: of the templates, and of a face model that grows.
 
 CORRELATION = Series(
     "correlation", "correlation with its template", shape="vector", role="likeness", components=FEATURES
@@ -116,14 +114,6 @@ def _track_sd(state: PoseState, memory: HeadMemory) -> Floats:
     variances = position_variances(state, memory.correlations, memory.sight.eye_distance_px, 0.0).mean(axis=1)
     return np.sqrt(np.where(np.isfinite(variances), variances, np.nan))
 
-
-# Trackers of a head: eleven features by their templates, by the methods of `pose` (Bando 2007, ch. 4 section 4).
-#
-# Templates are cut from frame 0 around the features, and the pose is relative to that frame: there theta = 0
-# (`first_sight`).
-#
-# Another face model, another camera or other templates may be chosen in mid-run: they are then made from frame 0, as
-# they would have been there, and the pose goes on from where it was.
 
 Look: TypeAlias = Callable[[Floats], Floats]
 """From positions (F, N, 2) px to correlations (F, N)."""

@@ -1,4 +1,9 @@
-"""What is drawn of a window in the picture: boxes, particles, where else the picture is alike, and the path so far."""
+"""What is drawn of a window: boxes, particles and other alike places in the picture, and two histograms in a world.
+
+The world shows what the target looked like beside what the window at the estimate looks like now. Each bin of colour is
+a place on a floor, those of brightness stand in a row before it. Heights are square roots of shares: as vectors of such
+roots both histograms have length 1, and the likeness rho is their scalar product.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -37,11 +42,6 @@ from pftrack.experiments.shared.sketch import (
 from pftrack.vision.likelihoods.counting import BINS, STEPS, Space, bin_table
 from pftrack.vision.likelihoods.histogram import rho_map, shares
 from pftrack.vision.rendering import projection
-
-# The two histograms side by side: what the target looked like, and what the window at the estimate looks like now.
-#
-# Each bin of colour is a place on a floor, those of brightness stand in a row before it. Heights are square roots of
-# shares: as vectors of such roots both histograms have length 1, and the likeness rho is their scalar product.
 
 HEIGHT = 6.0
 """Of a bin that has all pixels, in bins."""

@@ -1,4 +1,4 @@
-"""What particles of a window are weighed by, to be asked at any place, and what that number is made of."""
+"""What particles of a window are weighed by, at any place and with its parts, and how a moving camera moves a cloud."""
 
 from dataclasses import replace
 
@@ -16,8 +16,6 @@ from pftrack.experiments.shared.sampling.samplers import centre_of, crop, pictur
 from pftrack.vision.likelihoods.camera import camera_shift, small_grey
 from pftrack.vision.likelihoods.counting import BINS, bin_colours
 from pftrack.vision.likelihoods.histogram import Window, shares, similarity
-
-# What a camera that is held in a hand does to a cloud: all that is believed of places moves with the picture.
 
 
 def first_view(image_rgb: NDArray[np.uint8], parameters: HistogramTrackerParameters) -> NDArray[np.uint8] | None:

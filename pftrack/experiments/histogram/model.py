@@ -1,4 +1,4 @@
-"""What the target looks like: the model that a state carries, as the parameters want it, and how it is renewed.
+"""What is believed of a window: its state, what the target looks like, and how alike the colours of a place are.
 
 The first look is kept as a patch of the picture, so that another space of colours can be chosen while tracking. A model
 that is renewed forgets it little by little; when another space is chosen, it begins with the first look again.
@@ -20,8 +20,6 @@ from pftrack.experiments.shared.sampling.samplers import Likelihood
 from pftrack.vision.likelihoods.background import NO_BACKGROUND, Background, background_of
 from pftrack.vision.likelihoods.counting import BINS, Space, bin_table
 from pftrack.vision.likelihoods.histogram import Window, fit, roots_of, shares, similarities, similarity
-
-# What is believed of a target that is tracked by the colours of its window.
 
 DIMENSION = 5
 """Of the state: position (u, v) in px, velocity in px/frame, logarithm of the size beside the first one."""
@@ -233,8 +231,6 @@ def judge(
     seen = shares(image_rgb, state.estimate, state.window, state.space)
     return replace(state, model=(1.0 - rate) * state.model + rate * seen)
 
-
-# What the loop weighs particles of a window by: how like the model its colours are.
 
 LARGEST = 1.4
 """Of the logarithm of a size, up or down: a window of a quarter of the first one's sides, or four times them."""

@@ -14,8 +14,6 @@ from pftrack.experiments.shared.sampling.parameters import (
 )
 from pftrack.vision.likelihoods.counting import Space
 
-# The parameters of how a window is expected to move, and a camera with it.
-
 PARTICLE = ("condensation", "apf", "pc-pf", "h-spf", "s-spf")
 """The trackers with particles."""
 

@@ -1,4 +1,7 @@
-"""Starting points on the lawn; what each says to watch holds for its own seed."""
+"""Starting points on the lawn, and seven ways to lose the window there, each with its cure.
+
+What a starting point says to watch holds for its own seed.
+"""
 
 from pathlib import Path
 
@@ -8,8 +11,6 @@ ABOUT = ("sharpness", "parts_down", "weigh_background", "surround_contrast", "fo
 """Of the lecture's settings and those of recordings, what is worth turning."""
 
 PRESETS = read_presets(Path(__file__).with_name("presets.yaml"))
-
-# Seven ways to lose the window on the lawn, each with its cure.
 
 BEFORE_COLUMN = 80
 """So many frames are over before the target goes behind the column."""

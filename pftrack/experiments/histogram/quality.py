@@ -1,4 +1,8 @@
-"""What is said of the error of a window's place, and where that is not so (docs/explanation/calibration.md)."""
+"""What is said of the error of a window's place, how probable its loss is, and when a simulated run is a success.
+
+`docs/explanation/calibration.md` has the bands. `python -m tools.loss_probability fit histogram` fits the probability
+of a loss and writes `loss_probability.json`.
+"""
 
 from pathlib import Path
 
@@ -36,10 +40,6 @@ FAULTS = (
 
 CALIBRATION = Calibration(faults=FAULTS, presets=("pictures", "look-alike"), scene="scene_number")
 
-# How probable it is that the window has lost its target.
-#
-# `python -m tools.loss_probability fit histogram` fits it and writes `loss_probability.json`.
-
 SCENES = Scenes(
     {
         "scene_number": (0, 9999),
@@ -60,8 +60,6 @@ SCENES = Scenes(
 """Lawns of all kinds, look-alikes of all shades, columns of all widths, and likelihoods from blunt to sharp."""
 
 LOSS_DECLARATION = read_declaration(Path(__file__).with_name("loss_probability.json"), TRACKERS, SCENES)
-
-# What decides on the success of a simulated run: where the target is held in the end, whatever came between.
 
 LAST = 10
 

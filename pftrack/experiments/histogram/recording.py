@@ -1,4 +1,8 @@
-"""Whether a target can be followed by the colours of its window: how alike the windows around it are."""
+"""A recording for the window: whether its target can be followed by its colours, and the values to begin with.
+
+The lawn keeps the values of the lecture: it is the lecture's scene, and what it shows (a sharp likelihood that clings,
+a velocity that carries) would be hidden by what helps on real pictures. Recordings have the best values that we know.
+"""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -116,11 +120,6 @@ def _advice(view: _View, chosen: tuple[Space, bool], value: float) -> tuple[str,
         )
     return tuple(advice)
 
-
-# Two sets of values: those of the lecture, which the lawn has, and the best that we know, which recordings have.
-#
-# The lawn keeps those of the lecture: it is the lecture's scene, and what it shows (a sharp likelihood that clings, a
-# velocity that carries) would be hidden by what helps on real pictures.
 
 LECTURE: Mapping[str, Value] = MappingProxyType(
     {

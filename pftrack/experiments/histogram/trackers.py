@@ -1,7 +1,9 @@
-"""Trackers of a window by the histogram of its colours (Kagami 2012, after Perez et al. 2002).
+"""Trackers of a window by the histogram of its colours (Kagami 2012, after Pérez et al. 2002).
 
-- `state`: what is known of the target; `model`: what it looked like, and how that is renewed;
-- `parameters` and `motion`: all that can be set.
+All carry position and velocity, and the size of the window beside the first one, which stays as it is unless it is to
+be followed. Condensation is the lecture's filter (SIR): a time update with constant velocity, weights by the
+likelihood, systematic resampling in every frame. The other samplers are those of Bando 2007: they draw parents with
+regard to the new picture, always or when they are unsure, by the same likelihood.
 """
 
 from collections.abc import Mapping
@@ -44,8 +46,6 @@ from pftrack.filters.resampling import systematic
 from pftrack.vision.likelihoods.counting import bin_table
 from pftrack.vision.likelihoods.histogram import rho_map, roots_of, similarities
 
-# What the trackers by colour histograms report of their states.
-
 BOX = Series("box", "believed box", "px", "vector", role="extent", components=("width", "height"))
 
 SERIES = (
@@ -71,10 +71,8 @@ def measure_particles(state: HistogramState) -> Mapping[str, SeriesValue]:
     return {"velocities": float(len(np.unique(x + 1j * y))), **measure(state)}
 
 
-# Greedy search: the best place near the last one, frame by frame.
-#
-# It carries one place instead of a cloud and predicts nothing, which is what the lecture sets out from: an object that
-# is hidden for a moment, or passes a look-alike, is lost for good.
+# Greedy search carries one place instead of a cloud and predicts nothing, which is what the lecture sets out from: an
+# object that is hidden for a moment, or passes a look-alike, is lost for good.
 
 ROUNDING = 1.0 / 12.0
 """Variance of a place that is known to a pixel, px^2."""
@@ -148,10 +146,9 @@ GREEDY = Tracker(
     likelihood=LIKELIHOOD,
 )
 
-# How a lost target is looked for: by the same likeness, all over the picture.
-#
-# While it is not found, nothing is known of where it is but what the picture says: the particles are spread over all
-# places in proportion to their likelihood. As soon as the best of them is alike enough, the tracker begins again there.
+# While a lost target is not found, nothing is known of where it is but what the picture says: the particles are spread
+# over all places in proportion to their likelihood. As soon as the best of them is alike enough, the tracker begins
+# again there.
 
 STEPS_A_WINDOW = 6
 """So many places are looked at along each side of a window."""
@@ -192,14 +189,6 @@ def search(
     if found.flat[best] >= parameters.found_likeness:
         return judge(replace(begun, missed=0, searching=False), image_rgb, parameters)
     return replace(begun, likeness=float(found.flat[best]))
-
-
-# Trackers by colour histograms: the samplers of Bando 2007 with the likelihood of Pérez et al. 2002.
-#
-# All carry position and velocity, and the size of the window beside the first one, which stays as it is unless it is to
-# be followed. Condensation is the lecture's filter (SIR): a time update with constant velocity, weights by the
-# likelihood, systematic resampling in every frame. The others draw parents with regard to the new picture, always or
-# when they are unsure, by the same likelihood.
 
 
 def start_step(target: Target, frame: Frame, parameters: HistogramTrackerParameters, rng: Stream) -> HistogramState:
@@ -325,8 +314,6 @@ TRACKERS: dict[str, Tracker] = {
     GREEDY.id: GREEDY,
 }
 """The trackers by name, in the order in which they are shown."""
-
-# What a filter in a file is told of the states of a window by its colours, and what stands in for what it lacks.
 
 
 def _propagate(

@@ -1,4 +1,8 @@
-"""The sequence: pictures of wall, book and box, and the corners to be followed."""
+"""The simulated sequence: pictures of wall, book and box that move, and the corners to be followed.
+
+What is painted has whole numbers of sixteenths of a grey level, since pictures between pixels are then sums of products
+that are exact on every processor.
+"""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -13,10 +17,6 @@ from pftrack.core.model.source import Frame, History, Target
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.trajectories.scene import SelectionParameters, TrajectoriesTarget
 from pftrack.vision.detection.corners import DetectorParameters, find_corners
-
-# What is painted on wall, book and box: whole numbers of sixteenths of a grey level.
-#
-# Whole numbers, since pictures between pixels are then sums of products that are exact on every processor.
 
 SIZE_PX = (360, 288)
 """Width and height of the picture."""
@@ -113,8 +113,6 @@ def _levels(grey: Floats) -> NDArray[np.int32]:
     levels.flags.writeable = False
     return levels
 
-
-# Where wall, book and box are in each frame, and with them any point of the picture.
 
 FRAMES = 60
 """So long everything drifts on; then it drifts back."""

@@ -19,8 +19,6 @@ from pftrack.vision.detection.corners import DetectorParameters, find_corners
 from pftrack.vision.detection.matching import LARGEST_TEMPLATE_PX, Cost, cut, match
 from pftrack.vision.likelihoods.template import luma
 
-# What can be turned on how corners are found, and found again.
-
 MATCHING = "Matching"
 
 

@@ -1,4 +1,8 @@
-"""Trajectories in the picture and through time: measured, filtered, smoothed and true; outliers; the selected one."""
+"""Trajectories in the picture and through time, what is plotted of them, and tables of them for other programs.
+
+Measured, filtered, smoothed and true points are drawn, outliers, and the selected track. A table has filtered and
+smoothed positions, in the unit of the file that they came from.
+"""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -140,9 +144,6 @@ def _dots(positions: Floats, colour: Colour, size: float, layer: str, *, height:
     return Points(at_height(known, height), np.tile(np.array(colour, np.uint8), (len(known), 1)), size, layer)
 
 
-# What is plotted and written of the frames of trajectories, and what a run comes to.
-
-
 def _errors(course: EvaluatedRun) -> Floats:
     return course.errors
 
@@ -253,8 +254,6 @@ TERMS = (
     Term("motion τ", "how freely a feature changes its motion, as an interval that the tracker learns"),
     Term("lag", "how many frames a smoothed position is behind the newest one, so that later frames can mend it"),
 )
-
-# Tables of trajectories for other programs: filtered and smoothed, in the unit of the file that they came from.
 
 HEADER = "frame", "track", "x", "y", "filtered_x", "filtered_y", "smoothed_x", "smoothed_y", "outlier"
 

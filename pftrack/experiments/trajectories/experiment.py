@@ -4,6 +4,9 @@ A corner that is followed by block matching jumps now and then to a place that l
 noise for Gaussian is dragged along; one that takes it for Cauchy lets go; a third finds the scales of noise and motion
 by itself. Corners are followed through a simulated sequence or any recording; or tracks are simulated, or come from a
 table that another program has written.
+
+`docs/explanation/calibration.md` has the bands of the selected track. `python -m tools.loss_probability fit
+trajectories` fits the probability of a loss and writes `loss_probability.json`.
 """
 
 from collections.abc import Sequence
@@ -53,8 +56,6 @@ from pftrack.experiments.trajectories.step import FILTER_INTERFACE, TRACKERS
 from pftrack.experiments.trajectories.trackers import TrajectoriesTrackerParameters
 from pftrack.sources.tracks.sequence import TrackSequence
 
-# What is said of the error of the selected track, and where that is not so (docs/explanation/calibration.md).
-
 FAULTS = (
     Miscalibration(
         ("lng", "lg"),
@@ -71,10 +72,6 @@ FAULTS = (
 )
 
 CALIBRATION = Calibration(faults=FAULTS, presets=("works", "lattice"))
-
-# How probable it is that the selected track is lost.
-#
-# `python -m tools.loss_probability fit trajectories` fits it and writes `loss_probability.json`.
 
 SCENES = Scenes(
     {
@@ -104,8 +101,6 @@ SIGNALS = ("track_log_evidence", "outlying")
 """Of the track itself: the log evidence is that of all tracks together."""
 
 LOSS_DECLARATION = read_declaration(Path(__file__).with_name("loss_probability.json"), TRACKERS, SCENES, SIGNALS)
-
-# Starting points that show something of trajectories.
 
 MODEL = "noise_variance_px2", "drive_variance_px2", "lag_frames"
 

@@ -1,8 +1,9 @@
 """What there is to look into of trajectories: what the selected track was measured to be, and its particles.
 
-Each track is filtered by itself, so what can be asked is asked of the track that is selected. Its likelihood is the law
-of the noise around its measurement: for corners in pictures that is where block matching has found it, and template
-and place are shown beside each other.
+Points are measured as they are given with the frame, or by following corners through its picture. Each track is
+filtered by itself, so what can be asked is asked of the track that is selected. Its likelihood is the law of the noise
+around its measurement: for corners in pictures that is where block matching has found it, and template and place are
+shown beside each other.
 """
 
 from collections.abc import Callable
@@ -34,8 +35,6 @@ from pftrack.filters.trajectories.cloud import Cloud as Belief
 from pftrack.filters.trajectories.gaussian import Gaussians
 from pftrack.vision.detection.matching import cut
 from pftrack.vision.likelihoods.template import luma
-
-# Where the points of a frame are measured: given with it, or by following corners through its picture.
 
 
 @dataclass(frozen=True, eq=False)

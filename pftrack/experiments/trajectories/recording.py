@@ -1,7 +1,13 @@
-"""How the selected track was looked for: the window over the picture, and the costs of all places in their own world.
+"""What is known beside the estimates of trajectories: the search for the selected track, its scales, and the errors.
 
-The surface is the higher the less a place costs. On a lattice there is a peak at every crossing within reach, each
-nearly as high as the right one; along a line there is a ridge. That is why a match jumps, and where to.
+- The search: the window over the picture, and the costs of all places as a surface in a world, the higher the less a
+  place costs. On a lattice there is a peak at every crossing within reach, each nearly as high as the right one; along
+  a line there is a ridge. That is why a match jumps, and where to.
+- The scales of noise and motion in a plane of their own: log sigma across, log tau upwards. The surface is the
+  likelihood of both under Gaussian noise, of the last frames: where there are outliers its top lies at a larger sigma,
+  since a Gaussian has no other way to explain them. The points are the particles of the filter that finds the scales
+  itself; where there are ever fewer of them is where it has settled. The cross is what the others are given.
+- How far tracks are from the truth, and how far they seem to move, of one frame and of a whole run.
 """
 
 import math
@@ -192,13 +198,6 @@ def _square(middle: Ints, half: float, colour: Colour, width: float) -> Links:
     return Links(at_height(ends, 1.6).reshape(-1, 2, 3), colour, width, "search")
 
 
-# The scales of noise and motion of the selected track in a plane of their own: log sigma across, log tau upwards.
-#
-# The surface is the likelihood of both under Gaussian noise, of the last frames: where there are outliers its top lies
-# at a larger sigma, since a Gaussian has no other way to explain them. The points are the particles of the filter that
-# finds the scales itself; where there are ever fewer of them is where it has settled. The cross is what the others are
-# given.
-
 MIDDLE, HALF = (0.25, -0.75), (1.25, 1.25)
 """log10 of sigma and tau in the middle, px, and how far they are shown to either side: 0.1 to 32 px, 0.01 to 3.2 px."""
 
@@ -292,8 +291,6 @@ def _faces() -> NDArray[np.int32]:
     corners = np.stack([first, first + 1, first + STEPS, first + STEPS, first + 1, first + STEPS + 1], axis=1)
     return corners.reshape(-1, 3).astype(np.int32)
 
-
-# How far tracks are from the truth, and how far they seem to move: of one frame, and of a whole run.
 
 SERIES = (
     Series("raw_rms_px", "error of the measurements", "px", reductions=(Reduction("raw_rms", "raw error", "mean"),)),

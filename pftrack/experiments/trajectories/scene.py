@@ -1,4 +1,11 @@
-"""Many points that are followed at once, each for itself: trajectories."""
+"""Simulated tracks of many points, and tracks of a file from a chosen frame on, as sources with what is known of them.
+
+Simulated points move down the picture, aside and down again, measured with noise and with outliers: each track is that
+of Ichimura and Ikoma 2000, section 5.1, 4 px a frame downwards, and from frame 50 to 54 aside, 5 px a frame. Its noise
+is Gaussian but every fifteenth frame, when the horizontal noise is Cauchy. Their "scale 50" of that is its square: with
+a scale of 50 px the likelihood of the linear model has its maximum in the corner of the grid, with the root of 50 it
+has it where they report it.
+"""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -13,11 +20,10 @@ from pftrack.sources.recording import check_start
 from pftrack.sources.tracks.recorded import RecordedTracks
 from pftrack.sources.tracks.sequence import TrackSequence
 
-# One simulated track in numbers, so that every implementation works on the same: x and y by frame, px.
-#
-# It is a draw of the model in `scene`, chosen among many since its likelihood over sigma^2 and tau^2 and the errors of
-# the filters on it come closest to what Ichimura and Ikoma report. Its outliers, at frames 15, 30, 45, 60, 75 and 90,
-# are by +11.5, -0.2, -37.8, +2.5, -2.7 and -21.4 px.
+# One simulated track in numbers, so that every implementation works on the same: x and y by frame, px. It is a draw of
+# the model below, chosen among many since its likelihood over sigma^2 and tau^2 and the errors of the filters on it
+# come closest to what Ichimura and Ikoma report. Its outliers, at frames 15, 30, 45, 60, 75 and 90, are by +11.5, -0.2,
+# -37.8, +2.5, -2.7 and -21.4 px.
 
 TABLE = """
 101.19,100.27  98.45,103.63  99.69,107.96  103.25,111.81  102.61,115.09
@@ -46,8 +52,6 @@ REFERENCE_PX: Floats = np.array([pair.split(",") for pair in TABLE.split()], dty
 """(100, 2) positions as they were measured."""
 
 REFERENCE_PX.flags.writeable = False
-
-# What is true of many points that move, as far as it is known, and which of them is looked at.
 
 
 class SelectionParameters(Parameters):
@@ -106,13 +110,6 @@ class TrajectoriesTarget(Target):
     origin: Origin | None = None
     paper: tuple[int, int] = (0, 0)
 
-
-# Simulated tracks: points that move down the picture, aside and down again, measured with noise and with outliers.
-#
-# Each track is that of Ichimura and Ikoma 2000, section 5.1: 4 px a frame downwards, and from frame 50 to 54 aside, 5
-# px a frame. Its noise is Gaussian but every fifteenth frame, when the horizontal noise is Cauchy. Their "scale 50" of
-# that is its square: with a scale of 50 px the likelihood of the linear model has its maximum in the corner of the
-# grid, with the root of 50 it has it where they report it.
 
 FRAMES = 100
 SIZE_PX = (640, 520)
@@ -243,8 +240,6 @@ def simulate(seed: int, parameters: TracksSceneParameters) -> tuple[Floats, Floa
     truths = source._starts + TRUE_PATH[:, None] - START_PX  # noqa: SLF001 - of this very module
     return np.array(measured), truths
 
-
-# Tracks of a file as a source, from a chosen frame on: what another program has followed, to be smoothed.
 
 NOWHERE: Floats = np.full(2, np.nan)
 NOWHERE.flags.writeable = False

@@ -1,4 +1,7 @@
-"""The trackers of trajectories, by name: one step for all of them, which differ in the law of the noise."""
+"""The trackers of trajectories, by name: one step for all of them, which differ in the law of the noise.
+
+A filter in a file follows the selected track, and the Kalman filter all others.
+"""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -276,8 +279,6 @@ TRACKERS: dict[str, Tracker] = {
     )
 }
 """The trackers of trajectories, by name, in the order in which they are shown."""
-
-# What a filter in a file is told of trajectories: it follows the selected track, and the Kalman filter all others.
 
 COMPONENTS = (Component("x", "px"), Component("y", "px"), Component("x before", "px"), Component("y before", "px"))
 

@@ -1,8 +1,8 @@
-"""Trackers of trajectories: many points at once, each by itself, whose measurements now and then are far off.
+"""Parameters, beliefs and methods of the trackers of trajectories: how a frame is taken under each law of the noise.
 
-- `corner_parameters`, `corners`: where measurements come from in pictures, by block matching;
-- `inspection`: what there is to look into of the selected track;
-- `step`: the trackers, and what they report of the selected track and of all together.
+No track depends on another: each is filtered by itself, and its random numbers are drawn by its own number. So a method
+takes any tracks together, a track may be there several times with other seeds, and what is filtered is the same however
+much of the past is kept for smoothing. All methods hold what they believe in the same form.
 """
 
 from collections.abc import Callable, Mapping
@@ -23,8 +23,6 @@ from pftrack.filters.trajectories import cloud, gaussian
 from pftrack.filters.trajectories.cloud import MOST_PARTICLES, Cloud
 from pftrack.filters.trajectories.gaussian import Gaussians
 from pftrack.filters.trajectories.whole import beginnings
-
-# What can be turned on the trackers of trajectories.
 
 MODEL, PARTICLES, SCORING = "Model", "Particles", "Scoring"
 CLOUDS = ("lng", "nlng")
@@ -68,8 +66,6 @@ class TrajectoriesTrackerParameters(SelectionParameters):
         ge=0, le=1, step=0.01, group=SCORING, role="loss_share")
     # fmt: on
 
-
-# What is believed of all trajectories after a frame, in the same form for all methods.
 
 Belief: TypeAlias = Gaussians | Cloud
 
@@ -184,12 +180,6 @@ def _apart(one: Floats, other: Floats) -> Floats:
     off = one - other
     return np.asarray(np.hypot(off[..., 0], off[..., 1]))
 
-
-# The methods by which trajectories are followed: how a frame is taken under each law of the noise.
-#
-# No track depends on another: each is filtered by itself, and its random numbers are drawn by its own number. So a
-# method takes any tracks together, a track may be there several times with other seeds, and what is filtered is the
-# same however much of the past is kept for smoothing.
 
 P: TypeAlias = TrajectoriesTrackerParameters
 

@@ -64,8 +64,6 @@ def ensemble(
         yield filtered[selected * len(seeds) :][: len(seeds)]
 
 
-# Trajectories under Gaussian noise as a linear model: a chain for each axis of each track.
-#
 # A track begins with its first measurement y as N((y, y), s^2 I), of the frame before, so its chain begins there. Where
 # a corner has given its place to another one, a chain ends and a further one begins.
 
