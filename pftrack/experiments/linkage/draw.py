@@ -1,7 +1,8 @@
-"""The chain in the picture: where its points and lines were measured, where it is believed to be, and the truth.
+"""The chain in the picture, in depth and by its lengths: what was measured, what is believed of it, and the truth.
 
 A chain in the plane is seen as one line. What is believed of it is drawn below that line and the truth above, so that
-neither hides what was seen; in space all is drawn where it is.
+neither hides what was seen; in space all is drawn where it is. Gaussians, regions and particles are drawn in one form:
+places of hypotheses, weights, and how far they extend.
 """
 
 from dataclasses import dataclass
@@ -37,8 +38,6 @@ from pftrack.experiments.linkage.state import LinkageState
 from pftrack.experiments.shared.sketch import at_height, circle
 from pftrack.filters.beam import Beam
 from pftrack.filters.particles import ParticleSet
-
-# What is believed of a chain, in one form that is drawn: places of hypotheses, weights, and how far they extend.
 
 SIGMAS = 2.0
 """How many standard deviations a Gaussian is taken to extend."""
@@ -236,12 +235,10 @@ def _name(name: str, text: str, state: LinkageState, row: float, colour: Colour,
     return {name: Text(place, text, colour, layer)}
 
 
-# The chain in depth, which no picture shows: all hypotheses, how far each extends, and the truth.
-#
-# The root is in the middle, what the camera sees runs across, and depth away from it; looked at from above, a chain in
-# the plane lies flat. Lengths are shares of the longest chain that the bounds allow, so that a large one fits in as
-# well. Around each link of a hypothesis lies a sector, which its tip may not leave: the range of directions by that of
-# lengths. The curve within is the ellipsoid's shadow.
+# The chain in depth, which no picture shows: the root is in the middle, what the camera sees runs across, and depth
+# away from it; looked at from above, a chain in the plane lies flat. Lengths are shares of the longest chain that the
+# bounds allow, so that a large one fits in as well. Around each link of a hypothesis lies a sector, which its tip may
+# not leave: the range of directions by that of lengths. The curve within is the ellipsoid's shadow.
 
 DEPTH_WORLD = World(
     "depth",
@@ -381,10 +378,9 @@ def _band() -> NDArray[np.int32]:
 
 BAND = _band()
 
-# What is believed of the three lengths, in a space of their own: what the bounds allow is a cube.
-#
-# Each hypothesis is a box of the lengths that it has not excluded, and an ellipsoid. The truth is a point; whatever
-# method runs, the question is whether the point is inside, and how much of the cube is left.
+# In the space of the three lengths, what the bounds allow is a cube. Each hypothesis is a box of the lengths that it
+# has not excluded, and an ellipsoid. The truth is a point; whatever method runs, the question is whether the point is
+# inside, and how much of the cube is left.
 
 RADIUS = 2.4
 LENGTHS_WORLD = World(

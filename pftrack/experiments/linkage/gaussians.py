@@ -42,8 +42,6 @@ from pftrack.filters.kalman import NormalisedInnovation
 from pftrack.filters.particles import ParticleSet
 from pftrack.filters.truncation import truncate
 
-# How one tracker takes over what another believed.
-#
 # A Gaussian is made of particles by their moments, and of any other belief by its box, as if everything in it were
 # equally probable: the centre, and a twelfth of the squared width as the variance. A belief that has no velocities gets
 # those of the first frame, zero with their variances.

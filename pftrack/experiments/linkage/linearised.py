@@ -293,8 +293,6 @@ def _square(lower: Floats, difference: Floats) -> float:
     return float(square)
 
 
-# The sides on which a chain of given lengths may lean, by what is seen of it.
-#
 # The prediction is linearised at itself and at its mirror images (`linearisation_points`), each iterated to the pose of
 # greatest posterior density (Gauss and Newton's method; Bell and Cathey 1993). With x the pose found from the
 # prediction N(m, M), C the slopes there, S = C M C' + W I, and e the innovation, the evidence of a side is that of

@@ -4,7 +4,10 @@ The state x of a filter is (pose, change of the pose in a frame, r_1..3). In the
 it is (omega, t, theta_2, theta_3): omega is a small rotation beside a reference attitude q, so that the chain is turned
 by R(q) R(omega). After each update q takes omega over (`recentre`), so that no angle ever grows large.
 
-Source: Shimada 1997, section 4.1, and appendix A for the attitude.
+What is seen in a frame are numbers that are each a component of a point's image, along a direction: measured points, or
+links that are seen as lines.
+
+Source: Shimada 1997, section 4.1, eqs. 4.9 to 4.11, and appendix A for the attitude.
 """
 
 from collections.abc import Mapping
@@ -209,24 +212,23 @@ def describe(
     return estimate, deviations, directions(theta), absolute_deviations
 
 
-# What is seen of a chain in a frame: numbers that are each a component of a point's image, along a direction.
-#
-# A measured point is two of them, along the axes of the image. A link that is seen as a line is two as well: the places
-# of its beginning and of its end along the line's unit normal n, both of which are the line's offset from the origin,
+# A measured point is two of the numbers that are seen, along the axes of the image. A link that is seen as a line is
+# two as well: the places of its beginning and of its end along the line's unit normal n, both of which are the line's
+# offset from the origin,
 #
 #     n . L X_{i-1} = rho + error,  n . L X_i = rho + error.
 #
 # So the filter's innovation is the distance of either end from the line that was seen. Shimada 1997, eqs. 4.9 to 4.11,
-# observes (m, rho) with m = L X_i - L X_{i-1} instead, of which the length is not seen, and the direction turns about
-# where a link points at the camera; the distances are linear in the image, know no such pose, and have the errors of
-# the ends for their noise.
+# observes (m, rho) with m = L X_i - L X_{i-1} instead. The length of m is not seen, and its direction turns about where
+# a link points at the camera; the distances are linear in the image, know no such pose, and have the errors of the ends
+# for their noise.
 #
 # Of a line's two numbers, direction and offset, the density is that of the distances times the length that the link has
 # in the image, by which the distances of its ends depend on the direction. Without this factor a short link would fit
 # every line the better, since its ends are always near it (`log_image_lengths`).
 #
-# An observation is an array (m, 3): the number, NaN where it was not seen, and the direction of which it is a
-# component. m is 3 in the plane, 8 in space, and 14 in space with lines: then six rows follow, two for each link.
+# An observation is an array (m, 3): the number, NaN where it was not seen, and the direction along which it is
+# measured. m is 3 in the plane, 8 in space, and 14 in space with lines: then six rows follow, two for each link.
 
 POINT_ROWS = 2 * (LINKS + 1)
 """Coordinates of points in space; rows beyond them are of lines."""
@@ -317,13 +319,11 @@ def _point(row: int) -> int:
     return (row - POINT_ROWS) // 2 + (row - POINT_ROWS) % 2
 
 
-# What hard bounds of errors say of the image of each link in space, whatever was seen of it: points or lines.
-#
-# A measured point lies in a square, and a link that is seen as a line has both ends in the strip along it. So each
-# point of the chain lies in a polygon: a joint, where the strips of its two links cross. The difference of a link's
-# ends lies within the difference of the extents of their polygons, along the line and across it. Across it that is
-# twice the bound of the errors; along it, it is known where both ends are: where another line or a point tells of each
-# of them.
+# Hard bounds of errors say where the image of each link lies in space, whatever was seen of it. A measured point lies
+# in a square, and a link that is seen as a line has both ends in the strip along it. So each point of the chain lies in
+# a polygon: a joint, where the strips of its two links cross. The difference of a link's ends lies within the
+# difference of the extents of their polygons, along the line and across it. Across it that is twice the bound of the
+# errors; along it, it is known where both ends are: where another line or a point tells of each of them.
 
 AXES = np.eye(2)
 

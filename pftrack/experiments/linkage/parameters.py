@@ -224,8 +224,6 @@ class LinkageTrackerParameters(Parameters):
         )
 
 
-# What can be turned beside what trackers and scene declare: what counts as lost, and what is drawn.
-
 SCORING, DRAWING = "Scoring", "Drawing"
 
 

@@ -1,4 +1,4 @@
-"""The particle filter of a chain: `sampled` with parameters, from a state to the next."""
+"""The particle filter of a chain: `sampled` with parameters, from a state to the next, and new lengths and noises."""
 
 from dataclasses import replace
 
@@ -32,11 +32,10 @@ from pftrack.experiments.linkage.state import Events, LinkageState
 from pftrack.filters.beam import Beam
 from pftrack.filters.particles import moments, normalise
 
-# New lengths and noises for particles of a chain, by a Markov kernel that leaves their posterior as it is.
-#
-# Resample-move (Gilks and Berzuini 2001): for some particles the kernel proposes others, filters all frames so far with
-# them (`conditional`), and takes them with Metropolis and Hastings' probability. In each frame it is the turn of so
-# many that their frames are about `BUDGET`; which ones does not depend on what they are.
+# Resample-move (Gilks and Berzuini 2001): for some particles a Markov kernel that leaves the posterior as it is
+# proposes other lengths and noises, filters all frames so far with them (`Chains`), and takes them with Metropolis and
+# Hastings' probability. In each frame it is the turn of so many that their frames are about `BUDGET`; which ones does
+# not depend on what they are.
 #
 # With m and L L' the mean and covariance of the particles, the kernel proposes
 #

@@ -1,4 +1,4 @@
-"""What is plotted and written of the frames of a chain, and what a run comes to."""
+"""What is plotted and written of the frames of a chain, and what is measured of a whole run."""
 
 import numpy as np
 

@@ -1,4 +1,8 @@
-"""What is said of the error of lengths and directions, and where that is not so (docs/explanation/calibration.md)."""
+"""What is said of the error of lengths and directions, and how probable it is that the pose of the chain is lost.
+
+`docs/explanation/calibration.md` has the bands. `python -m tools.loss_probability fit linkage` fits the probability of
+a loss and writes `loss_probability.json`.
+"""
 
 import math
 from pathlib import Path
@@ -83,10 +87,6 @@ FAULTS = (
 """None stands for a recording, which is of a chain in space and has no path."""
 
 CALIBRATION = Calibration(bands=BANDS, faults=FAULTS, presets=("cross", "static"))
-
-# How probable it is that the pose of the chain is lost.
-#
-# `python -m tools.loss_probability fit linkage` fits it and writes `loss_probability.json`.
 
 SCENES = Scenes(
     {

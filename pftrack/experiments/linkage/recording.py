@@ -2,7 +2,8 @@
 
 All lengths are in px of the picture, as an orthographic camera has no other unit. Nothing is known beforehand of what
 is filmed but the mark: a link is at least as long as it looks there, and its length is looked for up to twice that; the
-joints may bend either way. A person who knows more sets the bounds, live.
+joints may bend either way. A person who knows more sets the bounds, live. Where the truth is known, the errors of
+directions are measured, and whether the truth was ever excluded.
 """
 
 import math
@@ -189,8 +190,6 @@ def _bounds(points: Floats) -> dict[str, Value]:
         "root_motion_bound_px": 16,
     }
 
-
-# How far directions are from the true ones, whether the truth was ever excluded, and what a run comes to.
 
 LINKS = 3
 IN_SPACE = 11

@@ -1,10 +1,10 @@
 """Particles of what does not change about a chain: its lengths, and how it moves and is seen.
 
 A particle filter whose particles are only chosen among one another soon has a single value left of whatever never
-changes. So lengths and noises are what particles *are*, and the pose of each is filtered given them (`conditional`): an
+changes. So lengths and noises are what particles *are*, and the pose of each is filtered given them (`Chains`): an
 iterated batch importance sampler (Chopin 2002; with a filter inside, SMC squared, Chopin, Jacob and Papaspiliopoulos
-2013). A frame multiplies each weight by what the particle's own filter had expected of the observation. New ones come
-by resample-move (`rejuvenation`).
+2013). A frame multiplies each weight by what the particle's own filter had expected of the observation. New ones are
+made by resample-move (`particles`).
 
 How smoothly a chain moves, and how exactly it is seen, is known to an order of magnitude at best. It matters: where a
 link is nearly parallel to the image, what is seen hardly depends on its angle, so that a filter which expects more
@@ -36,11 +36,9 @@ from pftrack.filters.particles import ParticleSet
 from pftrack.filters.resampling import systematic
 from pftrack.filters.truncation import log_share
 
-# A chain whose lengths and noises are given, filtered frame by frame: one Gaussian of pose and velocity, compiled.
-#
 # Given the lengths, what is seen determines the pose but for the side on which a link leans. One of these sides is
-# drawn in each frame (`sides`), so that one Gaussian is enough, and the evidence is unbiased (a particle filter of one
-# particle; Andrieu, Doucet and Holenstein 2010).
+# drawn in each frame, so that one Gaussian is enough, and the evidence is unbiased (a particle filter of one particle;
+# Andrieu, Doucet and Holenstein 2010).
 #
 # A bound on joints is a probability: what the Gaussian has within it. The chain moves little from frame to frame, so
 # that a Gaussian which has been within a bound in one frame says hardly anything new about it in the next. Of all

@@ -1,4 +1,10 @@
-"""A chain of three links seen by one orthographic camera: in the plane by a camera of one line, or in space."""
+"""A chain of three links seen by one orthographic camera, as a source: in the plane or in space.
+
+In the plane the camera has one line of pixels: a point's image coordinate is its first one, and the second is its
+depth, which is not seen. In space it sees the first two coordinates. An absolute angle of 0 lies parallel to the image.
+Joints move between keys, with eased angles: Shimada gives no sequence in numbers, and these are made to show what he
+describes (docs/methods/linkages.md).
+"""
 
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
@@ -15,10 +21,6 @@ from pftrack.core.numerics.elementary import sines_cosines
 from pftrack.core.numerics.matrices import product
 from pftrack.core.numerics.random import Purpose, Stream, standard_normals, uniforms
 from pftrack.sources.recording import OccluderParameters, paint_strip, strip
-
-# How the joints of a chain move: keys between which the angles are eased (docs/methods/linkages.md).
-#
-# Shimada gives no sequence in numbers; these are made to show what he describes.
 
 PathName: TypeAlias = Literal["cross", "static", "mirror3", "mirror2", "two", "3d", "own"]
 
@@ -85,8 +87,6 @@ def move(frame: float) -> Floats:
     """Return how far its root has moved in the picture (2,), px."""
     return np.asarray(MOVE_PX * sines_cosines(MOVE_RATE * frame)[0])
 
-
-# What can be turned in the simulated scene of a chain.
 
 CHAIN, PATH, MEASUREMENTS, START = "Chain", "Path of its own", "Measurements", "Where the estimate begins"
 
@@ -162,12 +162,6 @@ class LinkageSceneParameters(OccluderParameters):
         unit="px", ge=-30, le=30, step=1, live=False, group=START)
     # fmt: on
 
-
-# What is true of a chain of three links, and where its points are seen.
-#
-# The camera is orthographic. In the plane it has one line of pixels: a point's image coordinate is its first one, and
-# the second is its depth, which is not seen. In space it sees the first two coordinates. An absolute angle of 0 lies
-# parallel to the image.
 
 NAMES = ("root", "second joint", "third joint", "tip")
 """Of the points of a chain; its first joint is the root."""
@@ -253,8 +247,6 @@ def places(target: LinkageTarget) -> Floats:
     return np.asarray(product(chain, turn.T) + np.append(target.t, 0.0))
 
 
-# What the camera sees of a chain: three tapering links on a plain ground, joints, and what is laid over them.
-#
 # A chain in the plane turns about upright axes, so that a camera beside it sees all of its joints in one row: its links
 # are bars that become shorter as they turn away. Positions are in whole sixteenths of a pixel, as OpenCV takes them, so
 # a pose has one picture.
@@ -339,8 +331,6 @@ def _sixteenths(points: Floats) -> NDArray[np.int32]:
     return np.asarray(np.rint(2.0**SHIFT * points), np.int32)
 
 
-# Links that are seen as lines: where a link lies across the picture is known, and not where on its line it ends.
-#
 # Of an elongated shape in a silhouette the axis is found more easily than its ends. The line of a link is observed by
 # its unit normal n and its offset from the picture's corner: n . p = offset for each of its points p. Shimada 1997,
 # eqs. 4.9 to 4.11, has (m, rho) with m the difference of the two ends' images; but the length of m is what is *not*
@@ -387,8 +377,6 @@ def observe_lines(points_px: Floats, errors_px: Floats, visible: Bools) -> tuple
         offsets[link] = float((normals[link] * (beginning + first * across)).sum())
     return normals, offsets
 
-
-# The measured points of a chain, frame by frame, and a picture of it.
 
 FRAME_RATE_HZ = 15.0
 PLANE_SIZE_PX, SPACE_SIZE_PX = (480, 240), (480, 400)

@@ -1,8 +1,8 @@
 """Trackers of a chain that believe in regions, which hold the truth as long as motion and errors keep their bounds.
 
 - `ellipsoids`: ellipsoids and guides, each bounding the other, with guides shrunk by interval arithmetic and by cells;
-- `ellipsoids-literal`: as Shimada has it, where the ellipsoid alone shrinks the guides; two ways of
-  prediction that lose the truth may be chosen;
+- `ellipsoids-literal`: as Shimada has it, where the ellipsoid alone shrinks the guides; two ways of prediction that
+  lose the truth may be chosen;
 - `box-guides`: guides alone. All that `ellipsoids` finds out about lengths it finds out too.
 
 Source: Shimada 1997, chapter 5.
@@ -45,8 +45,6 @@ from pftrack.experiments.linkage.state import NOTHING, SERIES, Events, LinkageSt
 from pftrack.experiments.shared.reports import hypotheses_cloud
 from pftrack.filters.beam import Beam
 from pftrack.filters.particles import ParticleSet, normalise
-
-# What people who look into a frame of a chain are told: its hypotheses laid open, and what cut the ranges.
 
 FLAT = ("theta 1", "theta 2", "theta 3", "length 1", "length 2", "length 3")
 SPATIAL = ("omega x", "omega y", "omega z", "t x", "t y", *FLAT)
@@ -97,11 +95,9 @@ def _widths(state: LinkageState) -> Floats:
     return np.asarray(in_degrees(state.high) - in_degrees(state.low))
 
 
-# Regions of poses of a chain, and how its coordinates are those of an estimate.
-#
 # Regions are in (S theta*_1..3, r_1..3), in space (S omega, S theta*_2, S theta*_3, r_1..3): directions rather than
 # angles of joints, since a link shows nothing but its own, and px throughout, since a trace adds squares of all
-# coordinates. The root in space is no coordinate: it is seen itself, and no link's observation depends on it.
+# coordinates. The root in space is not among them: it is seen itself, and no link's observation depends on it.
 #
 # Source: Shimada 1997, section 5.5, eqs. 5.38 to 5.46; the common unit is our own (docs/methods/linkages.md).
 

@@ -1,4 +1,4 @@
-"""What is believed of a chain after a frame, in one form for all trackers."""
+"""What is believed of a chain after a frame, in one form for all trackers, and what they report of it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -131,8 +131,6 @@ class LinkageState:
         joined = {name: np.stack([part[name] for part in parts]) for name in parts[0]}
         return {**joined, "log_weights": self.belief.log_weights, "parents": self.belief.parents}
 
-
-# What all trackers of a chain report of their states.
 
 COMPONENTS = ("direction 1", "direction 2", "direction 3", "length 1", "length 2", "length 3")
 

@@ -1,14 +1,13 @@
-"""Trackers of a chain of three links before one camera: lengths and pose at once, from where its joints are seen.
+"""Trackers of a chain of three links before one camera, by name: lengths and pose at once, from its joints.
 
 Depth is not seen, so that image positions alone determine neither; what is known beforehand of joints, motion and
 lengths has to. Two families use it in two ways (Shimada 1997):
 
-- Gaussians, which it cuts (`chain`): `gaussians` steps a beam of extended Kalman filters, one for each side on which a
-  link may lie (`linearised`), or one unscented filter; `particles` draws instead (`sampled`);
-- sets, which it bounds (`regions`): `sets` steps ellipsoids and guides that the truth never leaves.
+- Gaussians, which it cuts: `gaussians` steps a beam of extended Kalman filters, one for each side on which a link may
+  lie (`linearised`), or one unscented filter; `particles` draws instead (`sampled`);
+- sets, which it bounds: `set_trackers` steps ellipsoids and guides that the truth never leaves.
 
-All believe in one `state`, so that they take over from one another (`handover`), and read one set of `parameters`.
-`reports` is what all of them report, `inspection` what they tell people who look into a frame; `step` lists them.
+All believe in one `state`, so that they take over from one another, and read one set of `parameters`.
 """
 
 from functools import partial
@@ -17,8 +16,6 @@ from pftrack.core.model.tracker import Tracker
 from pftrack.experiments.linkage import gaussians, particles, set_trackers
 from pftrack.experiments.linkage.set_trackers import hypotheses_of, particles_of, range_parts
 from pftrack.experiments.linkage.state import GAUSSIAN_SERIES, PARTICLE_SERIES, measure
-
-# The trackers of a chain by name.
 
 
 def _filter(name: str, title: str, description: str) -> Tracker:

@@ -1,4 +1,6 @@
-"""What a file offers, and calling it: each function gets the arguments that it names, and mistakes have a line.
+"""What a file offers, which texts may be executed, and calling one: mistakes have a line.
+
+Each function gets the arguments that it names:
 
     start(position, frame, parameters, rng) -> states          where particles begin
     propagate(states, frame, parameters, rng) -> states        drawn from p(x_t | x_{t-1})
@@ -36,11 +38,9 @@ from pftrack.core.model.parameters import LONGEST_FILE
 from pftrack.core.model.recipe import FILTER_HASH, Recipe
 from pftrack.experiments.own.sliders import CLASS, Field, FilterFileError, fields_of
 
-# Which texts may be executed: those that the owner of this machine has named, and no others.
-#
 # A recipe, a saved run and a link hold the text of a filter, and may come from anybody. So nothing of that is executed
-# in a process until somebody has said there that this very text is trusted. Where texts are trusted already, a recipe
-# may name them by their hash alone.
+# in a process until the owner of this machine has said there that this very text is trusted. Where texts are trusted
+# already, a recipe may name them by their hash alone.
 
 _TRUSTED: dict[str, str] = {}
 
@@ -287,9 +287,6 @@ def _with_all(own: type, values: Mapping[str, Any]) -> type:
             raise AttributeError(f"there is no parameter {name}") from None
 
     return type(CLASS, (own,), {"__getattr__": find})
-
-
-# What each function of a filter's file gets and returns, in words for whoever writes one.
 
 
 @dataclass(frozen=True, slots=True)

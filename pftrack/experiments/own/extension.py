@@ -1,4 +1,9 @@
-"""An experiment with the trackers that files make, and the experiment of a recipe."""
+"""An experiment with the trackers that files make, the experiment of a recipe, examples, and an outline.
+
+A server knows which files its owner has named, but their texts are executed in confined processes alone. What it shows
+of a plan, titles, measures and parameters of the experiment, needs no text: the outline of an experiment has trackers
+that are named and not executed, and does not know the parameters of their files.
+"""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -204,9 +209,6 @@ def _check_kind(base: type[Parameters], each: Field, file: str) -> None:
         raise FilterFileError(file, None, f"{each.name} is a parameter of the experiment of another kind")
 
 
-# Files to begin with: a filter that works for each experiment that takes filters from files.
-
-
 def example_of(experiment: Experiment) -> str:
     """Return the text of a filter for an experiment.
 
@@ -217,13 +219,6 @@ def example_of(experiment: Experiment) -> str:
         raise ValueError(f"{experiment.id} takes no filters from files")
     package, _, module = experiment.filter_interface.example.rpartition(".")
     return (files(package) / f"{module}.py").read_text(encoding="utf-8")
-
-
-# An experiment with trackers of files that are named and not executed, for whoever plans runs and computes none.
-#
-# A server knows which files its owner has named, but their texts are executed in confined processes alone. What it
-# shows of a plan, titles, measures and parameters of the experiment, needs no text. Parameters of the files are not
-# known here.
 
 
 def outline(experiment_id: str, names: Iterable[str]) -> Experiment:

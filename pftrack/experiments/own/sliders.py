@@ -20,8 +20,6 @@ from typing import Any, Literal, TypeAlias, get_args, get_origin
 
 from pftrack.core.model.parameters import Value, parameter
 
-# What is wrong with a filter in a file, with the line where it shows.
-
 
 class FilterFileError(ValueError):
     """A filter that cannot go on; the run stands where it was.

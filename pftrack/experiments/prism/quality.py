@@ -1,4 +1,8 @@
-"""What is said of the error of its pose, and where that is not so (docs/explanation/calibration.md)."""
+"""What is said of the error of the prism's pose, and how probable it is that the pose is lost.
+
+`docs/explanation/calibration.md` has the bands. `python -m tools.loss_probability fit prism` fits the probability of a
+loss and writes `loss_probability.json`.
+"""
 
 import math
 from pathlib import Path
@@ -33,10 +37,6 @@ FAULTS = (
 )
 
 CALIBRATION = Calibration(bands=BANDS, faults=FAULTS, presets=("bando", "noise"))
-
-# How probable it is that the prism's pose is lost.
-#
-# `python -m tools.loss_probability fit prism` fits it and writes `loss_probability.json`.
 
 SCENES = Scenes(
     {

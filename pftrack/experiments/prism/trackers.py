@@ -32,8 +32,6 @@ from pftrack.filters.particles import ParticleSet
 from pftrack.sources.prism import NAMES, PRINCIPAL_PX, VERTICES_MM, PrismParameters
 from pftrack.vision.likelihoods import points
 
-# What poses of a prism are weighed by, its measured vertices, to be asked at any pose.
-
 
 def measured_of(frame: Frame) -> Measurements:
     """Return the measured vertices of a frame.
@@ -137,8 +135,6 @@ def _tracker(method: Method, title: str, description: str) -> Tracker:
 
 TRACKERS: dict[str, Tracker] = {method: _tracker(method, *words) for method, words in METHODS.items()}
 """The trackers of the prism, by name, in the order in which they are shown."""
-
-# What a filter in a file is told of the poses of a prism, and the bootstrap filter that stands in for it.
 
 SERIES = report("rb-pf", NAMES)
 

@@ -37,8 +37,6 @@ from pftrack.sources.beliefs.recorded import FRAMES, UNITS, ExampleParameters, E
 from pftrack.sources.beliefs.sequence import BeliefSequence
 from pftrack.sources.results.table import Box
 
-# What is compared with the truth: boxes by their overlap, numbers by whether they stay with their target.
-
 OVERLAP = Series("overlap", "overlap with the true box")
 TRUE_ACROSS, TRUE_DOWN = Series("true_across", "true first component"), Series("true_down", "true second component")
 SWITCHED = Series(
@@ -129,8 +127,6 @@ READINGS = (
     Reading("particles", "particles"),
     Reading("targets", "value", series="targets"),
 )
-
-# What is drawn of recorded beliefs: in the picture, or on paper in the plane of two chosen components.
 
 TRAIL_FRAMES = 60
 FRAME_HEIGHT_PX = 3.0

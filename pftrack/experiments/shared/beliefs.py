@@ -1,8 +1,8 @@
-"""The tracker of recorded beliefs: it takes what others have computed of a frame, and computes nothing but moments.
+"""The tracker of recorded beliefs, the interface of filters in files, and what updates of a Kalman filter tell.
 
-A step looks at its frame alone, but for the paths by which the particles came, which their ancestors tell. Weights are
-made to sum to one, mean and covariance come from the particles where they were not recorded, and effective sample size
-and different parents are counted as of any particle filter.
+A step of the tracker of recorded beliefs looks at its frame alone, but for the paths by which the particles came, which
+their ancestors tell. Weights are made to sum to one, mean and covariance come from the particles where they were not
+recorded, and effective sample size and different parents are counted as of any particle filter.
 """
 
 from collections.abc import Callable, Mapping
@@ -194,8 +194,6 @@ TRACKERS: dict[str, Tracker] = {
 }
 """The one tracker of recorded beliefs."""
 
-# What an experiment tells a filter that a person writes in a file, and what takes over what the file leaves out.
-
 
 @dataclass(frozen=True, slots=True)
 class Update:
@@ -267,11 +265,9 @@ class FilterInterface:
     project: Callable[[Any, Floats], Floats] | None = None
 
 
-# What Kalman filters tell of their updates: innovation, gain, and how far off measurements were.
-#
-# The normalised innovation squared (NIS) tells whether a filter is consistent, without the truth: on average it should
-# be as large as numbers are measured, and above its limit in one frame of twenty. Larger, the filter is too sure of
-# itself; smaller, it could be surer (Bar-Shalom, Li, Kirubarajan 2001, section 5.4).
+# The normalised innovation squared (NIS) tells whether a Kalman filter is consistent, without the truth: on average it
+# should be as large as numbers are measured, and above its limit in one frame of twenty. Larger, the filter is too sure
+# of itself; smaller, it could be surer (Bar-Shalom, Li, Kirubarajan 2001, section 5.4).
 
 NIS = (
     Series(

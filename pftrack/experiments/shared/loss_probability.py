@@ -1,12 +1,10 @@
 """The probability that a tracker has lost its target, told from what it knows itself.
 
-A tracker goes on whether it follows its target or something else. What it computes on the way tells the two apart,
-more or less: how well the picture agrees with what was expected, how wide the belief is, how many particles carry it,
-whether the estimate jumps. Each number means something only beside what it was before. A logistic regression weighs
-them; it is fitted on scenes that were drawn at random, frozen, and judged on others (`pftrack reproduce loss`), and
-only where it says what is true it is declared. On recordings it is not calibrated, and not told.
-
-- `signals`: what is read of a frame, by roles;
+A tracker goes on whether it follows its target or something else. What it computes on the way tells the two apart, more
+or less: how well the picture agrees with what was expected, how wide the belief is, how many particles carry it,
+whether the estimate jumps (`signals`). Each number means something only beside what it was before. A logistic
+regression weighs them; it is fitted on scenes that were drawn at random, frozen, and judged on others (`pftrack
+reproduce loss`), and only where it says what is true it is declared. On recordings it is not calibrated, and not told.
 """
 
 import json
@@ -27,8 +25,6 @@ from pftrack.core.numerics.elementary import exponential
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.shared.signals import read_signals
 
-# Logistic regression: the probability of one of two outcomes by a weighted sum of features.
-#
 # P(lost | x) = 1 / (1 + exp(-(a + sum_i w_i z_i))), with z_i a feature less its mean in standard deviations. The
 # weights are those of greatest likelihood under a Gaussian prior around zero (ridge), found by Newton's method, which
 # is iteratively reweighted least squares (McCullagh and Nelder, Generalized linear models, 1989, section 2.5).
@@ -96,11 +92,9 @@ def _scale(features: Floats, means: Floats, deviations: Floats) -> Floats:
     return np.clip((features - means) / deviations, -CLIP, CLIP)
 
 
-# Features: what signals are beside what they were, frame by frame.
-#
 # What a number means hangs on what is usual: the log evidence of one scene says nothing in another one. So each signal
-# comes with its memory. A frame's features depend on the frames up to it alone, and a memory of a few numbers carries
-# them on, so that a run that goes on is not read again.
+# has a memory of what it was. A frame's features depend on the frames up to it alone, and a memory of a few numbers
+# carries them on, so that a run that goes on is not read again.
 
 KINDS: tuple[str, ...] = ("now", "fast", "slow", "change", "lowest", "highest")
 """Of each signal: its value; its means over the last 5 and the last 25 frames or so; by how much the first of these has
@@ -170,9 +164,6 @@ def remember(memory: Memory, signals: Floats) -> tuple[Memory, Floats]:
     return memory, found.reshape(len(signals), -1)
 
 
-# The probability that a tracker has lost its target, by a regression on what the rows of its run say.
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Past:
     """What a model keeps of the frames behind it.
@@ -230,11 +221,9 @@ def follow_features(
     return Past(memory, estimates), features
 
 
-# Scenes of many kinds, drawn at random: a probability is fitted on some of them and judged on others.
-#
 # What a tracker's own numbers mean hangs on the scene: in one that never hides its target, a small likelihood is bad
 # news, in another one it is the rule. So an experiment says between which bounds its parameters are to be drawn, and
-# each number is a scene: the same on every machine, and of a number that was not fitted one that was never seen.
+# each number is a scene: the same on every machine, and a number that was not fitted is a scene that was never seen.
 
 FIRST_JUDGED = 10_000
 
@@ -272,8 +261,6 @@ class Scenes:
             drawn[name] = values[int(share * len(values))]
         return drawn
 
-
-# What an experiment declares of the probability that its trackers have lost their target.
 
 LOSS_PROBABILITY = Series(
     "loss_probability",
@@ -388,15 +375,15 @@ def _rounded(values: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-# Scores: how good probabilities are, beside what came of it.
+# Scores say how good probabilities are, beside what happened.
 #
 # - Brier score: mean of (p - y)^2 (Brier, Verification of forecasts expressed in terms of probability, 1950).
 # - Reliability: of the frames in which p was said, how many were lost; the expected calibration error is the mean of
-# the   difference over ten bins of equal width, weighed by their frames (Naeini, Cooper, Hauskrecht, Obtaining well
-# calibrated probabilities using Bayesian binning, 2015). - Receiver operating characteristic: share of the lost frames
-# that are told over the share of the others that are,   for every threshold; its area is the chance that a lost frame
-# has the greater probability of the two. - Delay: frames from the beginning of a loss to the first in which the
-# probability is at least a half.
+#   the difference over ten bins of equal width, weighed by their frames (Naeini, Cooper, Hauskrecht, Obtaining well
+#   calibrated probabilities using Bayesian binning, 2015).
+# - Receiver operating characteristic: share of the lost frames that are told over the share of the others that are, for
+#   every threshold; its area is the chance that a lost frame has the greater probability of the two.
+# - Delay: frames from the beginning of a loss to the first in which the probability is at least a half.
 
 BINS = 10
 CERTAIN = 0.5

@@ -1,4 +1,7 @@
-"""What particle filters report beside their estimate: the series that several families of trackers declare alike."""
+"""What several families of trackers declare alike: reported series, parameters, and the state of a single point.
+
+The state is a posterior over the vector of one point, or of one signal, by particles or a Gaussian.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -60,8 +63,6 @@ def hypotheses_cloud(states: Floats, log_weights: Floats, parents: Ints) -> Clou
     """
     return Cloud(states, log_weights, None if (parents < 0).all() else parents)
 
-
-# What several families of trackers let a person turn, declared once for all of them.
 
 LEARNED_MOTION = "Learned motion"
 
@@ -163,9 +164,6 @@ def correlated_changes(*, trackers: tuple[str, ...]) -> Any:  # noqa: ANN401
         group=LEARNED_MOTION,
         trackers=trackers,
     )
-
-
-# The state of trackers that follow one point, or one signal: a posterior over a vector, by particles or a Gaussian.
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Pieces of drawings that experiments share."""
+"""Pieces of drawings that experiments share, and what is said of a target beside its surroundings."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,8 +93,6 @@ def uncertainty(mean: Floats, covariance: Floats, colour: Colour, layer: str, wi
     half_axes = 2.0 * np.sqrt(np.clip(values, 0.0, None))[:, None] * vectors.T
     return Ellipse(at_height(mean[None], 1.0)[0], half_axes.astype(np.float32), colour, width, layer)
 
-
-# What is said of a target beside its surroundings, before it is tracked, by whichever likelihood of places.
 
 LOOKS = 9
 """Pictures that are looked at, the first included, evenly over a second."""

@@ -28,8 +28,6 @@ from pftrack.experiments.sine.scene import SignalParameters, SignalSource
 from pftrack.experiments.sine.trackers import FILTER_INTERFACE, TRACKERS, SignalTrackerParameters
 from pftrack.filters import kalman
 
-# What is said of the error of a signal, and where that is not so (docs/explanation/calibration.md).
-
 MODELLED = ("kalman", "condensation")
 ASSUMED, LAG = "assumed_noise_share", "kalman_lag"
 """Of `SineParameters`."""

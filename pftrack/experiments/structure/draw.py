@@ -1,4 +1,10 @@
-"""The points in the picture: where they are measured and how sure that is, where they were, and what the shape says."""
+"""The points in the picture, the shape in a world of its own, and how far it is from the true one.
+
+The error is taken up to an affine map, as Bando has it, and up to a similarity. In the world, whose unit is the size of
+the body, the shape is as it is believed to be, and the true one a ghost with it. Where the truth is known the shape is
+turned and moved onto it, but never mirrored: a shape whose depth is the wrong way round is to be seen as that. The
+camera goes round the body, which is at rest.
+"""
 
 from collections.abc import Mapping
 from functools import lru_cache
@@ -29,8 +35,6 @@ from pftrack.experiments.shared.sketch import at_height, circle
 from pftrack.experiments.structure.trackers import MIRROR, StructureState
 from pftrack.sources.tracks.recorded import BodyTarget
 from pftrack.vision.geometry.face import Similarity, fit_similarity
-
-# How far a shape is from the true one: up to an affine map, as Bando has it, and up to a similarity.
 
 SHARE = 100.0
 """Percent of the body's size."""
@@ -221,11 +225,6 @@ def _links(ends: Floats, colour: Colour, width: float, layer: str) -> Links:
     """Draw segments (n, 2, 2), px."""
     return Links(at_height(ends.reshape(-1, 2), 1.5).reshape(-1, 2, 3), colour, width, layer)
 
-
-# The shape in a world of its own, in sizes of the body: as it is believed to be, and the true one as a ghost with it.
-#
-# Where the truth is known the shape is turned and moved onto it, but never mirrored: a shape whose depth is the wrong
-# way round is to be seen as that. The camera goes round the body, which is at rest.
 
 RADIUS = 2.4
 CAMERA_AT, CAMERA_TO = 2.3, 1.9

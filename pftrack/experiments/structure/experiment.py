@@ -2,7 +2,8 @@
 
 What a tracker sees are tracks, positions of points with the variances of their noise, and no picture. Which shape they
 belong to is found frame by frame: by singular values, for which a hidden point counts as much as one that is seen; by
-variational Bayes, which knows the noise of each; and by the project's own recursion.
+variational Bayes, which knows the noise of each; and by the project's own recursion. `docs/explanation/calibration.md`
+has the bands of the shape's points.
 """
 
 import math
@@ -45,8 +46,6 @@ from pftrack.experiments.structure.trackers import TRACKERS, StructureState
 from pftrack.sources.tracks.recorded import BodyTarget, RecordedTracks, body_of
 from pftrack.sources.tracks.sequence import TrackSequence
 from pftrack.vision.structure.tracks import FEWEST_POINTS
-
-# How sure a shape's points are said to be, and where that is not so (docs/explanation/calibration.md).
 
 WHOLE = (
     "The ellipsoid of a point also says how unsure place, size and rotation of the whole are, which are no errors of "

@@ -1,7 +1,8 @@
-"""The methods, frame by frame: each makes a shape of what was seen, as far as there is one, and says how sure it is.
+"""The methods by which a body's shape is found, frame by frame: each says what shape there is and how sure it is.
 
 A method's belief is a value of its own kind. One that finds another's begins again with the frames that are kept, so
-that methods may take over from one another in mid-run.
+that methods may take over from one another in mid-run: every method may go back to the last frames of the tracks, the
+plain one to what counts of all of them.
 """
 
 import math
@@ -28,10 +29,6 @@ from pftrack.vision.structure.recursive import (
 )
 from pftrack.vision.structure.tracks import FEWEST_VIEWS, Tracks
 from pftrack.vision.structure.variational import Forgetting, Online, strengths_of, transform_covariances
-
-# What every method may go back to: the last frames of the tracks, and what counts of all of them for the plain one.
-#
-# So a method that takes over in mid-run begins with what the others have seen.
 
 LONGEST = 180
 """How many frames are kept at most."""
@@ -100,8 +97,6 @@ def take(seen: Observed, positions: Floats, variances: Floats) -> Observed:
 def _append(rows: Floats, row: Floats) -> Floats:
     return np.concatenate([rows[max(0, len(rows) + 1 - LONGEST) :], row[None]])
 
-
-# What can be turned on the trackers of a body's shape.
 
 METHOD, CAMERA, SCORING = "Method", "Assumed camera", "Scoring"
 WINDOWED = ("online", "informed")

@@ -1,7 +1,10 @@
-"""Trackers of a body's shape: where its points were seen in each frame, and what shape that makes.
+"""Trackers of a body's shape, by name, and the shape in one frame of reference with the camera that sees it there.
 
-- `parameters`: what can be turned; `observed`: what all methods keep of the frames;
-- `methods`: the methods of `pftrack.vision.structure` behind one protocol, frame by frame;
+One step serves all trackers, which differ in the method (`methods`), and what they believe has one form. A shape is
+known up to a similarity, and one from affine cameras up to a mirror image as well. Here it is moved to its centre and
+scaled to unit size; frame 0 says what is upright, and from there on each shape is turned onto the last one. Which of
+the two mirror images it is, a camera at a finite distance tells, since what is near looks larger: both predict each
+frame as a pinhole sees them, and the log densities are summed up. Far away both predict alike, and it stays open.
 """
 
 import math
@@ -41,14 +44,6 @@ from pftrack.vision.structure.cameras import evidence, fit_camera, frontal
 from pftrack.vision.structure.growing import Growing, find_right
 from pftrack.vision.structure.tracks import check_view
 from pftrack.vision.structure.variational import transform_covariances
-
-# A shape in one frame of reference, whatever method it comes from, and the camera that sees it there.
-#
-# A shape is known up to a similarity, and one from affine cameras up to a mirror image as well. Here it is moved to its
-# centre and scaled to unit size; frame 0 says what is upright, and from there on each shape is turned onto the last
-# one. Which of the two mirror images it is, a camera at a finite distance tells, since what is near looks larger: both
-# predict each frame as a pinhole sees them, and the log densities are summed up. Far away both predict alike, and it
-# stays open.
 
 ROUNDS = 20
 TURN_PRECISION = 100.0
@@ -204,9 +199,6 @@ def _evidence(shape: Placed, rows: Floats, precisions: Floats, focal_px: float) 
     return evidence(focal_px, shape.camera, shape.points, rows, precisions, shape.camera, TURN_PRECISION)
 
 
-# What is believed of a body after a frame, in the same form for all methods.
-
-
 @dataclass(frozen=True, eq=False)
 class StructureState:
     """The belief after a frame, immutable; the estimate is the shape.
@@ -251,8 +243,6 @@ class StructureState:
         """Return the shape's covariances and the camera, for a file."""
         return {"covariances": self.placed.covariances, "camera": self.placed.camera}
 
-
-# The trackers of a shape, by name: one step for all of them, which differ in the method.
 
 Method: TypeAlias = Callable[[Belief, frames.Observed, Prior, StructureTrackerParameters], Belief]
 View: TypeAlias = tuple[Floats, Floats]

@@ -1,9 +1,11 @@
-"""Whether one region contains another, which then need not be kept.
+"""One frame of a family of regions, and whether one region contains another, which then need not be kept.
 
 An ellipsoid lies in another if the greatest value of the other's quadratic over it is at most 1. That is a quadratic
 over a ball: with its eigenvalues l_i and slopes g_i it is the least mu + sum g_i^2 / (mu - l_i) + value at the centre,
 over all mu above the greatest l_i (the secular equation is where its derivative is zero). Every mu gives an upper
 bound, so whichever the search ends with, a yes is a proof.
+
+A frame predicts, observes, constrains and merges. What is observed is the caller's affair, so this knows no chain.
 
 Source: Shimada 1997, section 5.6, for the rule; the test of inclusion is our own.
 """
@@ -125,10 +127,6 @@ def _at_most_one(squares: Floats, slopes: Floats, distance: float) -> bool:
             least = middle
     return False
 
-
-# One frame of a family of regions: predict, observe, constrain, merge (Shimada 1997, section 5.6).
-#
-# What is observed is the caller's affair, so this knows no chain.
 
 MOST_REGIONS = 16
 """A region that would become more than there is room for is not split, which loses nothing."""

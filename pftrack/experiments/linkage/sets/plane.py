@@ -17,12 +17,11 @@ import numpy as np
 from pftrack.core.arrays import Bools, Floats, Ints
 from pftrack.core.numerics.compiled import compiled
 
-# An ellipsoid cut by a strip: the smallest ellipsoid of a family that contains what they have in common.
-#
-# The set {x : (x - c)' P^-1 (x - c) <= 1} and the strip |m'x - rho| <= w have no ellipsoid in common, but for every
-# L >= 0 the sum of the two inequalities, the second with the weight L, is one that contains all they share (Fogel and
-# Huang 1982). L = 0 leaves the ellipsoid as it is. The L of the least trace is the root of a cubic, the L of the least
-# volume that of a quadratic; both have one positive root or none.
+# An ellipsoid is cut by a strip: the smallest ellipsoid of a family contains what they have in common. For the set {x :
+# (x - c)' P^-1 (x - c) <= 1} and the strip |m'x - rho| <= w, and every L >= 0, the sum of the two inequalities, the
+# second with the weight L, is an ellipsoid that contains all they share (Fogel and Huang 1982). L = 0 leaves the
+# ellipsoid as it is. The L of the least trace is the root of a cubic, the L of the least volume that of a quadratic;
+# both have one positive root or none.
 #
 # Source: Shimada 1997, section 5.1, eqs. 5.3 to 5.16, with eq. 5.9 corrected and all scaled by m'Pm, and appendix C
 # (docs/methods/linkages.md).
@@ -305,10 +304,8 @@ def below(shortest: float, longest: float, factor: float, limit: float) -> tuple
     return (shortest, longest) if limit >= 0.0 else (1.0, -1.0)
 
 
-# Which feasible cells belong together: runs of neighbours in a grid of any dimension.
-#
 # Two cells are neighbours if they touch, at a corner at least: 2 in one dimension, 80 in four. What is apart in the
-# grid is apart in the world too, so each run may become a region of its own.
+# grid is apart in the world too, so each run of neighbours may become a region of its own.
 
 
 @compiled
@@ -369,8 +366,6 @@ def _increment(step: Ints) -> bool:
         step[axis] += 1
     return bool(axis >= 0)
 
-
-# Where a point of the picture can be that lies in several strips: a convex polygon, cut from a square by each side.
 
 FAR_PX = 1e6
 """Half the side of the square that stands for the plane."""

@@ -1,7 +1,8 @@
 """Regions: an ellipsoid and the box of its guides; what is possible is in both.
 
 For compiled code a region is one array (n + 3, n): the ellipsoid's centre, the low and the high guides, and the
-ellipsoid's shape matrix. So it is copied, passed on and kept in one piece.
+ellipsoid's shape matrix. So it is copied, passed on and kept in one piece. A region moves, strips cut it, and its two
+parts bound each other; all of these work in place and return whether anything is left.
 """
 
 from typing import NamedTuple
@@ -69,12 +70,10 @@ def contains(region: Floats, point: Floats, *, ellipsoids: bool = True) -> bool:
     return float((off * solve_system(shape + rounding * np.eye(len(off)), off)).sum()) <= 1.0 + slack
 
 
-# An ellipsoid after a bounded motion: an outer bound of the sum of two sets, and two constructions that are none.
-#
-# The sum of an ellipsoid and a ball is no ellipsoid. For every p > 0, (1 + 1/p) P + (1 + p) U contains it, where U is
-# the ball's shape, and p = sqrt(tr P / tr U) has the least trace (Kurzhanski and Valyi 1997). Shimada
-# prints P + du I, which is not even of one unit, and describes in words the ellipsoid whose semi-axes are each longer
-# by du, which touches the sum on the axes and lies inside it elsewhere. They are here for what they lose.
+# The sum of an ellipsoid and a ball is not an ellipsoid. For every p > 0, (1 + 1/p) P + (1 + p) U contains it, where U
+# is the ball's shape, and p = sqrt(tr P / tr U) has the least trace (Kurzhanski and Valyi 1997). Shimada prints P + du
+# I, which is not even of one unit, and describes in words the ellipsoid whose semi-axes are each longer by du, which
+# touches the sum on the axes and lies inside it elsewhere. They are here for what they lose.
 #
 # Source: Shimada 1997, section 5.3, eq. 5.31, corrected (docs/methods/linkages.md).
 
@@ -134,12 +133,11 @@ def _lengthen(shape: Floats, radius: float) -> None:
                 shape[i, j] += half * half * axes[k, i] * axes[k, j]
 
 
-# Guides: a box around an ellipsoid, which keeps what the ellipsoid cannot.
-#
-# An ellipsoid that contains a cut ellipsoid contains more than that, so a bound that was known gets lost in it again. A
-# box beside it does not forget: a bound of one coordinate, once proved, holds until that coordinate moves. Every strip
-# bounds each coordinate by where the others can be (interval contraction), and every side of the box is a strip for the
-# ellipsoid. Each of these steps keeps all points of the true intersection, in any order and however often.
+# Guides: an ellipsoid that contains a cut ellipsoid contains more than that, so a bound that was known gets lost in it
+# again. A box beside it does not forget: a bound of one coordinate, once proved, holds until that coordinate moves.
+# Every strip bounds each coordinate by where the others can be (interval contraction), and every side of the box is a
+# strip for the ellipsoid. Each of these steps keeps all points of the true intersection, in any order and however
+# often.
 #
 # Source: Shimada 1997, section 5.1; eqs. 5.17 and 5.18 are `shrink_to_extent`, the others are added.
 
@@ -228,11 +226,6 @@ def circumscribe(low: Floats, high: Floats, centre: Floats, shape: Floats) -> No
         shape[j, j] = (0.5 * (high[j] - low[j]) + SLACK) * total
 
 
-# What is done to a region of anything: let it move, cut it by strips, let its two parts bound each other.
-#
-# All work in place and return whether anything is left.
-
-
 @compiled
 def apply_strip(region: Floats, normal: Floats, least: float, most: float, ways: Ways) -> bool:
     """Cut a region (n + 3, n) by the strip least <= m'x <= most."""
@@ -310,11 +303,9 @@ def constrain(
     return settle(region, ways)
 
 
-# The observation of a link in the plane: from the cells that fit to strips, guides, and regions that split.
-#
-# The shown length r cos theta bends, so it is no strip. The cells of `cells` cover what fits; a strip across the
-# gradient of r cos theta that holds all their corners holds them. Where the cells fall apart into runs, the link may
-# lean either towards the camera or away from it, and each run makes a region.
+# The shown length r cos theta of a link in the plane bends, so it is not a strip. The cells of `plane` cover what fits;
+# a strip across the gradient of r cos theta that holds all their corners holds them. Where the cells fall apart into
+# runs, the link may lean either towards the camera or away from it, and each run makes a region.
 #
 # Source: Shimada 1997, section 5.2, eqs. 5.22 to 5.25, section 5.6 and appendix D, eq. D.4, corrected
 # (docs/methods/linkages.md).

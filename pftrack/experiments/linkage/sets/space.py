@@ -3,10 +3,12 @@
 A link of length r in the direction theta of a plane that a rotation turns shows r a_k, k = 1, 2, where a is the image
 of its unit vector: a_k = R_k1 cos theta + R_k2 sin theta. The cells are those of a grid over the rotation vector and
 theta. Over a cell a_k stays within its slopes times the half widths, and 3/2 of their squares for what bends (no second
-derivative along a straight way is above 3); so no pose that fits is outside the cells. Points of a grid, which the
-Shimada has in their place, can miss what lies between them.
+derivative along a straight way is above 3); so no pose that fits is outside the cells. Points of a grid, which Shimada
+has in their place, can miss what lies between them.
 
-Source: Shimada 1997, sections 5.2 and 5.5, with cells in the place of points.
+A strip for each image coordinate, across the gradient of what is shown at the middle of the cells, holds all of them.
+
+Source: Shimada 1997, section 5.2, eqs. 5.22 to 5.25, and section 5.5, with cells in the place of points.
 """
 
 from typing import NamedTuple
@@ -243,13 +245,6 @@ def _section(white: Floats, slope: Floats, rest: float, reach: float, off: Float
     if nearest > 1.0 + SLACK:
         return middle, -np.inf
     return middle, np.sqrt(rest * max(1.0 - nearest * nearest, 0.0)) + SLACK
-
-
-# The observation of a link in space: the same as in the plane, with cells of the attitude as well.
-#
-# A strip for each image coordinate, across the gradient of what is shown at the middle of the cells, holds all of them.
-#
-# Source: Shimada 1997, section 5.2, eqs. 5.22 to 5.25, and section 5.5.
 
 
 @compiled

@@ -1,4 +1,4 @@
-"""Beliefs in where the points of a solid are, and how the solid stands.
+"""Beliefs in where the points of a solid are, and how the solid stands; and what is known of the solid beforehand.
 
 Below are the points, each with particles of its own or all of them together; above is the solid. The members differ in
 both: layers with an affine camera above, layers with a pinhole above, and the joint particles of the Rao-Blackwellised
@@ -22,8 +22,6 @@ from pftrack.core.numerics.random import Gaussian
 from pftrack.experiments.shared.pose.layered import Layered, Rival
 from pftrack.filters.affine import AffineBelief
 from pftrack.filters.rao_blackwell import RaoBlackwell
-
-# What is known beforehand of a solid that is tracked by its points, and of the camera before which it is.
 
 
 class Widths(NamedTuple):

@@ -1,4 +1,10 @@
-"""Pieces of drawings of a solid that is tracked by its points."""
+"""Pieces of drawings of a solid that is tracked by its points, and what is measured, plotted and said of its pose.
+
+A drawing has the picture stand behind the solid, clear of it, and the camera a focal length before the picture: so a px
+in the plane of the picture is a fixed number of mm there, and everything else has its true proportions. The pose is
+given as yaw, pitch and roll of the face (`pftrack.vision.geometry.face.gaze`), in degrees, each with its standard
+deviation and, where it is known, the truth.
+"""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -20,11 +26,6 @@ from pftrack.core.numerics.matrices import NEAREST_MM
 from pftrack.experiments.shared.pose.state import PoseState
 from pftrack.experiments.shared.sketch import at_height, uncertainty
 from pftrack.vision.geometry.face import gaze
-
-# Where a drawing shows a solid: over its place in the picture, and how high above it.
-#
-# A drawing has the picture stand behind the solid, clear of it, and the camera a focal length before the picture: so a
-# px in the plane of the picture is a fixed number of mm there, and everything else has its true proportions.
 
 CLEAR_RADII = 1.5
 """How far behind a solid's origin its picture is drawn, in radii of its points: a head is larger than its features."""
@@ -217,12 +218,8 @@ def dashes(segments: NDArray[np.float32], colour: Colour, width: float, layer: s
     return Links(broken.astype(np.float32), colour, width, layer)
 
 
-# What an experiment measures of every frame in which a pose is estimated, beside error and estimate.
-#
-# The pose is given as yaw, pitch and roll of the face (`geometry.gaze`), in degrees, each with its standard deviation
-# and, where it is known, the truth. Of each feature: its distance from the truth, and whether it is hidden. Whether the
-# truth lies in the central 50 % and 95 % of the posterior is written down for each angle, in the order (theta_x,
-# theta_y, theta_z): over many frames it should, as often as that.
+# Whether the truth lies in the central 50 % and 95 % of the posterior is written down for each angle, in the order
+# (theta_x, theta_y, theta_z): over many frames it should, as often as that.
 
 ANGLES = ("yaw", "pitch", "roll")
 THETA = ("theta_x", "theta_y", "theta_z")
@@ -345,8 +342,6 @@ def _gaze_sd(state: PoseState) -> Floats:
 def _numbers(values: Floats | Bools) -> tuple[float, ...]:
     return tuple(np.asarray(values, dtype=np.float64).tolist())
 
-
-# What is said of the error of a pose, and where that is not so (docs/explanation/calibration.md).
 
 BANDS = (FlagBand("angles", {HALF: "within_50", MOST: "within_95"}),)
 

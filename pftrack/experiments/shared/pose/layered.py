@@ -273,13 +273,11 @@ def _update_by_agreement(
     return upper
 
 
-# Two filters of the same features: one takes them all for visible, the other doubts those that look like nothing.
-#
 # A feature that looks like nothing is covered, or the solid has moved and its pose is behind. One frame does not tell
-# which: who believes the features follows every cover, and who doubts them stands still before a head that turns in
-# an unexpected way. So both accounts are kept, each as a filter with a pose of its own, and as they part the pictures
+# which: who believes the features follows every cover, and who doubts them stands still before a head that turns in an
+# unexpected way. So both accounts are kept, each as a filter with a pose of its own, and as they part the pictures
 # decide. It is a filter of multiple models (Blom & Bar-Shalom, IEEE Transactions on Automatic Control 33, 1988) without
-# mixing, since the mean of two poses of which one is wrong is wrong as well.
+# mixing, since the mean of two poses is wrong where one of them is.
 #
 # The log odds of the two are those of how well all features look like themselves where either pose has them, discounted
 # from frame to frame. A feature that looks like nothing in either place counts for neither, so that a cover does not.

@@ -1,7 +1,7 @@
-"""The methods by which a solid's points are tracked, whatever they look like.
+"""The methods by which a solid's points are tracked, whatever they look like, and what they report.
 
 `pf-asd` draws each feature's particles from two predictions and adapts their shares; `alpha-1` and `alpha-0` keep to
-one of them; `rb-pf` samples all features at once. A family of trackers (`prism`, `head`) brings the solid and the
+one of them; `rb-pf` samples all features at once. A family of trackers (the prism, the head) brings the solid and the
 likelihood and leaves the rest to `begin` and `advance`. The methods understand each other's beliefs, so that one may
 take over from another in mid-run.
 """
@@ -306,9 +306,6 @@ def _camera(solid: Solid, positions: Floats, theta: Floats) -> Floats:
     """Return the affine camera (2, 4) that sees a solid of this pose with the middle of its features in theirs."""
     slopes = product(solid.reference[:, :3], rotation(theta))
     return np.column_stack([slopes, positions.mean(axis=0) - product(slopes, solid.points_mm.mean(axis=0))])
-
-
-# What trackers of a solid's points report beside the pose: of their particles, and of each feature.
 
 
 def report(method: Method, features: tuple[str, ...]) -> tuple[Series, ...]:

@@ -1,4 +1,4 @@
-"""Particles of a solid's whole pose: what a filter in a file believes of it."""
+"""Particles of a solid's whole pose or of its points: what poses are worth by the points, and by which of them."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -136,8 +136,6 @@ class PoseParticles:
         return self.particles.nbytes + self.positions.nbytes + 1024
 
 
-# The particles of a solid's points, laid open for whoever wants to look at one of them.
-
 SAMPLERS = ("the solid's pose", "the feature's own past")
 """What draws the particles of a point: those of the first have no parents."""
 
@@ -194,8 +192,6 @@ def _apart(names: tuple[str, ...], belief: Layers[object]) -> Cloud:
         log_likelihoods=None if said is None else said.ravel(),
     )
 
-
-# What whole poses are worth by what their points are: the likelihood of a family's points, to be asked at any pose.
 
 COMPONENTS = (
     Component("theta x", "rad"),
@@ -281,8 +277,6 @@ def _put(state: PoseState, one: Floats, places: Floats) -> Floats:
     states[:, 3:5] = (places - state.solid.principal_px) * one[5] / state.solid.focal_px
     return states
 
-
-# What each point of a solid contributes to its pose, for people who look into a frame.
 
 LONGER = 5.0
 """Factor by which arrows are longer than what they show, which is a pixel or two."""

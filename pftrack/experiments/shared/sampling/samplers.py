@@ -1,4 +1,16 @@
-"""The trackers of the loop by name: the rules by which they choose, how they go on, and what they report."""
+"""The trackers of the loop by name: the rules by which they choose, what they weigh by, and what they report.
+
+They need little of frames and of the states that other methods have left. A family of trackers reuses the loop with a
+`Likelihood` of its own, any compiled likelihood of pictures with its parameters packed for compiled code:
+
+    class Brightness(NamedTuple):
+        level: float
+
+    @compiled
+    def log_likelihood(image_rgb, states, brightness): ...
+
+    LIKELIHOOD = Likelihood(log_likelihood, lambda parameters: Brightness(...))
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -20,8 +32,6 @@ from pftrack.experiments.shared.sampling.loop import LogLikelihood, Loop, Rule, 
 from pftrack.experiments.shared.sampling.parameters import SamplingParameters
 from pftrack.filters.particles import ParticleSet
 from pftrack.filters.resampling import RESAMPLERS
-
-# What all trackers of pictures by particles need of a frame, and of a state that another method has left.
 
 
 def particles_of(state: PointState, parameters: SamplingParameters, rng: Stream) -> ParticleSet:
@@ -254,14 +264,6 @@ def _measure_both(
     state: PointState,
 ) -> Mapping[str, SeriesValue]:
     return {**first(state), **second(state)}
-
-
-# What the loop weighs particles by: any compiled likelihood of pictures, with its parameters packed for compiled code.
-#
-# A family of trackers reuses the loop with a `Likelihood` of its own:
-#
-#
-#
 
 
 @dataclass(frozen=True)
