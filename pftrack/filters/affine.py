@@ -1,8 +1,9 @@
 """An upper layer on the affine camera: its eight entries by a Kalman filter, the pose from them by another filter.
 
-The state is the 2 x 4 camera P of `geometry.camera` and its predecessor, P_t = 2 P_{t-1} - P_{t-2} + noise. A feature
-at X_n is seen at P (X_n; 1), which is linear in the entries, so the filter is exact for this model (Bando 2007, ch. 4
-section 3.1). The rows of P do not interact: there is one filter of eight components for x and one for y.
+The state is the 2 x 4 camera P of `pftrack.core.numerics.matrices` and its predecessor,
+P_t = 2 P_{t-1} - P_{t-2} + noise. A feature at X_n is seen at P (X_n; 1), which is linear in the entries, so the filter
+is exact for this model (Bando 2007, ch. 4 section 3.1). The rows of P do not interact: there is one filter of eight
+components for x and one for y.
 
 What makes it fail: the measured positions are means of particles that may themselves have been drawn from this layer's
 prediction, so that information is counted twice. If all of them always are, and the picture says little, the layer

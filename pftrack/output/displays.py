@@ -390,12 +390,12 @@ def summary_lines(run: Run) -> dict[str, str]:
         if run.explained is not None and run.explained.diagnosis.frame == diagnosis.frame:
             lines["What if"] = run.explained.what_if.sentence
     if made.verdict.mean_error is not None:
-        lines["Mean error"] = _with_unit_run(quantity(made.verdict.mean_error, experiment.unit), experiment.unit)
+        lines["Mean error"] = _append_unit(quantity(made.verdict.mean_error, experiment.unit), experiment.unit)
     for measure in experiment.run_measures:
         value = made.measures.get(measure.name)
         if value is not None:
             share = measure.how == "share"
-            words = f"{100 * value:.0f} %" if share else _with_unit_run(quantity(value, measure.unit), measure.unit)
+            words = f"{100 * value:.0f} %" if share else _append_unit(quantity(value, measure.unit), measure.unit)
             lines[measure.title] = words
     lines |= {TITLES[direction]: reason for direction, reason in made.miscalibration.items()}
     footage = run.setup.footage
@@ -427,7 +427,7 @@ def _picture(run: Run, drawing: Drawing) -> str:
     return f"data:image/jpeg;base64,{base64.b64encode(file.tobytes()).decode()}"
 
 
-def _with_unit_run(words: str, unit: str) -> str:
+def _append_unit(words: str, unit: str) -> str:
     return f"{words} {unit}".strip()
 
 

@@ -266,7 +266,7 @@ def _of_parameters(runs: Sequence[Run], spans: Sequence[tuple[int, int]]) -> Ite
         yield Setting(
             name,
             declaration.title,
-            tuple(None if course is None else _in_words_settings(declaration, course) for course in courses),
+            tuple(None if course is None else _course_in_words(declaration, course) for course in courses),
         )
 
 
@@ -297,7 +297,7 @@ def _course(steps: Iterable[tuple[int, Value]], span: tuple[int, int]) -> Steps:
     return tuple(kept)
 
 
-def _in_words_settings(declaration: Declaration, steps: Steps) -> str:
+def _course_in_words(declaration: Declaration, steps: Steps) -> str:
     """Return the values of a parameter over time: "800, 200 from frame 57 on"."""
     return _over_time(steps, lambda value: _format_value(declaration, value))
 
@@ -496,7 +496,7 @@ class Comparison:
         yield Paired(0, other, "error", "Error", self.unit, "lower", *paired_difference(*map(_errors, rows)))
         measure = _decisive(runs[0])
         if measure.name == _decisive(runs[1]).name:
-            found = paired_difference(*(_values_comparison(run, each) for run, each in zip(runs, rows, strict=True)))
+            found = paired_difference(*(_decisive_values(run, each) for run, each in zip(runs, rows, strict=True)))
             if found[0]:
                 yield Paired(0, other, measure.name, measure.title, "", measure.better, *found)
 
@@ -509,7 +509,7 @@ def _describe(setting: Setting, place: int) -> str:
 def _outcome(run: Run, rows: Sequence[Diagnostics], lost: Bools) -> Outcome:
     if not rows:
         return Outcome(np.nan, np.nan, None, 0)
-    errors, values = _errors(rows), _values_comparison(run, rows)
+    errors, values = _errors(rows), _decisive_values(run, rows)
     known, counted = errors[~np.isnan(errors)], values[~np.isnan(values)]
     gone = np.flatnonzero(lost)
     return Outcome(
@@ -529,7 +529,7 @@ def _decisive(run: Run) -> Measure:
     return run.experiment.measure_named(run.setup.success)
 
 
-def _values_comparison(run: Run, rows: Sequence[Diagnostics]) -> Floats:
+def _decisive_values(run: Run, rows: Sequence[Diagnostics]) -> Floats:
     """Return what that measure says of each frame, 1 or 0, NaN where it is not known."""
     course = evaluated_run(run.experiment, rows)
     return _decisive(run).values(course)

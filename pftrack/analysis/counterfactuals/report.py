@@ -375,7 +375,7 @@ def what_if(
     """Try what would have saved a run, and yield the report again and again as it grows.
 
     Whoever has seen enough stops asking: each report holds for what has been tried, and whoever goes on later gives
-    what is known. Several may share the work, each with its part of the changes; `report.join` puts their reports
+    what is known. Several may share the work, each with its part of the changes; `join` puts their reports
     together.
 
     Args:

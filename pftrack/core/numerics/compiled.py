@@ -4,8 +4,8 @@ Serial because the loops are microseconds long, where starting threads costs mor
 only the first start pays for compilation.
 
 Every operation is done as it is written: none is reordered or fused, since what is compiled decides about a run's
-numbers. A sum is therefore not vectorised by itself; `sums.inner_product` and `sums.total` are vectorised sums whose
-order is part of their definition. What processor is compiled for is settled by `pftrack.core.numerics.machine`.
+numbers. A sum is therefore not vectorised by itself; `pftrack.core.numerics.matrices` has vectorised sums whose order
+is part of their definition. What processor is compiled for is settled by `pftrack.core.numerics.machine`.
 
 A compiled function contains those that it calls, also from other files, but Numba's cache looks only at its own file.
 So what is kept is marked with the content of all files that a function was made of, and what has another mark is

@@ -329,7 +329,7 @@ def _least_squares(slopes: Floats, wanted: Floats) -> tuple[Floats, bool]:
 RIGHT_ANGLE = 1e-15
 """The cosine of two columns below which they are at right angles."""
 
-SINGULAR_MOST_ROUNDS = 60
+MOST_SWEEPS = 60
 """Six to ten are enough for the matrices that are met here."""
 
 
@@ -373,7 +373,7 @@ def orthogonalise(rows: Floats) -> tuple[Floats, Floats]:
     count, size = rows.shape
     turned = rows.copy()
     turn = np.eye(count)
-    for _ in range(SINGULAR_MOST_ROUNDS):
+    for _ in range(MOST_SWEEPS):
         done = True
         for i in range(count):
             for j in range(i + 1, count):

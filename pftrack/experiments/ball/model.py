@@ -137,7 +137,7 @@ def initial_dynamics(parameters: LoopParameters, size: tuple[int, int]) -> Linea
     return autoregression(turn * one, -one, (2 - turn) * np.array(size) / 2, spread)
 
 
-def motion_dynamics(state: PointState, parameters: LoopParameters, size: tuple[int, int]) -> LinearDynamics:
+def dynamics_of(state: PointState, parameters: LoopParameters, size: tuple[int, int]) -> LinearDynamics:
     """Return the model in force: what was learned, or the initial one.
 
     Args:
@@ -215,7 +215,7 @@ def step_unscented(state: PointState, frame: Frame, parameters: BallTrackerParam
     particles = particles_of(state, parameters, rng)
     posterior = unscented_particle.step(
         particles,
-        motion_dynamics(state, parameters, size),
+        dynamics_of(state, parameters, size),
         lambda states: chromaticity.log_likelihood(image, states, model, parameters.background_level),
         rng,
         measurement=chromaticity.centroid(image, model),
@@ -244,7 +244,7 @@ def step_kalman(state: PointState, frame: Frame, parameters: BallTrackerParamete
     image = picture_of(frame)
     size = size_of(image)
     state = with_learner(state, size, parameters)
-    posterior = kalman.predict(state.posterior, motion_dynamics(state, parameters, size))
+    posterior = kalman.predict(state.posterior, dynamics_of(state, parameters, size))
     measurement = chromaticity.centroid(image, colour_model(parameters))
     log_evidence, normalised = 0.0, None
     if measurement is not None:
@@ -265,9 +265,7 @@ def _centroid_parts(
     if measurement is None or frame.index == 0:
         return ()
     size = size_of(image)
-    predicted = kalman.predict(
-        before.posterior, motion_dynamics(with_learner(before, size, parameters), parameters, size)
-    )
+    predicted = kalman.predict(before.posterior, dynamics_of(with_learner(before, size, parameters), parameters, size))
     noise = parameters.measurement_noise_px**2 * np.eye(TRACKED)
     innovation = kalman.innovate(predicted, measurement, np.eye(TRACKED, 2 * TRACKED), noise)
     return innovation_parts(("u", "v"), "px", measurement, innovation)
@@ -290,7 +288,7 @@ def _chains(
     if parameters.learn_dynamics or state.learner is not None:
         return None
     images, model = [picture_of(frame) for frame in frames], colour_model(parameters)
-    dynamics = motion_dynamics(state, parameters, size_of(images[0]))
+    dynamics = dynamics_of(state, parameters, size_of(images[0]))
     centroids = [chromaticity.centroid(image, model) for image in images[1:]]
     chain = LinearChain.steady(
         state.posterior.mean,
@@ -342,7 +340,7 @@ KALMAN = Tracker(
 def _propagate(
     state: PointState, states: Floats, frame: Frame, parameters: BallTrackerParameters, rng: Generator
 ) -> Floats:
-    dynamics = motion_dynamics(state, parameters, size_of(picture_of(frame)))
+    dynamics = dynamics_of(state, parameters, size_of(picture_of(frame)))
     means = dynamics.predict(states)
     return dynamics.diffuse(rng, means, np.arange(len(states)))
 

@@ -165,7 +165,7 @@ def _loop(
 
 
 def _motion(state: PointState, parameters: LoopParameters, size: tuple[int, int]) -> Motion:
-    dynamics = model.motion_dynamics(state, parameters, size)
+    dynamics = model.dynamics_of(state, parameters, size)
     return Motion(dynamics.transition, dynamics.offset, dynamics.noise, noise(parameters.large_process_noise_px))
 
 

@@ -226,7 +226,7 @@ FOREARM = 0.6
 """How much of it is shown, palm axes."""
 BONE = 0.03
 """Half the width of a ghost's bones, palm axes."""
-WORLD_FAINTEST = 0.12
+FAINTEST_GHOST = 0.12
 
 
 def hand_world(state: HandState, shown: int, target: object) -> WorldDrawing:
@@ -301,7 +301,7 @@ def _ghosts(state: HandState, shown: int, upright: Floats) -> dict[str, Primitiv
         chain = np.concatenate([np.zeros((5, 1, 3)), places], axis=1) + offset @ upright.T
         starts.append(chain[:, :-1].reshape(-1, 3))
         ends.append(chain[:, 1:].reshape(-1, 3))
-        opacities.append(np.full(20, WORLD_FAINTEST + (1.0 - WORLD_FAINTEST) * weight))
+        opacities.append(np.full(20, FAINTEST_GHOST + (1.0 - FAINTEST_GHOST) * weight))
     firsts = np.concatenate(starts)
     vertices, faces = capsules(firsts, np.concatenate(ends), np.full((len(firsts), 2), BONE))
     each = len(vertices) // max(len(firsts), 1)

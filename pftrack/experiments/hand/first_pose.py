@@ -25,7 +25,7 @@ from pftrack.core.geometry.polygons import fill
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.elementary import exponential, logarithm, sines_cosines
 from pftrack.experiments.hand.fingers import HandFeatures, Protrusion
-from pftrack.experiments.hand.shape import FINGERS as SHAPE_FINGERS
+from pftrack.experiments.hand.shape import FINGERS as FINGER_NAMES
 from pftrack.experiments.hand.shape import HIGH, LOW, MODEL, HandShape, finger_slice, joints, open_pose, parts
 
 # The flat hand is fitted by where it is and how large, and by how this person's hand differs from the model: the palm's
@@ -499,7 +499,7 @@ def _check(hand: FlatHand, misfit: float, *, marked: bool) -> tuple[str, ...]:
             raise NoOpenHandError(f"{odd}: hold the palm to the camera, with the fingers straight and spread")
         remarks.append(odd)
     lengths = (hand.shape.phalanges / MODEL.phalanges).mean(axis=1)
-    for finger, length in zip(SHAPE_FINGERS, lengths.tolist(), strict=True):
+    for finger, length in zip(FINGER_NAMES, lengths.tolist(), strict=True):
         if not LENGTHS[0] < length < LENGTHS[1]:
             if not marked:
                 raise NoOpenHandError(

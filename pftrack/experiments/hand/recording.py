@@ -367,7 +367,7 @@ EVENTS = {
 }
 """By what is said of a silhouette; whatever else is said means that no hand fits."""
 
-FINDINGS_SERIES = (
+SILHOUETTE_SERIES = (
     Series("no_hand", "no hand", role="event", colours=("hidden",)),
     Series("flash", "flash of light", role="event", colours=("prediction",)),
     Series("two_hands", "two things", role="event", colours=("lost",)),
@@ -380,7 +380,7 @@ FINDINGS_SERIES = (
 def flags(state: HandState) -> Mapping[str, SeriesValue]:
     """Return which of these is so in a frame."""
     happened = EVENTS.get(state.finding, "no_fit") if state.finding else "no_finger" if not state.protrusions else ""
-    return {series.name: float(series.name == happened) for series in FINDINGS_SERIES}
+    return {series.name: float(series.name == happened) for series in SILHOUETTE_SERIES}
 
 
 def describe(state: HandState) -> str:

@@ -128,7 +128,7 @@ class HandSceneParameters(OverlayParameters):
 # The distance of each pixel from the silhouette's edge, positive inside, is taken together with smooth noise, and where
 # the sum is above 0 the hand is seen. So the edge moves by the noise, and what is thin stays whole.
 
-PAINTING_HAND, BACKGROUND = (224, 172, 138), (16, 20, 24)
+SKIN, BACKGROUND = (224, 172, 138), (16, 20, 24)
 """RGB. Any threshold of brightness between 25 and 175 tells them apart."""
 
 SMOOTH_PX = 2.0
@@ -168,7 +168,7 @@ def paint_silhouette(mask: Bools, noise_sd: float, seed: int, frame: int) -> NDA
         seed: Of the run.
         frame: Of the frame.
     """
-    image = np.where(mask[:, :, None], np.array(PAINTING_HAND, np.uint8), np.array(BACKGROUND, np.uint8))
+    image = np.where(mask[:, :, None], np.array(SKIN, np.uint8), np.array(BACKGROUND, np.uint8))
     if noise_sd > 0.0:
         noise = noise_sd * _normals(mask.shape, seed, frame, PIXELS)[:, :, None]
         image = np.clip(np.rint(image + noise), 0, 255).astype(np.uint8)

@@ -395,7 +395,7 @@ def _level(grey: NDArray[np.uint8], hand: Bools, otsu: int) -> int:
 # disc of the place that it leaves is all that would be lost without it; where that is little it is taken away, the
 # least first.
 
-THINNING_LEAST_SHARE = 0.33
+LEAST_GAIN_SHARE = 0.33
 """What a line adds at least, in radii of the disc that it leaves."""
 
 ACROSS, DOWN = np.array([0, 1, 1, 1, 0, -1, -1, -1]), np.array([-1, -1, 0, 1, 1, 1, 0, -1])
@@ -488,7 +488,7 @@ def free_lines(thin: NDArray[np.uint8], radii: NDArray[np.float32], least: float
                 continue
             x, y = float(column - found[first, 0]), float(row - found[first, 1])
             gain = np.sqrt(x * x + y * y) + radii[found[first, 1], found[first, 0]] - radii[row, column]
-            gain -= max(least, THINNING_LEAST_SHARE * radii[row, column])
+            gain -= max(least, LEAST_GAIN_SHARE * radii[row, column])
             if gain < worst_gain:
                 worst, worst_gain = line, gain
         if worst < 0:

@@ -369,7 +369,7 @@ def with_lenses(mesh: HeadMesh, model: FaceModel) -> HeadMesh:
 
 
 def with_sunglasses(texture: NDArray[np.float32], model: FaceModel) -> NDArray[np.float32]:
-    """Return a texture with dark lenses, rims, a bridge and temples; arguments as `texture.albedo` has them."""
+    """Return a texture with dark lenses, rims, a bridge and temples; arguments as `albedo` has them."""
     rows, columns = texture.shape
     x, y = np.meshgrid(LEFT_MM + STEP_MM * np.arange(columns), TOP_MM + STEP_MM * np.arange(rows))
     radius = _lens_radius(x, y, model)

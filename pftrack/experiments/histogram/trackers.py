@@ -40,7 +40,7 @@ from pftrack.experiments.shared import reports
 from pftrack.experiments.shared.beliefs import FilterInterface, Update
 from pftrack.experiments.shared.sampling.loop import Loop, Motion, Rule
 from pftrack.experiments.shared.sampling.samplers import SAMPLERS, advance, fold, particles_of, picture_of, scheme
-from pftrack.experiments.shared.sampling.samplers import measure_particles as measure_particles_of_samplers
+from pftrack.experiments.shared.sampling.samplers import measure_particles as measure_sampling
 from pftrack.filters.particles import ParticleSet, normalise
 from pftrack.filters.resampling import systematic
 from pftrack.vision.likelihoods.counting import bin_table
@@ -191,7 +191,7 @@ def search(
     return replace(begun, likeness=float(found.flat[best]))
 
 
-def start_step(target: Target, frame: Frame, parameters: HistogramTrackerParameters, rng: Stream) -> HistogramState:
+def start_window(target: Target, frame: Frame, parameters: HistogramTrackerParameters, rng: Stream) -> HistogramState:
     """Begin at a known place: particles around it, weighed by the first picture."""
     image = picture_of(frame)
     look = first_look(image, target.position, parameters)
@@ -214,7 +214,7 @@ def start_step(target: Target, frame: Frame, parameters: HistogramTrackerParamet
     return judge(begun, image, parameters)
 
 
-def step_step(
+def step_window(
     rule: Rule, state: HistogramState, frame: Frame, parameters: HistogramTrackerParameters, rng: Stream
 ) -> HistogramState:
     """Take one frame by prediction, by observation, or by what the rule makes of the last posterior."""
@@ -298,8 +298,8 @@ def _searching(state: HistogramState) -> bool | None:
 
 _BY_NAME = {
     sampler.name: sampler.tracker(
-        start_step,
-        partial(step_step, sampler.rule),
+        start_window,
+        partial(step_window, sampler.rule),
         partial(fold_loop, sampler.rule),
         PARTICLE_SERIES,
         measure_particles,
@@ -345,7 +345,7 @@ def _believe(
 
 
 def _measure(state: HistogramState) -> dict[str, SeriesValue]:
-    return {**measure_particles_of_samplers(state), **measure(state)}
+    return {**measure_sampling(state), **measure(state)}
 
 
 FILTER_INTERFACE = FilterInterface(
@@ -353,7 +353,7 @@ FILTER_INTERFACE = FilterInterface(
     observed="frame.image_rgb is the picture, (height, width, 3), 0 to 255; u counts its columns, v its rows",
     example="pftrack.experiments.histogram.example_filter",
     reads="condensation",
-    start=start_step,
+    start=start_window,
     particles=particles_of,
     propagate=_propagate,
     believe=_believe,

@@ -421,7 +421,7 @@ def lengths_world(
         text = f"link {link + 1}"
         drawn[f"name {link + 1}"] = Text(place.astype(np.float32), text, COLOURS["camera"], "axes", "middle")
     for number, one in enumerate(list_hypotheses(state)[:MOST_SHOWN]):
-        drawn |= _extent_lengths(f"{number}", one, middle, half)
+        drawn |= _box_of_lengths(f"{number}", one, middle, half)
     if len(cloud := particles(state)):
         places = (cloud[:, -LINKS:] - middle) / half
         near = places[np.sqrt(np.square(places).sum(axis=1)) < RADIUS].astype(np.float32)
@@ -435,7 +435,7 @@ def lengths_world(
     return WorldDrawing(LENGTHS_WORLD, drawn)
 
 
-def _extent_lengths(name: str, one: ShownHypothesis, middle: Floats, half: Floats) -> dict[str, Primitive]:
+def _box_of_lengths(name: str, one: ShownHypothesis, middle: Floats, half: Floats) -> dict[str, Primitive]:
     """Draw the box and the ellipsoid of a hypothesis, as far as they are near."""
     colour = pale(COLOURS["prediction"], one.weight)
     low, high = ((ends[LINKS:] - middle) / half for ends in (one.low, one.high))

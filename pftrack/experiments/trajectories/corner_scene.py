@@ -120,12 +120,12 @@ FRAMES = 60
 STEPS = 64
 """Shifts are whole numbers of such parts of a pixel."""
 
-CORNERS_MOTION_WALL, CORNERS_MOTION_BOOK, BOX = range(3)
+ON_WALL, ON_BOOK, ON_BOX = range(3)
 """The surfaces, the rear one first; the book is in front of the box."""
 
 CORNERS_PX: Floats = np.array([[0.0, 0.0], [40.0, 150.0], [235.0, 40.0]])
 SIZES_PX: Floats = np.array([[0.0, 0.0], BOOK_PX, BOX_PX])
-FRONT_TO_REAR = (CORNERS_MOTION_BOOK, BOX)
+FRONT_TO_REAR = (ON_BOOK, ON_BOX)
 
 
 def shifts_px(phases: Floats) -> Floats:
@@ -154,7 +154,7 @@ class SceneMotion:
 
     def surfaces(self, points: Floats, born: Ints) -> Ints:
         """Return on which surface each point (K, 2) of a frame's picture is, given its frame (K,)."""
-        found = np.full(len(points), CORNERS_MOTION_WALL, np.int64)
+        found = np.full(len(points), ON_WALL, np.int64)
         for surface in reversed(FRONT_TO_REAR):
             found[self.inside(surface, points, born, 0.0)] = surface
         return found
@@ -176,9 +176,7 @@ class SceneMotion:
         now, surfaces = self.path(points, index, first), self.surfaces(points, first)
         book, box = (self.inside(surface, now, frames, margin_px) for surface in FRONT_TO_REAR)
         on_book, on_box = (self.inside(surface, now, frames, -margin_px) for surface in FRONT_TO_REAR)
-        seen = np.where(
-            surfaces == CORNERS_MOTION_BOOK, on_book, np.where(surfaces == BOX, on_box & ~book, ~book & ~box)
-        )
+        seen = np.where(surfaces == ON_BOOK, on_book, np.where(surfaces == ON_BOX, on_box & ~book, ~book & ~box))
         return np.asarray(~seen)
 
 
@@ -275,7 +273,7 @@ class CornerSource:
         shifts = shifts_px(_phases(index, history)[-1:])[0]
         lattice = wall(self._seed, parameters.wall_pitch_px, parameters.wall_contrast)
         grey, _ = _move(lattice, shifts[0] - WALL_MARGIN_PX)
-        for surface, texture in ((BOX, box(self._seed)), (CORNERS_MOTION_BOOK, book(self._seed))):
+        for surface, texture in ((ON_BOX, box(self._seed)), (ON_BOOK, book(self._seed))):
             light, share = _move(texture, CORNERS_PX[surface] + shifts[surface])
             grey = grey * (1.0 - share) + light
         stream = Stream(self._seed, index, Purpose.SCENE)
@@ -291,7 +289,7 @@ class CornerSource:
         """Return the corners to be followed: those that stay in sight, and points of the slanted line."""
         (x0, y0), (x1, y1) = LINE
         shares = (np.arange(parameters.false_corners) + 0.5) / max(parameters.false_corners, 1)
-        line = CORNERS_PX[CORNERS_MOTION_BOOK] + np.column_stack([x0 + shares * (x1 - x0), y0 + shares * (y1 - y0)])
+        line = CORNERS_PX[ON_BOOK] + np.column_stack([x0 + shares * (x1 - x0), y0 + shares * (y1 - y0)])
         found = find_corners(grey, revise(parameters, {"corner_count": MOST_FOUND}))
         motion = SceneMotion(shifts_px(np.arange(float(FRAMES))))
         points = np.concatenate([np.rint(line), found])
@@ -308,7 +306,7 @@ class CornerSource:
 def _of_all_surfaces(points: Floats, motion: SceneMotion, most: int) -> Ints:
     """Return the numbers of at most so many points, a third of them on each surface if there are, the first ones."""
     surfaces = motion.surfaces(points, np.zeros(len(points), np.int64))
-    order = [np.flatnonzero(surfaces == surface) for surface in (CORNERS_MOTION_WALL, BOX, CORNERS_MOTION_BOOK)]
+    order = [np.flatnonzero(surfaces == surface) for surface in (ON_WALL, ON_BOX, ON_BOOK)]
     share = -(-most // len(order))
     rest = np.sort(np.concatenate([numbers[share:] for numbers in order]))
     left = max(most - sum(min(len(numbers), share) for numbers in order), 0)

@@ -202,7 +202,7 @@ MIDDLE, HALF = (0.25, -0.75), (1.25, 1.25)
 """log10 of sigma and tau in the middle, px, and how far they are shown to either side: 0.1 to 32 px, 0.01 to 3.2 px."""
 
 STEPS = 21
-SCALES_HEIGHT, DEEPEST = 0.8, 30.0
+SURFACE_HEIGHT, DEEPEST = 0.8, 30.0
 """Of the surface at its top, and how far below the top, in natural logarithms, its foot is."""
 
 FRAMES = 64
@@ -218,13 +218,13 @@ TICKS = (
 )
 """What stands beside the axes, and where, px."""
 CROSS, POINT = 0.15, 0.1
-SCALES_RADIUS = 2.1
+WORLD_RADIUS = 2.1
 
 SCALES_WORLD = World(
     "scales",
     "Scales",
     "decades",
-    SCALES_RADIUS,
+    WORLD_RADIUS,
     middle=(0.0, 0.0, 0.0),
     up=(0.0, 0.0, 1.0),
     front=(0.0, -1.0, 0.0),
@@ -241,7 +241,7 @@ def scales_world(state: TrajectoriesState, parameters: TrajectoriesTrackerParame
         drawn[f"tick {number}"] = Text(place, text, COLOURS["camera"], "scales", "middle")
     track = state.raw[:FRAMES, state.selected][::-1] if state.raw.shape[1] else np.zeros((0, 2))
     if np.isfinite(track).all(axis=1).sum() > 2:
-        drawn["likelihood"] = _surface_scales(np.ascontiguousarray(track), float(parameters.start_spread_px))
+        drawn["likelihood"] = _likelihood_surface(np.ascontiguousarray(track), float(parameters.start_spread_px))
     laws = state.belief.laws(state.selected) if isinstance(state.belief, Cloud) else None
     if laws is None:
         drawn["given"] = Links(_cross(_place(given)), COLOURS["estimate"], 2.5, "scales")
@@ -250,7 +250,7 @@ def scales_world(state: TrajectoriesState, parameters: TrajectoriesTrackerParame
         order = np.argsort(-shares, kind="stable")[:MOST_POINTS]
         places = _place(logs[order] / (2.0 * np.log(10.0)))
         inside = places[(np.abs(places) <= HALF).all(axis=1)]
-        raised = np.column_stack([inside, np.full(len(inside), SCALES_HEIGHT + 0.05)]).astype(np.float32)
+        raised = np.column_stack([inside, np.full(len(inside), SURFACE_HEIGHT + 0.05)]).astype(np.float32)
         colours = np.tile(np.array(COLOURS["prediction"], np.uint8), (len(raised), 1))
         drawn["particles of the scales"] = Points(raised, colours, POINT, "scales")
     return WorldDrawing(SCALES_WORLD, drawn)
@@ -271,17 +271,17 @@ def _cross(place: Floats) -> NDArray[np.float32]:
     inside = np.clip(place, [-HALF[0], -HALF[1]], HALF)
     arms = CROSS * np.array([[[-1.0, 0.0], [1.0, 0.0]], [[0.0, -1.0], [0.0, 1.0]]])
     flat = inside + arms
-    return np.concatenate([flat, np.full((2, 2, 1), SCALES_HEIGHT + 0.05)], axis=2).astype(np.float32)
+    return np.concatenate([flat, np.full((2, 2, 1), SURFACE_HEIGHT + 0.05)], axis=2).astype(np.float32)
 
 
-def _surface_scales(track: Floats, start_sd: float) -> Mesh:
+def _likelihood_surface(track: Floats, start_sd: float) -> Mesh:
     """Draw the likelihood of a track (T, 2) over the plane, the higher and lighter the likelier."""
     across, up = (np.linspace(-half, half, STEPS) for half in HALF)
     x, y = (values.ravel() for values in np.meshgrid(across, up, indexing="ij"))
     noise, drive = (10.0 ** (2.0 * (values + middle)) for values, middle in zip((x, y), MIDDLE, strict=True))
     logs = log_likelihoods(track, noise, drive, start_sd)
     shares = np.clip(1.0 + (logs - logs.max()) / DEEPEST, 0.0, 1.0)
-    vertices = np.column_stack([x, y, SCALES_HEIGHT * shares]).astype(np.float32)
+    vertices = np.column_stack([x, y, SURFACE_HEIGHT * shares]).astype(np.float32)
     colours = np.array(VIRIDIS, np.uint8)[np.rint(shares * (len(VIRIDIS) - 1)).astype(np.int64)]
     return Mesh(vertices, _faces(), colours, 0.85, "scales")
 

@@ -18,13 +18,13 @@ from pftrack.core.numerics.statistics import chi_square, rank_sum
 from pftrack.output.figures.picture import save
 from pftrack.reproduce.ball.study import COARSE, SIXTEEN, Scene, Tally, cells, compare_cells, rows, tally
 from pftrack.reproduce.finding import CHOSEN, PROTOCOL, TRIALS, Finding, Unexplained, claim, compare, not_run
-from pftrack.reproduce.finding import FEWER as FINDING_FEWER
+from pftrack.reproduce.finding import FEWER as FEWER_TRIALS
 from pftrack.reproduce.pool import Pool
 from pftrack.sweep import Plan, Result
-from pftrack.sweep import compare as compare_of_sweep
+from pftrack.sweep import compare as compare_methods
 from pftrack.sweep.axis import Axis
 from pftrack.sweep.cells import CellMap, Code, quantity_named, samples, significance
-from pftrack.sweep.cells import cells as cells_of_cells
+from pftrack.sweep.cells import cells as map_cells
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -94,7 +94,7 @@ def coarse_map(pool: Pool, full: bool) -> list[Finding]:
     """
     scene = COARSE if full else replace(COARSE, layouts=4)
     table = rows(pool, scene.plan(tuple(POOLED), 10 if full else 1))
-    wider, ground = (1.0, PROTOCOL) if full else (QUICK_WIDER, FINDING_FEWER)
+    wider, ground = (1.0, PROTOCOL) if full else (QUICK_WIDER, FEWER_TRIALS)
     findings = []
     pooled: dict[str, float] = {}
     for tracker, (success, error, observed) in POOLED.items():
@@ -275,7 +275,7 @@ def draw(maps: Maps) -> "dict[str, Figure]":
 
 
 def _judge(maps: Maps, full: bool) -> list[Finding]:
-    found = cells_of_cells(maps.methods, RADIUS, WIDTH)
+    found = map_cells(maps.methods, RADIUS, WIDTH)
     hard, soft, noise = found["h-spf"], found["s-spf"], found["pc-pf"]
     findings = [
         claim(
@@ -304,14 +304,14 @@ def _judge(maps: Maps, full: bool) -> list[Finding]:
 
 def _count_tested(maps: Maps) -> list[Finding]:
     """Count the cells in which one is better at 1 %; one cell in a hundred may be so by chance."""
-    found = cells_of_cells(maps.methods, RADIUS, WIDTH)
+    found = map_cells(maps.methods, RADIUS, WIDTH)
     error = quantity_named(maps.methods.plan, "error")
     errors = samples(maps.methods, error, RADIUS, WIDTH)
     findings = []
     for other in ("s-spf", "pc-pf"):
         by_test = {
             "success, chi-square": significance(found["h-spf"], found[other]),
-            "error, rank-sum": compare_of_sweep(error, found, errors, "h-spf", other).significance(),
+            "error, rank-sum": compare_methods(error, found, errors, "h-spf", other).significance(),
         }
         for kind, tested in by_test.items():
             better, worse = (int((tested.codes == code).sum()) for code in (Code.FIRST_BETTER, Code.SECOND_BETTER))
@@ -322,8 +322,8 @@ def _count_tested(maps: Maps) -> list[Finding]:
 
 def _by_count(maps: Maps) -> list[Finding]:
     findings = []
-    middle = cells_of_cells(maps.methods, RADIUS, WIDTH)
-    fewer, more = cells_of_cells(maps.fewer, RADIUS, WIDTH), cells_of_cells(maps.more, RADIUS, WIDTH)
+    middle = map_cells(maps.methods, RADIUS, WIDTH)
+    fewer, more = map_cells(maps.fewer, RADIUS, WIDTH), map_cells(maps.more, RADIUS, WIDTH)
     for tracker in SWITCHING:
         success = [float(found[tracker].rate.mean()) for found in (fewer, middle, more)]
         name = f"maps: {tracker}, success grows from 1600 over 800 to 400 particles (400 less 1600)"
@@ -420,7 +420,7 @@ def wide_swing(pool: Pool, full: bool) -> list[Finding]:
     """Success and error on 25 cells and over the number of particles; the quick form has two layouts of the twenty."""
     layouts = 20 if full else 2
     scene = replace(COARSE, layouts=layouts, values=VALUES)
-    allowance, ground = (0.04, PROTOCOL) if full else (0.12, FINDING_FEWER)
+    allowance, ground = (0.04, PROTOCOL) if full else (0.12, FEWER_TRIALS)
     table = rows(pool, scene.plan(tuple(OTHER_SCENE_POOLED), 5 if full else 1))
     findings = []
     for tracker, (success, error) in OTHER_SCENE_POOLED.items():

@@ -68,9 +68,9 @@ if TYPE_CHECKING:
 # rate at one threshold therefore says little about another renderer, and it is the curve's *place* that is compared: by
 # how much it has to be moved along the thresholds to agree with the reference at all thresholds that are known.
 
-CURVES_SOURCE = "Bando 2007, ch. 4 fig. 4.16; reference implementation"
+CURVE_SOURCE = "Bando 2007, ch. 4 fig. 4.16; reference implementation"
 
-CURVES_AXES = ("pitch", "yaw", "roll")
+CURVE_AXES = ("pitch", "yaw", "roll")
 THRESHOLDS_DEG = (0.5, 1.5, 2.0, 2.5, 3.0)
 RATES: dict[Model, tuple[tuple[float, ...], ...]] = {
     "mean": ((0.0, 0.0, 0.95, 1.0, 1.0), (0.0, 0.0, 0.0, 0.5, 0.85), (1.0, 1.0, 1.0, 1.0, 1.0)),
@@ -82,7 +82,7 @@ SLACK = 0.1
 """Two trials of twenty may be on the other side of a threshold."""
 
 FARTHEST_DEG, STEP_DEG = 3.0, 0.01
-CURVES_TOLERANCE_DEG = 0.7
+CURVE_TOLERANCE_DEG = 0.7
 """0.4 of the mean over three axes, times their root."""
 
 GAIN_AT = {"pitch": 1.5, "yaw": 2.0}
@@ -100,15 +100,15 @@ def curves(by_model: dict[Model, list[TrialResult]]) -> list[Finding]:
     """Compare the curves of driver 99, tracked by the mixture, given the trials by face model."""
     findings = []
     for model, references in RATES.items():
-        for axis, name in enumerate(CURVES_AXES):
+        for axis, name in enumerate(CURVE_AXES):
             moved = _distance_deg(by_model[model], axis, np.array(references[axis]))
             result = f"head: success curve of {name}, {model} model, by how much it lies elsewhere, degrees"
-            findings.append(compare(result, moved, 0.0, CURVES_TOLERANCE_DEG, CURVES_SOURCE, ground=CHOSEN))
+            findings.append(compare(result, moved, 0.0, CURVE_TOLERANCE_DEG, CURVE_SOURCE, ground=CHOSEN))
     for name, threshold in GAIN_AT.items():
-        axis, at = CURVES_AXES.index(name), np.array([threshold])
+        axis, at = CURVE_AXES.index(name), np.array([threshold])
         own, other = (success_rates(by_model[model], axis, at)[0] for model in ("individual", "mean"))
         result = f"head: success within {threshold} degrees of {name}: the own face succeeds more often (gain)"
-        findings.append(claim(result, float(own - other), holds=own > other, source=CURVES_SOURCE))
+        findings.append(claim(result, float(own - other), holds=own > other, source=CURVE_SOURCE))
     return findings
 
 
@@ -125,7 +125,7 @@ def _distance_deg(courses: Sequence[TrialResult], axis: int, references: Floats)
 
 # The figures of the head: alpha of every feature over the drive (4.15), and success over the threshold (4.16).
 
-FIGURES_MODELS: dict[Model, str] = {"individual": CURVE_COLOURS[0], "mean": CURVE_COLOURS[1]}
+MODEL_COLOURS: dict[Model, str] = {"individual": CURVE_COLOURS[0], "mean": CURVE_COLOURS[1]}
 NAMES: dict[Model, str] = {"individual": "the driver's own face", "mean": "mean face of other people"}
 MOST_DEG = 4.0
 HIDDEN: dict[str, Any] = {"color": INK["hidden"], "alpha": 0.2, "linewidth": 0}
@@ -146,7 +146,7 @@ def alpha_over_time(courses: list[TrialResult]) -> "Figure":
     figure, panels = new_figure(6.0, rows=4, columns=3, share="xy")
     for panel, name, values in zip(panels, FEATURES, ratios.T, strict=False):
         panel.fill_between(frames, 0.0, 1.0, where=courses[0].turned, **HIDDEN)
-        panel.plot(frames, values, color=FIGURES_MODELS["individual"], linewidth=0.8)
+        panel.plot(frames, values, color=MODEL_COLOURS["individual"], linewidth=0.8)
         write_title(panel, TITLES[name].capitalize())
     panels[11].set_visible(False)
     panels[8].tick_params(labelbottom=True)
@@ -159,9 +159,9 @@ def alpha_over_time(courses: list[TrialResult]) -> "Figure":
 def success_by_threshold(by_model: dict[Model, list[TrialResult]]) -> "Figure":
     """Draw the success of each axis over the threshold, of both face models."""
     thresholds = np.linspace(0.0, MOST_DEG, 401)
-    figure, panels = new_figure(3.2, columns=len(CURVES_AXES), share="y")
-    for axis, (panel, name) in enumerate(zip(panels, CURVES_AXES, strict=True)):
-        for model, colour in FIGURES_MODELS.items():
+    figure, panels = new_figure(3.2, columns=len(CURVE_AXES), share="y")
+    for axis, (panel, name) in enumerate(zip(panels, CURVE_AXES, strict=True)):
+        for model, colour in MODEL_COLOURS.items():
             rates = success_rates(by_model[model], axis, thresholds)
             panel.plot(thresholds, rates, color=colour, linewidth=1.5, label=NAMES[model])
         write_title(panel, name.capitalize())

@@ -347,7 +347,7 @@ def lines(pool: Pool, full: bool) -> list[Finding]:
     seeds = SEEDS if full else QUICK_SEEDS
     findings = []
     for tracker, values, limit in FILTERS if full else FILTERS[1:2]:
-        courses = _courses_lines(pool, tracker, {**IN_SPACE, **values, "links_seen_as": "lines-and-ends"}, seeds)
+        courses = _line_courses(pool, tracker, {**IN_SPACE, **values, "links_seen_as": "lines-and-ends"}, seeds)
         worst = max(float(np.abs(one.lengths[-1] - one.true_lengths).max()) for one in courses)
         title = tracker + (f", linearised {ROUNDS} times" if values else "")
         result = f"linkage: lines and ends, {title}, final error of the worst length of any seed, px"
@@ -355,7 +355,7 @@ def lines(pool: Pool, full: bool) -> list[Finding]:
     scene = next(one for one in find("linkage").presets if one.name == "3d").parameters
     for way, widths in list(WIDTHS_PX.items())[: None if full else 1]:
         for tracker in ("ellipsoids", "box-guides") if full else ("ellipsoids",):
-            courses = _courses_lines(pool, tracker, {**scene, "links_seen_as": way}, seeds)
+            courses = _line_courses(pool, tracker, {**scene, "links_seen_as": way}, seeds)
             contained = float(np.mean([one.contained.mean() for one in courses]))
             named = f"linkage: {way.replace('-', ' ')}, {tracker}"
             result = f"{named}, truth contained in all frames"
@@ -369,7 +369,7 @@ def lines(pool: Pool, full: bool) -> list[Finding]:
     return findings
 
 
-def _courses_lines(pool: Pool, tracker: str, values: Mapping[str, Value], seeds: int) -> list[RunResult]:
+def _line_courses(pool: Pool, tracker: str, values: Mapping[str, Value], seeds: int) -> list[RunResult]:
     return pool.map(run_condition, [Condition(tracker, tuple(values.items()), seed) for seed in range(seeds)])
 
 

@@ -252,7 +252,7 @@ def _last(one: RunResult) -> Floats:
 #
 # Figures of the reference implementation.
 
-SET_ALGEBRA_SOURCE = "reference implementation, algebra"
+ALGEBRA_SOURCE = "reference implementation, algebra"
 Array = Floats
 Strip = tuple[Array, float, float]
 
@@ -275,23 +275,21 @@ def algebra(pool: Pool, full: bool) -> list[Finding]:
     beaten = float((least > searched * (1.0 + 1e-9)).sum())
     title = "linkage: sets, cases in which a dense search finds a smaller trace than the cubic"
     findings = [
-        claim(
-            f"linkage: sets, points of {tested} lost by a cut", outside, holds=outside == 0, source=SET_ALGEBRA_SOURCE
-        ),
-        claim(title, beaten, holds=beaten == 0, source=SET_ALGEBRA_SOURCE),
+        claim(f"linkage: sets, points of {tested} lost by a cut", outside, holds=outside == 0, source=ALGEBRA_SOURCE),
+        claim(title, beaten, holds=beaten == 0, source=ALGEBRA_SOURCE),
         compare(
             "linkage: sets, share of cases in which (5.9) as printed is worse",
             worse,
             0.87,
             0.12,
-            SET_ALGEBRA_SOURCE,
+            ALGEBRA_SOURCE,
             ground=CHOSEN,
         ),
     ]
     for name, way, reference in (("P + du I", PRINTED, 1.0), ("longer semi-axes", LENGTHENED, 1.0), ("ours", OUTER, 0)):
         lost = [sticks_out(random_shape(rng, size), size, rng.uniform(0.6, 5.0), way, rng) for size in _sizes(rng, 300)]
         title = f"linkage: sets, share of predictions by {name} that lose a part"
-        findings.append(compare(title, float(np.mean(lost)), reference, 0.0, SET_ALGEBRA_SOURCE, ground=CHOSEN))
+        findings.append(compare(title, float(np.mean(lost)), reference, 0.0, ALGEBRA_SOURCE, ground=CHOSEN))
     return findings
 
 

@@ -226,13 +226,13 @@ def grade(
     budget: Budget = BUDGET,
     jobs: int = 1,
 ) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield each submission's name and results, as `reports.results` has them, as they come.
+    """Yield each submission's name and results, as `results` has them, as they come.
 
     Args:
         files: By who handed them in.
         exercises: All that may be answered.
         exercise: The one that all answer; what each says of itself if not given.
-        seed: As of `checking.check`.
+        seed: As of `check`.
         budget: What each may take.
         jobs: How many are checked at the same time.
     """

@@ -6,7 +6,7 @@ from pftrack.core.model.parameters import Declaration, Parameters, declarations,
 from pftrack.experiments import find
 from pftrack.output.exports import notebook
 from pftrack.output.exports.notebook import Cell, code, run_cells
-from pftrack.output.exports.notebook import notebook as notebook_of_notebook
+from pftrack.output.exports.notebook import notebook as notebook_of
 from pftrack.teaching.lessons.lesson import Demonstration, Lesson, Question, Scenario
 from pftrack.teaching.lessons.lesson import question_recipe as asked_run
 
@@ -97,7 +97,7 @@ def _quote(text: str) -> str:
 
 # A scenario lesson as a notebook: predict, then compute the run that the question is about, and see.
 
-SCENARIO_NOTEBOOK_IMPORTS = "from pftrack.teaching.lessons.lesson import answer_of, numbers_of_run"
+ANSWER_IMPORTS = "from pftrack.teaching.lessons.lesson import answer_of, numbers_of_run"
 
 ANSWERED = "print(lesson.question.answer(numbers_of_run(run)).exact)"
 
@@ -114,7 +114,7 @@ def scenario_cells(lesson: Lesson) -> tuple[Cell, ...]:
     recipe = asked_run(lesson)
     return (
         title_cell(lesson),
-        lesson_cell(lesson, SCENARIO_NOTEBOOK_IMPORTS),
+        lesson_cell(lesson, ANSWER_IMPORTS),
         question_cell(lesson.question),
         prediction_cell(lesson.question, "answer_of(lesson)"),
         notes_cell(lesson),
@@ -133,7 +133,7 @@ def lesson_notebook(lesson: Lesson) -> bytes:
     """
     if isinstance(lesson.body, Demonstration):
         return demonstration_notebook(lesson, lesson.body.parameters, lesson.body.seed)
-    return notebook_of_notebook(scenario_cells(lesson))
+    return notebook_of(scenario_cells(lesson))
 
 
 def demonstration_notebook(lesson: Lesson, parameters: Parameters, seed: int) -> bytes:
@@ -147,7 +147,7 @@ def demonstration_notebook(lesson: Lesson, parameters: Parameters, seed: int) ->
     Raises:
         TypeError: The lesson's body is a run.
     """
-    return notebook_of_notebook(demonstration_cells(lesson, parameters, seed))
+    return notebook_of(demonstration_cells(lesson, parameters, seed))
 
 
 def demonstration_cells(lesson: Lesson, parameters: Parameters, seed: int) -> tuple[Cell, ...]:

@@ -194,14 +194,14 @@ def reach(positions: Floats, views: Views, shape: tuple[int, int]) -> Part:
         return 0, 0, width, height
     first_column, first_row, last_column, last_row = views.extent.tolist()
     return (
-        _within_relief(math.floor(left + 0.5) + first_column, width),
-        _within_relief(math.floor(top + 0.5) + first_row, height),
-        _within_relief(math.floor(right + 0.5) + last_column + 1, width),
-        _within_relief(math.floor(bottom + 0.5) + last_row + 1, height),
+        _clamp(math.floor(left + 0.5) + first_column, width),
+        _clamp(math.floor(top + 0.5) + first_row, height),
+        _clamp(math.floor(right + 0.5) + last_column + 1, width),
+        _clamp(math.floor(bottom + 0.5) + last_row + 1, height),
     )
 
 
-def _within_relief(place: int, size: int) -> int:
+def _clamp(place: int, size: int) -> int:
     return min(max(place, 0), size)
 
 

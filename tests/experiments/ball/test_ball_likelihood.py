@@ -13,7 +13,7 @@ from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.compiled import compiled
 from pftrack.core.numerics.random import Purpose, Stream
-from pftrack.experiments.ball.model import motion_dynamics as dynamics
+from pftrack.experiments.ball.model import dynamics_of as dynamics
 from pftrack.experiments.ball.parameters import LoopParameters
 from pftrack.experiments.ball.trackers import loop_trackers
 from pftrack.experiments.shared.sampling.samplers import Likelihood

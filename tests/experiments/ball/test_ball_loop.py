@@ -5,7 +5,7 @@ from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import Frame, Target
 from pftrack.core.numerics.random import Purpose, Stream
 from pftrack.experiments.ball.model import CHROMATICITY, colour_model
-from pftrack.experiments.ball.model import motion_dynamics as model_of
+from pftrack.experiments.ball.model import dynamics_of as model_of
 from pftrack.experiments.ball.parameters import BallTrackerParameters
 from pftrack.experiments.ball.trackers import TRACKERS
 from pftrack.experiments.shared.reports import PointState

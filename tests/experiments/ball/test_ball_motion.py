@@ -94,11 +94,11 @@ def test_a_learned_model_has_the_process_noise_that_is_set() -> None:
     assert state.learner is not None
     theta = np.hstack([0.5 * np.eye(2), 0.25 * np.eye(2), np.array([[0.1], [-0.2]])])
     taught = replace(state, learner=replace(state.learner, theta=theta))
-    model = motion.motion_dynamics(taught, given, SIZE)
+    model = motion.dynamics_of(taught, given, SIZE)
     assert np.array_equal(model.noise_covariance, np.diag([16.0, 16.0, 0.0, 0.0]))
     fixed_point = MIDDLE + 100 * np.array([0.1, -0.2]) / (1 - 0.75)
     assert model.predict(np.tile(fixed_point, 2)[None])[0] == pytest.approx(np.tile(fixed_point, 2))
-    assert motion.motion_dynamics(state, given, SIZE).transition == pytest.approx(
+    assert motion.dynamics_of(state, given, SIZE).transition == pytest.approx(
         motion.initial_dynamics(given, SIZE).transition
     )
 

@@ -42,7 +42,7 @@ def follow(scores: list[FeatureLikelihood]) -> list[tuple[Layered, Rival]]:
     believed, rival, found = begun(), None, []
     for frame, score in enumerate(scores, 1):
         rng = Stream(3, frame, Purpose.TRACK)
-        believed, rival = layered.step_hypotheses(believed, rival, LAYER, (score, score), SETTINGS, rng)
+        believed, rival = layered.step_rivals(believed, rival, LAYER, (score, score), SETTINGS, rng)
         found.append((believed, rival))
     return found
 
@@ -84,7 +84,7 @@ def test_who_is_believed_changes_only_where_it_is_clear(odds: float, *, doubting
     state, score = begun(), likelihood(seen(0.0))
     nothing = replace(SETTINGS, hidden_weight=1e-12)
     rival = Rival(state, doubting=doubting, log_odds=odds / 0.8)
-    one, other = layered.step_hypotheses(state, rival, LAYER, (score, score), nothing, Stream(3, 1, Purpose.TRACK))
+    one, other = layered.step_rivals(state, rival, LAYER, (score, score), nothing, Stream(3, 1, Purpose.TRACK))
     assert other.log_odds == pytest.approx(odds, abs=0.9)
     assert other.doubting != after
     assert bool(one.hidden.any()) == after
@@ -97,9 +97,7 @@ def test_of_particles_that_were_not_believed_none_descends(*, takes_over: bool) 
     believed, rival = follow([score] * 8)[-1]
     odds = 8.0 if rival.doubting == takes_over else -8.0
     rng = Stream(3, 9, Purpose.TRACK)
-    after, other = layered.step_hypotheses(
-        believed, replace(rival, log_odds=odds), LAYER, (score, score), SETTINGS, rng
-    )
+    after, other = layered.step_rivals(believed, replace(rival, log_odds=odds), LAYER, (score, score), SETTINGS, rng)
     assert (other.doubting != rival.doubting) == takes_over
     assert (after.features.parents >= 0).any() != takes_over
     assert (other.layers.features.parents >= 0).any()
@@ -110,7 +108,7 @@ def test_what_was_known_counts_the_less_from_frame_to_frame() -> None:
     state, score = begun(), likelihood(seen(0.0))
     still = replace(SETTINGS, hidden_weight=1e-300, sample_count=400)
     rival = Rival(state, doubting=True, log_odds=-15.0)
-    _, after = layered.step_hypotheses(state, rival, LAYER, (score, score), still, Stream(3, 1, Purpose.TRACK))
+    _, after = layered.step_rivals(state, rival, LAYER, (score, score), still, Stream(3, 1, Purpose.TRACK))
     assert after.log_odds == pytest.approx(-12.0, abs=0.5)
 
 
@@ -120,7 +118,7 @@ def test_each_filter_sees_the_picture_in_its_own_pose(*, doubting: bool) -> None
     state = begun()
     own, others = (lambda at, value=value: np.full(at.shape[:2], value) for value in (-1.0, -2.0))
     rival = Rival(state, doubting=doubting, log_odds=-4.0 if doubting else 4.0)
-    best, behind = layered.step_hypotheses(state, rival, LAYER, (own, others), SETTINGS, Stream(3, 1, Purpose.TRACK))
+    best, behind = layered.step_rivals(state, rival, LAYER, (own, others), SETTINGS, Stream(3, 1, Purpose.TRACK))
     assert behind.doubting == doubting
     assert np.unique(best.log_likelihoods) == [-1.0]
     assert np.unique(behind.layers.log_likelihoods) == [-2.0]
@@ -131,9 +129,7 @@ def test_one_that_is_far_behind_begins_again() -> None:
     state, score = begun(), likelihood(seen(0.0))
     for odds in (40.0, -40.0):
         rival = Rival(state, doubting=odds < 0.0, log_odds=odds)
-        best, behind = layered.step_hypotheses(
-            state, rival, LAYER, (score, score), SETTINGS, Stream(3, 1, Purpose.TRACK)
-        )
+        best, behind = layered.step_rivals(state, rival, LAYER, (score, score), SETTINGS, Stream(3, 1, Purpose.TRACK))
         assert behind.layers is best
         assert behind.log_odds == 0.0
         assert behind.doubting == (odds < 0.0)

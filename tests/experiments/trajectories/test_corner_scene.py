@@ -5,10 +5,12 @@ from numpy.typing import NDArray
 from pftrack.core.model.parameters import revise
 from pftrack.core.model.source import History
 from pftrack.experiments.trajectories.corner_scene import (
-    BOX,
     CORNERS_PX,
     FRAMES,
     LINE,
+    ON_BOOK,
+    ON_BOX,
+    ON_WALL,
     SIZE_PX,
     CornerSceneParameters,
     CornerSource,
@@ -17,8 +19,6 @@ from pftrack.experiments.trajectories.corner_scene import (
     shifts_px,
     wall,
 )
-from pftrack.experiments.trajectories.corner_scene import CORNERS_MOTION_BOOK as BOOK
-from pftrack.experiments.trajectories.corner_scene import CORNERS_MOTION_WALL as WALL
 from pftrack.vision.detection.matching import cut, match
 
 PLAIN = CornerSceneParameters()
@@ -55,7 +55,7 @@ def test_corners_stay_in_sight(source: CornerSource) -> None:
     first = np.zeros(len(points), np.int64)
     motion = SceneMotion(shifts_px(np.arange(float(FRAMES))))
     assert 50 <= len(points) <= 60
-    assert set(motion.surfaces(points, first)) == {WALL, BOOK, BOX}
+    assert set(motion.surfaces(points, first)) == {ON_WALL, ON_BOOK, ON_BOX}
     for index in (0, 20, 59):
         now = motion.path(points, index, first)
         assert (now >= 12).all()
@@ -66,7 +66,7 @@ def test_corners_stay_in_sight(source: CornerSource) -> None:
 def test_false_corners_lie_on_the_slanted_line(source: CornerSource) -> None:
     """The last six points are on the book's bright line, evenly along it."""
     (x0, y0), (x1, y1) = LINE
-    on_book = source.points_px[-6:] - CORNERS_PX[BOOK]
+    on_book = source.points_px[-6:] - CORNERS_PX[ON_BOOK]
     off = (on_book[:, 0] - x0) * (y1 - y0) - (on_book[:, 1] - y0) * (x1 - x0)
     assert np.abs(off / np.hypot(x1 - x0, y1 - y0)).max() < 1.0
     x, y = np.rint(on_book).astype(int).T
@@ -87,7 +87,7 @@ def test_the_truth_is_where_the_picture_has_moved_to() -> None:
         found = match(grey(source, index, history(CLEAN)), templates, np.rint(truth).astype(np.int64), 3, "correlation")
         off = np.abs(found.places + found.offsets - truth).max(axis=1)
         assert np.median(off) < 0.15
-        assert np.quantile(off[motion.surfaces(points, first) != BOOK], 0.95) < 0.6
+        assert np.quantile(off[motion.surfaces(points, first) != ON_BOOK], 0.95) < 0.6
 
 
 def test_points_that_are_taken_up_later_have_a_truth(source: CornerSource) -> None:
@@ -95,9 +95,9 @@ def test_points_that_are_taken_up_later_have_a_truth(source: CornerSource) -> No
     index, later = 40, 55
     motion = SceneMotion(shifts_px(np.arange(60.0)))
     corners = CORNERS_PX + motion.shifts[index]
-    points = np.array([[20.0, 20.0], corners[BOOK] + 5.0, corners[BOX] + 5.0])
+    points = np.array([[20.0, 20.0], corners[ON_BOOK] + 5.0, corners[ON_BOX] + 5.0])
     born = np.full(3, index)
-    assert motion.surfaces(points, born).tolist() == [WALL, BOOK, BOX]
+    assert motion.surfaces(points, born).tolist() == [ON_WALL, ON_BOOK, ON_BOX]
     moved = motion.path(points, later, born) - points
     assert moved == pytest.approx(motion.shifts[later] - motion.shifts[index])
     assert motion.path(points, index, born) == pytest.approx(points)
@@ -107,11 +107,11 @@ def test_points_that_are_taken_up_later_have_a_truth(source: CornerSource) -> No
 def test_the_drift_turns_back() -> None:
     """After 60 frames what has drifted away comes back, so that an endless run stays in the picture."""
     shifts = shifts_px(np.arange(600.0))
-    for surface, size in ((BOOK, (110, 84)), (BOX, (70, 90))):
+    for surface, size in ((ON_BOOK, (110, 84)), (ON_BOX, (70, 90))):
         corner = CORNERS_PX[surface] + shifts[:, surface]
         assert (corner > 0).all()
         assert (corner + size < SIZE_PX).all()
-    assert np.abs(shifts[:, WALL]).max() < 48
+    assert np.abs(shifts[:, ON_WALL]).max() < 48
 
 
 def test_parameters_act_from_their_frame_on(source: CornerSource) -> None:

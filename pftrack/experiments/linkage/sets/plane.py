@@ -381,8 +381,8 @@ def intersect(strips: list[Strip]) -> Floats:
     """Return the corners (k, 2) of all that is in every strip and in the square; none if nothing is."""
     corners = FAR_PX * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     for normal, low, high in strips:
-        corners = _cut_polygons(corners, normal, high + SLACK_PX)
-        corners = _cut_polygons(corners, -normal, SLACK_PX - low)
+        corners = _clip(corners, normal, high + SLACK_PX)
+        corners = _clip(corners, -normal, SLACK_PX - low)
     return corners
 
 
@@ -398,7 +398,7 @@ def extent(corners: Floats, direction: Floats) -> tuple[float, float]:
     return (low, high) if max(-low, high) < 0.5 * FAR_PX else (-np.inf, np.inf)
 
 
-def _cut_polygons(corners: Floats, normal: Floats, limit: float) -> Floats:
+def _clip(corners: Floats, normal: Floats, limit: float) -> Floats:
     """Return the corners of the part of a convex polygon in which n . p <= limit (Sutherland and Hodgman 1974)."""
     beyond = (corners * normal).sum(axis=1) - limit
     kept: list[Floats] = []

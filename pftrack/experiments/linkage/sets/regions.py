@@ -23,8 +23,8 @@ class Ways(NamedTuple):
 
     Attributes:
         ellipsoids: Whether there are ellipsoids at all, or boxes alone.
-        least: `strips.TRACE` or `strips.VOLUME`.
-        tighten: Whether a strip is cut off at the ellipsoid first, see `strips.cut`.
+        least: `plane.TRACE` or `plane.VOLUME`.
+        tighten: Whether a strip is cut off at the ellipsoid first, see `plane.cut`.
         contraction: Whether every strip shrinks the guides by interval arithmetic.
         sampled: Whether guides shrink to the cells that fit the observation.
         sides: Whether the guides are strips for the ellipsoid.

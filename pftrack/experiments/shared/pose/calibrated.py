@@ -16,8 +16,8 @@ and the pose is as uncertain as a fit of the solid to the points of one frame, w
 that of the fit:
 
 - the variance of a point is v / (1 - kappa), unbiased, with kappa the sum of its particles' squared weights;
-- beyond it all points have one variance in excess, from how badly they fit the solid (`pftrack.filters.random_effects`), its
-  mean over the last frames, since it changes as slowly as the pose;
+- beyond it all points have one variance in excess, from how badly they fit the solid
+  (`pftrack.filters.random_effects`), its mean over the last frames, since it changes as slowly as the pose;
 - a point that may be hidden is as sure as those of its particles that see it, as often as it is seen
   (`pftrack.vision.likelihoods.hidden`);
 - a solid and a camera that are known exactly say by how much the affine camera is wrong: that is taken off the

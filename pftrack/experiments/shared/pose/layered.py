@@ -317,7 +317,7 @@ class Rival(Generic[S]):
         return self.log_odds < -CLEAR
 
 
-def step_hypotheses(
+def step_rivals(
     believed: Layered[S],
     rival: Rival[S] | None,
     layer: UpperLayer[S],

@@ -112,7 +112,7 @@ def advance(
     if rival is not None:
         rival = replace(rival, layers=_steer(rival.layers, parameters, method))
         others = likelihood(replace(state, belief=_layers(rival.layers, parameters)))
-    apart, rival = layered.step_hypotheses(apart, rival, layer, (own, others), settings, rng)
+    apart, rival = layered.step_rivals(apart, rival, layer, (own, others), settings, rng)
     return _layers(apart, parameters, rival)
 
 
